@@ -32,7 +32,7 @@ from __future__ import annotations
 import transport as tp
 from sims import draw_rows, furthest
 from transport.theory.emitters import point_flux_through_disk
-from transport.theory.fog_balls import LARGEST, escape
+from transport.theory.fog_balls import MAX_RADIUS, escape
 from transport.verification.experiment import Outcome
 
 law = "Φ_meter = P Φ(1 - cosα)/2, r φ = ½ ∫ E₁(|r - t|)(ϖ t φ + t q) dt (Davison 1957; Case et al. 1953)"
@@ -74,8 +74,8 @@ def scene(
 
 def _check(tau: float, albedo: float, meter: float, distance: float, lamp: float) -> None:
     """Refuse what the derivation does not hold for."""
-    if not (0 < tau <= LARGEST and 0 <= albedo <= 1):
-        must = f"tau must be above 0 and at most {LARGEST:g}, and albedo from 0 to 1"
+    if not (0 < tau <= MAX_RADIUS and 0 <= albedo <= 1):
+        must = f"tau must be above 0 and at most {MAX_RADIUS:g}, and albedo from 0 to 1"
         raise tp.SceneError(f"cost_fog: {must}, got {tau} and {albedo}")
     if not 0 < lamp < 1 < distance:
         must = "lamp must be below 1 and distance above it, the ball's radius"

@@ -28,7 +28,7 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.analysis.solid_angle import counted_solid_angle, solid_angle_scene
+from transport.analysis.solid_angle import solid_angle_from_run, solid_angle_scene
 from transport.theory import solid_angles
 from transport.verification.experiment import Outcome
 
@@ -97,7 +97,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         return _cosine_rows(result)
     if names == ["ball", "disk"]:
         return _dome_rows(result)
-    return _dodecahedron_rows(result) if len(names) > 1 else {"solid angle": counted_solid_angle(result)}
+    return _dodecahedron_rows(result) if len(names) > 1 else {"solid angle": solid_angle_from_run(result)}
 
 
 def exact(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> dict[str, float]:

@@ -29,7 +29,7 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.theory.turbid import STEEPEST, WHITEST, Diffusion, Turbid, solved
+from transport.theory.turbid import MAX_ALBEDO, MAX_G, Diffusion, Turbid, solved
 from transport.verification.experiment import Outcome
 
 law = "μ dL/dz = −σ_t L + σ_s ∫ p L dω behind Fresnel's boundary (Chandrasekhar 1950; here to 1e-9 by discrete ordinates)"
@@ -53,8 +53,8 @@ FIRST, UPPER, LOWER = (
 def scene(scattering: float = 1e4, absorption: float = 10.0, g: float = 0.9, index: float = 1.37) -> tp.Scene:
     """A pencil beam on a half space below z = 0.  scattering, absorption: coefficients [m^-1];  index: over that of air."""
     medium = tp.Medium(absorption, scattering, tp.HenyeyGreenstein(g), index)
-    if not (0 < medium.albedo <= WHITEST and abs(g) <= STEEPEST and index >= 1):
-        must = f"absorption and scattering above 0, absorption 1e-6 of both or more, |g| up to {STEEPEST}, index from 1"
+    if not (0 < medium.albedo <= MAX_ALBEDO and abs(g) <= MAX_G and index >= 1):
+        must = f"absorption and scattering above 0, absorption 1e-6 of both or more, |g| up to {MAX_G}, index from 1"
         got = f"{absorption=}, {scattering=}, {g=}, {index=}"
         raise tp.SceneError(f"milk: must have {must}, got {got}; others have no exact value here")
     skin = tp.Dielectric(index) if index > 1 else tp.Transparent()

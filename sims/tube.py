@@ -54,9 +54,9 @@ def scene(length: float = 2.0, radius: float = 1.0, albedo: float = 1.0, detail:
 
     detail: also by place along the wall, at several times the cost.
     """
-    if not 0 < length <= clausing.LONGEST:
+    if not 0 < length <= clausing.MAX_LENGTH:
         raise tp.SceneError(
-            f"tube: length must be above 0 and at most {clausing.LONGEST:g} radii, got {length!r}"
+            f"tube: length must be above 0 and at most {clausing.MAX_LENGTH:g} radii, got {length!r}"
         )
     height = length * radius
     entrance = tp.Disk(radius=radius)
@@ -189,7 +189,7 @@ def draw_lengths(outcomes: list[Outcome], path: Path) -> None:
     from viz.profiles import profile
 
     lengths, albedo = np.array([_length(o) for o in outcomes]), _albedo(outcomes[0].result)
-    nodes = np.geomspace(0.8 * lengths.min(), min(1.25 * lengths.max(), clausing.LONGEST), 100)
+    nodes = np.geomspace(0.8 * lengths.min(), min(1.25 * lengths.max(), clausing.MAX_LENGTH), 100)
     solved = np.log([clausing.transmission(length, albedo) for length in nodes])
     profile(
         lengths,

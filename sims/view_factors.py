@@ -38,7 +38,7 @@ import numpy as np
 
 import transport as tp
 from sims import provenance
-from transport.analysis.view_factors import counted_view_factor, view_factor_scene
+from transport.analysis.view_factors import view_factor_from_run, view_factor_scene
 from transport.theory import occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
@@ -91,7 +91,7 @@ def scene(pair: str = "disks", ratio: float = 1.0, size: float = 1.0, obstacle: 
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
-    return {FACTOR: counted_view_factor(result)}
+    return {FACTOR: view_factor_from_run(result)}
 
 
 def exact(

@@ -57,7 +57,7 @@ def press_ctrl_c():
 @pytest.fixture
 def small_groups(monkeypatch):
     """Of a cluster: so that many are out when something happens."""
-    monkeypatch.setattr("transport.run.dask.executor.SECONDS", 0.01)
+    monkeypatch.setattr("transport.run.dask.executor.GROUP_SECONDS", 0.01)
 
 
 @pytest.fixture

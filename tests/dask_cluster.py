@@ -18,8 +18,8 @@ from unittest.mock import patch
 
 from distributed import Client
 
-from transport.run.dask.client import Line
-from transport.run.dask.executor import ClusterCrew
+from transport.run.dask.client import DaskExecutor
+from transport.run.dask.executor import ClusterExecutor
 
 ROOT = Path(__file__).resolve().parents[1]
 SOON = 30.0  # [s] in which each of them must be there
@@ -126,7 +126,7 @@ def disturbed(cluster: DaskCluster, how: str | None) -> Iterator[list[str]]:
         happened.extend([how] * (how is not None))
 
     try:
-        with _first(Line, "begin", begins), _first(ClusterCrew, "_keep", come):
+        with _first(DaskExecutor, "begin", begins), _first(ClusterExecutor, "_keep", come):
             yield happened
     finally:
         if how == "killed" and not happened:  # nothing was to be done

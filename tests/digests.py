@@ -28,7 +28,7 @@ import typer
 import transport as tp
 from tests.fuzz.numbered import TURNS, world_of
 from tests.fuzz.properties import quantities_of
-from transport.compile.methods import ESTIMATORS, why_not
+from transport.compile.methods import ESTIMATORS, refusal
 from transport.verification.experiment import cases_of, experiment, experiment_names
 from transport.verification.hard.cases import cases_of as hard_cases
 
@@ -74,7 +74,7 @@ def runs() -> Iterator[tuple[str, Callable[[], dict[str, object]]]]:
 
 def _by_estimator(title: str, scene: tp.Scene, options: dict) -> Iterator[tuple[str, Callable]]:
     for estimator in ESTIMATORS:
-        if why_not(scene, estimator) is None:
+        if refusal(scene, estimator) is None:
             said = options | {"estimator": estimator}
             yield f"{title}, {estimator}", lambda said=said: _numbers(scene, said)
 
@@ -91,7 +91,7 @@ def _numbers(
 
 
 def _of_hard_case(case: object) -> dict[str, object]:
-    seen = case.see()
+    seen = case.run()
     return {"found": seen.found, "exact": seen.exact} | ({} if seen.naive is None else {"naive": seen.naive})
 
 

@@ -9,7 +9,7 @@ from numba import config
 
 from transport.compile import layout
 from transport.engine.bundle import LANES, empty_bundle
-from transport.engine.registry import NOTHING, Pass
+from transport.engine.registry import EMPTY_TABLE, Pass
 
 _CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
 UNIT = np.array([2.0**-32, 2.0**-63])  # of the limbs of a weight
@@ -48,7 +48,7 @@ class Lanes:
         """What is in a row of the ledger [1]."""
         return float(self.ledger[row, :2] @ UNIT)
 
-    def run(self, lane_pass: Pass, table: np.ndarray = NOTHING, **values) -> Lanes:
+    def run(self, lane_pass: Pass, table: np.ndarray = EMPTY_TABLE, **values) -> Lanes:
         """Take a step; values: columns of its table."""
         table = layout.row(lane_pass.table, **values) if values else table
         if config.DISABLE_JIT:
@@ -56,7 +56,7 @@ class Lanes:
         _CALL(lane_pass.entry)(self.bundle.ctypes.data, table.ctypes.data, 0, LANES)
         return self
 
-    def run_plainly(self, lane_pass: Pass, table: np.ndarray = NOTHING, **values) -> Lanes:
+    def run_plainly(self, lane_pass: Pass, table: np.ndarray = EMPTY_TABLE, **values) -> Lanes:
         """The same as plain Python, where what the pass calls can be replaced."""
         table = layout.row(lane_pass.table, **values) if values else table
         with np.errstate(over="ignore"):

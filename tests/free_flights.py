@@ -20,14 +20,14 @@ LAST = 1 - 2.0**-52
 LAST = 1 - 2.0**-52
 
 
-def flights(rounds=ROUNDS, fly=collisions.fly, **fields):
+def flights(rounds=ROUNDS, fly=collisions.sample_free_path, **fields):
     """Paths [mean free paths], u0 and u1 of many flights, one after the other of each lane."""
     lanes = Lanes(**fields)
     found = []
     for _ in range(rounds):
         lanes["distance"], lanes["hit"] = 0.0, 0
         lanes.run(fly)
-        path = lanes["distance"] - lanes["start"] - 2 * layout.SLACK
+        path = lanes["distance"] - lanes["start"] - 2 * layout.COLLISION_CLEARANCE
         found.append((path / lanes["mfp"], lanes["u0"], lanes["u1"]))
     return np.concatenate(np.transpose(found, (1, 2, 0)).reshape(3, 1, -1))
 

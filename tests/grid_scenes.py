@@ -72,7 +72,7 @@ def plant_block(monkeypatch, block: int) -> None:
     def cells(grid):
         tops = grids.extinction_of(grid)
         for _ in range(block.bit_length() - 1):
-            tops = grids._halved(tops)
+            tops = grids._pooled_maxima(tops)
         return block, np.ascontiguousarray(tops)
 
     forget_programs()

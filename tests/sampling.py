@@ -22,12 +22,12 @@ from tests.agreement import assert_follows
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.driver import Sums
-from transport.engine.program import program_of
+from transport.engine.program import build_program
 from transport.theory import microfacets
 
 ACTS = (
-    "draw_again", "choose_part", "look_up_surface", "look_up_optics", "absorb", "draw", "choose_to_pass",
-    "reflect_diffusely", "reflect_specularly", "let_pass", "refract", "reflect_glossily", "spread_lobe", "bend_by_lens",
+    "draw_second_block", "choose_material", "look_up_surface", "look_up_optics", "absorb", "draw_uniforms", "sample_transmission",
+    "reflect_diffusely", "reflect_specularly", "transmit", "refract", "reflect_glossily", "scatter_into_lobe", "deflect_by_lens",
 )  # fmt: skip
 PASS = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -175,7 +175,7 @@ def met_by(material, into: np.ndarray, seed: int = 1, normal=(0.3, -0.5, 0.8), p
     shape = tp.Disk(center=(0.2, 0.1, -0.3), normal=normal, radius=2.0)
     lamp = tp.Source(tp.Point(position=(1, 2, 3)), tp.Isotropic(power=1))
     plan = compile_scene(tp.Scene([lamp], [tp.Surface(shape, material)]))
-    program = program_of(plan)
+    program = build_program(plan)
     steps = [_ready(p, table) for p, table in program.steps if p.name in ACTS]
     frame, bundle = np.array(shape.frame), empty_bundle()
     where = plan.space.place(tuple(np.array(shape.center) + np.array(place) @ frame[:2]))

@@ -25,7 +25,7 @@ def test_absorption_by_chance_leaves_the_albedo_and_a_number_as_good_as_new(surv
     for seed in range(200):
         lanes = Lanes(seed=seed, collides=1, survival=survival, weight=0.75)
         lanes["u0"] = np.random.default_rng(seed).random(LANES)
-        lanes.run(collisions.absorb_by_chance)
+        lanes.run(collisions.absorb_at_collisions)
         dies = lanes["weight"] == 0
         assert (lanes["collides"] == ~dies).all()
         np.testing.assert_allclose(lanes.scored, np.where(dies, 0.75, 0.0), rtol=1e-15)
@@ -102,7 +102,7 @@ def test_what_meets_nothing_is_not_played_for(play):
 @pytest.mark.parametrize("u", [0.0, 2.0**-52, 0.5, LAST])
 def test_extreme_draws_absorb_or_leave_a_number_below_one(survival, u):
     with np.errstate(divide="ignore", invalid="ignore"):
-        lanes = Lanes(collides=1, survival=survival, u0=u).run_plainly(collisions.absorb_by_chance)
+        lanes = Lanes(collides=1, survival=survival, u0=u).run_plainly(collisions.absorb_at_collisions)
     assert ((lanes["u0"] >= 0) & (lanes["u0"] < 1)).all()
     assert ((lanes["weight"] > 0) == (u < survival)).all()
 

@@ -18,7 +18,7 @@ from tests.ctrl_c import pressing_ctrl_c
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
 from transport.run.run import Run
-from transport.run.threads import InOrder
+from transport.run.threads import OrderedResults
 
 pytest.importorskip("distributed")
 from tests.dask_cluster import ROOT, DaskCluster, disturbed
@@ -50,7 +50,7 @@ def whole():
 
 def stopped(monkeypatch, what, after, **options):
     """A run that is interrupted after so many batches, when hardly more are done: a fast machine would have done them all."""
-    take, missing, taken = Run._take, InOrder._missing, []
+    take, missing, taken = Run._take, OrderedResults._missing, []
 
     def interrupting(run, batch):
         take(run, batch)
@@ -63,7 +63,7 @@ def stopped(monkeypatch, what, after, **options):
 
     with monkeypatch.context() as patch, pressing_ctrl_c() as press:
         patch.setattr(Run, "_take", interrupting)
-        patch.setattr(InOrder, "_missing", begun)
+        patch.setattr(OrderedResults, "_missing", begun)
         return tp.simulate(what, **options)
 
 

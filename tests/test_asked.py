@@ -13,7 +13,7 @@ import pytest
 
 import transport as tp
 from transport.results.result import Ledger
-from transport.validation import SIMULATE
+from transport.validation import SIMULATE_PARAMETERS
 
 LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
 BOX = tp.Box(size=2)
@@ -83,14 +83,14 @@ def test_where_something_scatters_both_are_done():
 # ---- words in the wrong place ----
 
 
-@pytest.mark.parametrize("name", sorted(SIMULATE))
+@pytest.mark.parametrize("name", sorted(SIMULATE_PARAMETERS))
 def test_what_is_simulates_is_not_the_scenes(name):
     said = refusal(lambda: tp.Scene(LAMP, **{name: "analog"}))
     assert said == f"Scene: unknown parameter {name}='analog'; write simulate(scene, {name}=...)"
 
 
 def test_all_that_simulate_takes_is_known_as_its_own():
-    assert set(inspect.signature(tp.simulate).parameters) - {"scene"} == SIMULATE
+    assert set(inspect.signature(tp.simulate).parameters) - {"scene"} == SIMULATE_PARAMETERS
 
 
 @pytest.mark.parametrize(

@@ -10,14 +10,14 @@ import pytest
 import transport as tp
 from tests.body_scenes import AFAR, LAMP, M, T, V, can, corner, filled, lens
 from transport.scene.bodies import (
-    bodies_of,
-    body_bits_around,
+    bodies_on_sides,
+    body_bits_at,
     has_media,
-    held_by,
     media_at,
-    media_of,
-    sides_of,
-    skin_of,
+    points_below_surface,
+    points_in_body,
+    scene_bodies,
+    scene_media,
 )
 
 
@@ -26,14 +26,18 @@ def test_nested_boxes_that_share_faces():
     sizes = {10.0: M(1), 50.0: V, 100.0: M(3)}
     for order in ((10, 50, 100), (100, 50, 10), (50, 100, 10)):
         scene = tp.Scene(LAMP, [filled(corner(size), sizes[size]) for size in order])
-        assert [body.medium for body in bodies_of(scene)] == [M(1), V, M(3)]
-        assert [scene.surfaces[body.surfaces[0]].shape.size[0] for body in bodies_of(scene)] == [10, 50, 100]
+        assert [body.medium for body in scene_bodies(scene)] == [M(1), V, M(3)]
+        assert [scene.surfaces[body.surfaces[0]].shape.size[0] for body in scene_bodies(scene)] == [
+            10,
+            50,
+            100,
+        ]
         for x, medium, bits in ((5, M(1), 7), (20, V, 6), (70, M(3), 4), (101, V, 0), (-1, V, 0)):
             assert scene.medium_at((x, 5, 5)) == medium
-            assert body_bits_around(scene, [(x, 5, 5)]).tolist() == [bits]
-        assert set(media_of(scene)) == {V, M(1), M(3)} and media_of(scene)[0] == V
+            assert body_bits_at(scene, [(x, 5, 5)]).tolist() == [bits]
+        assert set(scene_media(scene)) == {V, M(1), M(3)} and scene_media(scene)[0] == V
         shared = [(0.0, 5, 5)] * 2
-        assert body_bits_around(scene, shared, [(1, 0, 0), (-1, 0, 0)]).tolist() == [7, 0]
+        assert body_bits_at(scene, shared, [(1, 0, 0), (-1, 0, 0)]).tolist() == [7, 0]
 
 
 def test_each_kind_of_body_holds_what_its_inequality_says():
@@ -74,24 +78,24 @@ def test_a_body_of_open_surfaces_with_a_bubble_and_a_twin():
         AFAR,
         [*can(glass, wall), *can(V, tp.Dielectric(1, 1.5), radius=0.4), *can(glass, wall, center=(5, 0, 0))],
     )
-    bodies = bodies_of(scene)
+    bodies = scene_bodies(scene)
     assert [body.medium for body in bodies] == [V, glass, glass]
     assert [body.surfaces for body in bodies] == [(3, 4, 5), (0, 1, 2), (6, 7, 8)]
     places = [(0, 0, 0), (0.3, 0, -0.3), (0.5, 0, 0), (0, 0, -0.99), (0, 0, 1.01), (5, 0.9, 0.9), (5, 0, 1.1)]
     assert media_at(scene, places) == [V, V, glass, glass, V, glass, V]
-    assert sides_of(scene)[0] == ((), (1,)) and sides_of(scene)[3] == ((), (0,))
+    assert bodies_on_sides(scene)[0] == ((), (1,)) and bodies_on_sides(scene)[3] == ((), (0,))
 
 
 def test_what_is_named_outside_and_surrounds_a_body_is_no_body():
     scene = tp.Scene(LAMP, can(M(1), outside=V))
-    assert [body.medium for body in bodies_of(scene)] == [M(1)]
+    assert [body.medium for body in scene_bodies(scene)] == [M(1)]
     scene = tp.Scene(LAMP, can(M(1), outside=M(0.1, 2)), medium=M(0.1, 2))
-    assert [body.medium for body in bodies_of(scene)] == [M(1)] and scene.medium_at((0, 0, 9)) == M(0.1, 2)
+    assert [body.medium for body in scene_bodies(scene)] == [M(1)] and scene.medium_at((0, 0, 9)) == M(0.1, 2)
 
 
 def test_what_a_plane_has_in_front_is_no_body_where_it_surrounds_all():
     scene = tp.Scene(LAMP, tp.Surface(tp.Plane(), T, back=M(1), front=V))
-    assert [body.medium for body in bodies_of(scene)] == [M(1)] and sides_of(scene) == [((), (0,))]
+    assert [body.medium for body in scene_bodies(scene)] == [M(1)] and bodies_on_sides(scene) == [((), (0,))]
 
 
 @pytest.mark.parametrize("kind", ["mesh", "can", "lens", "shell"])
@@ -104,25 +108,25 @@ def test_places_under_the_skin_of_a_body_are_within_it(kind):
         "shell": can(M(1)) + [tp.Surface(surface.shape, T, outside=M(1)) for surface in can(V, radius=0.5)],
     }[kind]
     scene = tp.Scene(AFAR, surfaces)
-    [body] = bodies_of(scene)
-    places = skin_of(scene, body)
-    assert len(places) >= 60 and held_by(scene, body, places).all()
+    [body] = scene_bodies(scene)
+    places = points_below_surface(scene, body)
+    assert len(places) >= 60 and points_in_body(scene, body, places).all()
     middle = np.array([0, 0, 0.95 if kind == "lens" else 0])
-    assert not held_by(scene, body, middle + (places - middle) * (1 + 1e-6))[: len(places) // 2].any()
+    assert not points_in_body(scene, body, middle + (places - middle) * (1 + 1e-6))[: len(places) // 2].any()
 
 
 def test_sides_of_surfaces_say_which_bodies_they_bound():
     scene = tp.Scene(LAMP, [tp.Surface(tp.Plane(), T, back=M(1), front=M(2)), filled(corner(1), V)])
-    assert bodies_of(scene)[0].medium == V  # it lies in front of the plane
-    media = [body.medium for body in bodies_of(scene)]
-    front, back = sides_of(scene)[0]
+    assert scene_bodies(scene)[0].medium == V  # it lies in front of the plane
+    media = [body.medium for body in scene_bodies(scene)]
+    front, back = bodies_on_sides(scene)[0]
     assert [media[k] for k in front] == [M(2)] and [media[k] for k in back] == [M(1)]
-    assert sides_of(scene)[1] == ((), (0,))
+    assert bodies_on_sides(scene)[1] == ((), (0,))
     assert scene.medium_at((0, 0, 2)) == M(2) and scene.medium_at((0, 0, -2)) == M(1)
 
 
 def test_crossing_each_surface_leads_from_the_bodies_behind_to_those_ahead():
-    """Along 300 lines: bits that change by what sides_of says are those that hold the place, in every gap."""
+    """Along 300 lines: bits that change by what bodies_on_sides says are those that hold the place, in every gap."""
     from transport.geometry.line_crossings import crossings
 
     shapes = [corner(100), corner(50), corner(10), tp.Sphere(center=(75, 75, 75), radius=20)]
@@ -132,7 +136,7 @@ def test_crossing_each_surface_leads_from_the_bodies_behind_to_those_ahead():
         tp.Surface(tp.Plane(center=(0, 0, -30)), T, inside=M(10)),
     ]
     scene, rng = tp.Scene(LAMP, surfaces), np.random.default_rng(5)
-    sides = [[sum(1 << k for k in side) for side in pair] for pair in sides_of(scene)]
+    sides = [[sum(1 << k for k in side) for side in pair] for pair in bodies_on_sides(scene)]
     u = rng.normal(size=(300, 3))
     u /= np.linalg.norm(u, axis=1)[:, None]
     o = rng.uniform(-40, 110, (300, 3))
@@ -144,14 +148,14 @@ def test_crossing_each_surface_leads_from_the_bodies_behind_to_those_ahead():
             for distance, way in zip(f.distances[line], f.sides[line], strict=True)
             if distance > 0
         )
-        bits = int(body_bits_around(scene, o[line])[0])
+        bits = int(body_bits_at(scene, o[line])[0])
         ends = [distance for distance, _, _ in [*events, (1e4, 0, 0)]][1:]
         for (distance, number, way), end in zip(events, ends, strict=True):
             front, back = sides[number]
             bits = (bits & ~back) | front if way > 0 else (bits & ~front) | back
             if end - distance > 1e-9:
                 place = o[line] + (distance + end) / 2 * u[line]
-                assert bits == body_bits_around(scene, place)[0]
+                assert bits == body_bits_at(scene, place)[0]
 
 
 def test_whether_a_scene_has_media():

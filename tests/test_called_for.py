@@ -19,22 +19,26 @@ MEET = {
     tp.Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0.5))): {"meet_triangle"},
     tp.Plane(center=(0, 0, -3)): {"meet_plane"},
     tp.Rectangle(width=1, height=1, hole=tp.Disk(radius=0.2)): {"meet_holed"},
-    tp.Sphere(radius=0.5): {"meet_sphere", "put_back_on_sphere"},
-    tp.Sphere(radius=0.5, mu_min=0): {"meet_quadric", "put_back_on_sphere"},
-    tp.Cylinder(radius=0.5, height=1): {"meet_quadric", "put_back_on_quadric"},
-    tp.Cone(radius=0.5, height=1): {"meet_quadric", "put_back_on_quadric"},
-    tp.Paraboloid(focal_length=0.5, radius=1): {"meet_quadric", "put_back_on_quadric"},
-    tp.Mesh.box(size=0.5): {"meet_mesh", "stand_on_facet"},
+    tp.Sphere(radius=0.5): {"meet_sphere", "project_onto_sphere"},
+    tp.Sphere(radius=0.5, mu_min=0): {"meet_quadric", "project_onto_sphere"},
+    tp.Cylinder(radius=0.5, height=1): {"meet_quadric", "project_onto_quadric"},
+    tp.Cone(radius=0.5, height=1): {"meet_quadric", "project_onto_quadric"},
+    tp.Paraboloid(focal_length=0.5, radius=1): {"meet_quadric", "project_onto_quadric"},
+    tp.Mesh.box(size=0.5): {"meet_mesh", "land_on_facet"},
 }
 ACT = {
     tp.Mirror(): {"reflect_specularly"},
-    tp.Diffuse(0.3, 0.3): {"look_up_optics", "choose_to_pass", "let_pass"},
-    tp.Mirror(0.3, 0.3): {"look_up_optics", "choose_to_pass", "let_pass", "reflect_specularly"},
-    tp.Dielectric(1.5): {"look_up_optics", "refract", "begin_in_medium"},
-    tp.Glossy(0.2): {"look_up_optics", "reflect_glossily", "spread_lobe", "draw_again"},
-    tp.ThinLens(0.5): {"bend_by_lens"},
-    tp.TwoSided(tp.Diffuse(0.4), tp.Black()): {"choose_part"},
-    tp.Mixture({tp.Mirror(): 0.5, tp.Black(): 0.5}): {"choose_part", "draw_again", "reflect_specularly"},
+    tp.Diffuse(0.3, 0.3): {"look_up_optics", "sample_transmission", "transmit"},
+    tp.Mirror(0.3, 0.3): {"look_up_optics", "sample_transmission", "transmit", "reflect_specularly"},
+    tp.Dielectric(1.5): {"look_up_optics", "refract", "set_birth_index"},
+    tp.Glossy(0.2): {"look_up_optics", "reflect_glossily", "scatter_into_lobe", "draw_second_block"},
+    tp.ThinLens(0.5): {"deflect_by_lens"},
+    tp.TwoSided(tp.Diffuse(0.4), tp.Black()): {"choose_material"},
+    tp.Mixture({tp.Mirror(): 0.5, tp.Black(): 0.5}): {
+        "choose_material",
+        "draw_second_block",
+        "reflect_specularly",
+    },
 }
 
 
@@ -58,4 +62,4 @@ def test_a_room_of_rectangles_carries_nothing_of_glass_and_meshes():
     assert glass <= of_glass
     assert mesh <= of_mesh
     assert not (glass | mesh) & set(PLAIN.fields)
-    assert {"meet_sphere", "meet_quadric", "meet_mesh", "refract", "bend_by_lens"} <= set(PLAIN.absent)
+    assert {"meet_sphere", "meet_quadric", "meet_mesh", "refract", "deflect_by_lens"} <= set(PLAIN.absent)

@@ -22,7 +22,7 @@ from transport.engine.passes import (
     volumes,
     voxels,
 )
-from transport.engine.program import program_of
+from transport.engine.program import build_program
 from transport.engine.registry import Pass
 
 LAMP = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
@@ -45,7 +45,7 @@ def room(filling=None, looks=()):
 
 
 def passes(filling=None, tracking=None, looks=()) -> set[str]:
-    return {each.name for each in program_of(compile_scene(room(filling, looks), tracking)).passes}
+    return {each.name for each in build_program(compile_scene(room(filling, looks), tracking)).passes}
 
 
 def of(*modules) -> set[str]:
@@ -59,15 +59,15 @@ def assert_adds(more, less, added, dropped=()):
 
 OF_MEDIA = of(regions, collisions, voxels, variance_reduction, variance_reduction, variance_reduction)
 OF_LOOKS = of(volumes, volume_cells, shadow_rays, shadow_rays, once_more_collided, shadow_rays)
-BORDERS = {"bound_rectangle", "begin_inside", "cross_boundary", "know_surroundings", "know_body"}
-BORDERS |= {"remember_ray", "resume_ray", "settle_at_edges", "tell_leaving", "lose_strays"}
-FLIGHTS = {"set_out", "fly", "collide", "part", "escape_at_once"}
-WAS_VACUUM = {"look_ahead", "score_all"}
+BORDERS = {"bound_rectangle", "set_birth_bodies", "cross_boundary", "set_outer_medium", "find_medium"}
+BORDERS |= {"save_ray", "restore_ray", "resolve_box_edges", "mark_box_exit", "end_lost_particles"}
+FLIGHTS = {"start_flight", "sample_free_path", "collide", "compact_and_sort", "escape_to_empty_space"}
+WAS_VACUUM = {"reset_hit", "score_all"}
 
 
 def test_without_media_no_pass_of_media_is_named():
     """Not by vacuum that is said either; nor is any field that only media use."""
-    assert not passes() & (OF_MEDIA | OF_LOOKS | BORDERS | {"part"})
+    assert not passes() & (OF_MEDIA | OF_LOOKS | BORDERS | {"compact_and_sort"})
     assert passes(tp.Vacuum()) == passes()
     plain, foggy = effects_of(room()), effects_of(room(FOG))
     of_media = {"inside", "medium", "mfp", "sigma_a", "survival", "flies", "collides"}
@@ -78,17 +78,17 @@ def test_without_media_no_pass_of_media_is_named():
 
 def test_what_only_absorbs_draws_no_path_and_no_direction():
     """Weights fall along straight flights; no lane waits; no free path, collision, roulette or angle."""
-    known = BORDERS | {"score_and_size", "attenuate", "account_absorbed_in", "fly_straight"}
+    known = BORDERS | {"score_and_size", "attenuate", "account_absorbed_in", "fly_uncollided"}
     assert_adds(passes(SMOKE), passes(), known, WAS_VACUUM)
-    assert program_of(compile_scene(room(SMOKE))).inner == 0
+    assert build_program(compile_scene(room(SMOKE))).inner == 0
     assert_adds(passes(SOOT), passes(SMOKE), {"attenuate_in_grid"}, {"attenuate", "account_absorbed_in"})
 
 
 def test_absorption_by_chance_draws_paths_but_no_direction():
-    known = BORDERS | FLIGHTS | {"score", "absorb_by_chance", "account_absorbed_in"}
+    known = BORDERS | FLIGHTS | {"score", "absorb_at_collisions", "account_absorbed_in"}
     assert_adds(passes(SMOKE, ANALOG), passes(), known, WAS_VACUUM)
-    with_voxels = {"collide_in_grid", "cut_nothing", "fly_in_grids", "pause"}
-    assert_adds(passes(SOOT, ANALOG), passes(SMOKE, ANALOG), with_voxels, {"fly"})
+    with_voxels = {"delta_track_in_grid", "reset_cuts", "sample_path_in_grids", "revoke_cut_collisions"}
+    assert_adds(passes(SOOT, ANALOG), passes(SMOKE, ANALOG), with_voxels, {"sample_free_path"})
 
 
 def test_what_only_scatters_absorbs_nothing_and_plays_no_roulette_in_flight():
@@ -97,7 +97,7 @@ def test_what_only_scatters_absorbs_nothing_and_plays_no_roulette_in_flight():
     assert passes(WHITE, ANALOG) == passes(WHITE)
     added = {"attenuate", "account_absorbed_in", "play_roulette_in_flight", "score_and_size"}
     assert_adds(passes(FOG), passes(WHITE), added, {"score"})
-    assert_adds(passes(FOG, ANALOG), passes(WHITE), {"absorb_by_chance", "account_absorbed_in"})
+    assert_adds(passes(FOG, ANALOG), passes(WHITE), {"absorb_at_collisions", "account_absorbed_in"})
 
 
 @pytest.mark.parametrize(
@@ -122,19 +122,31 @@ def test_a_phase_function_adds_its_own_sampler(phase, scatters):
 
 
 def test_grids_add_walks_through_voxels():
-    walks = {"collide_in_grid", "cut_nothing", "fly_in_grids", "pause"}
-    assert_adds(passes(CLOUD), passes(FOG), walks | {"absorb_share"}, {"attenuate", "fly"})
-    assert_adds(passes(CLOUD, ANALOG), passes(FOG, ANALOG), walks, {"fly"})
+    walks = {"delta_track_in_grid", "reset_cuts", "sample_path_in_grids", "revoke_cut_collisions"}
+    assert_adds(passes(CLOUD), passes(FOG), walks | {"absorb_by_albedo"}, {"attenuate", "sample_free_path"})
+    assert_adds(passes(CLOUD, ANALOG), passes(FOG, ANALOG), walks, {"sample_free_path"})
 
 
 def test_forcing_and_splitting_are_there_only_where_asked_for():
     copies = of(variance_reduction, variance_reduction, variance_reduction)
     for filling in (None, SMOKE, WHITE, FOG, CLOUD):
         assert not passes(filling) & copies
-    force = {"begin_fresh", "fly_or_be_forced", "force_collision", "deposit_forced", "withdraw"}
-    assert_adds(passes(FOG, tp.Tracking(forced=True)), passes(FOG), force, {"fly"})
-    split = {"begin_where_important", "cut_flight", "pause_at_station", "weigh_by_importance", "deposit"}
-    split |= {"play_roulette_by_importance", "withdraw"}
+    force = {
+        "mark_uncollided",
+        "sample_free_or_forced_path",
+        "force_collision",
+        "bank_forced_copies",
+        "take_copies",
+    }
+    assert_adds(passes(FOG, tp.Tracking(forced=True)), passes(FOG), force, {"sample_free_path"})
+    split = {
+        "set_reference_weight",
+        "cut_flight",
+        "revoke_station_collisions",
+        "split_or_roulette",
+        "bank_copies",
+    }
+    split |= {"play_roulette_by_importance", "take_copies"}
     assert_adds(passes(FOG, SPLIT), passes(FOG), split, {"play_roulette", "play_roulette_in_flight"})
 
 
@@ -142,7 +154,7 @@ VOLUMES = {  # what looks -> what clips, and what scores
     tp.VolumeDetector(BOX, "it"): ({"clip_to_box"}, False),
     tp.VolumeDetector(BALL, "it"): ({"clip_to_ball"}, False),
     tp.VolumeDetector(BOX, "it", (2, 2, 2)): ({"clip_to_box"}, True),
-    tp.VolumeDetector(BALL, "it", 3, tp.Directions.sphere(2, 2)): ({"clip_to_ball", "find_even_bins"}, True),
+    tp.VolumeDetector(BALL, "it", 3, tp.Directions.sphere(2, 2)): ({"clip_to_ball", "find_equal_bins"}, True),
 }
 
 
@@ -160,28 +172,40 @@ def test_a_volume_detector_adds_its_own_walk(filling, look):
 
 def test_a_volume_that_counts_collisions_follows_no_ways():
     look = tp.VolumeDetector(BOX, "it", estimator="collision")
-    counts = {"know_collisions", "score_collisions_in_box"}
+    counts = {"set_collision_paths", "score_collisions_in_box"}
     assert passes(FOG, None, [look]) - passes(FOG) == counts
-    assert passes(CLOUD, None, [look]) - passes(CLOUD) == counts | {"know_collisions_in_grid"}
+    assert passes(CLOUD, None, [look]) - passes(CLOUD) == counts | {"set_collision_paths_in_grid"}
 
 
-SIGHT = {"take_shadows", "look_for_point", "arrive", "list_shadows", "cast_from_births", "cast_from_walls"}
-FLOWN = {"know_phase", "cast_from_flights", "weigh_isotropically"}
-DETOURS = {"know_phase_at_collisions", "detour_from_births", "detour_from_collisions", "detour_from_walls"}
-DETOURS |= {"turn_to_point", "set_off_again", "weigh_isotropically"}
+SIGHT = {
+    "load_shadow_rays",
+    "reset_shadow_hit",
+    "score_at_points",
+    "list_shadow_rays",
+    "cast_from_births",
+    "cast_from_walls",
+}
+FLOWN = {"find_phase_of_flights", "cast_from_flights", "add_isotropic_pdf"}
+DETOURS = {
+    "find_phase_at_collisions",
+    "first_leg_from_births",
+    "first_leg_from_collisions",
+    "first_leg_from_walls",
+}
+DETOURS |= {"turn_into_second_leg", "start_second_leg", "add_isotropic_pdf"}
 
 
 @pytest.mark.parametrize(
     ("filling", "outside", "within"),
     [
         (None, SIGHT, SIGHT),
-        (SMOKE, SIGHT | {"dim"}, SIGHT | {"dim"}),
-        (FOG, SIGHT | {"dim"} | FLOWN, SIGHT | {"dim"} | DETOURS),
-        (SOOT, SIGHT | {"dim_in_grid"}, SIGHT | {"dim_in_grid"}),
+        (SMOKE, SIGHT | {"attenuate_shadow_rays"}, SIGHT | {"attenuate_shadow_rays"}),
+        (FOG, SIGHT | {"attenuate_shadow_rays"} | FLOWN, SIGHT | {"attenuate_shadow_rays"} | DETOURS),
+        (SOOT, SIGHT | {"attenuate_shadow_rays_in_grid"}, SIGHT | {"attenuate_shadow_rays_in_grid"}),
         (
             CLOUD,
-            SIGHT | {"dim_in_grid", "weigh_in_grid"} | FLOWN,
-            SIGHT | {"dim_in_grid", "weigh_in_grid"} | DETOURS,
+            SIGHT | {"attenuate_shadow_rays_in_grid", "scale_by_grid_scattering"} | FLOWN,
+            SIGHT | {"attenuate_shadow_rays_in_grid", "scale_by_grid_scattering"} | DETOURS,
         ),
     ],
     ids=["vacuum", "smoke", "fog", "soot", "cloud"],

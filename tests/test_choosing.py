@@ -16,7 +16,14 @@ from tests.agreement import assert_agrees
 from transport.compile import method_aimed, methods
 from transport.compile.methods import Method
 from transport.results.choice import Choice, Pilot
-from transport.run.auto import cheapest, choose, chosen, price_of, seen_of, usual_quantities
+from transport.run.auto import (
+    cheapest,
+    choose_method,
+    evaluate_quantity,
+    main_quantities,
+    price_of,
+    select_method,
+)
 from transport.run.progress import Progress
 from transport.run.run import Run
 from transport.statistics.estimates import Estimate
@@ -85,7 +92,7 @@ def stand_in_choice(monkeypatch, errors, pace, targets=None):
     def clock():
         return sum(particles * pace[method] for method, particles in calls)
 
-    return choose(scene(), targets, None, fake_run(errors, calls), clock), calls
+    return choose_method(scene(), targets, None, fake_run(errors, calls), clock), calls
 
 
 def test_the_choice_is_by_error_squared_times_seconds_whatever_the_pilots_sizes(monkeypatch):
@@ -105,16 +112,16 @@ def pilots_of(*estimates, particles=1000):
     """Pilots of analog, aimed, expected, of a second each, that estimated so."""
     made = []
     for method, (estimate, price) in zip((ANALOG, AIMED, EXPECTED), estimates, strict=False):
-        seen = seen_of("m.flux_in", estimate, 0.01)
+        seen = evaluate_quantity("m.flux_in", estimate, 0.01)
         made.append(Pilot(method, price, 32.0, particles, "", 1.0, (seen.mean,), *seen.doubt))
     return made
 
 
 def test_a_way_whose_mean_lies_below_another_by_more_than_chance_is_out_however_cheap():
-    choice = chosen(pilots_of((one(0.1, 2.61), 10.0), (one(1e-9, 1.785), 1e-9)), has_error=False)
+    choice = select_method(pilots_of((one(0.1, 2.61), 10.0), (one(1e-9, 1.785), 1e-9)), has_error=False)
     assert choice.method == ANALOG and choice.is_trusted
     assert any("aimed lies 6" in line and "below analog, so it misses light" in line for line in choice.lines)
-    near = chosen(pilots_of((one(0.1, 2.0), 10.0), (one(1e-9, 1.785), 1e-9)), has_error=False)
+    near = select_method(pilots_of((one(0.1, 2.0), 10.0), (one(1e-9, 1.785), 1e-9)), has_error=False)
     assert near.method == AIMED  # two standard errors are chance
 
 
@@ -124,7 +131,7 @@ def test_of_ways_that_agree_one_is_called_too_low_in_one_choice_of_ten_thousand(
     out = 0
     for _ in range(2000):
         draws = [Estimate(1 + rng.normal(size=32), Batches(np.full(32, 100)), "W") for _ in range(3)]
-        out += any(chosen(pilots_of(*((draw, 1.0) for draw in draws)), has_error=False).reasons)
+        out += any(select_method(pilots_of(*((draw, 1.0) for draw in draws)), has_error=False).reasons)
     assert out <= 2
 
 
@@ -138,8 +145,8 @@ def test_a_doubtful_way_is_out_unless_the_run_settles_it():
         (unseen, 110, ANALOG),
     ):
         pilots = pilots_of((one(0.001, findings=(finding,)), 1.0), (one(0.01), 10.0))
-        assert chosen(pilots, has_error=False, particles=longer * 1000).method == taken
-    lost = chosen(pilots_of((one(0.001, findings=(unseen,)), 1.0)), has_error=False, particles=1000)
+        assert select_method(pilots, has_error=False, particles=longer * 1000).method == taken
+    lost = select_method(pilots_of((one(0.001, findings=(unseen,)), 1.0)), has_error=False, particles=1000)
     assert not lost.is_trusted and "no method can be trusted here" in lost.lines[0]
 
 
@@ -173,7 +180,7 @@ def test_a_quantity_that_a_way_cannot_read_is_a_refusal_of_that_way(monkeypatch)
 
         return SimpleNamespace(quantity=quantity, particles=particles)
 
-    choice = choose(scene(), None, None, run, clock=iter(range(100)).__next__)
+    choice = choose_method(scene(), None, None, run, clock=iter(range(100)).__next__)
     assert choice.method == ANALOG and "aimed refused (read radiance)" in choice.lines[0]
 
 
@@ -182,13 +189,16 @@ def test_where_nobody_says_a_meter_is_sought_for_its_flux_or_its_radiance():
     point = tp.PointDetector(position=(0, 0, 3), name="there")
     both = scene(detectors=[tp.Detector(tp.Disk(center=(0, 0, 2), radius=1.0), "all"), cone, point])
     pairs = [("all.flux_in", "all.flux_out"), ("cone.radiance", "cone.radiance_out")]
-    assert usual_quantities(both) == [*pairs, ("there.fluence_rate",)]
+    assert main_quantities(both) == [*pairs, ("there.fluence_rate",)]
 
 
 def test_a_price_is_that_of_the_dearest_error_asked_for():
-    seen = {"a.flux_in": seen_of("a.flux_in", one(0.1)), "b.flux_in": seen_of("b.flux_in", one(0.2))}
+    seen = {
+        "a.flux_in": evaluate_quantity("a.flux_in", one(0.1)),
+        "b.flux_in": evaluate_quantity("b.flux_in", one(0.2)),
+    }
     nothing = Estimate(np.zeros(32), Batches(np.full(32, 100)), "W", counts=0)
-    seen["c.flux_in"] = seen_of("c.flux_in", nothing)
+    seen["c.flux_in"] = evaluate_quantity("c.flux_in", nothing)
     assert price_of(seen, {"a.flux_in": 1e-2, "b.flux_in": 1e-1}, 2.0)[0] == pytest.approx(200.0)
     assert price_of(seen, {"a.flux_in": 1e-1, "b.flux_in": 1e-2}, 2.0)[0] == pytest.approx(800.0)
     assert price_of(seen, {"a.flux_in": 1e-1, "c.flux_in": 1e-2}, 2.0) == (math.inf, 16.0)
@@ -216,13 +226,15 @@ def test_auto_keeps_to_the_sampling_that_is_said():
 
 def test_the_only_way_is_taken_without_a_pilot(monkeypatch):
     monkeypatch.setattr("transport.run.auto.methods_for", lambda scene: [ANALOG])
-    choice = choose(scene(), None, None, run=None)
+    choice = choose_method(scene(), None, None, run=None)
     assert choice == Choice(ANALOG, (Pilot(ANALOG),))
     assert "the only method" in choice.lines[0]
 
 
 def test_auto_with_an_unknown_quantity_is_refused_before_anything_runs(monkeypatch):
-    monkeypatch.setattr(sys.modules["transport.simulate"], "choose", lambda *_: pytest.fail("a pilot ran"))
+    monkeypatch.setattr(
+        sys.modules["transport.simulate"], "choose_method", lambda *_: pytest.fail("a pilot ran")
+    )
     with pytest.raises(tp.SceneError, match="no detector 'metre'"):
         tp.simulate(scene(), error={"metre.flux_in": 1e-2}, estimator="auto")
 
@@ -269,10 +281,10 @@ def test_aimed_is_refused_by_name_for_all_else_that_it_cannot_see():
         "scatters": scene(medium=tp.Medium(absorption=0.1, scattering=0.1)),
     }
     for words, refused in reasons.items():
-        assert words in method_aimed.why_not(refused)
+        assert words in method_aimed.refusal(refused)
         assert AIMED not in methods.methods_for(refused)
     black = tp.Surface(tp.Disk(center=(3, 0, 0), radius=1), tp.Black())
-    assert method_aimed.why_not(scene(surfaces=black, medium=tp.Medium(absorption=1.0))) is None
+    assert method_aimed.refusal(scene(surfaces=black, medium=tp.Medium(absorption=1.0))) is None
 
 
 def test_a_sampling_that_no_estimator_of_the_scene_takes_is_refused():
@@ -326,7 +338,7 @@ def test_a_run_that_goes_on_keeps_its_way_whoever_chose_it(tmp_path, monkeypatch
     )
     begun = [tp.simulate(scene(), **way, seed=1) for way in ways]
     monkeypatch.setattr(
-        sys.modules["transport.simulate"], "choose", lambda *_, **__: pytest.fail("a pilot ran")
+        sys.modules["transport.simulate"], "choose_method", lambda *_, **__: pytest.fail("a pilot ran")
     )
     for number, first in enumerate(begun):
         first.save(path := tmp_path / f"{number}.npz")
@@ -342,7 +354,7 @@ def test_a_checkpoint_goes_on_with_the_way_that_was_chosen_first(tmp_path, monke
     first = tp.simulate(scene(), seconds=0.05, **how)
     assert len(first.choice.pilots) > 1
     monkeypatch.setattr(
-        sys.modules["transport.simulate"], "choose", lambda *_, **__: pytest.fail("a pilot ran")
+        sys.modules["transport.simulate"], "choose_method", lambda *_, **__: pytest.fail("a pilot ran")
     )
     assert tp.simulate(scene(), seconds=0.2, **how).plan.method == first.plan.method
 
@@ -373,7 +385,7 @@ def test_parts_of_a_run_never_choose_apart():
 
 def test_what_is_refused_is_refused_before_a_pilot_runs(monkeypatch):
     monkeypatch.setattr(
-        sys.modules["transport.simulate"], "choose", lambda *_, **__: pytest.fail("a pilot ran")
+        sys.modules["transport.simulate"], "choose_method", lambda *_, **__: pytest.fail("a pilot ran")
     )
     for wrong in (
         {"error": {"metre.flux_in": 0.1}},
@@ -509,7 +521,7 @@ def test_pilots_are_named_on_the_bar_and_count_as_preparation(monkeypatch):
             self.particles.append(particles)
 
     recorder = Recorder()
-    monkeypatch.setattr("transport.run.run.GLANCE", 0.0)
+    monkeypatch.setattr("transport.run.run.POLL_SECONDS", 0.0)
     result = tp.simulate(scene(), error=ERROR, progress=recorder)
     assert set(recorder.tried) == {each.method.title for each in result.choice.pilots}
     # Those of the run alone: pilots would begin at 0 again, where two threads merely pass each other.
@@ -522,7 +534,7 @@ def test_pilots_are_named_on_the_bar_and_count_as_preparation(monkeypatch):
 
 def test_costs_are_told_in_plain_numbers():
     far = (one(0.1), 3.7e7), (one(0.1), 1.0), (one(0.1), 3841.0)
-    (line, _) = chosen(pilots_of(*far), has_error=False).lines
+    (line, _) = select_method(pilots_of(*far), has_error=False).lines
     assert "analog costs over 10 000 times as much" in line and "expected costs 3 800 times as much" in line
     assert not re.search(r"\de[+-]?\d", line)
 

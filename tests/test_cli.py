@@ -29,7 +29,7 @@ def test_interruption_before_the_first_batch_has_status_130(call, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("transport.verification.experiment.simulate_for_any_reader", interrupted)
+    monkeypatch.setattr("transport.verification.experiment.simulate_all_quantities", interrupted)
     answer = call("run", "disk.py")
     assert answer.exit_code == 130
     assert len(answer.output.splitlines()) == 1

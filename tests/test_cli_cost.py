@@ -24,7 +24,7 @@ def few_ways(monkeypatch):
     """Two ways, and effects that need no measuring."""
     monkeypatch.setattr(costs, "effect_costs", lambda scene: EFFECTS)
     ways = {"analog": {}, "aimed": {"estimator": "aimed"}}
-    monkeypatch.setattr("transport.analysis.cost.ways_for", lambda scene: ways)
+    monkeypatch.setattr("transport.analysis.cost.methods_of_scene", lambda scene: ways)
     Path("open.py").write_text(UNAIMED + MEASURE, encoding="utf-8")
 
 
@@ -74,7 +74,7 @@ def test_an_unknown_quantity_is_refused(call, few_ways):
 
 
 def test_an_effect_costs_its_passes_for_each_history():
-    told = effect_costs.grouped(
+    told = effect_costs.costs_by_effect(
         {"begin": 2.0, "fly": 1.0, "new": 0.5, "never": float("nan")},
         {"begin": 1.0, "fly": 4.0, "new": 4.0},
         {"begin": "births", "fly": "collisions", "never": "optics"},
@@ -90,11 +90,11 @@ def test_an_effect_costs_its_passes_for_each_history():
 
 
 def test_every_file_of_passes_belongs_to_one_effect():
-    from transport.engine.registry import FAMILIES
+    from transport.engine.registry import MODULES
 
     files = [file for members in effect_costs.EFFECTS.values() for file in members]
     assert len(set(files)) == len(files)
-    assert set(files) == set(FAMILIES)
+    assert set(files) == set(MODULES)
 
 
 def test_lanes_a_history_of_a_scene_are_counted(call):
@@ -103,7 +103,7 @@ def test_lanes_a_history_of_a_scene_are_counted(call):
 
     scene = experiment("disk.py").scene()
     told = {effect.name: effect for effect in costs.effect_costs(scene)}
-    lanes = effect_costs.lanes_a_history(scene)
+    lanes = effect_costs.lanes_per_history(scene)
     assert lanes["begin"] == 1.0
     assert 0.9 < lanes["move"] < 2.1
     assert told["births"].ns > 0 and abs(sum(effect.share for effect in told.values()) - 1) < 1e-9

@@ -38,8 +38,8 @@ def test_effects_are_told_before_anything_is_compiled(call, monkeypatch):
     def forbidden(*_, **__):
         raise Forbidden
 
-    monkeypatch.setattr("transport.engine.driver.machine_of", forbidden)
-    monkeypatch.setattr("transport.verification.experiment.simulate_for_any_reader", forbidden)
+    monkeypatch.setattr("transport.engine.driver.compile_program", forbidden)
+    monkeypatch.setattr("transport.verification.experiment.simulate_all_quantities", forbidden)
     answer = call("effects", "disk.py")
     assert isinstance(answer.exception, Forbidden)
     assert all(word in answer.output for word in ("carried", "scratch", "absent", "memory"))
@@ -97,7 +97,7 @@ def test_a_pass_that_no_lane_reaches_is_told_so(call):
 
 def test_the_cost_of_a_pass_is_that_of_the_first_scene_which_reaches_it():
     told = passes.Effects((), ("move", "meet"), {})
-    record = passes.record_of_effects(
+    record = passes.effects_record(
         [(told, {"move": math.nan, "meet": 1.0}), (told, {"move": 2.0, "meet": 3.0})]
     )
     assert record["ns"] == {"move": 2.0, "meet": 1.0}

@@ -11,14 +11,18 @@ from tests.ctrl_c import pressing_ctrl_c
 from transport.statistics.estimates import Estimate
 from transport.statistics.replicates import Batches
 from transport.verification.hard import cases
-from transport.verification.hard.cases import Case, Seen
+from transport.verification.hard.cases import Case, CaseResult
 
 NOISY = Estimate([1.0, 1.1, 0.9, 1.05, 0.95], Batches([10] * 5), "1")
 
 
 def wrong(found, naive=0.0, exact=1.0):
     return Case(
-        "spheres", "a sphere far away", "1 - cos θ", "It rounds to 0.", lambda: Seen(found, exact, naive)
+        "spheres",
+        "a sphere far away",
+        "1 - cos θ",
+        "It rounds to 0.",
+        lambda: CaseResult(found, exact, naive),
     )
 
 
@@ -54,7 +58,7 @@ def test_an_interruption_that_a_case_has_taken_ends_it_too(hard, press_ctrl_c):
     def cut_short():
         with suppress(KeyboardInterrupt):
             press_ctrl_c()
-        return Seen(2.0, 1.0, 0.0)
+        return CaseResult(2.0, 1.0, 0.0)
 
     answer = hard(wrong(1.0), Case("spheres", "cut short", "", "", cut_short), wrong(1.0))
     assert answer.exit_code == 130 and "the rows are incomplete" in answer.output
@@ -65,7 +69,7 @@ def test_an_interruption_that_a_case_has_taken_ends_it_too(hard, press_ctrl_c):
 def test_cases_go_on_where_ctrl_c_is_ignored(hard):
     """As under nohup."""
     with pressing_ctrl_c(signal.SIG_IGN) as press:
-        pressed = Case("spheres", "pressed", "", "", lambda: press() or Seen(1.0, 1.0, 0.0))
+        pressed = Case("spheres", "pressed", "", "", lambda: press() or CaseResult(1.0, 1.0, 0.0))
         answer = hard(pressed)
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     assert answer.exit_code == 0 and "1 of 1 hard cases hold" in answer.output

@@ -8,11 +8,13 @@ import pytest
 
 from tests.own_experiments import EXPERIMENT
 from transport.cli import verify
-from transport.verification.hard.cases import Case, Seen
+from transport.verification.hard.cases import Case, CaseResult
 
 
 def hard(found):
-    return Case("spheres", "a sphere far away", "1 - cos θ", "It rounds to 0.", lambda: Seen(found, 1.0, 0.0))
+    return Case(
+        "spheres", "a sphere far away", "1 - cos θ", "It rounds to 0.", lambda: CaseResult(found, 1.0, 0.0)
+    )
 
 
 @pytest.fixture
@@ -58,7 +60,7 @@ def test_machines_are_told_every_row(proof):
 @pytest.mark.parametrize(("how", "first"), [(["--long"], 6), ([], 2)], ids=["long", "plain"])
 def test_what_is_known_when_it_is_interrupted_is_told(call, monkeypatch, how, first):
     """Ctrl-C before the first batch of the second case; the long proof has had two pilots of both cases."""
-    from transport.simulate import simulate_for_any_reader as simulate
+    from transport.simulate import simulate_all_quantities as simulate
 
     calls = count(1)
 
@@ -67,14 +69,14 @@ def test_what_is_known_when_it_is_interrupted_is_told(call, monkeypatch, how, fi
             raise KeyboardInterrupt
         return simulate(*arguments, **limits)
 
-    monkeypatch.setattr("transport.verification.experiment.simulate_for_any_reader", interrupted)
+    monkeypatch.setattr("transport.verification.experiment.simulate_all_quantities", interrupted)
     answer = call("verify", "disks.py", "--particles", "2000", *how)
     assert answer.exit_code == 130
     assert "1 of 1 rows" in answer.stdout and "the rows are incomplete" in answer.stderr
 
 
 def test_what_it_cannot_run_is_refused_before_the_pilots(call, monkeypatch):
-    monkeypatch.setattr(verify, "known_outcomes", None)
+    monkeypatch.setattr(verify, "run_until_interrupt", None)
     Path("good.py").write_text(EXPERIMENT, encoding="utf-8")
     for arguments in (["--particles", "0"], ["good.py", "nowhere.py"], ["--hard"], ["geometry"]):
         answer = call("verify", "--long", *arguments)

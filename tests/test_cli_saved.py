@@ -114,7 +114,7 @@ def test_wrong_files_and_parts_are_refused_in_a_line(run, call):
 
 
 def test_a_file_that_cannot_be_saved_is_refused_before_the_run(run, monkeypatch):
-    monkeypatch.setattr(experiment, "simulate_for_any_reader", None)
+    monkeypatch.setattr(experiment, "simulate_all_quantities", None)
     for file, said in (("run.txt", "ends in .nc or .npz"), ("none/run.npz", "make none first")):
         answer = run("--save", file)
         assert answer.exit_code == 2 and said in answer.output, answer.output
@@ -165,8 +165,8 @@ def test_where_merged_runs_cannot_be_saved_nothing_is_read(call):
 
 
 def test_a_log_has_lines_now_and_then(run, monkeypatch, capfd):
-    monkeypatch.setattr(running, "GLANCE", 0.0)
-    monkeypatch.setattr(progress, "FIRST_LINE", 0.0)
+    monkeypatch.setattr(running, "POLL_SECONDS", 0.0)
+    monkeypatch.setattr(progress, "FIRST_INTERVAL", 0.0)
     said = run("--batches", "64", "--json")
     line = said.stderr.splitlines()[-1]
     assert json.loads(said.stdout) and len(said.stderr.splitlines()) > 1

@@ -137,11 +137,11 @@ def test_tracks_without_end_are_drawn_as_far_as_there_is_room(monkeypatch):
     """A room of mirrors: fewer tracks, then the start of one; a number from the user is not reduced."""
     walls = tp.Surface(tp.Box(size=2.0), tp.Mirror(0.99), "room")
     scene = tp.Scene(tp.Source(tp.Point(), tp.Isotropic(power=1.0)), walls)
-    monkeypatch.setattr(show, "MOST_FLIGHTS", 5_000)
-    few, note = show._ways(scene, 300, 0, True)
+    monkeypatch.setattr(show, "MAX_FLIGHTS", 5_000)
+    few, note = show._find_tracks(scene, 300, 0, True)
     drawn = len(np.unique(few.histories))
     assert 1 < drawn < 100 and len(few) <= 5_000 and note.startswith(f"{drawn} of 300 tracks")
-    assert len(np.unique(show._ways(scene, 300, 0, False)[0].histories)) == 300
-    monkeypatch.setattr(show, "MOST_FLIGHTS", 10)
-    one, note = show._ways(scene, 300, 0, True)
+    assert len(np.unique(show._find_tracks(scene, 300, 0, False)[0].histories)) == 300
+    monkeypatch.setattr(show, "MAX_FLIGHTS", 10)
+    one, note = show._find_tracks(scene, 300, 0, True)
     assert len(one) == 10 and note.startswith("the first 10 flights of 1 of 300 tracks")

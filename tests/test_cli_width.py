@@ -3,7 +3,7 @@
 import pytest
 
 from transport.cli import tables
-from transport.cli.console import say, say_labelled
+from transport.cli.console import print_labelled, print_rich
 
 CELLS = (
     "a room that is told of in more words than eighty columns hold",
@@ -24,9 +24,9 @@ def written(capsys, monkeypatch):
             monkeypatch.setenv(name, value)
         table = tables.plain_table("quantity", "estimate ± error>", "unit", "")
         table.add_row(*CELLS)
-        say(table)
+        print_rich(table)
         rows = capsys.readouterr().out.splitlines()
-        say_labelled("note", "word " * 40)
+        print_labelled("note", "word " * 40)
         return rows, capsys.readouterr().out.splitlines()
 
     return write

@@ -21,7 +21,7 @@ from transport.compile.methods import ANALOG
 from transport.run import executors
 from transport.run.dask import client as lines
 from transport.run.dask import worker as posts
-from transport.run.dask.executor import ClusterCrew
+from transport.run.dask.executor import ClusterExecutor
 from transport.run.interruption import Interruption
 from transport.run.progress import Progress, WaitingWarning
 
@@ -36,7 +36,7 @@ LIMITS = {
 POSTS = "len(__import__('transport.run.dask.worker', fromlist=['POSTS']).POSTS)"  # that a worker keeps
 KILLING = """
 import os, signal
-from transport.run.dask.worker import Post
+from transport.run.dask.worker import WorkerRun as Post
 
 work = Post.work
 
@@ -66,7 +66,7 @@ def whole():
 
 def happening(monkeypatch, act, parcel=5):
     """Something happens when so many parcels have come."""
-    keep, came = ClusterCrew._keep, []
+    keep, came = ClusterExecutor._store, []
 
     def kept(self, batches):
         came.append(batches)
@@ -74,7 +74,7 @@ def happening(monkeypatch, act, parcel=5):
             act()
         keep(self, batches)
 
-    monkeypatch.setattr(ClusterCrew, "_keep", kept)
+    monkeypatch.setattr(ClusterExecutor, "_store", kept)
     return came
 
 
@@ -87,14 +87,14 @@ def without_transport(folder):
 
 def come_late(monkeypatch, cluster, path):
     """A worker of these sources comes between the roll call and the first batch."""
-    muster = lines.Line._muster
+    muster = lines.DaskExecutor._start_workers
 
     async def late(line, client):
         await muster(line, client)
         cluster.start_worker(path)
         cluster.wait_for(2)
 
-    monkeypatch.setattr(lines.Line, "_muster", late)
+    monkeypatch.setattr(lines.DaskExecutor, "_start_workers", late)
 
 
 @pytest.mark.parametrize("name", LIMITS)
@@ -157,14 +157,14 @@ def test_the_scheduler_is_killed_and_comes_back_with_other_workers(cluster, whol
 
 
 def test_a_parcel_that_comes_twice_counts_once(cluster, whole, monkeypatch):
-    keep, first = ClusterCrew._keep, []
+    keep, first = ClusterExecutor._store, []
 
     def kept(self, batches):
         first.append(batches)
         keep(self, batches)
         keep(self, first[0])
 
-    monkeypatch.setattr(ClusterCrew, "_keep", kept)
+    monkeypatch.setattr(ClusterExecutor, "_store", kept)
     result = tp.simulate(scene(), **MANY, cluster=cluster.address)
     assert_same(result.batches, whole.batches)
     assert result.state.ahead == {}  # where an interrupted run would have counted them again
@@ -196,8 +196,8 @@ def test_a_client_of_ones_own_does(cluster, whole):
 
 
 def test_without_workers_or_scheduler_a_run_ends_with_what_it_has(whole, monkeypatch):
-    monkeypatch.setattr(lines, "PATIENCE", 1.0)
-    monkeypatch.setattr(lines, "CONNECT", 1.0)
+    monkeypatch.setattr(lines, "WAIT_SECONDS", 1.0)
+    monkeypatch.setattr(lines, "CONNECT_SECONDS", 1.0)
     with DaskCluster(1) as cluster:
         happening(monkeypatch, cluster.scheduler.kill)
         result = tp.simulate(scene(), **MANY, cluster=cluster.address)
@@ -215,10 +215,10 @@ def test_what_is_waited_for_in_vain_is_told_without_a_terminal_and_by_ctrl_c(mon
             tell(self.doing)
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(executors, "LONG", -1.0)
+    monkeypatch.setattr(executors, "SILENT_SECONDS", -1.0)
     told = pytest.warns(WaitingWarning, match=r"no workers at tcp://10\.0\.0\.1:8786; the run begins")
     with told, pytest.raises(KeyboardInterrupt, match="before the run began: no workers at"):
-        executors._wait_for(Nobody(), Progress(), Interruption())
+        executors._wait_for_workers(Nobody(), Progress(), Interruption())
 
 
 def test_a_batch_that_kills_its_workers_is_named_and_no_other(whole, tmp_path, monkeypatch):
@@ -235,7 +235,7 @@ def test_a_batch_that_kills_its_workers_is_named_and_no_other(whole, tmp_path, m
 
 
 def test_a_worker_that_does_not_answer_keeps_nobody_waiting(whole, monkeypatch):
-    monkeypatch.setattr(lines, "CONNECT", 1.0)
+    monkeypatch.setattr(lines, "CONNECT_SECONDS", 1.0)
     with DaskCluster(2) as cluster:
         os.kill(cluster.workers[0].pid, signal.SIGSTOP)
         result = tp.simulate(scene(), **MANY, cluster=cluster.address)
@@ -250,17 +250,17 @@ def test_an_error_travels_without_its_frames(monkeypatch):
         fail(depth - 1)
 
     post = SimpleNamespace(work=lambda *_: fail(500), machine=lambda: fail(500))
-    monkeypatch.setitem(posts.POSTS, "run", post)
-    for act in (lambda: posts.make_ready("run"), lambda: posts.work_on("run", [(0, 1)], 0, 1)):
+    monkeypatch.setitem(posts.RUNS, "run", post)
+    for act in (lambda: posts.compile_run("run"), lambda: posts.run_group("run", [(0, 1)], 0, 1)):
         with pytest.raises(ValueError, match="deep") as error:
             act()
         assert len(error.traceback) < 10
 
 
 def test_a_worker_without_the_memory_for_it_says_so(monkeypatch):
-    monkeypatch.setattr("transport.run.memory.ALWAYS", 0)
-    monkeypatch.setattr("transport.run.memory.memory_left", lambda: 1000)
-    post = posts.Post(pickle.dumps((scene(), None, ANALOG)), threads=3)
+    monkeypatch.setattr("transport.run.memory.MIN_FREE", 0)
+    monkeypatch.setattr("transport.run.memory.available_memory", lambda: 1000)
+    post = posts.WorkerRun(pickle.dumps((scene(), None, ANALOG)), threads=3)
     for _ in range(2):  # whoever asks
         with pytest.raises(
             tp.SceneError,

@@ -23,7 +23,7 @@ LOCAL = {"cluster": "local", "threads": 2}
 SOON = 30.0  # [s] in which a run must end once its last worker has
 DYING = """
 import os, signal
-from transport.run.dask.worker import Post
+from transport.run.dask.worker import WorkerRun as Post
 
 def die(*_):
     os.kill(os.getpid(), signal.SIGKILL)
@@ -106,8 +106,8 @@ def test_workers_that_are_frozen_are_waited_for_half_a_minute_at_most(monkeypatc
     """Dask gives them up after its worker-ttl; since then no worker is there, though their processes are."""
     frozen = []
     happening(monkeypatch, lambda: signal_workers(signal.SIGSTOP, frozen))
-    assert lines.LOCAL_PATIENCE <= SOON
-    monkeypatch.setattr(lines, "LOCAL_PATIENCE", 1.0)
+    assert lines.LOCAL_WAIT_SECONDS <= SOON
+    monkeypatch.setattr(lines, "LOCAL_WAIT_SECONDS", 1.0)
     with dask.config.set({"distributed.scheduler.worker-ttl": "1s"}):
         result = tp.simulate(scene(), **MANY, **LOCAL)
     assert time.monotonic() - frozen[0] < SOON

@@ -55,7 +55,7 @@ def whole():
 
 def test_a_stranger_that_ends_over_its_batches_takes_none_along(whole, tmp_path, monkeypatch):
     """Dask ends a worker that cannot read what it is to do; others get it then."""
-    monkeypatch.setattr(lines, "DEPTH", 40)  # of which it would get some
+    monkeypatch.setattr(lines, "GROUPS_IN_FLIGHT", 40)  # of which it would get some
     with DaskCluster(1) as mixed:
         come_late(monkeypatch, mixed, without_transport(tmp_path / "stranger"))
         result = tp.simulate(scene(), **MANY, cluster=mixed.address)
@@ -67,7 +67,7 @@ def test_a_stranger_that_ends_over_its_batches_takes_none_along(whole, tmp_path,
 
 
 def test_without_workers_a_run_ends_with_what_it_has_and_goes_on_elsewhere(whole, monkeypatch):
-    monkeypatch.setattr(lines, "PATIENCE", 0.5)
+    monkeypatch.setattr(lines, "WAIT_SECONDS", 0.5)
     with DaskCluster(1) as lonely:
         happening(monkeypatch, lonely.kill_worker)
         result = tp.simulate(scene(), **MANY, cluster=lonely.address)
@@ -120,7 +120,7 @@ def test_the_command_line_sends_it_to_a_cluster_or_to_processes(cluster, call, t
     ],
 )
 def test_the_command_line_refuses_in_a_line(call, tmp_path, monkeypatch, options, said):
-    monkeypatch.setattr(lines, "CONNECT", 1.0)
+    monkeypatch.setattr(lines, "CONNECT_SECONDS", 1.0)
     SMALL.to_json(tmp_path / "small.json")
     answer = call("run", "small.json", *options)
     assert answer.exit_code == 2 and said in answer.output, answer.output
@@ -156,8 +156,8 @@ def test_a_task_may_run_on_the_cluster_that_it_is_done_by(cluster):
 
 
 def test_a_worker_that_comes_back_at_its_address_is_told_anew():
-    line, asked = lines.Line("tcp://10.0.0.1:8786", 1, ()), []
-    line.is_begun, line.heard = True, time.monotonic()
+    line, asked = lines.DaskExecutor("tcp://10.0.0.1:8786", 1, ()), []
+    line.is_begun, line.last_contact = True, time.monotonic()
 
     async def run(_act, *_, workers, on_error):
         asked.append(workers)
@@ -167,40 +167,40 @@ def test_a_worker_that_comes_back_at_its_address_is_told_anew():
         for there in ({"a": 2}, {}, {"a": 2}, {"a": 2, "b": 1}):
             scheduler = SimpleNamespace(address=line.cluster)
             client = SimpleNamespace(nthreads=partial(asyncio.sleep, 0, there), run=run, scheduler=scheduler)
-            await line._look_round(client)
-            await (line.telling or asyncio.sleep(0))
+            await line._poll_workers(client)
+            await (line.sending or asyncio.sleep(0))
 
     asyncio.run(look_round())
     assert asked == [["a"], ["a"], ["b"]] and line.threads == 3
 
 
 def test_a_worker_forgets_runs_whose_client_was_killed_and_late_news_of_others(monkeypatch):
-    monkeypatch.setattr(worker, "POSTS", {})
+    monkeypatch.setattr(worker, "RUNS", {})
     task, sources = pickle.dumps((SMALL, None, ANALOG)), this_origin().sources
-    worker.enlist("killed", task, sources)
-    worker.enlist("other", task, sources)
-    assert list(worker.POSTS) == ["killed", "other"]
-    for post in worker.POSTS.values():
-        post.used -= 2 * worker.IDLE
-    worker.POSTS["other"].work([(0, 100)], 0, 1)
-    worker.enlist("next", task, sources)
-    assert list(worker.POSTS) == ["other", "next"]
-    worker.dismiss("next")
-    worker.enlist("next", task, sources)
-    assert list(worker.POSTS) == ["other"]
+    worker.register_run("killed", task, sources)
+    worker.register_run("other", task, sources)
+    assert list(worker.RUNS) == ["killed", "other"]
+    for post in worker.RUNS.values():
+        post.used -= 2 * worker.IDLE_SECONDS
+    worker.RUNS["other"].work([(0, 100)], 0, 1)
+    worker.register_run("next", task, sources)
+    assert list(worker.RUNS) == ["other", "next"]
+    worker.end_run("next")
+    worker.register_run("next", task, sources)
+    assert list(worker.RUNS) == ["other"]
 
 
 # ---- pilots ----
 
 
 def test_pilots_run_here_and_the_way_that_they_choose_there(cluster, monkeypatch):
-    opened, begin = [], lines.Line.open
+    opened, begin = [], lines.DaskExecutor.open
 
     def counted(line, tell):
         opened.append(line)
         begin(line, tell)
 
-    monkeypatch.setattr(lines.Line, "open", counted)
+    monkeypatch.setattr(lines.DaskExecutor, "open", counted)
     there = tp.simulate(SMALL, **FEW, estimator="auto", cluster=cluster.address)
     assert len(opened) == 1 and len(there.choice.pilots) > 1
     method = there.plan.method

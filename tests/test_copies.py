@@ -47,7 +47,7 @@ def weighed(ratio, seed=1, gain=1e6, z=0.0, **fields):
     table = {"kz": math.log(gain), "most": math.log(gain)}
     importance = math.exp(min(max(z, 0.0), 1.0) * math.log(gain))
     lanes = Lanes(seed=seed, z=z, cut=1, weight=ratio * 0.5 / importance, birth=0.5, **fields)
-    lanes.run(variance_reduction.weigh_by_importance, **table)
+    lanes.run(variance_reduction.split_or_roulette, **table)
     return lanes, 0.5 / importance
 
 
@@ -83,14 +83,14 @@ def test_thinning_out_keeps_the_expectation_and_tells_the_ledger(ratio):
 
 def test_what_has_met_a_surface_or_waits_is_not_weighed():
     lanes = Lanes(cut=0, weight=1e3, birth=1.0)
-    lanes.run(variance_reduction.weigh_by_importance, kz=1.0, most=1.0)
+    lanes.run(variance_reduction.split_or_roulette, kz=1.0, most=1.0)
     assert (lanes["weight"] == 1e3).all() and (lanes["copies"] == 0).all()
 
 
 def test_a_station_is_no_collision():
     lanes = Lanes(flies=1, distance=np.where(np.arange(LANES) % 2, 5.0, 0.01), uz=1.0)
-    lanes.run(variance_reduction.cut_flight, kz=variance_reduction.DOUBLE / 0.1, most=1e3)
+    lanes.run(variance_reduction.cut_flight, kz=variance_reduction.LN_2 / 0.1, most=1e3)
     np.testing.assert_allclose(lanes["distance"], np.where(np.arange(LANES) % 2, 0.1, 0.01), rtol=1e-12)
-    lanes.run(collisions.collide).run(variance_reduction.pause_at_station)
+    lanes.run(collisions.collide).run(variance_reduction.revoke_station_collisions)
     assert (lanes["collides"] == (np.arange(LANES) % 2 == 0)).all()
     assert (lanes["cut"] == 1).all() and int(lanes.bundle["collisions"][0]) == LANES // 2

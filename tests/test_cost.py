@@ -10,9 +10,17 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.analysis.cost import cost_of_accuracy, ways_for
-from transport.analysis.work_precision import FEWEST, MOST, Trial, Trials, best_estimate, trials_of, way_of
-from transport.statistics.convergence import line_through, pace_of
+from transport.analysis.cost import cost_of_accuracy, methods_of_scene
+from transport.analysis.work_precision import (
+    MAX_REPEATS,
+    MIN_REPEATS,
+    Trial,
+    Trials,
+    best_estimate,
+    cost_of_method,
+    run_trials,
+)
+from transport.statistics.convergence import fit_power_law, fit_time
 from transport.statistics.notation import duration, percent
 
 TRUTH, LATENCY, PACE = 2.0, 1e-3, 1e-8  # s, s a particle
@@ -38,7 +46,7 @@ def stand_in_trials(error=0.5, slope=-0.5, bias=0.0, honesty=1.0, seed=0, second
         value = TRUTH * (1 + bias) + sigma * draws.normal()
         return particles, SimpleNamespace(value=value, error=honesty * sigma), 0.25
 
-    return trials_of(run, seconds, cpu=lambda: now[0], clock=lambda: now[0])
+    return run_trials(run, seconds, cpu=lambda: now[0], clock=lambda: now[0])
 
 
 EXACT = best_estimate({}, np.array([TRUTH]))
@@ -47,7 +55,7 @@ EXACT = best_estimate({}, np.array([TRUTH]))
 @pytest.mark.parametrize("slope", [-0.5, -1.0])
 def test_slopes_and_prices_come_back(slope):
     """The slope within four of its standard errors, of 0.02, and the price within 30 %; the other slope would be 25 off."""
-    way = way_of("way", stand_in_trials(0.5, slope, noise=0.05), EXACT)
+    way = cost_of_method("way", stand_in_trials(0.5, slope, noise=0.05), EXACT)
     assert way.line.slope_error < 0.03
     assert abs(way.line.slope - slope) < 4 * way.line.slope_error
     assert (way.line.used == -0.5) == (slope == -0.5)
@@ -62,25 +70,25 @@ def test_slopes_and_prices_come_back(slope):
 
 def test_sizes_grow_by_fours_small_ones_are_repeated_and_the_time_is_kept():
     trials = stand_in_trials(seconds=4.0)
-    sizes = [rung[0].particles for rung in trials.rungs]
+    sizes = [rung[0].particles for rung in trials.levels]
     assert np.all(np.diff(np.log2(sizes)) == 2)
-    assert len(trials.rungs[-1]) == FEWEST and len(trials.rungs[0]) == MOST
+    assert len(trials.levels[-1]) == MIN_REPEATS and len(trials.levels[0]) == MAX_REPEATS
     assert 1.0 < sum(trial.seconds for trial in trials.all) < 4.0
     assert trials.preparation == 0.25
 
 
 def test_true_and_claimed_errors_stand_apart_where_a_way_claims_too_little():
-    honest, vain = (way_of("way", stand_in_trials(honesty=h), EXACT) for h in (1.0, 0.5))
+    honest, vain = (cost_of_method("way", stand_in_trials(honesty=h), EXACT) for h in (1.0, 0.5))
     for way, ratio in ((honest, 1.0), (vain, 2.0)):
         found = math.exp(np.mean([math.log(p.true / p.claimed) for p in way.points]))
         assert found == pytest.approx(ratio, rel=0.15)
 
 
 def test_a_biased_way_is_seen_by_its_z_and_by_a_line_that_stops_to_fall():
-    right = way_of("way", stand_in_trials(seed=3), EXACT)
+    right = cost_of_method("way", stand_in_trials(seed=3), EXACT)
     assert abs(right.z) < 4
-    assert abs(way_of("way", stand_in_trials(seed=3, bias=1e-3), EXACT).z) > 8
-    assert way_of("way", stand_in_trials(seed=3, bias=0.02), EXACT).points[-1].true == pytest.approx(
+    assert abs(cost_of_method("way", stand_in_trials(seed=3, bias=1e-3), EXACT).z) > 8
+    assert cost_of_method("way", stand_in_trials(seed=3, bias=0.02), EXACT).points[-1].true == pytest.approx(
         0.02, rel=0.1
     )
 
@@ -94,11 +102,11 @@ def test_without_an_exact_value_errors_are_measured_from_the_best_estimate_and_a
     for seed in range(repeats):
         trials = stand_in_trials(seed=seed, seconds=0.01)
         truth = best_estimate({"way": trials})
-        last = way_of("way", trials, truth).points[-1]
+        last = cost_of_method("way", trials, truth).points[-1]
         sigma = 0.5 * last.particles**-0.5
         squares.append((np.nan_to_num(last.true) / sigma) ** 2)
-        plain.append(np.mean([(t.value[0] / truth.value[0] - 1) ** 2 for t in trials.rungs[-1]]) / sigma**2)
-    spread = math.sqrt(2 / FEWEST / repeats)
+        plain.append(np.mean([(t.value[0] / truth.value[0] - 1) ** 2 for t in trials.levels[-1]]) / sigma**2)
+    spread = math.sqrt(2 / MIN_REPEATS / repeats)
     assert abs(np.mean(squares) - 1) < 4 * spread
     assert abs(np.mean(plain) - 1) > 4 * spread
     assert truth.words.startswith("best estimate")
@@ -109,7 +117,7 @@ def test_the_best_estimate_is_made_of_ways_by_their_errors():
     truth = best_estimate({"fine": fine, "coarse": coarse})
     assert truth.shares["fine"] > 0.99
     assert abs(truth.value[0] / TRUTH - 1) < 4 * math.sqrt(truth.variance) / TRUTH
-    assert abs(way_of("coarse", coarse, truth).z) < 4
+    assert abs(cost_of_method("coarse", coarse, truth).z) < 4
 
 
 def test_a_way_without_a_score_has_no_price_and_does_not_spoil_the_truth():
@@ -117,15 +125,15 @@ def test_a_way_without_a_score_has_no_price_and_does_not_spoil_the_truth():
     blind, sees = Trials((nothing,), 0.0), stand_in_trials()
     truth = best_estimate({"blind": blind, "sees": sees})
     assert "blind" not in truth.shares
-    way = way_of("blind", blind, truth)
+    way = cost_of_method("blind", blind, truth)
     assert way.line is None and way.price(0.1).seconds == math.inf
     assert way.points[0].true == pytest.approx(1.0, rel=1e-6) and math.isnan(way.points[0].claimed)
 
 
 def test_lines_need_two_points_and_paces_are_positive():
-    assert line_through([1.0], [0.1], [8]) is None
-    assert line_through([1.0, 2.0], [0.1, math.nan], [8, 8]) is None
-    assert pace_of([1e3, 1e4], [1.0, 0.9]).per_particle > 0  # a machine that was disturbed
+    assert fit_power_law([1.0], [0.1], [8]) is None
+    assert fit_power_law([1.0, 2.0], [0.1, math.nan], [8, 8]) is None
+    assert fit_time([1e3, 1e4], [1.0, 0.9]).per_particle > 0  # a machine that was disturbed
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +146,7 @@ def test_random_sampling_has_a_slope_of_minus_a_half_and_honest_errors(cost):
     for way in cost.ways:
         assert abs(way.line.slope + 0.5) < 4 * way.line.slope_error < 0.4
         assert abs(way.z) < 4
-        ratios = [p.claimed / p.true for p in way.points if p.runs > FEWEST]
+        ratios = [p.claimed / p.true for p in way.points if p.runs > MIN_REPEATS]
         assert 0.7 < math.exp(np.mean(np.log(ratios))) < 1.4
 
 
@@ -168,11 +176,11 @@ def test_a_function_of_a_result_and_arrays_are_priced_too():
 
 
 def test_the_ways_of_a_scene_are_its_methods_and_with_media_its_trackings():
-    assert {"analog", "aimed"} <= set(ways_for(SCENE))
+    assert {"analog", "aimed"} <= set(methods_of_scene(SCENE))
     slab = tp.Surface(
         tp.Box(center=(0, 0, 0.5), size=(4, 4, 0.5)), tp.Transparent(), inside=tp.Medium(1.0, 1.0)
     )
-    foggy = ways_for(tp.Scene([LAMP], surfaces=[slab], detectors=[tp.Detector(METER, "meter")]))
+    foggy = methods_of_scene(tp.Scene([LAMP], surfaces=[slab], detectors=[tp.Detector(METER, "meter")]))
     assert "aimed" not in foggy
     assert {"analog", "analog absorption", "forced collisions"} <= set(foggy)
 

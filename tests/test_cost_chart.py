@@ -11,9 +11,9 @@ from matplotlib.image import imread
 
 from transport.analysis.binning import BinsAgainstNoise
 from transport.analysis.cost import CostOfAccuracy
-from transport.analysis.work_precision import Point, Way
+from transport.analysis.work_precision import MethodCost, Point
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
-from transport.statistics.convergence import Pace, line_through
+from transport.statistics.convergence import TimeModel, fit_power_law
 from viz.costs import _apart, cost_diagram
 from viz.style import ESTIMATOR_COLOURS, SAMPLING_MARKS, TRACKING_MARKS
 
@@ -30,8 +30,8 @@ def stand_in_way(name, error, slope):
         Point(int(n), 8, float(s), float(s), float(t), float(t) / 4, 1.1 * float(t))
         for n, s, t in zip(particles, seconds, true, strict=True)
     )
-    line = line_through(1e-8 * particles, true, np.full(6, 8))
-    return Way(name, points, line, line, Pace(1e-3, 1e-8), 0.1, 0.5)
+    line = fit_power_law(1e-8 * particles, true, np.full(6, 8))
+    return MethodCost(name, points, line, line, TimeModel(1e-3, 1e-8), 0.1, 0.5)
 
 
 def stand_in_cost(names=NAMES, blind=()):
@@ -39,7 +39,10 @@ def stand_in_cost(names=NAMES, blind=()):
         stand_in_way(name, 0.5 / (1 + k), -1.0 if "sobol" in name else -0.5) for k, name in enumerate(names)
     ]
     unknown = [Point(4096, 8, 1e-3, 1e-3, float("nan"), float("nan"), float("nan"))]
-    ways += [Way(name, tuple(unknown), None, None, Pace(1e-3, 1e-8), 0.1, float("nan")) for name in blind]
+    ways += [
+        MethodCost(name, tuple(unknown), None, None, TimeModel(1e-3, 1e-8), 0.1, float("nan"))
+        for name in blind
+    ]
     targets = (1e-2, 1e-3, 1e-4)
     return CostOfAccuracy("flux", "W", 1.0, "exact", tuple(ways), targets, {}, "a machine", 1)
 

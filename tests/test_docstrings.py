@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import transport as tp
-from transport.cli.docs import READ
+from transport.cli.docs import RETURNED_CLASSES
 
 PACKAGE = Path(tp.__file__).parent
 RETURNED = ("Result",)  # made by the library alone: documents Attributes instead of Parameters
@@ -138,7 +138,7 @@ def test_examples_give_what_they_show(name):
 def _documented():
     """Docstrings of the reference by name: public names and what results return, with their members."""
     found = {}
-    places = (f"transport.{name}".rpartition(".") for name in READ)
+    places = (f"transport.{name}".rpartition(".") for name in RETURNED_CLASSES)
     read = [getattr(importlib.import_module(module), name) for module, _, name in places]
     for value in (*PUBLIC.values(), *read):
         found[f"{value.__module__}.{value.__qualname__}"] = value.__doc__

@@ -15,7 +15,9 @@ from matplotlib.figure import Figure
 import transport as tp
 from tests.synthetic import EVEN_RUN, noisy
 from transport.statistics.estimates import Estimate, EstimateArray
-from viz import cameras, convergence, irradiance, power_flow, profiles, radiance
+from viz import cameras, irradiance, profiles, radiance
+from viz.convergence import convergence
+from viz.power_flow import power_flow
 from viz.style import figure_at
 from viz.uncertainty import on_scale, value_norm
 

@@ -101,9 +101,9 @@ def flight_distribution(x):
 
 @pytest.mark.parametrize("flights", [0.1, 1.0, 3.0, 7.77])
 def test_a_black_ball_loses_at_the_first_hit(flights):
-    exact = 1 - flight_distribution(flights * theory.FLIGHT) / theory.FLIGHT
+    exact = 1 - flight_distribution(flights * theory.MEAN_FLIGHT_TIME) / theory.MEAN_FLIGHT_TIME
     assert theory.ball_survivors(flights, 1.0) == pytest.approx(exact, abs=1e-12)
-    assert theory.ball_flight_time(math.sqrt(0.5), 1.0) == pytest.approx(theory.FLIGHT, rel=1e-14)
+    assert theory.ball_flight_time(math.sqrt(0.5), 1.0) == pytest.approx(theory.MEAN_FLIGHT_TIME, rel=1e-14)
 
 
 def test_hits_on_a_closed_ball_come_at_a_steady_rate():

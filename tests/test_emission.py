@@ -16,8 +16,8 @@ from tests.agreement import assert_agrees
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import ABSORBED, BORN, LOST
 from transport.engine.bundle import LANES, empty_bundle
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Point
 from transport.geometry.solid import Box, Sphere
@@ -76,7 +76,7 @@ def emitter(name, aim=None):
 def ready(sources, aim=None, surfaces=()):
     """A machine, with a meter on the target."""
     meters = [] if aim is None else [Detector(aim, name="meter")]
-    return machine_of(program_of(compile_scene(Scene(sources, surfaces, meters))))
+    return compile_program(build_program(compile_scene(Scene(sources, surfaces, meters))))
 
 
 def total(rows) -> int:
@@ -317,7 +317,7 @@ def test_a_wrong_weight_is_caught(aim):
             target[name] *= factor
         if "lambertian" in wrong:
             target["isotropic"] = 0.5 / math.pi
-        machine = machine_of(program_of(plan))
+        machine = compile_program(build_program(plan))
         with pytest.raises(AssertionError, match="z = "):
             assert_same(met(machine, run(machine), once(shape)), blind)
 

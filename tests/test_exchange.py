@@ -15,7 +15,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread, smallest_bias
-from transport.analysis.view_factors import counted_view_factor, view_factor_scene
+from transport.analysis.view_factors import view_factor_from_run, view_factor_scene
 from transport.theory import occlusion, round_view_factors, view_factors
 
 FALSE_ALARM = 1e-5
@@ -150,7 +150,8 @@ def test_both_ways_are_one_and_the_factors_swapped_are_rejected():
 def test_every_way_of_counting_gives_the_same(start, is_aimed, monkeypatch):
     """Which one is taken is a matter of cost only."""
     monkeypatch.setattr(
-        "transport.analysis.view_factors._way", lambda a, b: (start, "b" if start == "a" else "a")
+        "transport.analysis.view_factors._start_and_target",
+        lambda a, b: (start, "b" if start == "a" else "a"),
     )
     monkeypatch.setattr("transport.analysis.view_factors._is_far", lambda start, target: is_aimed)
     assert_agrees(counted(*disks(1, 0.7, 0.5)), view_factors.coaxial_disks(1, 0.7, 0.5), FALSE_ALARM)
@@ -258,7 +259,7 @@ def test_the_scene_can_be_had_by_itself():
     assert [surface.name for surface in scene.surfaces] == ["a", "b", "blockers[0]"]
     result = tp.simulate(scene, particles=10_000, seed=1)
     assert result.ledger["lost"].value == 0
-    assert counted_view_factor(result).value > 0
+    assert view_factor_from_run(result).value > 0
 
 
 # ---- refusals ----

@@ -18,12 +18,12 @@ def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path
     file = tmp_path / "slow_family.py"
     file.write_text(SLOW, encoding="utf-8")
     monkeypatch.setitem(sys.modules, "transport.engine.passes.slow_family", None)
-    module, at_once, seen = registry._unread(file), Barrier(4), []
-    assert type(module) is registry.Unread
+    module, at_once, seen = registry._lazy_module(file), Barrier(4), []
+    assert type(module) is registry.LazyModule
 
     def look():
         at_once.wait()
-        seen.append(getattr(module, "ready", None))
+        seen.append(getattr(module, "setup_count", None))
 
     threads = [Thread(target=look) for _ in range(4)]
     for thread in threads:
@@ -37,6 +37,6 @@ def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path
 def test_what_is_put_into_a_file_before_it_is_read_stays(monkeypatch):
     name = "transport.engine.passes.mis"
     monkeypatch.setitem(sys.modules, name, sys.modules[name])
-    module = registry._unread(registry.FOLDER / "mis.py")
+    module = registry._lazy_module(registry.FOLDER / "mis.py")
     module.tell_walls = "planted"
-    assert module.tell_walls == "planted" and module.tell_collisions.name == "tell_collisions"
+    assert module.tell_walls == "planted" and module.tell_collisions.name == "record_pdf_at_collisions"

@@ -20,17 +20,17 @@ from tests.html_pages import page
 from tests.specular_scenes import CASES
 from transport.cli.commands import app
 from transport.compile.layout import SIZE_CELLS
-from transport.compile.next_event import _slanted
+from transport.compile.next_event import _bound_by_angles
 from transport.compile.volumes import EDGES
 from transport.results.backward import missing_of_cells
 from transport.results.diagnostics import proofs
 from transport.results.diagnostics.path_classes import ALL_LIGHT
-from transport.results.diagnostics.proofs import bound_by_lines, bound_by_probe, mirrors_of
+from transport.results.diagnostics.proofs import bound_by_lines, bound_by_probe, specular_surfaces_of
 from transport.results.diagnostics.table import DIAGNOSTICS
 from transport.statistics import findings
-from transport.statistics.batches import MIN_SCORES
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.estimates import Estimate, EstimateArray
-from transport.statistics.findings import Finding, carried, unknown_of_error, unseen_scores
+from transport.statistics.findings import Finding, error_uncertainty, propagated_findings, unseen_scores
 from transport.statistics.quality import quality_of
 from transport.statistics.replicates import Batches
 
@@ -67,17 +67,19 @@ def mirror(material=None, **more):
 def test_the_bound_of_unseen_scores_holds_in_95_of_100_runs():
     """Of Poisson's law with any mean: n + unseen(n) is above the mean in at least 95 %, where few have come."""
     for mean in (0.5, 2.0, 2.99, 5.0, 9.0, 14.0):
-        scores = np.arange(MIN_SCORES)
+        scores = np.arange(MIN_SCORES_FOR_ERROR)
         covered = scores + unseen_scores(scores) >= mean
-        assert (poisson.pmf(scores, mean) * covered).sum() + poisson.sf(MIN_SCORES - 1, mean) >= 0.95
-    assert unseen_scores(0) == pytest.approx(-math.log(0.05)) and unseen_scores(MIN_SCORES) == 0
+        assert (poisson.pmf(scores, mean) * covered).sum() + poisson.sf(
+            MIN_SCORES_FOR_ERROR - 1, mean
+        ) >= 0.95
+    assert unseen_scores(0) == pytest.approx(-math.log(0.05)) and unseen_scores(MIN_SCORES_FOR_ERROR) == 0
 
 
 def test_an_error_that_few_scores_carry_may_be_too_small_by_the_law_of_chi_squared():
     rng = np.random.default_rng(3)
     for carriers in (3, 6, 12):
         ratios = np.sqrt(rng.chisquare(2 * carriers, 20_000) / (2 * carriers))  # claimed over true errors
-        covered = 1.96 + unknown_of_error(carriers) >= 1.96 / ratios
+        covered = 1.96 + error_uncertainty(carriers) >= 1.96 / ratios
         assert covered.mean() == pytest.approx(0.95, abs=0.01)
 
 
@@ -171,17 +173,17 @@ def test_a_mirror_is_left_out_only_where_it_cannot_be_the_last_that_light_meets(
     for name, place in places.items():
         ball = tp.Surface(tp.Sphere(center=place, radius=0.5), tp.Mirror(0.9), name)
         scene = tp.Scene(tp.Source(tp.Point(position=(0, 0, 5)), tp.Isotropic(power=1.0)), [ball])
-        assert mirrors_of(scene, disk, "front") == ([] if name == "below" else [0])
-        assert mirrors_of(scene, disk, None) == [0]
+        assert specular_surfaces_of(scene, disk, "front") == ([] if name == "below" else [0])
+        assert specular_surfaces_of(scene, disk, None) == [0]
     box = tp.Surface(tp.Box(center=(0, 0, 1), size=1.5), tp.Diffuse(0.5), "box")
     scene = tp.Scene(
         scene.sources, [tp.Surface(tp.Sphere(center=(0, 0, 1), radius=0.5), tp.Mirror(0.9), "in a box"), box]
     )
-    assert mirrors_of(scene, disk, "front") == []
+    assert specular_surfaces_of(scene, disk, "front") == []
     away = tp.TwoSided(tp.Diffuse(0.5), tp.Mirror(0.9))  # its back mirrors
     for normal, found in (((0, 0, -1), []), ((0, 0, 1), [0])):
         panel = tp.Surface(tp.Rectangle(center=(0, 0, 3), normal=normal, width=1, height=1), away, "panel")
-        assert mirrors_of(tp.Scene(scene.sources, [panel]), disk, "front") == found
+        assert specular_surfaces_of(tp.Scene(scene.sources, [panel]), disk, "front") == found
 
 
 @pytest.mark.parametrize(
@@ -257,7 +259,7 @@ def test_a_ball_in_a_room_of_many_small_walls_is_not_outside():
     scene = tp.Scene(
         disk_lamp((0, 0, -0.99), (0, 0, 1), 0.05, 100.0), [*walls, panel], tp.Detector(ball, "m")
     )
-    assert mirrors_of(scene, ball, "front") == [scene.surfaces.index(panel)]
+    assert specular_surfaces_of(scene, ball, "front") == [scene.surfaces.index(panel)]
 
 
 # ---- probes ----
@@ -268,7 +270,7 @@ MIRRORED = 0.824336  # [W m^-2], by the lamp's image
 @pytest.mark.parametrize("material", [tp.Mirror(1.0), tp.Mirror(1e-6), tp.Mirror(0.3, 0.6)])
 def test_a_probe_finds_what_a_mirror_sends_and_bounds_it(material):
     exact = MIRRORED * material.reflectance * math.pi * 1e-6
-    bound, found = proofs._backwards(mirror(material), EYE, [0], 1 << 22)
+    bound, found = proofs._backward_probe(mirror(material), EYE, [0], 1 << 22)
     assert abs(found - exact) < 2 * (bound - found) < 0.2 * exact  # four standard errors
 
 
@@ -294,7 +296,7 @@ def test_no_probe_is_below_what_specular_surfaces_send(name):
     case = CASES[name]
     radius = case.radii[0]
     scene, sensor = case.scene(radius), case.scene(radius).detectors[0]
-    surfaces = mirrors_of(scene, scene.shape_of(sensor), sensor.side)
+    surfaces = specular_surfaces_of(scene, scene.shape_of(sensor), sensor.side)
     assert surfaces
     bound, found = bound_by_probe(scene, sensor, surfaces, 1e6, 0.0)
     mirrored = sum(
@@ -309,13 +311,13 @@ def test_a_probe_of_long_histories_is_as_short_as_its_run(monkeypatch, tmp_path)
     eye = tp.Detector(tp.Disk(center=(0.1, 0.2, -0.3), radius=1e-5), "m")
     scene = tp.Scene(lamp, tp.Surface(tp.Box(size=1.0), tp.Mirror(0.999), "box"), eye)
     result = tp.simulate(scene, 500, seed=1, estimator="expected", threads=1, progress=False)
-    probes, run_probe = [], proofs._run
+    probes, run_probe = [], proofs._run_probe
 
     def recorded(*args):
         probes.append(run_probe(*args))
         return probes[-1]
 
-    monkeypatch.setattr(proofs, "_run", recorded)
+    monkeypatch.setattr(proofs, "_run_probe", recorded)
     finding = result["m"].irradiance.findings[0]
     events = sum(probe.cost.crossings + probe.cost.collisions for probe in probes)
     assert 1e6 < events < 2**23 * 1.25
@@ -328,10 +330,13 @@ def test_a_probe_of_long_histories_is_as_short_as_its_run(monkeypatch, tmp_path)
 def test_a_finding_that_no_probe_bounds_gives_the_reason():
     many = [
         tp.Surface(tp.Disk(center=(-1, y, 0), normal=(1, 0, 0), radius=0.05), tp.Mirror(1.0))
-        for y in np.linspace(-1, 1, proofs.MOST + 1)
+        for y in np.linspace(-1, 1, proofs.MAX_PROBE_SURFACES + 1)
     ]
     plane = [tp.Surface(tp.Plane(center=(-1, 0, 0), normal=(1, 0, 0)), tp.Mirror(1.0), "sea")]
-    for surfaces, why in ((many, f"more than {proofs.MOST} surfaces"), (plane, "'sea' is infinite")):
+    for surfaces, why in (
+        (many, f"more than {proofs.MAX_PROBE_SURFACES} surfaces"),
+        (plane, "'sea' is infinite"),
+    ):
         finding = run(LAMP, surfaces, EYE, 500, seed=1).irradiance.findings[0]
         assert finding.seen.endswith(f"no probe bounds it: {why}")
         assert finding.cure.startswith("use estimator=")
@@ -395,11 +400,11 @@ def test_no_ray_from_a_wall_brings_more_than_its_plane_allows():
         place, normal = rng.normal(size=3), rng.normal(size=3)
         detector = tp.Disk(normal=tuple(rng.normal(size=3)), radius=0.05)
         wall = tp.Disk(center=tuple(place), normal=tuple(normal), radius=3.0)
-        most = _slanted(wall, detector, "front")
+        most = _bound_by_angles(wall, detector, "front")
         if not math.isfinite(most):
             continue
-        here, facing = proofs.points_on(detector, rng.random((20_000, 2)))
-        there, emitting = proofs.points_on(wall, rng.random((20_000, 2)))
+        here, facing = proofs.even_points_on(detector, rng.random((20_000, 2)))
+        there, emitting = proofs.even_points_on(wall, rng.random((20_000, 2)))
         ways = there - here
         distances = np.linalg.norm(ways, axis=1)
         cosines = (ways * facing).sum(axis=1).clip(0) * np.abs((ways * emitting).sum(axis=1)) / distances**2
@@ -478,7 +483,7 @@ def test_no_ray_to_a_lamp_is_stronger_than_its_walls_allow_and_a_wall_behind_it_
     (expected,), blocks = result.plan.expectations, result.plan.size_blocks["lamp sources[0]", 0]
     counts = sum(batch.sizes[blocks[1] : blocks[1] + SIZE_CELLS] for batch in result.batches)
     largest = EDGES[:-1][counts > 0][-1] / expected.scale
-    strongest = expected.strongest["front"]
+    strongest = expected.largest_score["front"]
     assert largest <= strongest < 4 * largest
     assert result["m"].irradiance.verdict == "sound"
 
@@ -799,7 +804,7 @@ def test_a_carried_finding_takes_the_longer_of_two_times_whatever_the_order():
     """As many histories settle a sum as settle the part that takes most."""
     few, many = (Finding("doubtful", "", "", "light not sampled", 1.0, times=times) for times in (2.0, 100.0))
     for pair in ((few, many), (many, few)):
-        (sum_of_both,) = carried(np.add, *((np.array(1.0), [each]) for each in pair))
+        (sum_of_both,) = propagated_findings(np.add, *((np.array(1.0), [each]) for each in pair))
         assert (sum_of_both.bound, sum_of_both.times) == (2.0, 100.0)
 
 

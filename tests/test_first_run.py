@@ -10,8 +10,8 @@ import pytest
 import transport as tp
 from tests.own_experiments import ROOT
 from transport.compile.compiler import compile_scene
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 
 LAMP = tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))
 FOG = tp.Surface(tp.Sphere(radius=0.5), tp.Transparent(), inside=tp.Medium(scattering=1.0))
@@ -26,7 +26,9 @@ SETTINGS = {
 @pytest.mark.parametrize("setting", SETTINGS)
 def test_a_batch_of_no_histories_counts_nothing(setting):
     """By it the driver is compiled before the clock of a first run starts."""
-    raw = run_batch(machine_of(program_of(compile_scene(*SETTINGS[setting]))), seed=1, batch=0, histories=0)
+    raw = run_batch(
+        compile_program(build_program(compile_scene(*SETTINGS[setting]))), seed=1, batch=0, histories=0
+    )
     assert raw.crossings == raw.collisions == len(raw.records) == 0
     assert not raw.meters.any() and not raw.ledger.any()
 
@@ -41,8 +43,8 @@ def test_the_driver_is_compiled_before_the_clock_starts(monkeypatch):
             driven.append(arguments[-1])
 
     monkeypatch.setattr("transport.engine.driver.drive", Fresh())
-    program = program_of(compile_scene(tp.Scene(LAMP)))
-    machine_of(program, lambda *said: told.append(said))
+    program = build_program(compile_scene(tp.Scene(LAMP)))
+    compile_program(program, lambda *said: told.append(said))
     assert driven == [0]
     assert told[-1] == (len(program.passes), len(program.passes), "drive")
 

@@ -56,7 +56,9 @@ def exponential_cells(cells=64):
     return -np.log(np.maximum(survival, 1e-300)), -np.diff(survival)
 
 
-@pytest.mark.parametrize("fly", [collisions.fly, variance_reduction.fly_or_be_forced], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "fly", [collisions.sample_free_path, variance_reduction.sample_free_or_forced_path], ids=lambda p: p.name
+)
 def test_free_paths_follow_the_exponential_law(fly):
     path = flights(ROUNDS, fly, start=np.linspace(-1, 1, LANES), mfp=np.geomspace(1e-3, 1e3, LANES))[0]
     edges, probabilities = exponential_cells()
@@ -72,7 +74,7 @@ def test_what_waits_is_dead_or_meets_nothing_is_left_alone():
     lanes["hit"] = np.where(np.arange(LANES) % 4 == 0, 1, 0)
     lanes["distance"] = np.where(np.arange(LANES) % 4 == 1, np.inf, 0.5)
     lanes["weight"] = np.where(np.arange(LANES) % 4 == 2, 0.0, 1.0)
-    for step in (collisions.fly, variance_reduction.fly_or_be_forced):
+    for step in (collisions.sample_free_path, variance_reduction.sample_free_or_forced_path):
         before = {name: lanes[name] for name in ("distance", "event", "start", "x")}
         lanes.run(step)
         still = np.arange(LANES) % 4 != 3
@@ -83,7 +85,7 @@ def test_what_waits_is_dead_or_meets_nothing_is_left_alone():
 
 
 def test_in_vacuum_a_flight_has_no_end():
-    lanes = Lanes(mfp=np.inf).run(collisions.fly)
+    lanes = Lanes(mfp=np.inf).run(collisions.sample_free_path)
     assert np.isinf(lanes["distance"]).all()
     assert (lanes.run(collisions.collide)["collides"] == 0).all()
     assert (lanes["z"] == 0).all() and int(lanes.bundle["collisions"][0]) == 0
@@ -91,12 +93,12 @@ def test_in_vacuum_a_flight_has_no_end():
 
 def test_a_collision_is_at_the_end_of_its_path_and_only_there():
     lanes = Lanes(start=0.25, x=1.0, ux=0.6, uz=0.8, sheet=5)
-    lanes.run(collisions.fly)
+    lanes.run(collisions.sample_free_path)
     path = lanes["distance"]
     lanes["hit"] = np.where(np.arange(LANES) % 3 == 0, 9, 0)
     lanes.run(collisions.collide)
     collided = lanes["hit"] == 0
-    way = np.where(collided, path - layout.SLACK, 0.0)
+    way = np.where(collided, path - layout.COLLISION_CLEARANCE, 0.0)
     np.testing.assert_allclose(lanes["x"], 1 + 0.6 * way, rtol=1e-15)
     np.testing.assert_allclose(lanes["z"], 0.8 * way, rtol=1e-15)
     assert (lanes["collides"] == collided).all()
@@ -110,7 +112,7 @@ def test_a_collision_is_at_the_end_of_its_path_and_only_there():
 def test_extreme_draws_make_finite_paths(word, mfp, monkeypatch):
     """Plain Python with a stream of zeros, and of ones: no path is 0 or longer than 37 mean ones; none in vacuum ends."""
     draw_only(word, monkeypatch)
-    for step in (collisions.fly, variance_reduction.fly_or_be_forced):
+    for step in (collisions.sample_free_path, variance_reduction.sample_free_or_forced_path):
         lanes = Lanes(mfp=mfp).run_plainly(step)
         depth = lanes["distance"] / mfp if 1e-200 < mfp < math.inf else lanes["distance"]
         assert (np.isinf(depth) if mfp == math.inf else (depth > 0) & (depth < 37.5)).all()

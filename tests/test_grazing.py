@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.results.diagnostics.rays import _is_sure
+from transport.results.diagnostics.rays import _is_significant
 
 DISK = tp.Disk(radius=0.5)
 METER = tp.Detector(DISK, "meter")
@@ -47,8 +47,8 @@ def test_it_is_told_beside_other_light_as_far_as_it_matters():
 
 
 def test_one_history_that_grazes_many_times_tells_nothing():
-    assert _is_sure(np.arange(32) % 3 + 1.0) and _is_sure(np.full(4, 7.0))
-    assert not _is_sure(np.array([40.0] + 31 * [0.0]))
+    assert _is_significant(np.arange(32) % 3 + 1.0) and _is_significant(np.full(4, 7.0))
+    assert not _is_significant(np.array([40.0] + 31 * [0.0]))
 
 
 @pytest.mark.parametrize(("mu", "side"), [(7.06e-4, 1), (7.08e-4, -1)])
@@ -77,5 +77,5 @@ def test_even_light_from_the_horizon_is_not():
 
 def test_of_one_batch_nothing_is_sure():
     """An interrupted run may have one; its spread is 0/0."""
-    assert not _is_sure(np.array([1000.0]))
-    assert _is_sure(np.array([1000.0, 1000.0]))
+    assert not _is_significant(np.array([1000.0]))
+    assert _is_significant(np.array([1000.0, 1000.0]))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from transport.run.dask.client import Groups, Pace
+from transport.run.dask.client import BatchPace, Groups
 
 
 def test_groups_take_half_a_second_and_less_towards_the_end():
-    pace = Pace()
+    pace = BatchPace()
     groups = Groups(((number, 1000) for number in range(1000)), pace, seconds=0.5)
     assert len(groups.take(2)) == 1  # nothing is known yet
     pace.add([(1000, 0.01)] * 100, 1000)
@@ -30,7 +30,7 @@ def test_groups_take_half_a_second_and_less_towards_the_end():
 
 def test_what_is_done_before_its_turn_is_bounded():
     """Where one worker is slow the others wait for it, but for what fits: so many bytes ahead."""
-    pace = Pace()
+    pace = BatchPace()
     pace.add([(1000, 1.0)], 100)
     groups = Groups([(number, 1000) for number in range(5, 105)], pace, seconds=0.5, ahead=1000, turn=5)
     first = []
@@ -44,8 +44,8 @@ def test_what_is_done_before_its_turn_is_bounded():
 
 
 def test_suspects_are_tried_one_at_a_time():
-    groups = Groups([(number, 1000) for number in range(4)], Pace())
-    assert not groups.accuse([(8, 10), (9, 10)])
+    groups = Groups([(number, 1000) for number in range(4)], BatchPace())
+    assert not groups.suspect_group([(8, 10), (9, 10)])
     suspect = groups.take(2)
     assert suspect == [(8, 10)]
     assert groups.take(2) == [(0, 1000)]  # not the other suspect
@@ -54,4 +54,4 @@ def test_suspects_are_tried_one_at_a_time():
     assert suspect == [(8, 10)]
     groups.clear(suspect)
     suspect = groups.take(2)
-    assert suspect == [(9, 10)] and groups.accuse(suspect)
+    assert suspect == [(9, 10)] and groups.suspect_group(suspect)

@@ -10,7 +10,7 @@ import typer
 
 from transport.cli.commands import app
 from transport.cli.docs import command_pages
-from transport.cli.options import named_errors, named_values, number, tracking_of, whole_number
+from transport.cli.options import named_errors, named_values, number, parse_tracking, whole_number
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
 from transport.verification.experiment import experiment
 from transport.verification.hard.cases import families
@@ -51,7 +51,7 @@ READ = {
     "particles": lambda text: whole_number("--particles", text),
     "seconds": lambda text: number("--seconds", text),
     "error": named_errors,
-    "tracking": tracking_of,
+    "tracking": parse_tracking,
     "estimator": lambda word: (*ESTIMATORS, "auto").index(word),
     "sampling": SAMPLINGS.index,
 }

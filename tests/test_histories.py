@@ -146,7 +146,7 @@ def test_a_patch_of_light_on_a_floor_has_left_the_floor_where_it_lies():
         total, via = counts(result["all"]), counts(result["via"])
         assert total > 0.99 * PARTICLES
         assert abs(via - total / 2) < 5 * math.sqrt(PARTICLES) / 2
-        by_place = result["half"].sums.by_place("counts", ARRIVALS).sum(axis=(0, 1, 2))
+        by_place = result["half"].sums.by_position("counts", ARRIVALS).sum(axis=(0, 1, 2))
         assert by_place.max() > 0.98 * via
 
 

@@ -9,7 +9,7 @@ from tests.refusals import LAMP, WALL, assert_refused, meter
 from transport.geometry.flat import Disk, Slab
 from transport.geometry.solid import Box, Sphere
 from transport.geometry.solid_angles import projected_solid_angles
-from transport.scene.bins import Directions, is_in_sight
+from transport.scene.bins import Directions, is_above_horizon
 from transport.scene.detectors import Detector
 from transport.scene.scene import Scene
 from transport.simulate import simulate
@@ -45,12 +45,12 @@ def test_what_is_in_sight_is_what_has_a_projected_solid_angle():
         phi = np.array([begin, begin + rng.uniform(0.1, 4)])
         exact = projected_solid_angles(mu, phi, normal)[0, 0] > 1e-13 * np.prod([np.ptp(mu), np.ptp(phi)])
         polar = {"mu": mu} if number % 2 else {"theta": np.arccos(mu[::-1])}
-        seen.append(is_in_sight(Directions(**polar, phi=phi, frame="world"), normal))
+        seen.append(is_above_horizon(Directions(**polar, phi=phi, frame="world"), normal))
         assert seen[-1] == exact, (mu, phi, normal)
     assert 40 < sum(seen) < 360
     for sine, in_sight in ((1e-9, True), (-1e-9, False)):
-        assert is_in_sight(Directions(mu=(-1, sine), frame="world"), (0.0, 0.0, 1.0)) is in_sight
-        assert is_in_sight(Directions.cone((1, 0, -1e-3 + sine), 1e-3), (0.0, 0.0, 1.0)) is in_sight
+        assert is_above_horizon(Directions(mu=(-1, sine), frame="world"), (0.0, 0.0, 1.0)) is in_sight
+        assert is_above_horizon(Directions.cone((1, 0, -1e-3 + sine), 1e-3), (0.0, 0.0, 1.0)) is in_sight
 
 
 def test_some_bins_behind_a_meter_have_no_radiance_and_say_so():

@@ -14,11 +14,11 @@ from tests import plain_scenes
 from tests.browser import CHROMIUM, Browser
 from tests.html_pages import Page, column, page
 from tests.synthetic import EVEN_RUN, grid, noisy
-from transport.analysis.work_precision import Point, Way
-from transport.io.html.charts import FILL
+from transport.analysis.work_precision import MethodCost, Point
+from transport.io.html.charts import BAR_COLOUR
 from transport.io.html.elements import STYLE, framed, plain_typeset, typeset
-from transport.io.html.scenes import MOST_ROWS
-from transport.statistics.convergence import Pace
+from transport.io.html.scenes import MAX_ROWS
+from transport.statistics.convergence import TimeModel
 from transport.statistics.estimates import Estimate
 
 HOSTILE = """<i>"meter"</i> & co <script>alert(1)</script> e-9 ^2 {} %s"""
@@ -131,7 +131,7 @@ def test_scenes_of_every_kind_are_told(make):
     scene = make()
     seen = page(scene).text
     assert seen.startswith("Scene")
-    named = (*scene.surfaces[:MOST_ROWS], *scene.detectors[:MOST_ROWS])
+    named = (*scene.surfaces[:MAX_ROWS], *scene.detectors[:MAX_ROWS])
     assert all(part.name in seen for part in named if part.name)
     assert "None" not in seen and "299792458" not in seen
 
@@ -139,7 +139,8 @@ def test_scenes_of_every_kind_are_told(make):
 def test_prices_say_what_their_text_says():
     tried = Point(1000, 2, 0.1, 0.1, math.nan, math.nan, math.nan)
     ways = tuple(
-        Way(name, (tried,), None, None, Pace(0.0, 1e-6), 0.25, math.nan) for name in ("analog", HOSTILE)
+        MethodCost(name, (tried,), None, None, TimeModel(0.0, 1e-6), 0.25, math.nan)
+        for name in ("analog", HOSTILE)
     )
     cost = tp.CostOfAccuracy(
         "meter.flux_in", "W", 2.5e-7, "exact", ways, (0.01, 1e-8), {"backward <i>": "no"}, "a <machine>", 1
@@ -160,7 +161,7 @@ def test_a_reading_of_very_many_bins_works_out_one_of_its_quantities(monkeypatch
 
     result = tp.Result(foggy.plan, foggy.batches, 1, None, True, [])
     top = result[HOSTILE + "top"]
-    monkeypatch.setattr(estimates, "HEAVY", 100)
+    monkeypatch.setattr(estimates, "MAX_NUMBERS", 100)
     assert "not computed for so many bins" in page(top).text
     assert "intensity" in vars(top) and "intensity_out" not in vars(top)
 
@@ -212,7 +213,7 @@ def test_no_name_breaks_the_page(foggy):
 
 def test_colours_are_the_pages_own_or_seen_on_light_and_dark():
     """Contrast of 3 for graphics (WCAG 2.2, 1.4.11), on white and on Jupyter's dark grey."""
-    used = set(re.findall(r"#[0-9a-f]{6}", STYLE)) | {FILL}
+    used = set(re.findall(r"#[0-9a-f]{6}", STYLE)) | {BAR_COLOUR}
     assert len(used) == 2
     for colour in used:
         shine = _shine(colour)

@@ -12,7 +12,7 @@ import pytest
 import transport as tp
 from tests.html_pages import column, page
 from tests.synthetic import EVEN_RUN, RUN, grid
-from transport.io.html.charts import HEIGHT, gathered, gathered_edges, scale_of, thumbnail
+from transport.io.html.charts import HEIGHT, bar_thumbnail, block_edges, block_means, scale_of
 from transport.io.html.maps import VIRIDIS, png_url, shade
 from transport.statistics.estimates import EstimateArray
 
@@ -62,11 +62,11 @@ def test_scales_hold_zero_or_whole_decades():
 def test_blocks_of_bins_are_their_means():
     numbers = np.arange(10.0)
     numbers[3] = np.nan
-    means, sizes = gathered(numbers, (4,))
+    means, sizes = block_means(numbers, (4,))
     assert sizes == (3,)
     np.testing.assert_array_equal(means, [1.0, 4.5, 7.0, 9.0])
-    np.testing.assert_array_equal(gathered_edges(np.arange(11.0), 10, 3), [0, 3, 6, 9, 10])
-    square, _ = gathered(np.arange(12.0).reshape(3, 4), (2, 2))
+    np.testing.assert_array_equal(block_edges(np.arange(11.0), 10, 3), [0, 3, 6, 9, 10])
+    square, _ = block_means(np.arange(12.0).reshape(3, 4), (2, 2))
     np.testing.assert_array_equal(square, [[2.5, 4.5], [8.5, 10.5]])
 
 
@@ -162,7 +162,7 @@ def test_unlike_bins_of_a_map_are_as_wide_as_they_are():
 
 def test_bars_of_a_line_s_height_stand_on_zero():
     drawn = re.findall(
-        r'y="([\d.]+)"[^/]*? height="([\d.]+)"', thumbnail(np.array([1.0, 4.0]), np.arange(3.0))
+        r'y="([\d.]+)"[^/]*? height="([\d.]+)"', bar_thumbnail(np.array([1.0, 4.0]), np.arange(3.0))
     )
     np.testing.assert_allclose(np.array(drawn, dtype=float), [[15, 5], [0, 20]])
 

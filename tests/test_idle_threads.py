@@ -13,8 +13,8 @@ TOLD = "2 batches for 3 threads leave 1 of them idle; start the run with batches
 
 @pytest.fixture(autouse=True)
 def soon(monkeypatch):
-    monkeypatch.setattr(run, "SHORT", 0.0)
-    monkeypatch.setattr(run, "GLANCE", 0.0)
+    monkeypatch.setattr(run, "RESPONSIVE_SECONDS", 0.0)
+    monkeypatch.setattr(run, "POLL_SECONDS", 0.0)
 
 
 @pytest.mark.parametrize(("more", "enough"), [({"batches": 2}, 3), ({"batches": 8, "part": (1, 4)}, 12)])

@@ -17,8 +17,8 @@ from transport.run import memory
 from transport.run.schedules import batches_in, schedule_for
 from transport.run.settings import checked_limits
 from transport.statistics import chunked, packed
-from transport.statistics.chunked import InParts
-from transport.statistics.packed import Packed
+from transport.statistics.chunked import ChunkedReplicates
+from transport.statistics.packed import PackedColumn
 
 
 def room(**bins):
@@ -107,11 +107,11 @@ def small_parts(monkeypatch):
     """Columns packed, in small pages and aside, and readings made of small parts."""
 
     def begin():
-        monkeypatch.setattr(chunked, "LARGE", 1)
-        monkeypatch.setattr(packed, "MOST_PLAIN", 0)
+        monkeypatch.setattr(chunked, "MIN_MAPPED_BYTES", 1)
+        monkeypatch.setattr(packed, "MAX_UNPACKED_ROWS", 0)
         monkeypatch.setattr(packed, "PAGE", 64)
-        monkeypatch.setattr(packed, "STRETCH", 256)
-        monkeypatch.setattr(chunked, "MOST_AT_ONCE", 300)
+        monkeypatch.setattr(packed, "CHUNK_ROWS", 256)
+        monkeypatch.setattr(chunked, "MAX_ARRAY_SIZE", 300)
         for module in (chunked, chunked):
             monkeypatch.setattr(module, "MOST_OF_A_PART", 500)
 
@@ -131,11 +131,11 @@ def test_readings_of_packed_rows_made_part_by_part_are_bit_for_bit_those_of_plai
     warnings = told(plain)
     small_parts()
     large = tp.simulate(SCENES[name], 4000, seed=1, batches=8, progress=False)
-    assert isinstance(large.batches[0].weights, Packed)
+    assert isinstance(large.batches[0].weights, PackedColumn)
     in_parts = 0
     for title, numbers in whole.items():
         found = large.quantity(title)
-        in_parts += isinstance(found._replicates, InParts) and len(found._replicates.boxes) > 4
+        in_parts += isinstance(found._replicates, ChunkedReplicates) and len(found._replicates.boxes) > 4
         if title in TOTALS:
             np.testing.assert_allclose((found.value, found.error), numbers[:2], rtol=1e-9)
             continue
@@ -194,15 +194,15 @@ def test_batches_are_fewer_where_bins_are_very_many():
         scene = wall_of(bins, material)
         return schedule_for(checked_limits(scene, 1_100_000_000, None, None, batches), compile_scene(scene))
 
-    assert schedule(900).count == 32 and schedule(900).most_kept == 128
+    assert schedule(900).count == 32 and schedule(900).max_stored == 128
     black, grey = schedule(3162), schedule(3162, material=tp.Diffuse(albedo=0.5))
     assert (black.count, grey.count, schedule(3162, batches=40).count) == (12, 8, 40)
     leg = black.next_leg([])
-    assert (batches_in(leg), black.together, black.most_kept) == (72, 6, 12)
+    assert (batches_in(leg), black.together, black.max_stored) == (72, 6, 12)
 
 
 def test_what_does_not_fit_is_refused_with_the_figure_before_it_runs(monkeypatch):
-    monkeypatch.setattr(memory, "memory_left", lambda: 3e9)
+    monkeypatch.setattr(memory, "available_memory", lambda: 3e9)
     with pytest.raises(tp.SceneError) as refused:
         tp.simulate(wall_of(3162, tp.Diffuse(albedo=0.5)), 1000, threads=4, batches=40, progress=False)
     assert str(refused.value) == (
@@ -210,21 +210,21 @@ def test_what_does_not_fit_is_refused_with_the_figure_before_it_runs(monkeypatch
         " and 3 GB of memory are left; use fewer bins (detector 'image' has 9_998_245), or threads=1, or fewer batches"
         " than 40"
     )
-    monkeypatch.setattr(memory, "bytes_free", lambda: 0)  # for what would lie aside
+    monkeypatch.setattr(memory, "free_disk_bytes", lambda: 0)  # for what would lie aside
     with pytest.raises(tp.SceneError, match=r"17.8 GB, 987 MB on each of 4 threads and 347 MB in each of 40"):
         tp.simulate(wall_of(3162, tp.Diffuse(albedo=0.5)), 1000, threads=4, batches=40, progress=False)
-    monkeypatch.setattr(memory, "memory_left", lambda: pytest.fail("asked for a run that needs nothing"))
+    monkeypatch.setattr(memory, "available_memory", lambda: pytest.fail("asked for a run that needs nothing"))
     tp.simulate(wall_of(100), 1000, progress=False)
 
 
 def test_a_client_and_its_workers_are_asked_for_what_each_of_them_takes(monkeypatch):
     plan = compile_scene(wall_of(3162, tp.Diffuse(albedo=0.5)))
     schedule = schedule_for(checked_limits(plan.scene, 1000, None, None, 40), plan)
-    both, client = memory.need_of(plan, schedule, 2), memory.need_of(plan, schedule, 0)
+    both, client = memory.memory_need(plan, schedule, 2), memory.memory_need(plan, schedule, 0)
     assert (client.threads, client.batches, client.kept) == (0, 40, both.kept)
-    assert client.total < both.total and client.on_the_way > 2 * client.kept
-    assert memory.need_of(plan, schedule, 2, saved=30).batches == 10  # the others are here already
-    monkeypatch.setattr(memory, "memory_left", lambda: 2e9)
+    assert client.total < both.total and client.in_transit > 2 * client.kept
+    assert memory.memory_need(plan, schedule, 2, saved=30).batches == 10  # the others are here already
+    monkeypatch.setattr(memory, "available_memory", lambda: 2e9)
     memory.check_worker_memory(plan, 1)
     with pytest.raises(
         tp.SceneError, match=r"a worker of the cluster: .* 2.67 GB, 1.33 GB on each of 2 threads, and 2 GB"
@@ -259,21 +259,21 @@ def test_what_is_left_is_the_least_that_the_system_and_the_control_groups_leave(
     (groups / "a/b").mkdir(parents=True)
     (proc / "meminfo").write_text("MemTotal: 9000 kB\nMemAvailable:    8000 kB\n")
     (proc / "self/cgroup").write_text("0::/a/b\n")
-    monkeypatch.setattr(chunked, "PROC", proc)
-    monkeypatch.setattr(chunked, "GROUPS", groups)
-    assert chunked.memory_left() == 8000 * 1024
+    monkeypatch.setattr(chunked, "PROC_FOLDER", proc)
+    monkeypatch.setattr(chunked, "CGROUP_FOLDER", groups)
+    assert chunked.available_memory() == 8000 * 1024
     for where, most in (("a/b", "max"), ("a", "5000000")):
         (groups / where / "memory.max").write_text(f"{most}\n")
         (groups / where / "memory.current").write_text("3000000\n")
         (groups / where / "memory.stat").write_text("anon 5\ninactive_file 1000000\n")
-    assert chunked.memory_left() == 3_000_000
+    assert chunked.available_memory() == 3_000_000
     (proc / "meminfo").unlink()
     (groups / "a/memory.max").unlink()
-    assert chunked.memory_left() is None
+    assert chunked.available_memory() is None
 
 
 def test_the_report_says_why_there_are_fewer_batches(monkeypatch):
-    monkeypatch.setattr(footprint, "KEPT", 6e6)
+    monkeypatch.setattr(footprint, "MAX_KEPT_BYTES", 6e6)
     result = tp.simulate(wall_of(100), 1000, seed=1, progress=False)
     assert "batches: fewer than the usual 32, because the sums of one take up to 0.48 MB" in result.report()
     assert len(result.run) == 12

@@ -18,8 +18,9 @@ from sims.limits import BINS, ELEMENTS, MIDDLE, PARTS, POINTS
 from tests.agreement import assert_agrees
 from transport.theory import counting, emitters, shadows, solid_angles
 from transport.verification.experiment import run_experiment
-from viz import resolution, tradeoff
+from viz import resolution
 from viz.resolution import grouped
+from viz.tradeoff import tradeoff
 
 FALSE_ALARM = 1e-5
 PARTICLES = 16_000_000  # in 32 batches of 16 parts: 31 250 a measurement

@@ -28,7 +28,7 @@ def effective(result):
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
 @pytest.mark.parametrize("steps", [range(1000, 1300), range(20_000, 400_000, 20_000)], ids=["small", "large"])
 def test_batches_stay_bounded_however_often_a_run_goes_on(steps, sampling, monkeypatch):
-    monkeypatch.setattr(schedules, "LARGEST_BATCH", 64)
+    monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)
     result = gone_on(steps, sampling=sampling)
     asked = result.state.limits.batches
     assert asked < effective(result) and len(result.batches) <= 4 * asked
@@ -59,7 +59,7 @@ def test_merged_runs_keep_no_more_than_one_that_went_on():
 
 
 def test_it_is_killed_after_neighbours_have_become_one_and_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr(schedules, "LARGEST_BATCH", 64)
+    monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)
     path = tmp_path / "run.npz"
     run("random", particles=9_000).save(path)
     whole = run("random", particles=30_000, resume=path)
@@ -109,7 +109,7 @@ def test_parts_of_unlike_runs_are_told():
 
 def test_of_large_sums_fewer_are_kept_though_no_fewer_than_asked_for(monkeypatch):
     """As many as a run in one go keeps; to more, up to twice as many, for of half as many errors would be known less well."""
-    monkeypatch.setattr(schedules, "KEPT", 0)
+    monkeypatch.setattr(schedules, "MAX_KEPT_BYTES", 0)
     assert len(gone_on([4_000], batches=16).batches) == 16
     for last in range(5_000, 12_000, 1_000):
         assert 16 <= len(gone_on([4_000, *range(5_000, last + 1, 1_000)], batches=16).batches) <= 32

@@ -10,7 +10,7 @@ import pytest
 import transport as tp
 from tests.test_asked import LAMP, refusal, run
 from transport.cli.docs import GUIDES
-from transport.scene.bodies import MOST_BODIES
+from transport.scene.bodies import MAX_BODIES
 
 SAID = " ".join(
     " ".join((GUIDES / name).read_text(encoding="utf-8").split()) for name in ("media.md", "surfaces.md")
@@ -41,12 +41,12 @@ def test_layers_of_unlike_index_end_in_a_vacuum_that_is_named(is_empty_below):
 
 
 def test_the_guide_tells_the_most_bodies_and_what_to_do_with_more():
-    assert f"At most {MOST_BODIES} bodies" in SAID
+    assert f"At most {MAX_BODIES} bodies" in SAID
     layers = [
         tp.Surface(tp.Slab(center=(0, 0, -z), thickness=1), tp.Transparent(), inside=tp.Medium(0.1 * z))
-        for z in range(1, MOST_BODIES + 2)
+        for z in range(1, MAX_BODIES + 2)
     ]
-    assert f"at most {MOST_BODIES} bodies" in refusal(lambda: tp.Scene(LAMP, layers))
+    assert f"at most {MAX_BODIES} bodies" in refusal(lambda: tp.Scene(LAMP, layers))
     grid = tp.Grid(box=tp.Box(size=(1e4, 1e4, 63)), absorption=np.linspace(1e-3, 1e-2, 63)[None, None])
     beam = tp.Source(tp.Point(position=(3, 2, 40)), tp.Beam((0, 0, -1), power=1.0))
     through = run(tp.Scene(beam, tp.Surface(grid.box, tp.Transparent(), inside=grid))).ledger["escaped"]

@@ -8,7 +8,7 @@ import pytest
 from tests.mesh_scenes import BALL, CUBE, SQUARE, TENT, mesh
 from transport.geometry.mesh import Mesh
 from transport.geometry.mesh_checks import MeshWarning
-from transport.geometry.mesh_topology import equal_rows
+from transport.geometry.mesh_topology import unique_rows
 
 
 def warned(vertices, faces):
@@ -67,7 +67,7 @@ def test_edges_are_counted_as_by_hand():
     random = np.random.default_rng(5)
     for vertices in (5, 7, 12, 40):
         faces = np.array([random.permutation(vertices)[:3] for _ in range(60)])
-        faces = faces[equal_rows(np.sort(faces, axis=1))[0]]
+        faces = faces[unique_rows(np.sort(faces, axis=1))[0]]
         runs = {}
         for t, face in enumerate(faces.tolist()):
             for a, b in zip(face, face[1:] + face[:1], strict=True):
@@ -126,12 +126,12 @@ def test_rows_whose_keys_collide_are_told_apart():
     from transport.geometry import mesh_topology
 
     rows = np.array([(1, 2, 3), (3, 2, 1), (1, 2, 3), (0, 0, 0), (3, 2, 1)])
-    expected = equal_rows(rows)
-    mixers = mesh_topology.MIXERS
+    expected = unique_rows(rows)
+    mixers = mesh_topology.HASH_MULTIPLIERS
     try:
-        mesh_topology.MIXERS = np.ones(3, dtype=np.uint64)
-        collided = equal_rows(rows)
+        mesh_topology.HASH_MULTIPLIERS = np.ones(3, dtype=np.uint64)
+        collided = unique_rows(rows)
     finally:
-        mesh_topology.MIXERS = mixers
+        mesh_topology.HASH_MULTIPLIERS = mixers
     for first, label in (expected, collided):
         assert first.tolist() == [0, 1, 3] and label.tolist() == [0, 1, 0, 2, 1]

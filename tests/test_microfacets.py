@@ -207,9 +207,9 @@ def test_lobe_quantile_inverts_the_lobe(roughness):
 
 def test_the_first_scene_does_not_wait_for_the_lobe():
     """Smooth in both tails, so that a table of it has few cells."""
-    from transport.compile.speeds import has_steps, quantile_table
+    from transport.compile.speeds import has_split_cells, quantile_table
 
     def quantile(u):
         return microfacets.lobe_quantile(u, 0.2)
 
-    assert len(quantile_table(quantile)[1]) < 4000 and not has_steps(quantile)
+    assert len(quantile_table(quantile)[1]) < 4000 and not has_split_cells(quantile)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from transport.run.schedules import gathered, no_more_than, unbroken, with_room_for
+from transport.run.schedules import contiguous_groups, merge_to_at_most, merge_to_fit, merge_up_to
 
 pytestmark = pytest.mark.timeout(20)  # of which a loop without an end would never come to one
 
@@ -34,22 +34,22 @@ def sizes(batches):
 
 
 def test_neighbours_are_of_one_seed_and_have_no_gap():
-    rows = unbroken([*pieces(1, 1), *pieces(1, first=3), *pieces(1, seed=1, first=4)])
+    rows = contiguous_groups([*pieces(1, 1), *pieces(1, first=3), *pieces(1, seed=1, first=4)])
     assert [len(row) for row in rows] == [2, 1, 1]
 
 
 def test_the_smallest_become_one_first_and_no_more_than_it_takes():
-    batches, together = with_room_for([(8, 2)], pieces(*[1] * 8, 8, 8), 6, 7)
+    batches, together = merge_to_fit([(8, 2)], pieces(*[1] * 8, 8, 8), 6, 7)
     assert sizes(batches) == [4, 4, 8, 8] and together == 1
-    batches, together = with_room_for([(2, 9)], pieces(4, 4, 4, 4), 5, 7)
+    batches, together = merge_to_fit([(2, 9)], pieces(4, 4, 4, 4), 5, 7)
     assert sizes(batches) == [8, 8] and together == 4  # nine that are to come are three
-    assert sizes(no_more_than(3, pieces(2, 2, 2, 2, 2), 7)) == [4, 4, 2]
-    assert sizes(no_more_than(3, pieces(5, 1, 1), 7)) == [5, 1, 1]
-    assert sizes(gathered(pieces(2, 2, 3, 1), 4, 7)) == [4, 4]
+    assert sizes(merge_to_at_most(3, pieces(2, 2, 2, 2, 2), 7)) == [4, 4, 2]
+    assert sizes(merge_to_at_most(3, pieces(5, 1, 1), 7)) == [5, 1, 1]
+    assert sizes(merge_up_to(pieces(2, 2, 3, 1), 4, 7)) == [4, 4]
 
 
 def test_seeds_and_gaps_stay_apart_though_they_be_too_many():
     apart = [*pieces(1, seed=0), *pieces(1, seed=1), *pieces(1, seed=2)]
-    batches, together = with_room_for([(1, 5)], apart, 3, 7)
+    batches, together = merge_to_fit([(1, 5)], apart, 3, 7)
     assert sizes(batches) == [1, 1, 1] and together == 8  # all that come are one
-    assert no_more_than(2, apart, 7) == apart
+    assert merge_to_at_most(2, apart, 7) == apart

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.geometry.distances import least_distance
+from transport.geometry.distances import distance_to_shape
 from transport.geometry.line_crossings import crossings
-from transport.scene.checks.refractive_indices import Boundary, _met, check_media
+from transport.scene.checks.refractive_indices import Boundary, _boundary_crossings, check_media
 
 LAMP = tp.Source(tp.Point(position=(0, 0, -50)), tp.Isotropic(power=1))
 GLASS, WATER = tp.Dielectric(1.5), tp.Dielectric(1.33)
@@ -88,7 +88,7 @@ def test_crossings_lie_on_the_shape_and_know_its_normal(shape):
     assert (np.diff(found.distances, axis=1)[~np.isnan(found.distances[:, 1:])] >= 0).all()
     line, k = np.nonzero(np.isfinite(found.distances))
     points = places[line] + found.distances[line, k][:, None] * directions[line]
-    assert max(least_distance(shape, tuple(point)) for point in points) < 1e-13
+    assert max(distance_to_shape(shape, tuple(point)) for point in points) < 1e-13
     assert set(found.sides[line, k]) == {-1.0, 1.0}
     for point, way, side in zip(points, directions[line], found.sides[line, k], strict=True):
         if shape.is_closed:
@@ -96,7 +96,7 @@ def test_crossings_lie_on_the_shape_and_know_its_normal(shape):
             is_inside = (
                 shape.holds(ahead)
                 if isinstance(shape, tp.Mesh)
-                else least_distance(shape, ahead, filled=True) == 0
+                else distance_to_shape(shape, ahead, filled=True) == 0
             )
             assert is_inside == (side < 0)
         elif isinstance(shape, (tp.Rectangle, tp.Disk, tp.Triangle)):
@@ -279,12 +279,12 @@ def test_lines_near_an_edge_are_not_judged():
     """One that touches a box at its edge, one that meets two walls at once; a little further in they are."""
     touching = np.array([[0.5, 0.5, 0.1]]), np.array([[1.0, -1.0, 0.0]]) / math.sqrt(2)
     box = [Boundary("box", tp.Box(size=1), GLASS)]
-    assert (_met(box, *touching, 1e-9)[0] == -1).all()
-    assert _met(box, touching[0] - [[1e-6, 0, 0]], touching[1], 1e-9)[0].tolist() == [[0, 1]]
+    assert (_boundary_crossings(box, *touching, 1e-9)[0] == -1).all()
+    assert _boundary_crossings(box, touching[0] - [[1e-6, 0, 0]], touching[1], 1e-9)[0].tolist() == [[0, 1]]
     balls = [Boundary("ball", tp.Sphere(center=(x, 0, 0), radius=1), GLASS) for x in (-1, 1)]
     middle, along = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]])
-    assert (_met(balls, middle, along, 1e-9)[0] == -1).all()
-    assert _met(balls, middle + [[0, 0.01, 0]], along, 1e-9)[0].tolist() == [[0, 1, 2, 3]]
+    assert (_boundary_crossings(balls, middle, along, 1e-9)[0] == -1).all()
+    assert _boundary_crossings(balls, middle + [[0, 0.01, 0]], along, 1e-9)[0].tolist() == [[0, 1, 2, 3]]
 
 
 def test_the_check_takes_no_time():

@@ -10,7 +10,7 @@ import pytest
 
 import transport as tp
 from tests.own_experiments import ROOT
-from transport.results.diagnostics.empty_detector import why_dark
+from transport.results.diagnostics.empty_detector import no_light_message
 
 METER = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5)
 LAMP = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=100.0))
@@ -259,8 +259,8 @@ def test_a_lamp_that_fills_a_room_and_more_is_neither_in_nor_out():
     assert len(warnings) == 1 and "has no score in 64 particles: unknown, not 0." in warnings[0]
     box = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "box")
     scene = tp.Scene(LAMPS_IN_A_BOX["a point"], box)
-    assert why_dark(scene, "volume", tp.Sphere(radius=9.0)) is None
-    assert why_dark(scene, "volume", tp.Sphere(center=(20, 0, 0), radius=9.0)) is not None
+    assert no_light_message(scene, "volume", tp.Sphere(radius=9.0)) is None
+    assert no_light_message(scene, "volume", tp.Sphere(center=(20, 0, 0), radius=9.0)) is not None
 
 
 def test_a_lamp_on_a_closed_box_that_faces_outwards_does_not_count_as_inside():

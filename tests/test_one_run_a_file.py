@@ -19,7 +19,7 @@ from transport.io.atomic import FileError
 
 HOLDER = """
 import pathlib, sys
-from transport.io.atomic import held
+from transport.io.atomic import locked as held
 with held(pathlib.Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()
@@ -80,9 +80,9 @@ def test_two_links_to_a_file_are_one(tmp_path):
     for name in "ab":
         (tmp_path / f"{name}.npz").symlink_to(tmp_path / "run.npz")
     with (
-        atomic.held(tmp_path / "a.npz"),
+        atomic.locked(tmp_path / "a.npz"),
         pytest.raises(FileError, match="in use by another run"),
-        atomic.held(tmp_path / "b.npz"),
+        atomic.locked(tmp_path / "b.npz"),
     ):
         pass
 
@@ -94,7 +94,7 @@ def test_what_it_is_held_by_is_gone_before_another_may_take_it(tmp_path, monkeyp
         there.extend(os.listdir(tmp_path))
         close(descriptor)
 
-    with atomic.held(tmp_path / "run.npz"):
+    with atomic.locked(tmp_path / "run.npz"):
         monkeypatch.setattr(atomic.os, "close", closing)
     assert there == []
 
@@ -120,7 +120,7 @@ def test_at_most_a_tenth_of_the_time_goes_into_writing(tmp_path, monkeypatch):
     monkeypatch.setattr(resuming, "save", lambda *_: clock.__setitem__(0, clock[0] + 30.0))
     keep = resuming.Checkpoints(tmp_path / "run.npz", 60.0, SMALL)
     clock[0] = 61.0
-    keep.if_due(SimpleNamespace(batches=[1], now=lambda: None), lambda run, is_complete: None)
+    keep.save_if_due(SimpleNamespace(batches=[1], now=lambda: None), lambda run, is_complete: None)
     assert keep.due - clock[0] >= 9 * 30.0
 
 
@@ -129,7 +129,7 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_then_its_name_is(tmp_p
     for name in ("fsync", "replace"):
         act = getattr(os, name)
         monkeypatch.setattr(atomic.os, name, lambda *a, act=act, name=name: (done.append(name), act(*a))[1])
-    with atomic.written_whole(tmp_path / "run.npz") as file:
+    with atomic.atomic_write(tmp_path / "run.npz") as file:
         file.write(b"all")
     assert done == ["fsync", "replace", "fsync"]
 
@@ -158,7 +158,7 @@ def test_a_lock_that_its_last_holder_removes_meanwhile_is_none(tmp_path, monkeyp
             (tmp_path / ".run.npz.lock").unlink()
 
     monkeypatch.setattr(atomic.fcntl, "flock", late)
-    with atomic.held(path):
+    with atomic.locked(path):
         assert os.listdir(tmp_path) == [".run.npz.lock"]
-        assert "in use" in refusal(atomic.held(path).__enter__)
+        assert "in use" in refusal(atomic.locked(path).__enter__)
     assert os.listdir(tmp_path) == []

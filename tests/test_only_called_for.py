@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from numba import config
 
-from transport.cli.effects.compile_times import copied_library
-from transport.cli.effects.costs import footprint_of, plain_name
+from transport.cli.effects.compile_times import library_copy
+from transport.cli.effects.costs import base_name, footprint_of
 from transport.cli.effects.passes import effects_of
 from transport.cli.effects.prices import ADDITIONS, base_room, with_addition
 from transport.cli.effects.treatment import treatment_of
 from transport.engine.bundle import empty_bundle
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
-from transport.engine.registry import FAMILIES, HOMES, LANE_FIELDS, PASSES
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
+from transport.engine.registry import LANE_FIELDS, MODULE_OF_PASS, MODULES, PASSES
 from transport.validation import SceneError
 
 CHILD = """
@@ -29,7 +29,7 @@ scene = tp.Scene(tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=1.0)), ()
 tp.simulate(scene, 1000, seed=1, threads=1, progress=False)
 from transport.engine.cache import kernel_folder
 from transport.engine.driver import drive
-from transport.engine.registry import FAMILIES
+from transport.engine.registry import MODULES as FAMILIES
 from transport.engine.registry import PASSES
 read = [name for name, module in FAMILIES.items() if type(module).__name__ == "module"]
 ready = {name: one.compiled.cache_hits for name, one in PASSES.items() if "compiled" in vars(one)}
@@ -37,27 +37,27 @@ index = sorted(path.name.partition("-")[0] for path in kernel_folder().rglob("*.
 print(json.dumps([ready, index, sum(drive.stats.cache_hits.values()), tp.__file__, read]))
 """
 NEEDED = {  # by a disk that shines on another one, and what it sends past that
-    "begin", "born_on_disk", "emit_lambertian_from_plane", "look_ahead", "cover_disk", "leave", "fill_gaps", "move",
-    "stand_on_sheet", "take_cosine", "look_up_meter", "bin_crossings", "score",
+    "start_history", "born_on_disk", "emit_lambertian_from_plane", "reset_hit", "cover_disk", "end_escaped", "compact_lanes", "move",
+    "set_sheet", "set_cosine", "find_detector", "bin_crossings", "score",
 }  # fmt: skip
 LENDERS = {"bank", "flats"}  # whose files the driver and births take numbers and functions from
 FOR_PICTURES = {"tracks"}  # no scene calls for them
 ROOM = {  # a room of rectangles, diffuse walls, a lamp and a meter
-    "begin", "born_on_rectangle", "emit_lambertian_from_plane", "begin_events", "remember_birth_weight", "look_ahead",
-    "meet_rectangle", "leave", "fill_gaps", "move", "stand_on_sheet", "take_cosine", "draw_back_from_edge",
-    "look_up_meter", "bin_arrivals", "score", "look_up_surface", "absorb", "account_absorbed", "draw",
-    "reflect_diffusely", "bin_departures", "play_roulette", "give_up",
+    "start_history", "born_on_rectangle", "emit_lambertian_from_plane", "reset_events", "save_birth_weight", "reset_hit",
+    "meet_rectangle", "end_escaped", "compact_lanes", "move", "set_sheet", "set_cosine", "clamp_inside_edge",
+    "find_detector", "bin_arrivals", "score", "look_up_surface", "absorb", "account_absorbed", "draw_uniforms",
+    "reflect_diffusely", "bin_departures", "play_roulette", "kill_endless",
 }  # fmt: skip
 
 
 def family_of(name):
-    return HOMES[plain_name(name)]
+    return MODULE_OF_PASS[base_name(name)]
 
 
 @pytest.fixture(scope="module")
 def processes():
     """What two processes compiled and loaded, one after another, of a library without machine code."""
-    with copied_library() as folder:
+    with library_copy() as folder:
         environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONSAFEPATH": "1"}
         environment.pop("NUMBA_DISABLE_JIT", None)
         found = []
@@ -101,7 +101,7 @@ def test_the_program_of_a_plain_room_names_no_other_effect():
 def test_no_memory_of_an_absent_field_is_touched(name):
     """Fields that the passes do not name are as empty after a batch as before; those that they name are not."""
     treatment, bundle = with_addition(name, base_room()), empty_bundle()
-    run_batch(machine_of(program_of(treatment.plan)), 1, 0, 2000, bundle)
+    run_batch(compile_program(build_program(treatment.plan)), 1, 0, 2000, bundle)
     touched = {field for field in LANE_FIELDS if bundle[field].view(np.int64).any()}
     told = set(effects_of(treatment).fields)
     assert touched <= told
@@ -127,11 +127,11 @@ def test_the_price_list_calls_for_every_file_of_passes():
     for name in ADDITIONS:
         with contextlib.suppress(SceneError):
             called |= {family_of(one) for one in effects_of(with_addition(name, base_room())).passes}
-    assert set(FAMILIES) - called == FOR_PICTURES
+    assert set(MODULES) - called == FOR_PICTURES
 
 
 def test_bytes_of_a_lane_are_those_of_the_fields_that_passes_name():
-    program = program_of(base_room().plan)
+    program = build_program(base_room().plan)
     footprint = footprint_of(program)
     named = {field for each, _ in program.steps for field in each.fields}
     assert footprint.touched == 8 * len(named | set(program.carried))
@@ -143,7 +143,7 @@ def test_bytes_of_a_lane_are_those_of_the_fields_that_passes_name():
 def test_effects_are_those_of_the_way_in_which_an_experiment_runs():
     """A camera is seen by histories that run backwards: its program is not that of analog ones."""
     scene = with_addition("... a camera of 16 x 16 pixels", base_room()).scene
-    assert {"look_through_pixel", "draw_cell"} <= set(effects_of(scene).passes)
+    assert {"direction_through_pixel", "assign_cells"} <= set(effects_of(scene).passes)
     expected = effects_of(treatment_of(base_room().scene, estimator="expected"))
-    assert "expect_from_walls" in expected.passes
-    assert "expect_from_walls" in effects_of(base_room().scene).absent
+    assert "contribute_from_walls" in expected.passes
+    assert "contribute_from_walls" in effects_of(base_room().scene).absent

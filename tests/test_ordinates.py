@@ -304,7 +304,7 @@ def test_no_digit_depends_on_the_quadrature(moments, monkeypatch):
     before = [slab(2.0, 0.9, moments, mu0, index) for mu0 in (1.0, 0.1, None) for index in (1.0, 1.5)]
     for name, value in {"GRAZING": 1e-7, "TURNS": 0.8, "WIDEST": 0.3}.items():
         monkeypatch.setattr(ordinates, name, value)
-    monkeypatch.setattr(ordinates, "THIN", 1e-3)
+    monkeypatch.setattr(ordinates, "MAX_START_DEPTH", 1e-3)
     slab.cache_clear()
     after = [slab(2.0, 0.9, moments, mu0, index) for mu0 in (1.0, 0.1, None) for index in (1.0, 1.5)]
     slab.cache_clear()

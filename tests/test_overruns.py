@@ -9,11 +9,11 @@ import pytest
 
 import transport as tp
 from transport.compile.compiler import compile_scene
-from transport.compile.limits_exceeded import OverrunError, too_many_crossings, too_many_waiting
+from transport.compile.limits_exceeded import OverrunError, full_bank_error, too_many_crossings_error
 from transport.engine import driver
-from transport.engine.passes.surfaces import MOST_EVENTS
+from transport.engine.passes.surfaces import MAX_EVENTS
 from transport.scene.checks.trapping import LIFETIMES
-from transport.scene.checks.trapping import MOST_EVENTS as GIVEN_UP
+from transport.scene.checks.trapping import MAX_EVENTS as GIVEN_UP
 
 CLEAR, WATER = tp.Transparent(), tp.Medium(index=1.33)
 LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
@@ -59,7 +59,7 @@ def test_a_full_bank_names_what_filled_it():
     split = tp.Tracking(splitting=tp.Splitting(start=(0, 0, 0), end=(0, 0, 1), gain=7))
     words = {split: ["gain", "got 7", "lower it"], tp.Tracking(forced=True): ["forced", "leave it out"]}
     for tracking, expected in words.items():
-        message = str(too_many_waiting(compile_scene(scene, tracking), 65536))
+        message = str(full_bank_error(compile_scene(scene, tracking), 65536))
         assert all(word in message for word in (*expected, "65536"))
 
 
@@ -75,7 +75,7 @@ def test_a_batch_of_too_many_crossings_says_what_keeps_it_going():
         ([glass], 1_000_000, "pass more batches"),
     ):
         plan = compile_scene(tp.Scene(DOWN if len(surfaces) == 1 else LAMP, surfaces), None)
-        error = too_many_crossings(plan, 2**30, started)
+        error = too_many_crossings_error(plan, 2**30, started)
         assert word in str(error) and f"{2**30 / started:.2g} for each" in str(error)
         assert isinstance(error, tp.SceneError) and isinstance(error, OverflowError)
 
@@ -333,13 +333,13 @@ def test_an_endless_medium_that_gives_histories_up_is_refused():
     with pytest.raises(tp.SceneError) as caught:
         tp.Scene(LAMP, medium=tp.Medium(scattering=1.0, absorption=1e-9))
     words_of(caught, "infinite medium", "1e+09 times", "1.7e+07", "put it into a Box", "duration")
-    assert GIVEN_UP == MOST_EVENTS
+    assert GIVEN_UP == MAX_EVENTS
 
 
 def test_where_an_endless_medium_absorbs_enough_all_but_one_history_in_ten_million_ends():
     assert math.exp(-LIFETIMES) < 2e-7
     tp.Scene(LAMP, medium=tp.Medium(scattering=1.0, absorption=1e-6))
-    edge = LIFETIMES / MOST_EVENTS
+    edge = LIFETIMES / MAX_EVENTS
     tp.Scene(LAMP, medium=tp.Medium(scattering=1.0, absorption=edge * (1 + 1e-9)))
     with pytest.raises(tp.SceneError, match="infinite medium"):
         tp.Scene(LAMP, medium=tp.Medium(scattering=1.0, absorption=edge * (1 - 1e-9)))

@@ -24,9 +24,9 @@ COLUMNS = {  # and the unit of most of their numbers
 
 @pytest.mark.parametrize("name", COLUMNS)
 def test_a_packed_column_is_what_it_stands_for(name, monkeypatch):
-    monkeypatch.setattr(packed, "STRETCH", packed.PAGE)
+    monkeypatch.setattr(packed, "CHUNK_ROWS", packed.PAGE)
     rows, unit = COLUMNS[name]
-    column = packed.packed(lambda first, past: rows[first:past], len(rows), unit)
+    column = packed.pack(lambda first, past: rows[first:past], len(rows), unit)
     assert column[:].dtype == rows.dtype
     np.testing.assert_array_equal(column[:], rows)
     for first, past in np.sort(rng.integers(0, len(rows) + 1, (20, 2))):
@@ -37,7 +37,7 @@ def test_a_packed_column_is_what_it_stands_for(name, monkeypatch):
 
 def test_numbers_are_kept_in_few_bytes():
     sizes = {
-        name: packed.packed(lambda a, b, rows=rows: rows[a:b], len(rows), unit).nbytes / rows.nbytes
+        name: packed.pack(lambda a, b, rows=rows: rows[a:b], len(rows), unit).nbytes / rows.nbytes
         for name, (rows, unit) in COLUMNS.items()
     }
     assert sizes["counts"] < 0.1 and sizes["counts, some of them huge"] < 0.13
@@ -47,26 +47,26 @@ def test_numbers_are_kept_in_few_bytes():
 @pytest.fixture
 def all_aside(monkeypatch):
     """Numbers are put aside, however few."""
-    if not chunked.has_files():
+    if not chunked.can_map_files():
         pytest.skip("temporary files lie in memory here")
-    monkeypatch.setattr(chunked, "LARGE", 1)
+    monkeypatch.setattr(chunked, "MIN_MAPPED_BYTES", 1)
 
 
 def test_numbers_aside_are_the_same_also_in_another_process(all_aside):
     rows = COLUMNS["weights"][0]
-    column = packed.packed(lambda first, past: rows[first:past], len(rows))
+    column = packed.pack(lambda first, past: rows[first:past], len(rows))
     sent = pickle.loads(pickle.dumps(column))
-    for found in (column, column + packed.packed(lambda a, b: 0 * rows[a:b], len(rows)), sent):
+    for found in (column, column + packed.pack(lambda a, b: 0 * rows[a:b], len(rows)), sent):
         assert isinstance(found.numbers, np.memmap) and found.numbers._mmap is not None
         np.testing.assert_array_equal(found[:], rows)
-    assert chunked.put_aside(column.numbers) is column.numbers
+    assert chunked.to_memmap(column.numbers) is column.numbers
 
 
-@pytest.mark.skipif(not chunked.has_files(), reason="temporary files lie in memory here")
+@pytest.mark.skipif(not chunked.can_map_files(), reason="temporary files lie in memory here")
 def test_a_column_of_many_weights_takes_less_than_a_byte_a_row():
     rows = rng.random(3_000_000)
     tracemalloc.start()
-    column = packed.packed(lambda first, past: rows[first:past], len(rows))
+    column = packed.pack(lambda first, past: rows[first:past], len(rows))
     kept = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
     assert kept < 0.5 * len(rows) and column.nbytes > 8 * len(rows)
@@ -80,11 +80,11 @@ def test_numbers_stay_in_memory_where_the_disk_is_full_or_files_lie_there(all_as
     rows = rng.random(100)
     with monkeypatch.context() as patched:
         patched.setattr(chunked.os, "posix_fallocate", full)
-        assert chunked.put_aside(rows) is rows and not isinstance(chunked.room_for(3, float), np.memmap)
-    assert isinstance(chunked.room_for(3, float), np.memmap)
+        assert chunked.to_memmap(rows) is rows and not isinstance(chunked.empty_memmap(3, float), np.memmap)
+    assert isinstance(chunked.empty_memmap(3, float), np.memmap)
     (tmp_path / "mounts").write_text(f"disk / ext4 rw 0 0\ntmpfs {tmp_path / 'fast'} tmpfs rw 0 0\n")
     monkeypatch.setattr(chunked, "MOUNTS", tmp_path / "mounts")
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path / "fast/of/a/job"))
-    assert (chunked.has_files(), chunked.bytes_free()) == (False, 0)
+    assert (chunked.can_map_files(), chunked.free_disk_bytes()) == (False, 0)
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
-    assert chunked.has_files() and chunked.bytes_free() > 0
+    assert chunked.can_map_files() and chunked.free_disk_bytes() > 0

@@ -27,8 +27,8 @@ from tests.phase_scenes import (
 )
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import IN_FLIGHT
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 
 
 @pytest.mark.parametrize("picture", [p.name for p in PICTURES])
@@ -75,7 +75,7 @@ def test_weights_that_walls_and_roulette_have_changed_are_conserved_to_the_last_
         tp.Black(),
     )
     plan = compile_scene(vessel(faces_with(*kinds), PICTURES))
-    raw = run_batch(machine_of(program_of(plan)), 1, 0, 20_000)
+    raw = run_batch(compile_program(build_program(plan)), 1, 0, 20_000)
     flying = whole(raw.ledger[IN_FLIGHT])
     for picture in PICTURES:
         bins = math.prod(len(edges) - 1 for edges in picture.axes.values())

@@ -104,7 +104,7 @@ def test_mirrors_that_turn_positions_but_not_velocities_are_rejected(clouds, sta
     begin, law = phase_space.BOXES[start]
     k, t = len(phase_space.TIMES[start]) - 1, phase_space.TIMES[start][-1]
     unturned = sum(
-        phase_mixing._straight(2 * m + low, 2 * m + high, 0.0, 9.0, t, begin, law)
+        phase_mixing._free_flight_shares(2 * m + low, 2 * m + high, 0.0, 9.0, t, begin, law)
         for m in range(-6, 7)
         for low, high in ((0.0, 0.5), (-0.5, 0.0))
     )

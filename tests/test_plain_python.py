@@ -22,8 +22,8 @@ from tests.plain_scenes import METHODS, SCENES
 from transport import engine
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import ANALOG
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 from transport.engine.registry import Pass
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -35,7 +35,7 @@ def sums_of(names):
     results, passes = {}, set()
     for name in names:
         asked = media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)
-        machine = machine_of(program_of(compile_scene(SCENES[name](), *asked)))
+        machine = compile_program(build_program(compile_scene(SCENES[name](), *asked)))
         raw = run_batch(machine, seed=12345678901, batch=1, histories=HISTORIES)
         passes |= {lane_pass.name for lane_pass in machine.program.passes}
         results[name] = {
@@ -91,4 +91,4 @@ def test_every_pass_is_run(plain):
         for m in pkgutil.iter_modules([f"{engine.__path__[0]}/passes"])
     ]
     passes = {p.name for module in modules for p in vars(module).values() if isinstance(p, Pass)}
-    assert passes - set(plain["passes"]) == {"write_ways"}  # of pictures: see test_tracks.py
+    assert passes - set(plain["passes"]) == {"record_tracks"}  # of pictures: see test_tracks.py

@@ -8,7 +8,7 @@ import pytest
 
 import transport as tp
 from tests.test_stopping import disks
-from transport.run.forecast import Outlook
+from transport.run.forecast import Forecaster
 from transport.run.progress import Progress, running_text
 from transport.run.stopping import Look, Standing
 
@@ -39,10 +39,10 @@ def test_a_bar_tells_the_error_while_a_run_goes_on(capfd):
 
 
 def test_what_a_bar_is_told_is_kept_up_to_date(monkeypatch):
-    monkeypatch.setattr("transport.run.run.GLANCE", 0.0)
+    monkeypatch.setattr("transport.run.run.POLL_SECONDS", 0.0)
     recorder = Recorder()
     monkeypatch.setattr(
-        sys.modules["transport.simulate"], "progress_on", lambda wanted: nullcontext(recorder)
+        sys.modules["transport.simulate"], "open_progress", lambda wanted: nullcontext(recorder)
     )
     result = tp.simulate(disks(), error={"meter.flux_in": 2e-3}, seed=1, threads=1, estimator="analog")
     particles = [told[0] for told in recorder.told]
@@ -59,7 +59,7 @@ def test_what_a_bar_is_told_is_kept_up_to_date(monkeypatch):
 
 def outlook(threads=1, handing=0.0):
     """After legs of batches that take 0.1 ms, and 1 µs a history."""
-    found = Outlook(threads)
+    found = Forecaster(threads)
     for size in (64, 1024):
         batches = [(size, 1e-4 + 1e-6 * size)] * 100
         found.add_leg(batches, 100 * (handing + 1e-4 + 1e-6 * size / threads))
@@ -88,7 +88,7 @@ def test_nothing_is_foretold_before_times_and_errors_are_clear():
     vague = Look(1000, 256, (Standing("x", 1e-3, 0.5, 0.0, 1.0),))
     assert outlook().is_clear(known)
     assert not outlook().is_clear(vague)
-    latent = Outlook(1)
+    latent = Forecaster(1)
     latent.add_leg([(64, 1e-4)] * 10, 1e-3)
     latent.add_leg([(1024, 1.1e-4)] * 10, 1e-3)
     assert not latent.is_clear(known)

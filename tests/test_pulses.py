@@ -11,7 +11,7 @@ from scipy.special import ndtr
 import transport as tp
 from tests.agreement import assert_follows
 from transport.geometry.shape import Shape
-from transport.statistics.quantiles import LAST
+from transport.statistics.quantiles import LARGEST_U
 from transport.validation import SceneError
 
 DISK, BALL, CUBE = tp.Disk(radius=1), tp.Sphere(radius=2), tp.Box(size=(1, 2, 3))
@@ -106,7 +106,7 @@ def test_speeds_of_particles_are_floats_or_distributions():
 
 
 def test_pulses_emit_within_their_reach():
-    u = np.array([0.0, 0.25, 0.5, LAST])
+    u = np.array([0.0, 0.25, 0.5, LARGEST_U])
     assert tp.Instant().quantile(u).tolist() == [0] * 4 and tp.Instant(3).first == tp.Instant(3).last == 3
     box, bell = tp.BoxPulse(1, 3), tp.GaussianPulse(10, 1)
     assert box.quantile(u).tolist() == pytest.approx([1, 1.5, 2, 3], rel=1e-15)

@@ -10,11 +10,11 @@ from scipy.special import stdtr
 
 import transport as tp
 from transport.compile.compiler import compile_scene
-from transport.compile.volumes import EDGES, EVERY
-from transport.results.score_sizes import scores_of_meter
+from transport.compile.volumes import COUNTED_EVERY, EDGES
+from transport.results.score_sizes import detector_scores
 from transport.results.tally import ARRIVALS, DEPARTURES
-from transport.statistics.batches import MIN_SCORES as FEW
-from transport.statistics.batches import outlier_of, trend_of
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR as FEW
+from transport.statistics.batches import outlier_probability, trend_probability
 from transport.statistics.estimates import Estimate
 from transport.statistics.quality import Scores, quality_of
 from transport.statistics.replicates import Batches
@@ -63,7 +63,7 @@ def pareto(index: float, rng, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def sizes_of(result, side: int = ARRIVALS) -> Scores:
-    return scores_of_meter(result["meter"].sums, side)
+    return detector_scores(result["meter"].sums, side)
 
 
 def test_every_score_is_counted_with_its_size_on_its_side():
@@ -87,8 +87,8 @@ def test_walls_of_fog_are_counted_side_by_side():
         scores, sums = sizes_of(result, side), result["meter"].sums
         counts, weights = (sums.whole(kind, side)[:, 0, 0] for kind in ("counts", "weights"))
         assert scores.number == counts.sum() > 20_000
-        assert scores.counts.sum() == counts[::EVERY].sum() == round(scores.share * counts.sum())
-        assert scores.counts @ scores.low < weights[::EVERY].sum() < scores.counts @ scores.high
+        assert scores.counts.sum() == counts[::COUNTED_EVERY].sum() == round(scores.share * counts.sum())
+        assert scores.counts @ scores.low < weights[::COUNTED_EVERY].sum() < scores.counts @ scores.high
 
 
 def test_the_count_is_the_same_for_any_number_of_threads_and_survives_merging():
@@ -167,19 +167,19 @@ def test_batches_with_a_trend_are_told_and_others_are_not():
     """Of 2000 rows without one p is below 1e-3 in 2 on average, and in 12 once in 1e6."""
     rng = np.random.default_rng(7)
     rows = rng.normal(size=(2000, 32))
-    assert sum(trend_of(row) < 1e-3 for row in rows) <= 12
+    assert sum(trend_probability(row) < 1e-3 for row in rows) <= 12
     drifting, widening = np.linspace(0, 10, 32), np.repeat([0.01, 1.0], 16)
-    assert all(trend_of(row + drifting) < 1e-6 for row in rows[:50])
-    assert np.median([trend_of(row * widening) for row in rows[:50]]) < 1e-3
-    assert math.isnan(trend_of(np.ones(32))) and math.isnan(trend_of(rows[0, :8]))
+    assert all(trend_probability(row + drifting) < 1e-6 for row in rows[:50])
+    assert np.median([trend_probability(row * widening) for row in rows[:50]]) < 1e-3
+    assert math.isnan(trend_probability(np.ones(32))) and math.isnan(trend_probability(rows[0, :8]))
 
 
 def test_a_batch_that_stands_alone_is_told():
     rng = np.random.default_rng(8)
     rows = rng.normal(size=(1000, 32))
-    assert sum(outlier_of(row) < 1e-3 for row in rows) <= 8
+    assert sum(outlier_probability(row) < 1e-3 for row in rows) <= 8
     rows[:, 3] += 50
-    assert max(outlier_of(row) for row in rows) < 1e-8
+    assert max(outlier_probability(row) for row in rows) < 1e-8
 
 
 def test_the_chance_of_a_step_between_the_halves_is_that_of_students_t():
@@ -188,7 +188,7 @@ def test_the_chance_of_a_step_between_the_halves_is_that_of_students_t():
         row[16:] += 8
         pooled = (row[:16].var(ddof=1) + row[16:].var(ddof=1)) / 2
         t = (row[16:].mean() - row[:16].mean()) / math.sqrt(pooled / 8)
-        assert trend_of(row) == pytest.approx(3 * 2 * stdtr(30, -t), rel=1e-9, abs=0)
+        assert trend_probability(row) == pytest.approx(3 * 2 * stdtr(30, -t), rel=1e-9, abs=0)
 
 
 def test_the_chance_of_a_batch_that_stands_alone_is_that_of_the_largest_of_all():
@@ -197,7 +197,7 @@ def test_the_chance_of_a_batch_that_stands_alone_is_that_of_the_largest_of_all()
         row[7] = 12
         others = np.delete(row, 7)
         t = (row[7] - others.mean()) / (others.std(ddof=1) * math.sqrt(1 + 1 / 31))
-        assert outlier_of(row) == pytest.approx(5 * 32 * stdtr(30, -t), rel=1e-9, abs=0)
+        assert outlier_probability(row) == pytest.approx(5 * 32 * stdtr(30, -t), rel=1e-9, abs=0)
 
 
 # ---- whether it flags what it must, and nothing else ----

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from transport.cli.docs import GUIDES, ORDER
+from transport.cli.docs import GUIDE_ORDER, GUIDES
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-PAGES = (README, *(GUIDES / f"{name}.md" for name in ORDER))
+PAGES = (README, *(GUIDES / f"{name}.md" for name in GUIDE_ORDER))
 TIMED = ("cost:", "next digit:", "price of")  # lines that tell how fast this machine is
 
 
@@ -82,7 +82,7 @@ def test_links_and_pictures_are_there():
 
 
 def test_every_guide_is_in_the_order_of_the_site():
-    assert sorted(path.stem for path in GUIDES.glob("*.md")) == sorted(ORDER)
+    assert sorted(path.stem for path in GUIDES.glob("*.md")) == sorted(GUIDE_ORDER)
 
 
 def test_files_that_the_pages_name_are_there():
@@ -138,8 +138,8 @@ def test_rows_of_the_table_of_laws_come_out(call):
 
 
 def _agrees(row, estimate, exact, z):
-    from transport.statistics.notation import measured
+    from transport.statistics.notation import estimate_text
 
     unit = "" if row["unit"] == "1" else row["unit"]
-    said = row["error"] is not None and measured(row["value"], row["error"], unit, False, None).strip()
+    said = row["error"] is not None and estimate_text(row["value"], row["error"], unit, False, None).strip()
     return said == estimate and f"{row['exact']:.7g}" == exact and f"{row['z']:.2f}" == z

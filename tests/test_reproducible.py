@@ -61,10 +61,10 @@ def test_running_twice_gives_the_same_and_another_seed_does_not():
 
 
 def test_batches_are_pure_functions_of_their_number():
-    from transport.engine.driver import machine_of, run_batch
-    from transport.engine.program import program_of
+    from transport.engine.driver import compile_program, run_batch
+    from transport.engine.program import build_program
 
-    machine = machine_of(program_of(compile_scene(scene())))
+    machine = compile_program(build_program(compile_scene(scene())))
     forwards = {number: run_batch(machine, 3, number, 1000) for number in range(4)}
     backwards = {number: run_batch(machine, 3, number, 1000) for number in reversed(range(4))}
     for number, raw in forwards.items():
@@ -75,10 +75,10 @@ def test_batches_are_pure_functions_of_their_number():
 
 def test_a_history_does_not_depend_on_the_histories_beside_it():
     """A batch of 300 histories begins with the 200 histories of a smaller batch of the same number (one source)."""
-    from transport.engine.driver import machine_of, run_batch
-    from transport.engine.program import program_of
+    from transport.engine.driver import compile_program, run_batch
+    from transport.engine.program import build_program
 
     single = tp.Scene(sources=scene().sources[:1], surfaces=scene().surfaces, detectors=scene().detectors)
-    machine = machine_of(program_of(compile_scene(single)))
+    machine = compile_program(build_program(compile_scene(single)))
     small, large = (run_batch(machine, 3, 0, n).meters for n in (200, 300))
     assert (large[:, 2] >= small[:, 2]).all()

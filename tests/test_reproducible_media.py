@@ -15,8 +15,8 @@ import transport as tp
 from tests import media_scenes
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 
 SPLIT = tp.Tracking(splitting=media_scenes.STATION)
 WAYS = {  # scene, and how it is followed
@@ -40,7 +40,7 @@ HISTORIES, BATCHES = 300, 4
 def program_for(way):
     name, tracking = WAYS[way]
     tracking = tp.Tracking(absorption=tracking) if isinstance(tracking, str) else tracking
-    return program_of(compile_scene(media_scenes.MEDIA[name](), tracking))
+    return build_program(compile_scene(media_scenes.MEDIA[name](), tracking))
 
 
 def counted(raw) -> list[np.ndarray]:
@@ -60,7 +60,7 @@ def differ(one, other) -> bool:
 @pytest.mark.parametrize("way", WAYS)
 def test_batches_in_media_are_pure_functions_of_their_number(way):
     """Forwards each in a bundle of its own, then backwards in one that still holds what the last one left."""
-    machine = machine_of(program_for(way))
+    machine = compile_program(program_for(way))
     alone = [counted(run_batch(machine, 5, number, HISTORIES)) for number in range(BATCHES)]
     bundle = empty_bundle()
     for number in reversed(range(BATCHES)):
@@ -86,7 +86,7 @@ def test_threads_in_media_count_the_same(way):
 
 def digest(way) -> str:
     """Of all that two batches counted."""
-    machine, sums = machine_of(program_for(way)), hashlib.sha256()
+    machine, sums = compile_program(program_for(way)), hashlib.sha256()
     for number in range(2):
         for part in counted(run_batch(machine, 5, number, HISTORIES)):
             sums.update(np.ascontiguousarray(part).tobytes())
@@ -98,4 +98,4 @@ def test_the_ways_between_them_use_every_pass_of_media():
     used = {each.name for way in WAYS for each in program_for(way).passes}
     for name in set(media_scenes.MEDIA) - {"flash_in_the_dark", "draught", "still"}:
         plan = compile_scene(media_scenes.MEDIA[name](), media_scenes.TRACKINGS.get(name))
-        assert {each.name for each in program_of(plan).passes} <= used
+        assert {each.name for each in build_program(plan).passes} <= used

@@ -23,14 +23,14 @@ from tests.test_reproducible import digest
 from tests.vectorisation import assembly, host_has, is_vectorised
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import SAMPLINGS, Method
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 from transport.engine.registry import PASSES
-from transport.engine.stages.quasi_random import WORDS, sampled
+from transport.engine.stages.quasi_random import WORDS, quasi_random_twin
 from transport.physics.streams import event_words, random_words
 from transport.results.batches import batch_of
 from transport.results.result import Result
-from transport.run.schedules import LARGEST_BATCH, equal_powers_of_two
+from transport.run.schedules import MAX_BATCH_SIZE, net_sizes
 
 ROOT = Path(__file__).resolve().parents[1]
 NETS = [sampling for sampling in SAMPLINGS if sampling != "random"]
@@ -84,7 +84,7 @@ SCENES = {
 @cache
 def machine(name, sampling):
     scene, tracking = SCENES[name]
-    return machine_of(program_of(compile_scene(scene, tracking, Method("analog", sampling))))
+    return compile_program(build_program(compile_scene(scene, tracking, Method("analog", sampling))))
 
 
 @cache
@@ -152,10 +152,10 @@ def test_a_run_holds_few_equal_nets_and_says_how_many_histories_they_have():
 
 
 def test_batches_are_equal_powers_of_two():
-    assert equal_powers_of_two(1, 8) == (1, 8)
-    assert equal_powers_of_two(1 << 20, 8) == (1 << 17, 8)
-    assert equal_powers_of_two((1 << 20) + 1, 8) == (1 << 18, 8)
-    assert equal_powers_of_two(10 * LARGEST_BATCH - 1, 4) == (LARGEST_BATCH, 10)
+    assert net_sizes(1, 8) == (1, 8)
+    assert net_sizes(1 << 20, 8) == (1 << 17, 8)
+    assert net_sizes((1 << 20) + 1, 8) == (1 << 18, 8)
+    assert net_sizes(10 * MAX_BATCH_SIZE - 1, 4) == (MAX_BATCH_SIZE, 10)
 
 
 @pytest.mark.parametrize("sampling", NETS)
@@ -227,7 +227,7 @@ def test_every_pass_that_draws_has_a_twin_in_which_nothing_draws_at_random(sampl
     """By what its code calls, however deep; what draws nothing is its own twin, and keeps its machine code."""
     drawing = 0
     for lane_pass in PASSES.values():
-        twin, words = sampled(lane_pass, sampling), {random_words, event_words}
+        twin, words = quasi_random_twin(lane_pass, sampling), {random_words, event_words}
         if words & set(callees(lane_pass.function, [])):
             drawing += 1
             found = set(callees(twin.function, []))
@@ -247,11 +247,11 @@ def test_random_programs_hold_nothing_of_it():
     config.DISABLE_JIT or not host_has("avx512dq"), reason="looks for the wide registers of AVX-512"
 )
 @pytest.mark.parametrize(
-    "name", ["born_on_disk sobol", "born_on_disk stratified", "pick_on_disk sobol", "fly sobol"]
+    "name", ["born_on_disk sobol", "born_on_disk stratified", "sample_target_disk sobol", "sample_free_path sobol"]
 )
 def test_twins_are_vectorised(name):
     lane_pass, sampling = name.split()
-    assert is_vectorised(assembly(sampled(PASSES[lane_pass], sampling)), 0.05)
+    assert is_vectorised(assembly(quasi_random_twin(PASSES[lane_pass], sampling)), 0.05)
 
 
 def test_an_unknown_sampling_is_refused_with_those_there_are():

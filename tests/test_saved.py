@@ -60,7 +60,7 @@ def killed_at(save_number, path, monkeypatch, name, **more):
             raise Killed
 
     with monkeypatch.context() as patch:
-        patch.setattr(resuming, "SHARE", math.inf)
+        patch.setattr(resuming, "MAX_WRITE_FRACTION", math.inf)
         patch.setattr(resuming, "save", save_and_count)
         with pytest.raises(Killed):
             run(name, checkpoint=path, every=1e-9, **more)
@@ -111,7 +111,7 @@ def test_a_part_that_is_missing_is_told():
 
 
 def test_parts_end_where_batches_that_are_put_together_do(monkeypatch):
-    monkeypatch.setattr(schedules, "LARGEST_BATCH", 64)
+    monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)
     whole = tp.simulate(SMALL, particles=20_001)
     parts = [tp.simulate(SMALL, particles=20_001, part=(k, 5)) for k in range(1, 6)]
     assert whole.batches[0].past == 3

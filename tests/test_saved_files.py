@@ -17,9 +17,9 @@ import transport as tp
 from tests.own_experiments import ROOT
 from tests.same_batches import assert_same
 from tests.test_saved import SMALL, killed_at, refusal, run
-from transport.io.atomic import FileError, written_whole
-from transport.io.columns import columns_of, values_of
-from transport.statistics.packed import Packed, packed
+from transport.io.atomic import FileError, atomic_write
+from transport.io.columns import describe_columns, read_values
+from transport.statistics.packed import PackedColumn, pack
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
@@ -165,11 +165,11 @@ print(len(told), result.particles, result.warnings[-1])
 
 def test_what_a_killed_process_left_aside_is_removed(tmp_path):
     path = tmp_path / "run.npz"
-    child = "import os, sys, pathlib\nfrom transport.io.atomic import written_whole\n"
+    child = "import os, sys, pathlib\nfrom transport.io.atomic import atomic_write as written_whole\n"
     child += "with written_whole(pathlib.Path(sys.argv[1])): os._exit(0)"
     subprocess.run([sys.executable, "-c", child, path], cwd=ROOT, check=True)
     assert len(os.listdir(tmp_path)) == 1
-    with written_whole(path) as file:
+    with atomic_write(path) as file:
         file.write(b"whole")
     assert os.listdir(tmp_path) == ["run.npz"]
 
@@ -182,21 +182,21 @@ def test_any_kind_of_field_comes_back_as_it_was():
             "ragged": rng.random((n, 3)), "alike": rng.random(4).astype(np.float32), "bool": rng.random(n) > 0.5,
             "mixed": rng.integers(0, 9, n).astype(np.uint8 if n % 2 else np.int64), "none": None if n % 2 else 1.5,
             "whole": 2**64 - 1 - n, "empty": np.zeros((0, 2)), "tuple": (n, -0.0, math.inf), "text": "ü", "nested": {"a": n},
-            "packed": packed(lambda first, past, n=n: np.arange(first, past) % (3 * n + 2) * 0.5, 5000, 0.5),
+            "packed": pack(lambda first, past, n=n: np.arange(first, past) % (3 * n + 2) * 0.5, 5000, 0.5),
         }
         for n in (3, 1, 0)
     ]  # fmt: skip
-    described = json.loads(json.dumps(columns_of("", rows, columns)))
+    described = json.loads(json.dumps(describe_columns("", rows, columns)))
     whole = {name: np.concatenate([p for p in column.pieces]) for name, column in columns.items()}
 
     def pieces(name, lengths):
         return iter(np.split(whole[name], np.cumsum(lengths)[:-1]))
 
-    again = values_of(described, "", len(rows), pieces, {"Packed": Packed})
+    again = read_values(described, "", len(rows), pieces, {"Packed": PackedColumn})
     for row, like in zip(rows, again, strict=True):
         for name, value in row.items():
             assert type(value) is type(like[name]), name
-            if isinstance(value, np.ndarray | Packed):
+            if isinstance(value, np.ndarray | PackedColumn):
                 array, other = np.asarray(value), np.asarray(like[name])
                 assert (array.dtype, array.shape) == (other.dtype, other.shape), name
                 assert array.tobytes() == other.tobytes(), name

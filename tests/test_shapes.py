@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from transport.analysis.solid_angle import solid_angle_scene
-from transport.compile.detectors import meter_row
+from transport.compile.detectors import detector_row
 from transport.compile.plan import Plan
-from transport.compile.space import space_of
-from transport.geometry.distances import least_distance
+from transport.compile.space import make_space
+from transport.geometry.distances import distance_to_shape
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
@@ -26,7 +26,7 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.materials import Black, Diffuse, Mirror, Surface
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces, sheets_of
+from transport.scene.sheets import pieces_of, scene_sheets
 from transport.scene.sources import Source
 from transport.scene.tracking import Tracking
 from transport.validation import SceneError
@@ -83,7 +83,7 @@ def test_a_plane_and_a_slab_have_no_end():
     front, back = slab.planes()
     assert front == Plane(center=(1, 2, 2.75), normal=(0, 0, -1))
     assert back == Plane(center=(1, 2, 3.25), normal=(0, 0, 1))
-    assert pieces(slab) == (front, back) and pieces(FLOOR) == (FLOOR,)
+    assert pieces_of(slab) == (front, back) and pieces_of(FLOOR) == (FLOOR,)
 
 
 def test_area_without_the_hole():
@@ -124,22 +124,22 @@ def test_distance_from_a_rectangle_with_a_hole(point, radius):
         if isinstance(hole, Rectangle):
             is_out = (np.abs(along) >= radius / 2) | (np.abs(across) >= radius)
         apart = np.hypot(np.hypot(u - point[0], v - point[1]), point[2])[is_out].min()
-        assert apart - 0.02 < least_distance(frame, point) <= apart * (1 + 1e-14)
+        assert apart - 0.02 < distance_to_shape(frame, point) <= apart * (1 + 1e-14)
 
 
 def test_distances_from_planes_slabs_and_meshes():
-    assert least_distance(Plane(center=(5, 6, 1), normal=(0, 0, -1)), (100, -3, 4)) == 3
+    assert distance_to_shape(Plane(center=(5, 6, 1), normal=(0, 0, -1)), (100, -3, 4)) == 3
     slab = Slab(center=(0, 0, 1), thickness=2)
     for height, surface, filled in ((5, 3, 3), (1.5, 0.5, 0), (-1, 1, 1)):
-        assert least_distance(slab, (9, 9, height)) == surface
-        assert least_distance(slab, (9, 9, height), filled=True) == filled
+        assert distance_to_shape(slab, (9, 9, height)) == surface
+        assert distance_to_shape(slab, (9, 9, height), filled=True) == filled
     for place, surface, filled in (
         ((0, 0, 0.25), 0.75, 0),
         ((2, 0, 0.3), 1, 1),
         ((2, 3, 1.5), math.hypot(1, 2, 0.5), 1),
     ):
-        assert least_distance(CUBE, place) == pytest.approx(surface, rel=1e-15)
-        assert (least_distance(CUBE, place, filled=True) == 0) == (filled == 0)
+        assert distance_to_shape(CUBE, place) == pytest.approx(surface, rel=1e-15)
+        assert (distance_to_shape(CUBE, place, filled=True) == 0) == (filled == 0)
 
 
 # ---- what is refused ----
@@ -258,13 +258,13 @@ def test_a_source_about_a_mirror_ball_is_not_inside_of_it():
 def test_the_space_holds_what_ends_and_the_centers_of_what_does_not():
     lamp = Source(Disk(radius=1), Lambertian(power=1))
     walls = [Surface(FLOOR, Black()), Surface(Slab(center=(0, 0, -7), thickness=1), Black())]
-    space = space_of(Scene(lamp, walls))
+    space = make_space(Scene(lamp, walls))
     assert space.origin == (0, 0, 0) and space.size == 8
-    assert space_of(Scene(lamp, Surface(Cylinder(radius=1, height=33), Black()))).size == 32
+    assert make_space(Scene(lamp, Surface(Cylinder(radius=1, height=33), Black()))).size == 32
 
 
 def test_a_slab_is_two_sheets_and_a_plane_one():
-    [upper, lower] = sheets_of(
+    [upper, lower] = scene_sheets(
         Scene(LAMP, Surface(GLASS, Black()), Detector(Disk(center=(5, 5, 0.25), radius=1), "m"))
     )
     assert upper.support == GLASS.planes()[0] and len(upper.members) == 2
@@ -276,10 +276,10 @@ def test_bins_of_position_are_compiled_in_scene_lengths(shape):
     """Heights are lengths from the center, polar angles are none."""
     meter = Detector(shape, "m", positions=Positions(u=2, v=3), side="back")
     scene = Scene(LAMP, (), [meter, Detector(Disk(center=(0, 0, 5), radius=1), "far")])
-    plan = Plan(scene, space_of(scene), Tracking())
+    plan = Plan(scene, make_space(scene), Tracking())
     plan.bases = {"m": 1, "far": 20}
-    member = next(m for sheet in sheets_of(scene) for m in sheet.members if m.shape == shape)
-    row = meter_row(plan, member, meter)
+    member = next(m for sheet in scene_sheets(scene) for m in sheet.members if m.shape == shape)
+    row = detector_row(plan, member, meter)
     assert plan.space.size == 8
     edges = [kept for kept in plan.kept if kept.dtype == np.float64 and kept.shape == (3,)]
     low, high = meter.positions.edges(shape)["u"][[0, -1]]

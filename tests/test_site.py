@@ -10,7 +10,7 @@ import typer
 
 import transport as tp
 from transport.cli.commands import app
-from transport.cli.docs import ORDER, build_site, pages, write_sources
+from transport.cli.docs import GUIDE_ORDER, build_site, pages, write_sources
 
 COMMANDS = typer.main.get_command(app)
 
@@ -35,7 +35,7 @@ def test_what_sphinx_reads_is_written(tmp_path):
     write_sources(tmp_path, COMMANDS)
     first = (tmp_path / "index.md").read_text()
     files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.md")}
-    assert files == {"index.md", "reference/commands.md"} | {f"guides/{name}.md" for name in ORDER} | {
+    assert files == {"index.md", "reference/commands.md"} | {f"guides/{name}.md" for name in GUIDE_ORDER} | {
         f"reference/{page.file}.md" for page in pages()
     }
     for file in files - {"index.md"}:
@@ -52,7 +52,7 @@ def test_what_sphinx_reads_is_written(tmp_path):
 
 
 def test_without_sphinx_the_cure_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("transport.cli.docs.NEEDED", ("sphinx_that_is_not_there",))
+    monkeypatch.setattr("transport.cli.docs.REQUIRED_PACKAGES", ("sphinx_that_is_not_there",))
     with pytest.raises(tp.SceneError, match=r"pip install '\.\[docs\]'"):
         build_site(tmp_path, COMMANDS)
 

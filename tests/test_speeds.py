@@ -15,7 +15,7 @@ from tests.agreement import assert_follows
 from transport.geometry.flat import Disk
 from transport.scene.speeds import InverseCDF, Maxwellian, SpeedTable
 from transport.statistics import normal
-from transport.statistics.quantiles import LAST
+from transport.statistics.quantiles import LARGEST_U
 from transport.units import BOLTZMANN
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -84,9 +84,9 @@ def test_a_component_of_a_maxwellian_is_normal_in_both_tails():
         GAS.line_quantile(places), normal_below, lambda x: normal_below(-x), mp.npdf, us=places
     )
     assert error < 1e-14
-    ends = GAS.line_quantile(np.array([0.0, LAST]))
+    ends = GAS.line_quantile(np.array([0.0, LARGEST_U]))
     assert ends[0] == ndtri(2.0**-54) and np.isfinite(ends).all()
-    assert (np.abs(ends) < normal.REACH).all()
+    assert (np.abs(ends) < normal.MAX_DEVIATION).all()
 
 
 def test_sigma_follows_from_temperature_and_mass():
@@ -300,7 +300,7 @@ EVERY = [
 
 @pytest.mark.parametrize("law", EVERY, ids=repr)
 def test_quantiles_rise_and_stay_below_the_fastest_for_any_u(law):
-    u = np.unique(np.concatenate([[0.0, 2.0**-54, LAST], TAILS, MIDDLE[::10]]))
+    u = np.unique(np.concatenate([[0.0, 2.0**-54, LARGEST_U], TAILS, MIDDLE[::10]]))
     for quantile in (law.quantile, law.line_quantile, law.flux_quantile):
         speeds = quantile(u)
         assert speeds.shape == u.shape and np.isfinite(speeds).all()

@@ -18,9 +18,9 @@ from scipy.special import gammainc, gammaincinv, ndtr
 import transport as tp
 from tests.agreement import assert_agrees, assert_follows
 from transport.compile import layout
-from transport.compile.speeds import has_steps, quantile_table
+from transport.compile.speeds import has_split_cells, quantile_table
 from transport.engine.bundle import LANES, empty_bundle
-from transport.engine.passes.velocities import take_quantile, take_stepped_quantile
+from transport.engine.passes.velocities import set_speed_by_quantile, set_speed_by_stepped_quantile
 from transport.geometry.shape import Shape
 from transport.statistics import normal as normals
 from transport.theory import effusion
@@ -323,7 +323,7 @@ def test_a_moving_plane_of_a_maxwellian_sends_out_its_crossers():
         e_u, e_v, _ = disk.frame
         w = sign * v @ normal
         assert (w > 0).all()
-        edges = np.append(normals.crossing(np.linspace(0, 0.95, 20), through), 20.0)
+        edges = np.append(normals.crossing_quantile(np.linspace(0, 0.95, 20), through), 20.0)
         shares = 1 - crossing_above(edges, through) / normals.crossing_rate(through)
         tangential = [(v @ e - drift @ e) for e in (e_u, e_v)]
         t_edges = np.array([-9, -1.5, -0.5, 0, 0.5, 1.5, 9])
@@ -389,7 +389,7 @@ def test_a_wall_with_a_number_for_its_speed_gives_off_that_and_one_without_keeps
 def drawn_at(quantile, us):
     """What the engine makes of uniform numbers, by the pass that a scene with this law calls for."""
     octaves, cells = quantile_table(quantile)
-    drawing = take_stepped_quantile if has_steps(quantile) else take_quantile
+    drawing = set_speed_by_stepped_quantile if has_split_cells(quantile) else set_speed_by_quantile
     table = layout.row(
         layout.QUANTILES,
         octaves=octaves.ctypes.data,

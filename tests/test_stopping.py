@@ -13,16 +13,24 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_z_spread
-from transport.run.schedules import MEMORY, SMALL_BATCH, Planned, Rounds, Schedule, schedule_for, sizes_of
-from transport.run.settings import MANY_FOR_ERROR, Limits
+from transport.run.schedules import (
+    MAX_STORED_BYTES,
+    PILOT_BATCH_SIZE,
+    PilotThenRun,
+    QmcRounds,
+    Schedule,
+    schedule_for,
+    sizes_of,
+)
+from transport.run.settings import USUAL_BATCHES_FOR_ERROR, Limits
 from transport.run.stopping import (
-    LOPSIDED,
+    MAX_SKEWNESS,
     Look,
     Standing,
-    leaps_suffice,
-    leaps_to_come,
-    slope_of,
-    standing_of,
+    error_slope,
+    planned_doublings,
+    rounds_suffice,
+    status_of,
 )
 from transport.statistics.batches import skewness_of_mean, student_quantile
 from transport.statistics.estimates import Estimate
@@ -74,13 +82,13 @@ def limits(batches, error=0.1):
 
 def stopped(law, target, seed, batches=256):
     """The looks of a run and its estimate, by the rule."""
-    rng, schedule, looks = np.random.default_rng(seed), Planned(limits(batches), batches, 0), []
+    rng, schedule, looks = np.random.default_rng(seed), PilotThenRun(limits(batches), batches, 0), []
     while not looks or not looks[-1].is_enough:
         for size in sizes_of(schedule.next_leg(looks)):
             schedule.take(Drawn(size, law(rng, size)))
         schedule.end_leg()
         estimate = estimate_of(schedule.kept)
-        looks.append(Look(schedule.particles, len(schedule.kept), (standing_of("x", estimate, target),)))
+        looks.append(Look(schedule.particles, len(schedule.kept), (status_of("x", estimate, target),)))
     return looks, estimate
 
 
@@ -122,7 +130,7 @@ def test_a_pilot_foretells_how_many_histories_a_run_takes():
     for seed in range(60):
         looks, _ = stopped(rare, 1e-3, seed)
         pilot = next(look for look in looks if look.worst.relative <= 0.1)
-        off.append(abs(pilot.needed / looks[-1].particles - 1))
+        off.append(abs(pilot.particles_needed / looks[-1].particles - 1))
     assert np.mean(np.array(off) < 0.3) >= 0.9
 
 
@@ -134,12 +142,12 @@ def test_runs_look_a_few_times_only():
 
 def test_lopsided_means_are_not_enough():
     few = estimate_of([Drawn(64, 64.0 * (k % 64 == 0)) for k in range(256)])  # four scores
-    standing = standing_of("x", few, 0.6)
+    standing = status_of("x", few, 0.6)
     assert standing.relative <= 0.6
     assert standing.skewness == pytest.approx(0.5, rel=0.05)
     assert standing.shortfall > 1
     many = estimate_of([Drawn(64, 64.0 * (k % 8 == 0)) for k in range(256)])
-    assert standing_of("x", many, 0.6).shortfall <= 1
+    assert status_of("x", many, 0.6).shortfall <= 1
 
 
 def test_skewness_of_a_mean_is_that_of_a_history_over_the_root_of_their_number():
@@ -147,7 +155,7 @@ def test_skewness_of_a_mean_is_that_of_a_history_over_the_root_of_their_number()
     sizes = np.full(len(draws), 1)
     assert skewness_of_mean(draws - draws.mean(), sizes) * math.sqrt(len(draws)) == pytest.approx(2, rel=0.1)
     assert skewness_of_mean(np.zeros((8, 2)), np.full(8, 3)).tolist() == [0.0, 0.0]
-    assert 0 < LOPSIDED < 1
+    assert 0 < MAX_SKEWNESS < 1
 
 
 # ---- rounds, for points that know of one another ----
@@ -170,7 +178,7 @@ def rounds_of(seed, slope, suffices, batches=16, constant=1.0):
         64,
     )
     while not (looks and suffices(looks)):
-        size <<= leaps_to_come(looks)[0] if looks else 0
+        size <<= planned_doublings(looks)[0] if looks else 0
         means = constant * (size / 64) ** slope * math.sqrt(batches) * rng.normal(size=batches)
         error = means.std(ddof=1) / math.sqrt(batches)
         looks.append(Look(size * batches, batches, (Standing("x", target, error, 0.0, 1.0),)))
@@ -180,7 +188,7 @@ def rounds_of(seed, slope, suffices, batches=16, constant=1.0):
 @pytest.mark.parametrize("slope", [-0.5, -1.0, -1.5])
 def test_intervals_of_rounds_cover(slope):
     """0.948 to 0.952 of intervals of 95 % in 8000 runs: a false alarm in 5000."""
-    assert np.mean([rounds_of(seed, slope, leaps_suffice).covers for seed in range(RUNS)]) >= COVERED
+    assert np.mean([rounds_of(seed, slope, rounds_suffice).covers for seed in range(RUNS)]) >= COVERED
 
 
 def test_the_first_good_round_of_few_batches_does_not_cover():
@@ -195,9 +203,9 @@ def test_the_first_good_round_of_few_batches_does_not_cover():
 @pytest.mark.parametrize("slope", [-0.5, -1.0, -1.5])
 def test_the_leap_that_was_planned_to_be_the_last_mostly_is(slope):
     """In nine of ten runs what is foretold then is what the run takes."""
-    runs = [rounds_of(seed, slope, leaps_suffice).looks for seed in range(RUNS)]
+    runs = [rounds_of(seed, slope, rounds_suffice).looks for seed in range(RUNS)]
     planned = [
-        next(k for k in range(3, len(looks) + 1) if len(leaps_to_come(looks[:k])) == 1) for looks in runs
+        next(k for k in range(3, len(looks) + 1) if len(planned_doublings(looks[:k])) == 1) for looks in runs
     ]
     assert np.mean([len(looks) == k + 1 for looks, k in zip(runs, planned, strict=True)]) >= 0.9
 
@@ -208,35 +216,35 @@ def looks_of(*errors):
 
 
 def test_a_lucky_round_is_not_enough():
-    assert leaps_suffice(looks_of(0.4, 0.2, 0.1, 0.05))
-    assert not leaps_suffice(looks_of(0.4, 0.28, 0.2, 0.05))
-    assert not leaps_suffice(looks_of(0.05))
+    assert rounds_suffice(looks_of(0.4, 0.2, 0.1, 0.05))
+    assert not rounds_suffice(looks_of(0.4, 0.28, 0.2, 0.05))
+    assert not rounds_suffice(looks_of(0.05))
 
 
 def test_leaps_go_by_the_slope_and_no_farther_than_eightfold():
-    assert slope_of(looks_of(8.0, 4.0, 2.0, 1.0), "x") == pytest.approx(-1)
-    assert leaps_to_come(looks_of(8.0)) == (2, 2, 2, 3, 3, 2)
+    assert error_slope(looks_of(8.0, 4.0, 2.0, 1.0), "x") == pytest.approx(-1)
+    assert planned_doublings(looks_of(8.0)) == (2, 2, 2, 3, 3, 2)
 
 
 def test_a_round_replaces_those_before():
-    schedule = Rounds(limits(16), 16, 0)
+    schedule = QmcRounds(limits(16), 16, 0)
     for k in range(3):
         sizes = list(sizes_of(schedule.next_leg([])))
-        assert sizes == [SMALL_BATCH << k] * 16
+        assert sizes == [PILOT_BATCH_SIZE << k] * 16
         for size in sizes:
             schedule.take(Drawn(size, 0.0))
         assert len(schedule.kept) == 16
         schedule.end_leg()
-        assert {batch.histories for batch in schedule.kept} == {SMALL_BATCH << k}
+        assert {batch.histories for batch in schedule.kept} == {PILOT_BATCH_SIZE << k}
 
 
 def test_a_round_that_was_not_finished_is_left_out():
-    schedule = Rounds(limits(16), 16, 0)
+    schedule = QmcRounds(limits(16), 16, 0)
     for size in sizes_of(schedule.next_leg([])):
         schedule.take(Drawn(size, 0.0))
     schedule.end_leg()
-    schedule.take(Drawn(2 * SMALL_BATCH, 0.0))
-    assert [batch.histories for batch in schedule.kept] == [SMALL_BATCH] * 16
+    schedule.take(Drawn(2 * PILOT_BATCH_SIZE, 0.0))
+    assert [batch.histories for batch in schedule.kept] == [PILOT_BATCH_SIZE] * 16
 
 
 @pytest.mark.parametrize("particles", [1, 3, 40, 5000])
@@ -278,16 +286,19 @@ def test_sobol_runs_for_an_error_reach_it_whatever_the_threads():
 def test_batches_are_few_where_sums_are_large_and_small_where_histories_are_long():
     snapshots = SimpleNamespace(snapshots=[])
     plan = SimpleNamespace(
-        scene=snapshots, method=SimpleNamespace(sampling="random"), rows=MEMORY // (2 * 24 * 40), long_rows=0
+        scene=snapshots,
+        method=SimpleNamespace(sampling="random"),
+        rows=MAX_STORED_BYTES // (2 * 24 * 40),
+        long_rows=0,
     )
     left_open = Limits(None, {"x": 0.1}, None, 256, is_free=True)
     assert schedule_for(left_open, plan).count == 40
     assert schedule_for(limits(256), plan).count == 256
     assert type(schedule_for(Limits(None, {}, 1.0, 32), plan)) is Schedule
-    schedule = Planned(limits(16), 16, 0)
+    schedule = PilotThenRun(limits(16), 16, 0)
     for size in sizes_of(schedule.next_leg([])):
         schedule.take(Drawn(size, 0.0, crossings=size << 20))
-    look = Look(1024, 16, (standing_of("x", estimate_of([Drawn(64, 50.0), Drawn(64, 80.0)] * 8), 1e-4),))
+    look = Look(1024, 16, (status_of("x", estimate_of([Drawn(64, 50.0), Drawn(64, 80.0)] * 8), 1e-4),))
     assert (
         max(sizes_of(schedule.next_leg([look]))) <= 256
     )  # of 2^28 crossings; by the number of histories alone they would have 503
@@ -305,7 +316,7 @@ def test_real_runs_stop_where_they_foretold():
             disks(), error={"meter.flux_in": target}, seed=seed, threads=1, progress=False, estimator="analog"
         )
         assert 0.7 * target < result["meter"].flux_in.relative_error <= target
-        assert MANY_FOR_ERROR <= len(result.run) <= 2 * MANY_FOR_ERROR
+        assert USUAL_BATCHES_FOR_ERROR <= len(result.run) <= 2 * USUAL_BATCHES_FOR_ERROR
         off.append(
             abs(result.cost.forecast.particles / result.particles - 1) if result.cost.forecast else 0.0
         )

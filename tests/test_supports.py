@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import transport as tp
 from transport.geometry.overlaps import overlap
-from transport.geometry.supports import are_on_one_support, is_on_support, orientation
-from transport.scene.sheets import sheets_of
+from transport.geometry.supports import are_on_one_support, is_on_support, relative_orientation
+from transport.scene.sheets import scene_sheets
 from transport.vectors import unit_vector
 
 AXIS = unit_vector((0.3, -0.2, 0.9))
@@ -83,16 +83,16 @@ UNLIKE = {
 def test_shapes_on_one_support_form_one_sheet(pair):
     assert all(are_on_one_support(*way) for way in (pair, pair[::-1]))
     looks = [tp.Detector(shape, name=str(k)) for k, shape in enumerate(pair)]
-    assert [len(sheet.members) for sheet in sheets_of(tp.Scene(LAMP, (), looks))] == [2]
+    assert [len(sheet.members) for sheet in scene_sheets(tp.Scene(LAMP, (), looks))] == [2]
 
 
 def test_the_largest_band_gives_its_support_to_the_sheet():
     """A narrow one knows the slope of its cone less well; but what acts comes first."""
     narrow, wide = frustum(0.5, 0.5001), frustum(-2, 2)
     looks = [tp.Detector(shape, name=name) for name, shape in (("narrow", narrow), ("wide", wide))]
-    [sheet] = sheets_of(tp.Scene(LAMP, (), looks))
+    [sheet] = scene_sheets(tp.Scene(LAMP, (), looks))
     assert sheet.support == wide
-    [sheet] = sheets_of(tp.Scene(LAMP, tp.Surface(narrow, tp.Black()), looks))
+    [sheet] = scene_sheets(tp.Scene(LAMP, tp.Surface(narrow, tp.Black()), looks))
     assert [member.shape for member in sheet.members] == [narrow, wide, narrow]
 
 
@@ -136,9 +136,9 @@ def test_one_support_is_recognised_whatever_the_axis_and_the_place():
 
 
 def test_normals_on_one_support_point_alike_or_not():
-    assert orientation(tube(0, 1), tube(0, 1, BACK)) == 1  # outwards both
-    assert orientation(tp.Plane(), tp.Disk(normal=(0, 0, -1), radius=1)) == -1
-    assert orientation(*tp.Slab(thickness=1).planes()) == -1
+    assert relative_orientation(tube(0, 1), tube(0, 1, BACK)) == 1  # outwards both
+    assert relative_orientation(tp.Plane(), tp.Disk(normal=(0, 0, -1), radius=1)) == -1
+    assert relative_orientation(*tp.Slab(thickness=1).planes()) == -1
 
 
 def test_what_lies_on_a_support():

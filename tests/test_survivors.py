@@ -15,7 +15,7 @@ import transport as tp
 from tests.agreement import assert_agrees
 from tests.doubts import doubt
 from tests.tracking_scenes import FALSE_ALARM, assert_rejects, run, slab, splitting
-from transport.results.diagnostics.depth import _played
+from transport.results.diagnostics.depth import _roulette_weight
 from transport.theory import ordinates
 
 DEEP = (20.0, 0.2)
@@ -156,7 +156,7 @@ def test_the_weight_that_roulette_was_played_for_is_told_from_its_balance():
     for heaviest in (1.0, 1e-4):
         for played in (1e-3, 30.0, 1e4):  # expected survivors a batch
             balance = heaviest * (played - random.poisson(played, 32))
-            found = _played([_Batch(one) for one in balance], 32_000, heaviest) * 1000 / heaviest
+            found = _roulette_weight([_Batch(one) for one in balance], 32_000, heaviest) * 1000 / heaviest
             assert played / 3 < found < 3 * played
 
 

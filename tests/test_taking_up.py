@@ -7,13 +7,13 @@ import pytest
 
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
-from transport.compile.methods import checked_method
+from transport.compile.methods import coerce_method
 from transport.run import schedules
-from transport.run.programs import machine_for
+from transport.run.programs import compiled_program_for
 from transport.run.progress import Progress
 from transport.run.run import Run
 from transport.run.settings import checked_limits
-from transport.run.threads import Crew
+from transport.run.threads import ThreadExecutor
 
 LIMITS = {
     "particles": {"particles": 40_001},
@@ -33,8 +33,8 @@ class Watched(Run):
 
 def run_of(limits, sampling="random", threads=2, saved=None):
     what = scene()
-    method = checked_method(what, "analog", sampling)
-    machine = machine_for(what, None, method, Progress())
+    method = coerce_method(what, "analog", sampling)
+    machine = compiled_program_for(what, None, method, Progress())
     asked = checked_limits(
         what, *(limits.get(name) for name in ("particles", "error", "seconds", "batches")), method
     )
@@ -45,7 +45,7 @@ def run_of(limits, sampling="random", threads=2, saved=None):
         asked,
         threads,
         Progress(),
-        partial(Crew, machine, 3, threads),
+        partial(ThreadExecutor, machine, 3, threads),
         saved=saved,
     )
     run.go()
@@ -70,11 +70,11 @@ def test_it_ends_as_one_that_was_not_saved(name, sampling):
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
 def test_batches_are_never_larger_than_is_safe(sampling, monkeypatch):
     """Also where several of the largest have become one, and the run goes on to more, or to an error."""
-    monkeypatch.setattr(schedules, "LARGEST_BATCH", 512)
+    monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 512)
     first = run_of({"particles": 40_000, "batches": 16}, sampling)
     assert max(batch.histories for batch in first.batches) > 512
     within = run_of({"particles": 40_000, "batches": 16}, sampling, saved=first.states[40])
     assert_same(within.batches, first.batches)
     for limits in ({"particles": 80_000}, {"error": {"ball.flux_in": 0.005}}):
         run = run_of(limits | {"batches": 16}, sampling, saved=first.state)
-        assert max(size for size, _ in run.crew.done) <= 512
+        assert max(size for size, _ in run.executor.done) <= 512

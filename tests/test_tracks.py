@@ -13,8 +13,8 @@ import pytest
 import transport as tp
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import COUNT_BITS
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 
 COUNT = 2  # column of a row of sums
 FOG = tp.Medium(absorption=0.1, scattering=0.9, phase=tp.HenyeyGreenstein(0.75))
@@ -53,7 +53,7 @@ def test_each_flight_begins_where_the_one_before_it_ended(scene):
 def test_they_are_the_histories_of_a_run_without_them():
     """As many arrivals at walls as the engine counts of the same histories, and as many on the floor."""
     plan = compile_scene(room())
-    raw = run_batch(machine_of(program_of(plan)), 7, 0, 500)
+    raw = run_batch(compile_program(build_program(plan)), 7, 0, 500)
     found = tp.tracks(room(), 500, seed=7)
     assert np.count_nonzero(found.meets) == raw.crossings
     arrivals = raw.meters[plan.bases["floor"] + 1, COUNT] & ((1 << COUNT_BITS) - 1)
@@ -85,7 +85,7 @@ def test_what_flies_off_has_no_end_and_is_drawn_so_far():
 def test_room_for_flights_grows_and_none_is_lost(monkeypatch):
     scene = room()
     whole = tp.tracks(scene, 40, seed=2)
-    monkeypatch.setattr(importlib.import_module("transport.analysis.tracks"), "EACH", 1)
+    monkeypatch.setattr(importlib.import_module("transport.analysis.tracks"), "FLIGHTS_PER_PARTICLE", 1)
     again = tp.tracks(scene, 40, seed=2)
     assert np.array_equal(whole.starts, again.starts) and len(whole) > 40
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.statistics.batches import outlier_of
+from transport.statistics.batches import outlier_probability
 from transport.statistics.quality import Scores
 
 SEEDS = 12  # of 200 each run that fell into a trap was told of: 193 of the mask's, 152 of the hidden lamp's
@@ -108,7 +108,7 @@ def test_batches_that_stand_alone_together_do_not_hide_one_another():
     """The largest of three is hardly above the rest: it is they that are above all others."""
     rows = np.random.default_rng(8).normal(size=(300, 32))
     rows[:, 3:6] += 50
-    assert max(outlier_of(row) for row in rows) < 1e-8
+    assert max(outlier_probability(row) for row in rows) < 1e-8
 
 
 def test_a_share_that_was_counted_tells_of_all():

@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.agreement import assert_agrees
-from transport.geometry.distances import least_distance
+from transport.geometry.distances import distance_to_shape
 from transport.geometry.flat import Disk, Rectangle, Triangle
 from transport.geometry.shape import Point
 from transport.geometry.solid import Sphere
@@ -20,7 +20,7 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Gas, Isotropic, Lambertian
 from transport.scene.materials import Black, Diffuse, Mirror, Surface, Transparent
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces, sheets_of
+from transport.scene.sheets import pieces_of, scene_sheets
 from transport.scene.sources import Source
 from transport.simulate import simulate
 from transport.validation import SceneError
@@ -153,7 +153,7 @@ def test_vertices_on_a_line_are_refused_though_rounding_lifts_them_off_it(way):
 def test_least_distance_to_a_triangle(point, distance):
     for vertices in permutations(HALF_SQUARE.vertices):
         shape = Triangle(vertices=vertices)
-        assert least_distance(shape, point) == pytest.approx(distance, rel=1e-15, abs=1e-15)
+        assert distance_to_shape(shape, point) == pytest.approx(distance, rel=1e-15, abs=1e-15)
 
 
 @given(points, points)
@@ -161,7 +161,7 @@ def test_no_point_of_a_triangle_is_nearer_than_the_least_distance(weights, place
     shares = np.abs(weights)
     assume(shares.sum() > 1e-3)
     point = shares / shares.sum() @ np.array(SLOPED.vertices)
-    assert least_distance(SLOPED, place) <= math.dist(point, place) + 1e-15
+    assert distance_to_shape(SLOPED, place) <= math.dist(point, place) + 1e-15
 
 
 def test_triangles_share_the_sheet_of_the_plane_that_they_lie_on():
@@ -200,7 +200,7 @@ def test_a_thin_sliver_on_a_wall_stands_on_the_wall_and_takes_its_plane(height):
     assert are_on_one_support(sliver, disk)
     meters = [Detector(sliver, name="sliver"), Detector(disk, name="disk")]
     for scene in (Scene(LAMP, (), meters), Scene(LAMP, Surface(disk, Black()), meters[0])):
-        (sheet,) = sheets_of(scene)
+        (sheet,) = scene_sheets(scene)
         assert sheet.support is disk and [m.shape for m in sheet.members] == [disk, sliver]
 
 
@@ -208,8 +208,8 @@ def test_a_detector_and_an_aim_take_a_triangle():
     meter = Detector(SLOPED, name="meter", side="back", directions=Directions(mu=4, phi=3))
     lamp = Source(Point(), Isotropic(power=1), aim=SLOPED)
     scene = Scene(lamp, Surface(Disk(radius=9, center=(0, 0, -1)), Black()), meter)
-    assert scene.shape_of(meter) is SLOPED and pieces(SLOPED) == (SLOPED,)
-    assert [len(sheet.members) for sheet in sheets_of(scene)] == [1, 1]
+    assert scene.shape_of(meter) is SLOPED and pieces_of(SLOPED) == (SLOPED,)
+    assert [len(sheet.members) for sheet in scene_sheets(scene)] == [1, 1]
 
 
 def test_a_flat_source_does_not_aim_at_a_triangle_in_its_plane():
@@ -221,7 +221,7 @@ def test_a_flat_source_does_not_aim_at_a_triangle_in_its_plane():
 def test_a_surface_of_a_triangle_is_a_sheet_that_acts_and_may_emit(material):
     sail = Surface(SLOPED, material, name="sail")
     scene = Scene(Source("sail", Lambertian(power=1)), sail, Detector("sail"))
-    [sheet] = sheets_of(scene)
+    [sheet] = scene_sheets(scene)
     assert sheet.support == SLOPED and len(sheet.members) == 1
     assert (sheet.members[0].surface is sail) == (not isinstance(material, Transparent))
 

@@ -15,10 +15,15 @@ from tests.test_quality import quality_of_draws
 from transport.compile.methods import Method
 from transport.results.choice import Pilot
 from transport.results.diagnostics.proofs import bound_by_probe
-from transport.results.diagnostics.run_findings import in_words
-from transport.run.auto import cheapest, choose, chosen
+from transport.results.diagnostics.run_findings import warnings_of
+from transport.run.auto import cheapest, choose_method, select_method
 from transport.statistics.estimates import Estimate, EstimateArray
-from transport.statistics.findings import Finding, of_even_scores, times_needed, unseen_scores
+from transport.statistics.findings import (
+    Finding,
+    even_scores_findings,
+    particle_factors_needed,
+    unseen_scores,
+)
 from transport.statistics.replicates import Batches
 
 UNSEEN = Finding("doubtful", "detector 'm'", "", "light via 'mirror' not sampled", 1.0)
@@ -53,13 +58,13 @@ def test_a_beam_beyond_the_cut_is_told_where_weights_differ():
 def test_of_two_limits_the_one_that_ends_the_run_settles_what_is_doubtful():
     """Pilots of 1000 histories and 1 s; a hundred times as many settle it, which the seconds do not allow."""
     pilots = pilots_of((one(0.001, findings=(UNSEEN,)), 1.0), (one(0.01), 10.0))
-    assert chosen(pilots, has_error=False, particles=110_000, seconds=110.0).method == ANALOG
-    assert chosen(pilots, has_error=False, particles=110_000, seconds=10.0).method == AIMED
+    assert select_method(pilots, has_error=False, particles=110_000, seconds=110.0).method == ANALOG
+    assert select_method(pilots, has_error=False, particles=110_000, seconds=10.0).method == AIMED
 
 
 def test_a_way_that_misses_light_is_not_taken_though_the_other_is_doubtful():
     pilots = pilots_of((one(0.1, 2.61, findings=(UNSEEN,)), 10.0), (one(1e-9, 1.785), 1e-9))
-    choice = chosen(pilots, has_error=False, particles=1000)
+    choice = select_method(pilots, has_error=False, particles=1000)
     assert choice.method == ANALOG and not choice.is_trusted
 
 
@@ -105,7 +110,7 @@ def test_a_warning_about_two_detectors_names_the_particles_of_the_one_that_takes
             )
             for name, times in zip("ab", pair, strict=True)
         ]
-        (warning,) = in_words(findings, 1000)
+        (warning,) = warnings_of(findings, 1000)
         assert "Use about 1e5 particles" in warning
 
 
@@ -181,11 +186,11 @@ def test_a_difference_of_two_numbers_may_be_off_both_ways():
 def test_what_scores_foretell_counts_for_batches_that_look_odd_as_well():
     few = Finding("doubtful", "", "", "only 5 scores", 0.5, times=5.0)
     odd = Finding("doubtful", "", "", "one batch is far above all others")
-    assert times_needed([few, odd], 1.0, 0.01, 0.01) == (5.0, 1.0, "only 5 scores")
+    assert particle_factors_needed([few, odd], 1.0, 0.01, 0.01) == (5.0, 1.0, "only 5 scores")
 
 
 def test_batches_with_as_many_scores_may_have_one_too_many_as_well_as_one_too_few():
-    found = of_even_scores(np.array(1.0), np.array(0.0), np.array(30.0), 1000)
+    found = even_scores_findings(np.array(1.0), np.array(0.0), np.array(30.0), 1000)
     assert sorted(np.sign(each.bound) for each in found) == [-1.0, 1.0]
 
 
@@ -203,7 +208,7 @@ def test_nets_of_a_run_for_a_time_must_save_their_earlier_rounds_as_well(monkeyp
     monkeypatch.setattr("transport.run.auto.methods_for", lambda scene: list(errors))
     for seconds, taken in ((None, sobol), (1.0, ANALOG)):
         calls = []
-        choice = choose(
+        choice = choose_method(
             scene(),
             None,
             None,

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from tests import agreement
 from transport.cli import commands
-from transport.cli.laws import Law, score_of, split_law
+from transport.cli.laws import Law, split_law, z_score
 from transport.statistics.estimates import Estimate
 from transport.statistics.replicates import Batches
 
@@ -116,7 +116,7 @@ def test_without_noise_what_few_histories_do_may_be_unseen():
 
 
 def test_what_has_no_exact_value_has_no_score():
-    assert math.isnan(score_of(law_of([0.2] * 2, 0.2).estimate, math.nan))
+    assert math.isnan(z_score(law_of([0.2] * 2, 0.2).estimate, math.nan))
 
 
 def test_a_law_without_a_known_error_does_not_hold():

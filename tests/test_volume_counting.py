@@ -27,9 +27,9 @@ from tests.volume_scenes import (
 )
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.passes.volumes import A_SCORE
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.passes.volumes import SCORE_BOUND
+from transport.engine.program import build_program
 
 
 @pytest.mark.parametrize("speeds", [(2.0,), (2.0, 0.5, 0.0)])
@@ -84,12 +84,12 @@ def test_aimed_births_count_from_their_source_to_their_target_and_beyond():
 def test_a_score_is_within_what_the_guard_of_the_sums_has_counted():
     result = foggy("weighted")
     machine, bundle = (
-        machine_of(program_of(compile_scene(result.scene, result.plan.tracking))),
+        compile_program(build_program(compile_scene(result.scene, result.plan.tracking))),
         empty_bundle(),
     )
     raw = run_batch(machine, seed=1, batch=0, histories=5000, bundle=bundle)
     high, scores = raw.meters[1:, 0].sum(), raw.meters[1:, 2].sum()
-    assert bundle["scored"][0] >= high > 0 and bundle["scored"][0] - high >= A_SCORE * scores // 2 > 0
+    assert bundle["scored"][0] >= high > 0 and bundle["scored"][0] - high >= SCORE_BOUND * scores // 2 > 0
     each = raw.meters[1:, 0] / np.maximum(raw.meters[1:, 2], 1)
     assert each.max() <= 2.0**32  # one at most, of weight 1
 

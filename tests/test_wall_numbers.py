@@ -24,7 +24,9 @@ def numbers():
     """(5, draws): those that make a direction, play roulette, choose a part and a speed."""
     events = []
     for seed in range(60):
-        lanes = Lanes(seed=seed, hit=1, event=seed).run(surfaces.draw_again).run(surfaces.draw)
+        lanes = (
+            Lanes(seed=seed, hit=1, event=seed).run(surfaces.draw_second_block).run(surfaces.draw_uniforms)
+        )
         assert (lanes["event"] == seed + 1).all()
         events.append([lanes[name] for name in NAMES])
     return np.concatenate(events, axis=1)
@@ -50,7 +52,7 @@ def test_what_landed_beside_a_sphere_is_put_onto_it():
     center, off = np.array([[0.3], [-0.2], [0.1]]), 0.25 * (1 + 1e-9)
     x, y, z = center + off * away
     lanes = Lanes(x=x, y=y, z=z, sheet=1, nx=0.0, ny=0.0, nz=0.0)
-    lanes.run(landing.put_back_on_sphere, rows=sheets.ctypes.data, count=len(sheets))
+    lanes.run(landing.project_onto_sphere, rows=sheets.ctypes.data, count=len(sheets))
     place = np.stack([lanes["x"], lanes["y"], lanes["z"]]) - center
     np.testing.assert_allclose(np.linalg.norm(place, axis=0), 0.25, rtol=4e-15)
     np.testing.assert_allclose([lanes["nx"], lanes["ny"], lanes["nz"]], away, atol=1e-15)

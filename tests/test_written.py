@@ -14,11 +14,17 @@ import transport as tp
 from tests.fuzz.numbered import TURNS, world_of
 from tests.mesh_scenes import mesh
 from tests.round_trips import assert_compiled_alike, assert_runs_alike, read_again, scenes_of_tests
-from transport.io.json.differences import are_alike, differences
-from transport.io.json.numbers import LONGEST, array_read, array_written, number_read, number_written
+from transport.io.json.differences import are_identical, differences
+from transport.io.json.numbers import (
+    MAX_LISTED_NUMBERS,
+    array_from_json,
+    array_to_json,
+    number_from_json,
+    number_to_json,
+)
 from transport.io.json.reading import Reader
-from transport.io.json.text import WIDTH, printed
-from transport.io.json.writing import written
+from transport.io.json.text import WIDTH, pretty_print
+from transport.io.json.writing import to_json
 from transport.verification.experiment import cases_of, experiment, experiment_names
 
 SCENES = dict(scenes_of_tests())
@@ -80,12 +86,12 @@ def test_another_scene_compiles_and_runs_otherwise():
     "number", [0.1, 5e-324, 1.7976931348623157e308, -0.0, math.pi, math.inf, -math.inf, math.nan, 1e22]
 )
 def test_a_number_keeps_every_bit(number):
-    data = json.loads(printed(number_written(number)))
-    again = number_read(data) if isinstance(data, dict) else data
+    data = json.loads(pretty_print(number_to_json(number)))
+    again = number_from_json(data) if isinstance(data, dict) else data
     assert again.hex() == number.hex()
 
 
-@pytest.mark.parametrize("size", [1, LONGEST, LONGEST + 1, 5000])
+@pytest.mark.parametrize("size", [1, MAX_LISTED_NUMBERS, MAX_LISTED_NUMBERS + 1, 5000])
 @pytest.mark.parametrize("dtype", ["float64", "float32", "int64", "int32", "uint8"])
 def test_an_array_keeps_every_bit(size, dtype):
     bits = random.Random(size).randbytes(8 * size)
@@ -95,10 +101,10 @@ def test_an_array_keeps_every_bit(size, dtype):
         else np.frombuffer(bits, "i4")[:size] * 1e-3
     )
     array = array.astype(dtype).reshape(size, 1)
-    data = json.loads(printed(array_written(array)))
-    again = array_read(data) if isinstance(data, dict) else np.array(data, dtype)
+    data = json.loads(pretty_print(array_to_json(array)))
+    again = array_from_json(data) if isinstance(data, dict) else np.array(data, dtype)
     assert again.dtype == array.dtype and again.shape == array.shape and again.tobytes() == array.tobytes()
-    assert isinstance(data, dict) == (size > LONGEST)
+    assert isinstance(data, dict) == (size > MAX_LISTED_NUMBERS)
 
 
 def test_voxels_that_are_all_alike_are_one_number():
@@ -145,22 +151,22 @@ def test_a_heavy_part_is_written_once_and_found_wherever_it_is_used():
 def test_what_follows_from_other_fields_is_not_written():
     gas = tp.Gas(1.0, tp.Maxwellian(temperature=300, mass=5e-26))
     water = tp.Surface(tp.Sphere(radius=1), tp.Transparent(), inside=tp.Medium(1))
-    assert written(gas) == {
+    assert to_json(gas) == {
         "type": "Gas",
         "density": 1.0,
         "speed": {"type": "Maxwellian", "temperature": 300.0, "mass": 5e-26},
     }
-    assert written(LAMP.emission) == {"type": "Lambertian", "power": 1.0}
-    assert list(written(water)) == ["type", "shape", "material", "inside"]
-    assert list(written(replace(FLOOR, back=tp.Medium(1), inside=None))) == [
+    assert to_json(LAMP.emission) == {"type": "Lambertian", "power": 1.0}
+    assert list(to_json(water)) == ["type", "shape", "material", "inside"]
+    assert list(to_json(replace(FLOOR, back=tp.Medium(1), inside=None))) == [
         "type",
         "name",
         "shape",
         "material",
         "back",
     ]
-    assert "name" not in written(tp.Detector("floor"))
-    assert written(tp.Detector("floor", "other"))["name"] == "other"
+    assert "name" not in to_json(tp.Detector("floor"))
+    assert to_json(tp.Detector("floor", "other"))["name"] == "other"
 
 
 PARTS = (
@@ -173,7 +179,7 @@ PARTS = (
 
 @pytest.mark.parametrize("part", PARTS, ids=repr)
 def test_any_object_can_be_written_alone(part):
-    assert are_alike(Reader({}).value(json.loads(printed(written(part))), ""), part)
+    assert are_identical(Reader({}).value(json.loads(pretty_print(to_json(part))), ""), part)
 
 
 def test_text_is_laid_out_for_people():
@@ -181,8 +187,8 @@ def test_text_is_laid_out_for_people():
     assert max(map(len, lines)) <= WIDTH and len(lines) < 40
     assert '        "emission": {"type": "Lambertian", "power": 1.0}' in lines
     long = list(range(1000))
-    assert json.loads(printed({"numbers": long})) == {"numbers": long}
-    assert max(map(len, printed({"numbers": long}).splitlines())) <= WIDTH
+    assert json.loads(pretty_print({"numbers": long})) == {"numbers": long}
+    assert max(map(len, pretty_print({"numbers": long}).splitlines())) <= WIDTH
 
 
 def test_a_file_is_written_and_read(tmp_path):
@@ -222,8 +228,12 @@ def test_differences_are_told_in_words(other, said):
 
 
 def test_zeros_of_both_signs_differ():
-    assert are_alike(-0.0, -0.0) and not are_alike(0.0, -0.0) and are_alike(math.nan, math.nan)
-    assert not are_alike(np.zeros(2), -np.zeros(2)) and not are_alike(1, 1.0) and not are_alike(True, 1)
+    assert are_identical(-0.0, -0.0) and not are_identical(0.0, -0.0) and are_identical(math.nan, math.nan)
+    assert (
+        not are_identical(np.zeros(2), -np.zeros(2))
+        and not are_identical(1, 1.0)
+        and not are_identical(True, 1)
+    )
 
 
 def test_differences_of_arrays_and_of_order_are_told():

@@ -16,8 +16,8 @@ import transport as tp
 from tests.refusals import assert_refused
 from tests.round_trips import faults_of, read_again, scenes_of_tests
 from transport.io.json import numbers
-from transport.io.json.kinds import KINDS, UNWRITTEN
-from transport.io.json.numbers import array_read
+from transport.io.json.kinds import SCENE_TYPES, UNSUPPORTED
+from transport.io.json.numbers import array_from_json
 from transport.io.json.schema import FILE, schema_text
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -197,12 +197,12 @@ def test_a_wrong_array_is_told_with_its_place(array, words):
 
 
 def test_an_array_that_does_not_fit_into_memory_is_refused_before_it_is_made(monkeypatch):
-    monkeypatch.setattr(numbers, "memory_left", lambda: 1_000_000_000)
+    monkeypatch.setattr(numbers, "available_memory", lambda: 1_000_000_000)
     with pytest.raises(
         ValueError, match=r"requests 8e\+09 numbers, 128 GB .* but 1 GB of memory are left; take fewer"
     ):
-        array_read({"constant": 1, "shape": [2000, 2000, 2000]})
-    assert array_read({"constant": 1, "shape": [100, 100, 100]}).shape == (100, 100, 100)
+        array_from_json({"constant": 1, "shape": [2000, 2000, 2000]})
+    assert array_from_json({"constant": 1, "shape": [100, 100, 100]}).shape == (100, 100, 100)
 
 
 def test_what_is_long_is_cut_in_a_refusal():
@@ -317,7 +317,7 @@ def test_every_kind_of_object_is_known_to_files():
     found = set()
     for path in sorted((ROOT / "transport").rglob("*.py")):
         found |= set(re.findall(r"^@scene_object.*\nclass (\w+)", path.read_text(encoding="utf-8"), re.M))
-    assert found == KINDS.keys() | UNWRITTEN.keys()
+    assert found == SCENE_TYPES.keys() | UNSUPPORTED.keys()
 
 
 def test_the_schema_that_is_shipped_is_that_of_the_code():

@@ -79,9 +79,9 @@ def test_yardstick_engine_and_view_factor_agree_on_coaxial_disks():
 
 
 def passes_of(scene):
-    from transport.engine.program import program_of
+    from transport.engine.program import build_program
 
-    return {lane_pass.name for lane_pass in program_of(compile_scene(scene)).passes}
+    return {lane_pass.name for lane_pass in build_program(compile_scene(scene)).passes}
 
 
 def test_every_pass_of_a_program_has_a_cost():

@@ -117,7 +117,7 @@ if not TYPE_CHECKING:  # type checkers would accept any name
 
     def __getattr__(name: str):
         """Raise AttributeError and suggest the closest public name."""
-        from transport.validation import suggestion
+        from transport.validation import name_hint
 
-        cure = "" if name.startswith("_") else f"; {suggestion(name, __all__)}"
+        cure = "" if name.startswith("_") else f"; {name_hint(name, __all__)}"
         raise AttributeError(f"module 'transport' has no attribute {name!r}{cure}")

@@ -8,20 +8,27 @@ from functools import partial
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from transport.compile.methods import AUTO, Method, checked_method
+from transport.compile.methods import AUTO, Method, coerce_method
 from transport.results.choice import Choice
 from transport.results.record import Cost
 from transport.results.result import Result
-from transport.run.auto import OTHER_NUMBERS, choose
-from transport.run.executors import Hands, Staff, checked_staff, hands_for
-from transport.run.interruption import put_off
-from transport.run.progress import PilotProgress, Progress, progress_on
-from transport.run.provenance import doubts_of
+from transport.run.auto import PILOT_SEED_MASK, choose_method
+from transport.run.executors import Executor, ExecutorSpec, checked_executor, open_executor
+from transport.run.interruption import delay_interrupts
+from transport.run.progress import PilotProgress, Progress, open_progress
+from transport.run.provenance import warnings_of
 from transport.run.run import Run
-from transport.run.settings import Asked, Limits, Way, checked_limits, checked_part, checked_whole
+from transport.run.settings import (
+    Limits,
+    RunRequest,
+    RunSettings,
+    checked_integer,
+    checked_limits,
+    checked_part,
+)
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.validation import SceneError, shown, suggestion
+from transport.validation import SceneError, name_hint, short_repr
 
 if TYPE_CHECKING:
     from transport.io.resuming import Checkpoints
@@ -135,9 +142,9 @@ def simulate(
     >>> result["meter"].flux_in
     <Estimate (0.151 ± 0.003) W, 32 batches>
     """
-    return _begin(
+    return _check_and_run(
         scene,
-        Asked(particles, error, seconds, batches, part, seed, estimator, sampling, tracking),
+        RunRequest(particles, error, seconds, batches, part, seed, estimator, sampling, tracking),
         threads,
         cluster,
         progress,
@@ -147,7 +154,7 @@ def simulate(
     )
 
 
-def simulate_for_any_reader(
+def simulate_all_quantities(
     scene: Scene,
     threads: int | None = None,
     cluster: object = None,
@@ -161,14 +168,14 @@ def simulate_for_any_reader(
 
     asked: fields of Asked.
     """
-    return _begin(
-        scene, Asked(**asked, reads_all=True), threads, cluster, progress, resume, checkpoint, every
+    return _check_and_run(
+        scene, RunRequest(**asked, reads_all=True), threads, cluster, progress, resume, checkpoint, every
     )
 
 
-def _begin(
+def _check_and_run(
     scene: Scene,
-    asked: Asked,
+    asked: RunRequest,
     threads: int | None,
     cluster: object,
     progress: bool | str | None,
@@ -179,72 +186,80 @@ def _begin(
     """Check the parameters and run."""
     if not isinstance(scene, Scene):
         raise SceneError(
-            f"simulate: scene must be a Scene, got {shown(scene)}; write Scene(sources=[...], ...)"
+            f"simulate: scene must be a Scene, got {short_repr(scene)}; write Scene(sources=[...], ...)"
         )
-    seed = None if asked.seed is None else checked_whole("seed", asked.seed, 0, 2**64 - 1)
-    asked = replace(asked, seed=seed, tracking=checked_tracking(scene, asked.tracking))
-    staff = checked_staff(threads, cluster)
+    seed = None if asked.seed is None else checked_integer("seed", asked.seed, 0, 2**64 - 1)
+    asked = replace(asked, seed=seed, tracking=coerce_tracking(scene, asked.tracking))
+    staff = checked_executor(threads, cluster)
     # Lock the file before it is read: another run might be writing it.
     with _checkpoints(checkpoint, every, scene) as keep:
-        return _run(scene, asked, _saved(resume, checkpoint), staff, keep, progress)
+        return _run(scene, asked, _saved_run(resume, checkpoint), staff, keep, progress)
 
 
 def _run(
     scene: Scene,
-    asked: Asked,
+    asked: RunRequest,
     saved: Result | None,
-    staff: Staff,
+    staff: ExecutorSpec,
     keep: "Checkpoints | None",
     progress: bool | str | Progress | None,
 ) -> Result:
     """Start a run, or continue the saved one, until a limit is reached."""
     begun = time.perf_counter()
-    with progress_on(progress) as bar:
+    with open_progress(progress) as bar:
         # Choose the settings (by pilot runs for "auto"), then compile and start the workers.
-        way = _way(scene, asked, saved, bar)
-        with put_off() as interruption, hands_for(scene, way, staff, bar, interruption) as hands:
+        way = _run_settings(scene, asked, saved, bar)
+        with delay_interrupts() as interruption, open_executor(scene, way, staff, bar, interruption) as hands:
             ready = time.perf_counter()
             plan, seed, limits, threads = hands.plan, way.seed, way.limits, hands.threads
             run = Run(
-                scene, plan, seed, limits, threads, bar, hands.hire, way.choice, interruption=interruption
+                scene,
+                plan,
+                seed,
+                limits,
+                threads,
+                bar,
+                hands.make_executor,
+                way.choice,
+                interruption=interruption,
             )
             result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
             # Restore the saved batches, run the rest with checkpoints between batches, and reduce.
             if saved is not None:
-                run.go_on_with(saved.state, saved.cost, _lasting_warnings(saved))
+                run.resume(saved.state, saved.cost, _lasting_warnings(saved))
             if keep is not None:
-                run.between = lambda run: keep.if_due(run, result_of)
+                run.between = lambda run: keep.save_if_due(run, result_of)
             run.go()
             if not run.batches:
-                raise KeyboardInterrupt(run.why_nothing())
+                raise KeyboardInterrupt(run.no_result_message())
             result = result_of(run, run.is_complete)
             if keep is not None:
                 keep.end(result)
     return result
 
 
-def _saved(resume: Result | str | PathLike | None, checkpoint: str | PathLike | None) -> Result | None:
+def _saved_run(resume: Result | str | PathLike | None, checkpoint: str | PathLike | None) -> Result | None:
     """The saved run to continue; None for a new run."""
     if resume is None and checkpoint is None:
         return None
-    from transport.io.resuming import run_to_go_on_with
+    from transport.io.resuming import run_to_resume
 
-    return run_to_go_on_with(resume, checkpoint)
+    return run_to_resume(resume, checkpoint)
 
 
 def _lasting_warnings(saved: Result) -> list[str]:
     """Warnings of the saved run that still hold for the continued one."""
-    from transport.io.resuming import lasting_warnings
+    from transport.io.resuming import kept_warnings
 
-    return lasting_warnings(saved)
+    return kept_warnings(saved)
 
 
-def _way(scene: Scene, asked: Asked, saved: Result | None, bar: Progress) -> Way:
+def _run_settings(scene: Scene, asked: RunRequest, saved: Result | None, bar: Progress) -> RunSettings:
     """Settings of the run: as requested, or as in the saved run."""
     if saved is not None:
-        from transport.io.resuming import way_of
+        from transport.io.resuming import resumed_settings
 
-        return way_of(saved, scene, asked)
+        return resumed_settings(saved, scene, asked)
     limits = checked_limits(scene, *asked.limits, asked.batches)  # before any pilot runs
     part = checked_part(asked.part, limits)
     seed = 0 if asked.seed is None else asked.seed
@@ -253,11 +268,11 @@ def _way(scene: Scene, asked: Asked, saved: Result | None, bar: Progress) -> Way
         estimator = AUTO
     if estimator == AUTO:
         _check_no_part(part)
-        choice = _choice(scene, asked, limits, seed, bar)
+        choice = _choose_method(scene, asked, limits, seed, bar)
         estimator, sampling = choice.method.estimator, choice.method.sampling
-    method = checked_method(scene, estimator, "random" if sampling is None else sampling)
+    method = coerce_method(scene, estimator, "random" if sampling is None else sampling)
     limits = checked_limits(scene, *asked.limits, asked.batches, method)
-    return Way(method, replace(limits, part=part), seed, asked.tracking, choice)
+    return RunSettings(method, replace(limits, part=part), seed, asked.tracking, choice)
 
 
 def _check_no_part(part: tuple[int, int]) -> None:
@@ -278,15 +293,17 @@ def _checkpoints(
     if checkpoint is None:
         yield None
         return
-    from transport.io.atomic import held
+    from transport.io.atomic import locked
     from transport.io.resuming import Checkpoints
 
     keep = Checkpoints(checkpoint, every, scene)
-    with held(keep.path):
+    with locked(keep.path):
         yield keep
 
 
-def _result(run: Run, is_complete: bool, way: Way, hands: Hands, begun: float, ready: float) -> Result:
+def _result(
+    run: Run, is_complete: bool, way: RunSettings, hands: Executor, begun: float, ready: float
+) -> Result:
     """Reduce the batches done so far to a Result."""
     cost = Cost(
         seconds=time.perf_counter() - ready + run.seconds_before,
@@ -299,21 +316,21 @@ def _result(run: Run, is_complete: bool, way: Way, hands: Hands, begun: float, r
         slopes=run.slopes,
         forecast=run.forecast,
     )
-    warnings = [*run.warnings, *hands.doubts(), *doubts_of(run.state.origins)]
+    warnings = [*run.warnings, *hands.doubts(), *warnings_of(run.state.origins)]
     return Result(
         run.plan, run.batches, way.seed, cost, is_complete, warnings, way.tracking, way.choice, run.state
     )
 
 
-def _choice(scene: Scene, asked: Asked, limits: Limits, seed: int, bar: Progress) -> Choice:
+def _choose_method(scene: Scene, asked: RunRequest, limits: Limits, seed: int, bar: Progress) -> Choice:
     """Choose the cheapest method by pilot runs, which use random numbers of their own."""
-    quiet, staff = PilotProgress(bar), Staff(1)
+    quiet, staff = PilotProgress(bar), ExecutorSpec(1)
 
     def pilot(method: Method, particles: int) -> Result:
         bar.trying(method.title)
-        of_method = Asked(
+        of_method = RunRequest(
             particles,
-            seed=seed ^ OTHER_NUMBERS,
+            seed=seed ^ PILOT_SEED_MASK,
             estimator=method.estimator,
             sampling=method.sampling,
             tracking=asked.tracking,
@@ -323,7 +340,7 @@ def _choice(scene: Scene, asked: Asked, limits: Limits, seed: int, bar: Progress
             raise KeyboardInterrupt("interrupted during pilot runs, so there is no result")
         return result
 
-    return choose(
+    return choose_method(
         scene,
         limits.error,
         asked.sampling,
@@ -334,7 +351,7 @@ def _choice(scene: Scene, asked: Asked, limits: Limits, seed: int, bar: Progress
     )
 
 
-def checked_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:
+def coerce_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:
     """Return the tracking as a Tracking, or None for the default of the scene."""
     given = tracking
     if isinstance(tracking, str) and tracking in ("analog", "weighted"):
@@ -343,11 +360,11 @@ def checked_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking 
         if tracking is not None and tracking.absorption == "weighted" and scene.duration is not None:
             cure = "leave it out" if isinstance(given, str) else "write Tracking(absorption='analog', ...)"
             raise SceneError(
-                f"simulate: tracking must be analog in a scene with a duration, got {shown(given)}; {cure}"
+                f"simulate: tracking must be analog in a scene with a duration, got {short_repr(given)}; {cure}"
             )
         return tracking
     must = "tracking must be 'analog', 'weighted' or a Tracking"
-    raise SceneError(f"simulate: {must}, got {shown(tracking)}; {_tracking_cure(tracking)}")
+    raise SceneError(f"simulate: {must}, got {short_repr(tracking)}; {_tracking_cure(tracking)}")
 
 
 def _tracking_cure(tracking: object) -> str:
@@ -355,7 +372,7 @@ def _tracking_cure(tracking: object) -> str:
     if isinstance(tracking, str):
         if tracking in ("roulette", "forced", "splitting"):
             return f"write tracking=Tracking({tracking}=...)"
-        meant = suggestion(tracking, ("analog", "weighted"))
+        meant = name_hint(tracking, ("analog", "weighted"))
         if meant.startswith("did you mean"):
             return meant
     return "leave it out for the default of the scene"

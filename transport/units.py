@@ -18,7 +18,7 @@ minute, hour, day = 60.0, 3600.0, 86400.0  # s
 deg = math.pi / 180  # rad
 arcmin, arcsec, mrad = deg / 60, deg / 3600, 1e-3  # rad
 
-_ORDER = ("W", "J", "lm", "cd", "s", "m", "sr")  # order in text; other symbols follow alphabetically
+_PRINT_ORDER = ("W", "J", "lm", "cd", "s", "m", "sr")  # order in text; other symbols follow alphabetically
 _FACTOR = re.compile(r"\s*([/*]?)\s*(1|[A-Za-z]+)(?:\^\(?(-?\d+(?:/\d+)?)\)?)?")
 
 
@@ -57,8 +57,8 @@ class Unit:
         totals: dict[str, Fraction] = {}
         for symbol, exponent in self.powers:
             totals[symbol] = totals.get(symbol, Fraction(0)) + Fraction(exponent)
-        totals = _with_watts_and_joules_told_apart(totals)
-        powers = sorted(((s, e) for s, e in totals.items() if e != 0), key=_place_in_print)
+        totals = _normalize_watts_and_joules(totals)
+        powers = sorted(((s, e) for s, e in totals.items() if e != 0), key=_print_key)
         object.__setattr__(self, "powers", tuple(powers))
 
     @classmethod
@@ -110,13 +110,13 @@ class Unit:
         return Unit(tuple((symbol, power * exponent) for symbol, power in self.powers))
 
     def __str__(self) -> str:
-        return " ".join(_power_in_print(*power) for power in self.powers) or "1"
+        return " ".join(_format_power(*power) for power in self.powers) or "1"
 
     def __repr__(self) -> str:
         return f"Unit({str(self)!r})"
 
 
-def _with_watts_and_joules_told_apart(totals: dict[str, Fraction]) -> dict[str, Fraction]:
+def _normalize_watts_and_joules(totals: dict[str, Fraction]) -> dict[str, Fraction]:
     """Normalize W, J and s: W s becomes J, and J s^-1 becomes W.
 
     As many watts are kept as there are joules per second, and no more.
@@ -129,12 +129,12 @@ def _with_watts_and_joules_told_apart(totals: dict[str, Fraction]) -> dict[str, 
     return totals | {"W": watts, "J": energy - watts, "s": time + watts}
 
 
-def _place_in_print(power: tuple[str, Fraction]) -> tuple[bool, int, str]:
+def _print_key(power: tuple[str, Fraction]) -> tuple[bool, int, str]:
     symbol, exponent = power
-    return exponent < 0, _ORDER.index(symbol) if symbol in _ORDER else len(_ORDER), symbol
+    return exponent < 0, _PRINT_ORDER.index(symbol) if symbol in _PRINT_ORDER else len(_PRINT_ORDER), symbol
 
 
-def _power_in_print(symbol: str, exponent: Fraction) -> str:
+def _format_power(symbol: str, exponent: Fraction) -> str:
     if exponent == 1:
         return symbol
     return f"{symbol}^{exponent}" if exponent.denominator == 1 else f"{symbol}^({exponent})"

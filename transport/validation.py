@@ -29,16 +29,16 @@ _SYNONYMS = {  # name of a parameter in other programs: name here, and a remark
     "diameter": ("radius", " (half of it)"),
 }
 
-SIMULATE = {  # parameters of `simulate`, not of Scene
+SIMULATE_PARAMETERS = {  # parameters of `simulate`, not of Scene
     "particles", "error", "seconds", "seed", "batches", "threads", "estimator", "sampling", "tracking",
     "progress", "cluster", "resume", "checkpoint", "every", "part",
 }  # fmt: skip
 
-UNMASK = "write .filled(0), or another number"  # hint for masked values
+MASKED_VALUES_HINT = "write .filled(0), or another number"  # hint for masked values
 
-_brief = reprlib.Repr()
-_brief.maxstring = _brief.maxother = 80
-_brief.maxlevel = 3
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = 80
+_short.maxlevel = 3
 
 
 class SceneError(ValueError):
@@ -72,18 +72,18 @@ def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
 
 
 def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple, named: dict) -> None:
-    title, names = _title(cls, named.get("name")), [field.name for field in fields]
+    title, names = _object_title(cls, named.get("name")), [field.name for field in fields]
     call = getattr(cls, "written", cls.__name__)
     # Check the names of keyword arguments.
     for name, value in named.items():
         if name not in names:
-            is_for_run = name in SIMULATE and cls.__name__ == "Scene"
-            cure = f"write simulate(scene, {name}=...)" if is_for_run else _suggested_parameter(name, names)
-            raise SceneError(f"{title}: unknown parameter {name}={shown(value)}; {cure}")
+            is_for_run = name in SIMULATE_PARAMETERS and cls.__name__ == "Scene"
+            cure = f"write simulate(scene, {name}=...)" if is_for_run else _parameter_hint(name, names)
+            raise SceneError(f"{title}: unknown parameter {name}={short_repr(value)}; {cure}")
     # Check the number of positional arguments.
     by_place = [field.name for field in fields if not field.kw_only]
     if len(values) > len(by_place):
-        got = shown(values[len(by_place)])
+        got = short_repr(values[len(by_place)])
         if len(by_place) == len(names):
             cure = ", ".join(f"{name}=..." for name in names)
             raise SceneError(
@@ -98,7 +98,7 @@ def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple,
     for name in by_place[: len(values)]:
         if name in named:
             raise SceneError(
-                f"{title}: {name} is given twice, by position and as {shown(named[name])}; drop one"
+                f"{title}: {name} is given twice, by position and as {short_repr(named[name])}; drop one"
             )
     given = {*by_place[: len(values)], *named}
     missing = [f.name for f in fields if f.name not in given and _is_required(f)]
@@ -111,25 +111,25 @@ def _is_required(field: dataclasses.Field) -> bool:
     return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
 
 
-def _title(cls: type, name: object) -> str:
+def _object_title(cls: type, name: object) -> str:
     return f"{cls.__name__} {name!r}" if isinstance(name, str) and name else cls.__name__
 
 
 def refuse(subject: object, problem: str) -> NoReturn:
     """Raise the SceneError "Detector 'lid': problem"."""
-    raise SceneError(f"{_title(type(subject), getattr(subject, 'name', None))}: {problem}")
+    raise SceneError(f"{_object_title(type(subject), getattr(subject, 'name', None))}: {problem}")
 
 
-def shown(value: object) -> str:
+def short_repr(value: object) -> str:
     """Return a short text of a value for a message: NumPy numbers as plain ones, long ones cut."""
     if is_masked(value):
-        return f"{_brief.repr(value.tolist())} with masked values ({UNMASK})"
+        return f"{_short.repr(value.tolist())} with masked values ({MASKED_VALUES_HINT})"
     if isinstance(value, (np.ndarray, np.generic)):
         value = value.tolist()
-    return _brief.repr(value)
+    return _short.repr(value)
 
 
-def in_degrees(angle: float | None) -> str:
+def degrees_hint(angle: float | None) -> str:
     """Return a hint, as the end of a message, if an angle [rad] looks like degrees; else an empty text."""
     return (
         f"; angles are in radians: write {angle:g} * tp.deg" if angle is not None and 1 < angle <= 360 else ""
@@ -141,14 +141,14 @@ def is_masked(value: object) -> bool:
     return isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(value).any())
 
 
-def listed(names: list[str], most: int = 6) -> str:
+def join_names(names: list[str], most: int = 6) -> str:
     """Return names as "a, b and c"; beyond `most` names, the number of the rest."""
     if len(names) > most:
         names = [*names[:most], f"{len(names) - most} more"]
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
-def suggestion(word: object, names: Iterable[str]) -> str:
+def name_hint(word: object, names: Iterable[str]) -> str:
     """Return a hint for an unknown name: the closest valid one, or all of them if none is close."""
     names = list(names)
     near = difflib.get_close_matches(str(word), names, n=1, cutoff=0.5)
@@ -157,13 +157,13 @@ def suggestion(word: object, names: Iterable[str]) -> str:
     return f"choose from {', '.join(map(repr, names))}" if names else "there is nothing to choose from"
 
 
-def _suggested_parameter(word: str, names: list[str]) -> str:
+def _parameter_hint(word: str, names: list[str]) -> str:
     """Return a hint for an unknown parameter, also by synonyms of other programs."""
     meant, aside = _SYNONYMS.get(word, (None, ""))
-    return f"did you mean {meant!r}{aside}?" if meant in names else suggestion(word, names)
+    return f"did you mean {meant!r}{aside}?" if meant in names else name_hint(word, names)
 
 
-def store(subject: object, **values: object) -> None:
+def set_fields(subject: object, **values: object) -> None:
     """Set fields of a frozen object while it is made."""
     for name, value in values.items():
         object.__setattr__(subject, name, value)
@@ -181,7 +181,7 @@ def as_float(value: object) -> float | None:
         return math.inf
 
 
-def is_count(value: object) -> bool:
+def is_whole_number(value: object) -> bool:
     """Return whether a value is an integer (bool excluded)."""
     return isinstance(value, Integral) and not isinstance(value, (bool, np.bool_))
 
@@ -196,63 +196,65 @@ def as_floats(value: object) -> tuple[float, ...] | None:
     return numbers if all(number is not None and math.isfinite(number) for number in numbers) else None
 
 
-def settle_positive(subject: object, *names: str) -> None:
+def coerce_positive(subject: object, *names: str) -> None:
     """Convert each field to a positive finite float."""
-    _settle_numbers(subject, names, "positive and finite", lambda number: 0 < number < math.inf)
+    _coerce_numbers(subject, names, "positive and finite", lambda number: 0 < number < math.inf)
 
 
-def settle_nonnegative(subject: object, *names: str) -> None:
+def coerce_nonnegative(subject: object, *names: str) -> None:
     """Convert each field to a finite float, zero or above."""
-    _settle_numbers(subject, names, "zero or positive, and finite", lambda number: 0 <= number < math.inf)
+    _coerce_numbers(subject, names, "zero or positive, and finite", lambda number: 0 <= number < math.inf)
 
 
-def settle_fraction(subject: object, *names: str) -> None:
+def coerce_fraction(subject: object, *names: str) -> None:
     """Convert each field to a float in [0, 1]."""
-    _settle_numbers(
+    _coerce_numbers(
         subject, names, "in [0, 1]", lambda number: 0 <= number <= 1, "; a fraction, where 1 means all"
     )
 
 
-def _settle_numbers(subject, names, must, is_right, cure="") -> None:
+def _coerce_numbers(subject, names, must, is_right, cure="") -> None:
     for name in names:
         value = getattr(subject, name)
         number = as_float(value)
         if number is None:
-            refuse(subject, f"{name} must be a number, {must}, got {shown(value)}")
+            refuse(subject, f"{name} must be a number, {must}, got {short_repr(value)}")
         if not is_right(number):
-            refuse(subject, f"{name} must be {must}, got {shown(value)}{cure}")
-        store(subject, **{name: number})
+            refuse(subject, f"{name} must be {must}, got {short_repr(value)}{cure}")
+        set_fields(subject, **{name: number})
 
 
-def settle_vector(subject: object, *names: str) -> None:
+def coerce_vector(subject: object, *names: str) -> None:
     """Convert each field to a tuple of three finite floats."""
     for name in names:
         value = getattr(subject, name)
         vector = as_floats(value)
         if vector is None or len(vector) != 3:
-            refuse(subject, f"{name} must be three finite numbers, got {shown(value)}")
-        store(subject, **{name: vector})
+            refuse(subject, f"{name} must be three finite numbers, got {short_repr(value)}")
+        set_fields(subject, **{name: vector})
 
 
-def settle_direction(subject: object, *names: str) -> None:
+def coerce_direction(subject: object, *names: str) -> None:
     """Convert each field, a vector of any length except 0, to a unit vector."""
     for name in names:
         value = getattr(subject, name)
         vector = as_floats(value)
         if vector is None or len(vector) != 3 or not any(vector):
-            refuse(subject, f"{name} must be three finite numbers, not all zero, got {shown(value)}")
-        store(subject, **{name: unit_vector(vector)})
+            refuse(subject, f"{name} must be three finite numbers, not all zero, got {short_repr(value)}")
+        set_fields(subject, **{name: unit_vector(vector)})
 
 
-def settle_name(subject: object) -> None:
+def coerce_name(subject: object) -> None:
     """Convert the field `name` to a non-empty text without ".", or None."""
     name = subject.name
     if name is not None and (not isinstance(name, str) or not name.strip()):
-        refuse(subject, f"name must be a text and not empty, got {shown(name)}")
+        refuse(subject, f"name must be a text and not empty, got {short_repr(name)}")
     if name is not None and "." in name:
         cure = f"write name={name.replace('.', '_')!r}"
-        refuse(subject, f"name must not contain '.', as in 'detector.flux_in', got {shown(name)}; {cure}")
-    store(subject, name=None if name is None else str(name))
+        refuse(
+            subject, f"name must not contain '.', as in 'detector.flux_in', got {short_repr(name)}; {cure}"
+        )
+    set_fields(subject, name=None if name is None else str(name))
 
 
 def check_one_of(subject: object, name: str, choices: Iterable[str]) -> None:
@@ -260,14 +262,14 @@ def check_one_of(subject: object, name: str, choices: Iterable[str]) -> None:
     value, choices = getattr(subject, name), list(choices)
     if not isinstance(value, str) or value not in choices:
         valid = " or ".join(map(repr, choices))
-        refuse(subject, f"{name} must be {valid}, got {shown(value)}; {suggestion(value, choices)}")
+        refuse(subject, f"{name} must be {valid}, got {short_repr(value)}; {name_hint(value, choices)}")
 
 
 def check_type(subject: object, name: str, types: type | tuple[type, ...], must: str) -> None:
     """Raise SceneError if the field is not an instance of the types, which `must` describes."""
     value = getattr(subject, name)
     if not isinstance(value, types):
-        refuse(subject, f"{name} must be {must}, got {shown(value)}")
+        refuse(subject, f"{name} must be {must}, got {short_repr(value)}")
 
 
 # ---- Types of fields that accept more than they store.
@@ -307,11 +309,11 @@ else:
 
 
 VectorField = Converted[Iterable[float], Vector]
-OptionalVector = Converted[Iterable[float] | None, Vector | None]
-Lengths = ConvertedAs[Iterable[float] | float, Vector, Vector | float]  # one for all axes, or three
-Numbers = Converted[Iterable[float], tuple[float, ...]]
-OptionalNumbers = Converted[Iterable[float] | None, tuple[float, ...] | None]
+OptionalVectorField = Converted[Iterable[float] | None, Vector | None]
+LengthsField = ConvertedAs[Iterable[float] | float, Vector, Vector | float]  # one for all axes, or three
+NumbersField = Converted[Iterable[float], tuple[float, ...]]
+OptionalNumbersField = Converted[Iterable[float] | None, tuple[float, ...] | None]
 BinsField = Converted[int | Iterable[float], Bins]
-OptionalBins = Converted[int | Iterable[float] | None, Bins | None]
+OptionalBinsField = Converted[int | Iterable[float] | None, Bins | None]
 ArrayField = Converted[ArrayLike, np.ndarray]
-Parts = Converted[Iterable[Part] | Part, tuple[Part, ...]]
+PartsField = Converted[Iterable[Part] | Part, tuple[Part, ...]]

@@ -7,7 +7,7 @@ Frame = tuple[Vector, Vector, Vector]
 
 # Sine of the angle below which two directions count as parallel. It exceeds the rounding of single precision
 # (6e-8), so that rounding never decides how a frame is rotated about its normal.
-PARALLEL = 1e-6
+PARALLEL_SINE = 1e-6
 
 
 def local_frame(normal: Vector, up: Vector | None) -> Frame:
@@ -24,7 +24,7 @@ def local_frame(normal: Vector, up: Vector | None) -> Frame:
 
 def are_parallel(a: Vector, b: Vector) -> bool:
     """Return whether two unit vectors are parallel or opposite, to within 1e-6 rad."""
-    return math.hypot(*_cross(a, b)) <= PARALLEL
+    return math.hypot(*_cross(a, b)) <= PARALLEL_SINE
 
 
 def unit_vector(vector: Vector) -> Vector:

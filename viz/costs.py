@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from transport.analysis.binning import BinsAgainstNoise
 from transport.analysis.cost import CostOfAccuracy, price_text
-from transport.analysis.work_precision import Way
+from transport.analysis.work_precision import MethodCost
 from transport.statistics.notation import duration, percent
 from viz.style import (
     ESTIMATOR_COLOURS,
@@ -89,7 +89,7 @@ def cost_diagram(
     return path
 
 
-def _draw_ways(axes: Axes, cost: CostOfAccuracy, shown: list[Way]) -> None:
+def _draw_ways(axes: Axes, cost: CostOfAccuracy, shown: list[MethodCost]) -> None:
     looks = _looks(shown)
     for way in shown:
         _draw_way(axes, way, *looks[way.name])
@@ -109,7 +109,7 @@ def _draw_ways(axes: Axes, cost: CostOfAccuracy, shown: list[Way]) -> None:
     axes.set_title(_legend(shown), loc="left", fontsize=16, color=MUTED, pad=10)
 
 
-def _legend(shown: list[Way]) -> str:
+def _legend(shown: list[MethodCost]) -> str:
     """What marks mean: a shape per sampling and per tracking, filled where true."""
     found = {_kind(way) for way in shown}
     marks = SAMPLING_MARKS | TRACKING_MARKS
@@ -118,7 +118,7 @@ def _legend(shown: list[Way]) -> str:
     return f"{shapes}{between if shapes else ''}filled: true error, open: claimed;   * extrapolated"
 
 
-def _looks(shown: list[Way]) -> dict[str, Look]:
+def _looks(shown: list[MethodCost]) -> dict[str, Look]:
     """Colour, marker and line of each way: a colour per estimator, the rest per sampling or tracking."""
     marks: dict[str, Mark] = SAMPLING_MARKS | TRACKING_MARKS
     own = [way.name for way in shown if _kind(way) not in marks]
@@ -126,7 +126,7 @@ def _looks(shown: list[Way]) -> dict[str, Look]:
     return {way.name: (ESTIMATOR_COLOURS.get(_estimator(way), INK), *marks[_kind(way)]) for way in shown}
 
 
-def _kind(way: Way) -> str:
+def _kind(way: MethodCost) -> str:
     """The sampling of a way that is named by its estimator, the tracking of another, or a name of its own."""
     family, _, sampling = way.name.partition(", ")
     if family in ESTIMATOR_COLOURS and (sampling or "random") in SAMPLING_MARKS:
@@ -134,13 +134,13 @@ def _kind(way: Way) -> str:
     return next((name for name in TRACKING_MARKS if way.name.startswith(name)), way.name)
 
 
-def _estimator(way: Way) -> str:
+def _estimator(way: MethodCost) -> str:
     """The estimator of a way; where it is not known the one in its name, or the usual one."""
     named = way.name.partition(", ")[0]
     return way.estimator or (named if named in ESTIMATOR_COLOURS else "analog")
 
 
-def _draw_way(axes: Axes, way: Way, colour: str, marker: str, line: str | tuple) -> None:
+def _draw_way(axes: Axes, way: MethodCost, colour: str, marker: str, line: str | tuple) -> None:
     points = [point for point in way.points if _is_seen(point.true)]
     seconds, true = np.array([(p.seconds, p.true) for p in points]).T
     bars = np.array([min(2 * p.true_error, 0.9 * p.true) for p in points])
@@ -156,7 +156,7 @@ def _draw_way(axes: Axes, way: Way, colour: str, marker: str, line: str | tuple)
         axes.plot(way.pace.latency + spent, way.line.error_at(spent), color=colour, ls=line, lw=2.2, zorder=2)
 
 
-def _set_limits(axes: Axes, cost: CostOfAccuracy, shown: list[Way]) -> None:
+def _set_limits(axes: Axes, cost: CostOfAccuracy, shown: list[MethodCost]) -> None:
     seconds = [point.seconds for way in shown for point in way.points]
     errors = [e for way in shown for p in way.points for e in (p.true, p.claimed) if _is_seen(e)]
     axes.set_xlim(min(seconds) / 6, 1.5 * max(seconds))  # on the left there is room for prices
@@ -187,7 +187,7 @@ def _draw_guide(axes: Axes) -> None:
     )  # fmt: skip
 
 
-def _label(axes: Axes, shown: list[Way], looks: dict[str, Look]) -> None:
+def _label(axes: Axes, shown: list[MethodCost], looks: dict[str, Look]) -> None:
     """Names and slopes to the right of the axes, in the lines' order, apart from one another, joined to last points."""
     ends = []
     for way in shown:

@@ -87,7 +87,7 @@ def _hits(reading: object, quantity: str) -> np.ndarray:
     sums = getattr(reading, "sums", None)
     if sums is not None:
         side = DEPARTURES if quantity in LEAVING else ARRIVALS
-        return sums.by_place("counts", side).sum(axis=(0, 1, 2))
+        return sums.by_position("counts", side).sum(axis=(0, 1, 2))
     counts = reading.counts
     if not isinstance(counts, EstimateArray):
         return np.array(counts.value)

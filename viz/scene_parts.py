@@ -15,7 +15,7 @@ from transport.geometry.flat import Plane
 from transport.geometry.shape import Point, Shape
 from transport.results.result import Result
 from transport.scene.detectors import Detector
-from transport.scene.materials import Dielectric, Mirror, ThinLens, Transparent, simple_parts
+from transport.scene.materials import Dielectric, Mirror, ThinLens, Transparent, elementary_materials
 from transport.scene.media import Grid
 from transport.scene.scene import Scene
 from transport.validation import SceneError
@@ -64,7 +64,7 @@ class Part:
         """Whether light goes through it."""
         material = getattr(self.what, "material", None)
         return material is not None and any(
-            isinstance(each, Dielectric | ThinLens | Transparent) for each in simple_parts(material)
+            isinstance(each, Dielectric | ThinLens | Transparent) for each in elementary_materials(material)
         )
 
     @property
@@ -75,7 +75,9 @@ class Part:
     @property
     def is_mirror(self) -> bool:
         material = getattr(self.what, "material", None)
-        return material is not None and any(isinstance(each, Mirror) for each in simple_parts(material))
+        return material is not None and any(
+            isinstance(each, Mirror) for each in elementary_materials(material)
+        )
 
     @property
     def has_bins(self) -> bool:

@@ -138,7 +138,9 @@ class Drawn:
 
 def main(runs: int = 60, seed: int = 1, minutes: float = 10.0) -> None:
     begun, wrong, rng = time.monotonic(), 0, np.random.default_rng(seed)
-    pytest.MonkeyPatch().setattr("transport.run.dask.executor.SECONDS", 0.01)  # many groups are out at a time
+    pytest.MonkeyPatch().setattr(
+        "transport.run.dask.executor.GROUP_SECONDS", 0.01
+    )  # many groups are out at a time
     names = list(KINDS)
     with DaskCluster(1) as cluster, tempfile.TemporaryDirectory() as folder:
         drawn = Drawn(cluster, Path(folder), rng)

@@ -21,7 +21,7 @@ from distributed import Client
 import transport as tp
 from tests.dask_cluster import DaskCluster
 from tests.test_reproducible import scene
-from transport.run.dask.worker import Post
+from transport.run.dask.worker import WorkerRun
 
 THREADS = 2
 SPANS: list[tuple[float, float]] = []  # of a worker: when it began a group, and when its batches were done
@@ -62,7 +62,7 @@ def main() -> None:
 
 def watch() -> None:
     """Let this worker remember when it does its groups."""
-    work = Post.work
+    work = WorkerRun.work
 
     def watched(post, *arguments):
         begun = time.time()
@@ -70,7 +70,7 @@ def watch() -> None:
         SPANS.append((begun, time.time()))
         return done
 
-    Post.work = watched
+    WorkerRun.work = watched
 
 
 def forget() -> None:

@@ -98,7 +98,7 @@ def runs_of(way: Way, seeds: int = SEEDS, spread: float = SPREAD) -> list[tuple[
 
 
 def _batches(way: Way) -> int:
-    return min(16, way.method.usual_batches)
+    return min(16, way.method.default_batches)
 
 
 def _told(way: Way, seeds: int, spread: float) -> tuple[str, str]:

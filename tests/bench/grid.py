@@ -62,12 +62,12 @@ def measure(depth: float = 20.0, repeats: int = 5) -> list[dict]:
 
 def _machine(medium):
     from transport.compile.compiler import compile_scene
-    from transport.engine.driver import machine_of, run_batch
-    from transport.engine.program import program_of
+    from transport.engine.driver import compile_program, run_batch
+    from transport.engine.program import build_program
 
     source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
     scene = tp.Scene(source, tp.Surface(BOX, tp.Transparent(), inside=medium))
-    machine = machine_of(program_of(compile_scene(scene)))
+    machine = compile_program(build_program(compile_scene(scene)))
     run_batch(machine, 1, 0, 256)
     return machine
 

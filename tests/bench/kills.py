@@ -55,7 +55,7 @@ def go_on(kind: str, path: str) -> None:
     """What the child does: begin, or go on, and save at every opportunity."""
     from transport.io import resuming
 
-    resuming.SHARE = 1.0
+    resuming.MAX_WRITE_FRACTION = 1.0
     simulate = {**RUNS[kind], "threads": 2, "resume": path, "checkpoint": path, "every": 1e-3}
     tp.simulate(
         scene(), particles=2, sampling=RUNS[kind].get("sampling")

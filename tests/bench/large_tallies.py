@@ -124,7 +124,7 @@ def foretold(*arguments: object) -> None:
     """The check before a run, and what it foretells, with what is resident by then."""
     memory.check_memory(*arguments)
     pages = int(Path("/proc/self/statm").read_text().split()[1])
-    most = memory.need_of(*arguments).total + pages * resource.getpagesize()
+    most = memory.memory_need(*arguments).total + pages * resource.getpagesize()
     print(f"  {'foretold of the run':20} {'':10} {most / 1e9:8.2f} GB", flush=True)
 
 

@@ -22,14 +22,14 @@ from dataclasses import dataclass
 import transport as tp
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 from transport.results.batches import Batch, batch_of
-from transport.run.dask.client import DEPTH, Groups, Pace
-from transport.run.schedules import LARGEST_BATCH
-from transport.run.settings import MOST_BATCHES, MOST_PARTICLES
+from transport.run.dask.client import GROUPS_IN_FLIGHT, BatchPace, Groups
+from transport.run.schedules import MAX_BATCH_SIZE
+from transport.run.settings import MAX_BATCHES, MAX_PARTICLES
 
-LONGEST = MOST_PARTICLES * 100 // LARGEST_BATCH + 1  # batches of the longest run
+LONGEST = MAX_PARTICLES * 100 // MAX_BATCH_SIZE + 1  # batches of the longest run
 WORKERS = (1, 2, 10, 100, 1000, 3000, 10_000)
 REPEATS = 50
 HISTORIES = 1 << 16  # of the batch whose sums are sent and merged
@@ -69,7 +69,7 @@ def scene(bins: int) -> tp.Scene:
 
 def measured(bins: int) -> Costs:
     """What a batch with so many bins costs on this machine, medians."""
-    machine, bundle = machine_of(program_of(compile_scene(scene(bins)))), empty_bundle()
+    machine, bundle = compile_program(build_program(compile_scene(scene(bins)))), empty_bundle()
     plan = machine.program.plan
 
     def batch(histories: int) -> Batch:
@@ -125,7 +125,7 @@ def sent(packed: bytes) -> float:
 def efficiency(workers: int, batches: int, histories: int, costs: Costs, assumed: Assumed) -> float:
     """Seconds of histories over seconds that the workers were there, of a leg that so many threads do."""
     each = costs.batch + histories * costs.history
-    pace = Pace()
+    pace = BatchPace()
     pace.add([(histories, each)], costs.size)
     pace.batches = batches  # as in the midst of a run, when it knows what batches take
     groups = Groups(((number, histories) for number in range(batches)), pace)
@@ -134,7 +134,7 @@ def efficiency(workers: int, batches: int, histories: int, costs: Costs, assumed
     free = [0.0] * workers
     places = [
         (0.0, worker, 0) for worker in range(workers)
-    ] * DEPTH  # in a worker's queue: from when on, and what comes back
+    ] * GROUPS_IN_FLIGHT  # in a worker's queue: from when on, and what comes back
     heapq.heapify(places)
     while places:
         came, worker, done = heapq.heappop(places)
@@ -163,14 +163,14 @@ def main() -> None:
     print(
         f"assumed: {1e3 * assumed.scheduler:g} ms a task of the scheduler and {1e3 * assumed.client:g} ms of the client,"
         f" {1e3 * assumed.latency:g} ms one way, {assumed.network / 1e6:g} MB/s into the client; workers alike, with one"
-        f" thread each, none is lost; all batches in one leg\n{MOST_BATCHES} batches are the most that one may ask for,"
-        f" {LONGEST} those of the longest run, {MOST_PARTICLES * 100:.0e} particles: more workers than that have nothing to do"
+        f" thread each, none is lost; all batches in one leg\n{MAX_BATCHES} batches are the most that one may ask for,"
+        f" {LONGEST} those of the longest run, {MAX_PARTICLES * 100:.0e} particles: more workers than that have nothing to do"
     )
     for bins in asked.bins:
         costs = measured(bins)
         print(f"\n{bins} bins: {told(costs)}")
         print("    batches of        s" + "".join(f"{workers:>8}" for workers in WORKERS) + " workers")
-        for batches, seconds in itertools.product((MOST_BATCHES, LONGEST), asked.batch):
+        for batches, seconds in itertools.product((MAX_BATCHES, LONGEST), asked.batch):
             histories = max(1, round(seconds / costs.history))
             found = [efficiency(workers, batches, histories, costs, assumed) for workers in WORKERS]
             row = "".join(f"{100 * each:7.1f}%" for each in found)

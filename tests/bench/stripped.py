@@ -22,8 +22,8 @@ import numpy as np
 import transport
 from transport.cli.effects.prices import base_room
 from transport.compile.compiler import compile_scene
-from transport.engine.program import program_of
-from transport.engine.registry import FAMILIES, LANE_FIELDS, Pass
+from transport.engine.program import build_program
+from transport.engine.registry import LANE_FIELDS, MODULES, Pass
 
 LIBRARY = Path(transport.__file__).parent
 CHILD = """
@@ -107,12 +107,12 @@ def _spent_by(child: subprocess.Popen, copy: Path) -> tuple[float, float, str]:
 
 def strip(engine: Path) -> str:
     """Remove what the box does not call for from the engine in that folder; what was removed, in words."""
-    program = program_of(compile_scene(base_room().scene))
+    program = build_program(compile_scene(base_room().scene))
     kept = {lane_pass.name for lane_pass in program.passes}
     fields = {name for lane_pass in program.passes for name in lane_pass.fields}
     lines = sum(_lines(path) for path in engine.glob("*.py"))
     gone, empty = 0, 0
-    for family in FAMILIES.values():
+    for family in MODULES.values():
         names = {each.name for each in vars(family).values() if isinstance(each, Pass)}
         path = engine / Path(family.__file__).name
         gone += len(names - kept)
@@ -124,7 +124,7 @@ def strip(engine: Path) -> str:
     _rewrite(engine / "bundle.py", _FewFields(fields))
     left = sum(_lines(path) for path in engine.glob("*.py"))
     return (
-        f"stripped: {gone} of {gone + len(kept)} passes, {empty} of {len(FAMILIES)} files of passes emptied, "
+        f"stripped: {gone} of {gone + len(kept)} passes, {empty} of {len(MODULES)} files of passes emptied, "
         f"{len(LANE_FIELDS) - len(fields)} of {len(LANE_FIELDS)} fields, {lines} lines of engine/ to {left}"
     )
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import transport as tp
 from tests.specular_rooms import power_of, radiances, random_room, without_specular
-from transport.compile.detectors import block_rows, is_blocked
-from transport.compile.methods import why_not
+from transport.compile.detectors import block_rows, has_blocks
+from transport.compile.methods import refusal
 from transport.results.tally import ARRIVALS
 
 SEED = 20_260_000  # of the references; runs that are judged in rooms have seeds below 30 000
@@ -34,7 +34,7 @@ def reference_of(scene: tp.Scene, seconds: float = 10.0) -> dict:
 
     seconds: of CPU for the best estimator; the others take half as long.
     """
-    names = [name for name in ("expected", "backward") if why_not(scene, name) is None]
+    names = [name for name in ("expected", "backward") if refusal(scene, name) is None]
     pilots = {name: run_of(scene, name, PILOT, SEED) for name in names}
     if len(names) == 1:  # another estimator shall agree
         pilots["analog"] = run_of(scene, "analog", PILOT, SEED)
@@ -212,7 +212,7 @@ def _crossings_forward(result: tp.Result) -> list[list[float]]:
     weights = sums.whole("weights", ARRIVALS).sum()
     if sums._scale is None:  # an analog run: all of them
         return [[1.0, int(sums.whole("counts", ARRIVALS).sum())]]
-    first = sums.plan.bases["m"] + is_blocked(sums.detector)
+    first = sums.plan.bases["m"] + has_blocks(sums.detector)
     own = [sums._columns(kind, first, block_rows(sums.cells)).sum() for kind in ("weights", "counts")]
     return [[float(own[0] / weights) if weights else 0.0, int(own[1])]]
 
@@ -221,7 +221,7 @@ def _crossings_backward(result: tp.Result) -> list[list[float]]:
     """The same of the lamps that histories from the detector came to themselves, lamp by lamp."""
     sums = result["m"]._cell_sums
     (part,) = sums.parts
-    whole = sum(float(sums._brought(part, lamp).sum()) for lamp in sums.lamps)
+    whole = sum(float(sums._radiance_sums(part, lamp).sum()) for lamp in sums.lamps)
     found = []
     for lamp in sums.lamps:
         weights, counts = (sums._rows(part, kind, 1 + lamp).sum() for kind in ("weights", "counts"))

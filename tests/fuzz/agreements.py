@@ -16,8 +16,8 @@ from tests.fuzz.properties import ROUNDING
 from tests.fuzz.runs import ENOUGH, Scores, run_of, sound
 from tests.fuzz.sightings import sightings
 from tests.fuzz.worlds import World
-from transport.compile.methods import ESTIMATORS, why_not
-from transport.scene.checks.overlapping_bodies import names_media
+from transport.compile.methods import ESTIMATORS, refusal
+from transport.scene.checks.overlapping_bodies import has_named_media
 
 LIMIT = 4.0  # normal scores
 MORE = 16  # times the histories, when asked again
@@ -74,11 +74,11 @@ def _seen_levels(world: World, seed: int, more: int) -> Scores:
     """Scores of radiance and fluence rate at the places of the world's views: there they are as the square of the index."""
     found: Scores = {}
     plain = world.with_detectors(*world.views) if world.views else None
-    if plain is None or why_not(scene := plain.scene(), "backward"):
+    if plain is None or refusal(scene := plain.scene(), "backward"):
         return found
     result = run_of(scene, seed + 1, more, estimator="backward")
     for look in scene.detectors:
-        index = getattr(scene.medium_at(look.position), "index", 1.0) if names_media(scene) else 1.0
+        index = getattr(scene.medium_at(look.position), "index", 1.0) if has_named_media(scene) else 1.0
         level = index**2 * 2.0 ** (world.unit[1] - 2 * world.unit[0])
         seen = result[look.name]
         if isinstance(look, tp.PointDetector):
@@ -100,7 +100,7 @@ def _differences(world: World, seed: int, more: int) -> Scores:
     """Scores of the differences of each way from the plain one, of totals whose error bars are sound in both."""
     scene = world.scene()
     plain = run_of(scene, seed, more, tracking="analog")
-    ways = [{"estimator": name} for name in ESTIMATORS[1:] if why_not(scene, name) is None]
+    ways = [{"estimator": name} for name in ESTIMATORS[1:] if refusal(scene, name) is None]
     ways += [{"tracking": tracking} for tracking in _trackings(scene)]
     found = {}
     for number, way in enumerate(ways, 1):

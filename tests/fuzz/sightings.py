@@ -16,7 +16,7 @@ import transport as tp
 from tests.fuzz.runs import ENOUGH, Scores, run_of, sound
 from tests.fuzz.views import cube
 from tests.fuzz.worlds import World
-from transport.compile.methods import why_not
+from transport.compile.methods import refusal
 from transport.vectors import Vector
 
 BALL = 0.2  # m, in which places are
@@ -31,7 +31,7 @@ def sightings(world: World, seed: int, more: int) -> Scores:
     if world.free is None:
         return {}
     place = tuple(x + shift for x, shift in zip(world.free, (0.013, -0.007, 0.004), strict=True))
-    if why_not(world.with_detectors(octants("map", place)).scene(), "backward"):
+    if refusal(world.with_detectors(octants("map", place)).scene(), "backward"):
         return {}
     return _around(world, place, seed, more) | _within(world, seed, more)
 

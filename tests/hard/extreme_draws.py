@@ -23,7 +23,7 @@ from tests.plain_scenes import METHODS, SCENES
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import ANALOG
 from transport.engine import cache, driver
-from transport.engine.program import Program, program_of
+from transport.engine.program import Program, build_program
 from transport.engine.stages import quasi_random
 from transport.physics.device import device
 from transport.physics.streams import event_words, philox_rounds, random_words
@@ -75,10 +75,10 @@ def extreme_program(name: str) -> Program:
     """The program of a scene, with draws as above."""
     quasi_random.WORDS[NAME] = {random_words: extreme_words, event_words: extreme_event_words}
     asked = media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)
-    program = program_of(compile_scene(scene_of(name), *asked))
-    program.births = [quasi_random.sampled_steps(steps, NAME) for steps in program.births]
+    program = build_program(compile_scene(scene_of(name), *asked))
+    program.births = [quasi_random.quasi_random_steps(steps, NAME) for steps in program.births]
     for part in ("steps", "sight", "withdrawal"):
-        setattr(program, part, quasi_random.sampled_steps(getattr(program, part), NAME))
+        setattr(program, part, quasi_random.quasi_random_steps(getattr(program, part), NAME))
     return program
 
 
@@ -91,7 +91,7 @@ def run(name: str, histories: int, batch: int = 0) -> Batch:
     if config.DISABLE_JIT:
         driver.call_pass = _looked_at({p.name for p, _ in program.steps})
     with np.errstate(all="ignore"):  # whole numbers that wrap, and what a select throws away
-        raw = driver.run_batch(driver.machine_of(program), 1, batch, histories)
+        raw = driver.run_batch(driver.compile_program(program), 1, batch, histories)
     return batch_of(program.plan, raw)
 
 

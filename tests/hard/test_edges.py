@@ -66,7 +66,7 @@ def test_nothing_escapes_through_an_edge_or_a_corner():
 
 def test_walls_that_end_a_few_roundings_short_leak(monkeypatch):
     """Planted: a wall gives way by 2^-47 of the scene at its edges instead of bearing the rounding of what arrives there."""
-    monkeypatch.setattr(surfaces, "slack_of", lambda member, space: -(2.0**-47))
+    monkeypatch.setattr(surfaces, "edge_slack", lambda member, space: -(2.0**-47))
     assert escaped() > 0
 
 
@@ -142,7 +142,7 @@ def test_a_plain_box_calls_for_no_such_care():
 
 def test_walls_that_overhang_leak_where_rounding_decides_the_side(monkeypatch):
     """Planted: no care is taken where walls cut one another."""
-    monkeypatch.setattr(compiling, "contacts_of", lambda members: iter(()))
+    monkeypatch.setattr(compiling, "contact_pairs", lambda members: iter(()))
     beam = tp.Source(tp.Point(), tp.Beam((1, 1, 0), power=1.0))
     assert (
         tp.simulate(tp.Scene(sources=[beam], surfaces=room(0.1)), particles=2000).ledger["escaped"].value

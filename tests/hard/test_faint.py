@@ -57,7 +57,7 @@ def test_what_is_too_faint_for_a_single_score_says_so():
 def test_chance_rounds_up_only_what_is_less_than_a_unit(weight):
     """The mean over even chances is the weight; a whole number of units is left alone; nothing stays nothing."""
     chances = (np.arange(4096) + 0.5) / 4096
-    units = np.array([tally.fair_limbs(weight, chance) for chance in chances], dtype=object)
+    units = np.array([tally.unbiased_limbs(weight, chance) for chance in chances], dtype=object)
     found = [high * 2**31 + low for high, low in units]
     exact = weight * 2.0**63
     assert abs(np.mean([float(one) for one in found]) - exact) <= max(1 / 4096, 1e-9 * exact)

@@ -35,7 +35,7 @@ def test_a_strip_that_rounding_would_widen_is_refused(width):
 
 def test_without_that_care_light_beside_a_strip_is_absorbed(monkeypatch):
     """Planted: any width is taken."""
-    monkeypatch.setattr(surfaces, "WIDENED", float("inf"))
+    monkeypatch.setattr(surfaces, "MAX_WIDENING", float("inf"))
     assert strip(1e-14, 1.1) == 1
 
 

@@ -186,7 +186,7 @@ def test_only_what_flies_in_a_finite_body_goes_astray():
     changed = lanes["distance"]
     changed[5], changed[6] = 0.5, 1.5
     lanes["distance"] = changed
-    lanes.run(regions.lose_strays, low_x=-1, low_y=-1, low_z=-1, high_x=1, high_y=1, high_z=1, bit=1)
+    lanes.run(regions.end_lost_particles, low_x=-1, low_y=-1, low_z=-1, high_x=1, high_y=1, high_z=1, bit=1)
     kept = np.flatnonzero(lanes["weight"] == 0.5)
     assert kept.tolist() == [1, 2, 3, 5]
     strays = int(lanes.ledger[layout.LOST, 2])

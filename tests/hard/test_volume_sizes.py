@@ -10,8 +10,8 @@ import pytest
 import transport as tp
 from tests.hard.volume_rays import BOX, LAMP
 from transport.compile.compiler import compile_scene
-from transport.engine.driver import machine_of, run_batch
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 
 
 @lru_cache
@@ -64,12 +64,12 @@ def test_a_batch_that_scores_too_much_is_refused_before_a_sum_overflows(monkeypa
     from transport.engine import driver
 
     scene = tp.Scene(LAMP, [], tp.VolumeDetector(BOX, "box"))
-    machine = machine_of(program_of(compile_scene(scene)))
+    machine = compile_program(build_program(compile_scene(scene)))
     real = driver.drive
 
     def full(lanes, *rest):
         real(lanes, *rest)
-        lanes["scored"] = driver.MOST_SCORED
+        lanes["scored"] = driver.MAX_SCORED
 
     monkeypatch.setattr(driver, "drive", full)
     with pytest.raises(OverflowError, match="pass more batches"):

@@ -13,8 +13,8 @@ import transport as tp
 from tests.sampling import PASS
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import LANES, empty_bundle
-from transport.engine.driver import machine_of
-from transport.engine.program import program_of
+from transport.engine.driver import compile_program
+from transport.engine.program import build_program
 
 BOX, BALL = tp.Box(size=(1.0, 0.5, 0.25)), tp.Sphere(radius=0.5)
 LAMP = tp.Source(tp.Sphere(radius=1.0), tp.Lambertian(power=1.0), side="back")
@@ -28,7 +28,9 @@ class Rays:
     def __init__(self, detector, medium=EMPTY):
         about = tp.Surface(tp.Sphere(radius=3.0), tp.Transparent(), inside=medium)
         scene = tp.Scene(LAMP, about, detector)
-        self.machine = machine_of(program_of(compile_scene(scene, tp.Tracking(absorption="weighted"))))
+        self.machine = compile_program(
+            build_program(compile_scene(scene, tp.Tracking(absorption="weighted")))
+        )
         self.plan = self.machine.program.plan
         self.volume = self.plan.volumes[0]
 

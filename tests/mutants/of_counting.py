@@ -22,15 +22,15 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/detectors.py",
-        "return (-mu if look & LOOK_BACK else mu) if covered else 0.0",
+        "return (-mu if look & DETECTOR_BACK else mu) if covered else 0.0",
         "return mu if covered else 0.0",
         "a meter's front for its back",
         ("test_which_side",),
     ),
     Fault(
         "engine/passes/detectors.py",
-        "base = (look & LOOK_BASE) + half\n",
-        "base = look & LOOK_BASE\n",
+        "base = (look & DETECTOR_BASE_MASK) + half\n",
+        "base = look & DETECTOR_BASE_MASK\n",
         "what leaves counted with what arrives",
         (FURNACE,),
     ),
@@ -43,8 +43,8 @@ FAULTS = (
     ),
     Fault(
         SUMS,
-        "    return high, int64((scaled - float64(high)) * 2147483648.0)\n\n\n@device\ndef fair_limbs",
-        "    return high, int64(0)\n\n\n@device\ndef fair_limbs",
+        "    return high, int64((scaled - float64(high)) * 2147483648.0)\n\n\n@device\ndef unbiased_limbs",
+        "    return high, int64(0)\n\n\n@device\ndef unbiased_limbs",
         "sums of weights rounded to 2^-32",
         ("hard/test_faint::test_the_ledger_keeps_every_unit_of_a_weight",),
     ),
@@ -127,9 +127,9 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/backward.py",
-        "b.u2[k] = between(table.mu_edges, table.mu_cells, number % table.mu_cells, b.u2[k])\n"
+        "b.u2[k] = coordinate_in_bin(table.mu_edges, table.mu_cells, number % table.mu_cells, b.u2[k])\n"
         "        b.u3[k]",
-        "b.u2[k] = between(table.mu_edges, table.mu_cells, 0, b.u2[k])\n        b.u3[k]",
+        "b.u2[k] = coordinate_in_bin(table.mu_edges, table.mu_cells, 0, b.u2[k])\n        b.u3[k]",
         "one stratum drawn again and again",
         ("test_cameras",),
     ),

@@ -154,7 +154,7 @@ FAULTS = (
     ),
     Fault(
         "engine/tally.py",
-        "side = 1 if mu < HALFWAY else -1",
+        "side = 1 if mu < HALF_CUT else -1",
         "side = 1",
         "all crossings beyond the grazing cut counted on one side",
         ("test_grazing",),
@@ -168,8 +168,8 @@ FAULTS = (
     ),
     Fault(
         COLLISIONS,
-        "b.distance[k] = b.start[k] + (depth * b.mfp[k] + 2.0 * SLACK) if",
-        "b.distance[k] = b.start[k] + (depth / b.mfp[k] + 2.0 * SLACK) if",
+        "b.distance[k] = b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if",
+        "b.distance[k] = b.start[k] + (depth / b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if",
         "a mean free path for its inverse",
         ("test_free_paths",),
     ),

@@ -17,10 +17,10 @@ import numpy as np
 
 from transport.statistics.batches import standard_error
 from transport.statistics.estimates import EstimateArray
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError, name_hint
 
-SLOPE, STEP = 2.0, 1.0  # blur² falls as (number of bins)^-power, for a slope and a step
-SURE = 10.0  # blur² must exceed its own noise by this factor before a ratio of two is used
+SLOPE_POWER, STEP_POWER = 2.0, 1.0  # blur² falls as (number of bins)^-power, for a slope and a step
+MIN_SIGNIFICANCE = 10.0  # blur² must exceed its own noise by this factor before a ratio of two is used
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def bins_against_noise(array: EstimateArray, dim: str) -> BinsAgainstNoise:
     """
     if not isinstance(array, EstimateArray) or dim not in array.dims:
         dims = array.dims if isinstance(array, EstimateArray) else ()
-        raise SceneError(f"bins_against_noise: no axis {dim!r}; {suggestion(str(dim), dims)}")
+        raise SceneError(f"bins_against_noise: no axis {dim!r}; {name_hint(str(dim), dims)}")
     # Move the axis to the end, and find the numbers of bins into which it can be merged.
     edges = array.coords[dim]
     values = np.moveaxis(array.values, 1 + array.dims.index(dim), -1)
@@ -130,13 +130,13 @@ def bins_against_noise(array: EstimateArray, dim: str) -> BinsAgainstNoise:
     values = np.nan_to_num(values)
     # Normalize by the mean square of the quantity, less its noise.
     sizes, widths = array.run.sizes, np.diff(edges)
-    size2 = _mean(np.average(values, axis=0, weights=sizes) ** 2, widths)
-    size2 -= _mean(standard_error(values, sizes) ** 2, widths)
+    size2 = _weighted_mean(np.average(values, axis=0, weights=sizes) ** 2, widths)
+    size2 -= _weighted_mean(standard_error(values, sizes) ** 2, widths)
     # Measure noise and blur for each number of bins.
     numbers = _divisors(len(widths))
     rows = [_errors(values, sizes, widths, number) for number in numbers]
     _, apart2, subtracted = np.array(rows).T
-    blur2 = _extrapolated(np.array(numbers), apart2, subtracted)
+    blur2 = _add_unresolved_blur(np.array(numbers), apart2, subtracted)
     scale = math.sqrt(size2) if size2 > 0 else math.nan
     noise = tuple(math.sqrt(row[0]) / scale for row in rows)
     blur = tuple(math.sqrt(max(0.0, square)) / scale for square in blur2.tolist())
@@ -157,17 +157,17 @@ def _errors(
     means = np.sum(values.reshape(shape) * grouped, axis=-1) / grouped.sum(axis=1)
     coarse = np.repeat(means, grouped.shape[1], axis=-1)
     apart = coarse - values
-    noise2 = _mean(standard_error(coarse, sizes) ** 2, widths)
-    apart2 = _mean(standard_error(apart, sizes) ** 2, widths)
-    return noise2, _mean(np.average(apart, axis=0, weights=sizes) ** 2, widths) - apart2, apart2
+    noise2 = _weighted_mean(standard_error(coarse, sizes) ** 2, widths)
+    apart2 = _weighted_mean(standard_error(apart, sizes) ** 2, widths)
+    return noise2, _weighted_mean(np.average(apart, axis=0, weights=sizes) ** 2, widths) - apart2, apart2
 
 
-def _mean(squares: np.ndarray, widths: np.ndarray) -> float:
+def _weighted_mean(squares: np.ndarray, widths: np.ndarray) -> float:
     """Mean over the axis, weighted by bin widths, and over all other axes."""
     return float(np.average(squares, axis=-1, weights=widths).mean())
 
 
-def _extrapolated(numbers: np.ndarray, blur2: np.ndarray, subtracted: np.ndarray) -> np.ndarray:
+def _add_unresolved_blur(numbers: np.ndarray, blur2: np.ndarray, subtracted: np.ndarray) -> np.ndarray:
     """Add the blur within the finest bins, by a power law in the number of bins.
 
     blur² falls with the square of the number for a slope, and in proportion to it for a step. The exponent
@@ -178,9 +178,9 @@ def _extrapolated(numbers: np.ndarray, blur2: np.ndarray, subtracted: np.ndarray
     def seen(power: float) -> np.ndarray:
         return ratios**power - 1  # blur² relative to the finest bins, in units of blur² within them
 
-    power = SLOPE
-    if len(ratios) > 1 and blur2[-2] > SURE * subtracted[-2] / math.sqrt(numbers[-2]):
-        powers = np.linspace(STEP, SLOPE, 21)
+    power = SLOPE_POWER
+    if len(ratios) > 1 and blur2[-2] > MIN_SIGNIFICANCE * subtracted[-2] / math.sqrt(numbers[-2]):
+        powers = np.linspace(STEP_POWER, SLOPE_POWER, 21)
         expected = np.array([seen(p)[-2] / seen(p)[-1] for p in powers])
         power = float(powers[np.argmin(np.abs(expected - blur2[-3] / blur2[-2]))])
     return blur2 + max(0.0, blur2[-2]) / seen(power)[-1]

@@ -18,18 +18,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.analysis.work_precision import KEYS, Trials, Way, best_estimate, trials_of, way_of
+from transport.analysis.work_precision import (
+    SEEDS_PER_METHOD,
+    MethodCost,
+    Trials,
+    best_estimate,
+    cost_of_method,
+    run_trials,
+)
 from transport.compile.compiler import compile_scene
-from transport.compile.methods import Method, checked_method, methods_for
+from transport.compile.methods import Method, coerce_method, methods_for
 from transport.io.html.elements import escaped, framed, heading, muted, table, typeset
 from transport.results.result import Result
-from transport.run.settings import checked_limits, checked_threads, checked_whole
+from transport.run.settings import checked_integer, checked_limits, checked_threads
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.notation import duration, percent
-from transport.validation import SceneError, shown, suggestion
+from transport.validation import SceneError, name_hint, short_repr
 
 if TYPE_CHECKING:
     from transport.analysis.work_precision import Price
@@ -56,9 +63,9 @@ def _processor() -> str:
 
 # ---- Cost of accuracy in time: one quantity by every method that a scene allows, in runs of growing size.
 
-TARGETS = (1e-2, 1e-3, 1e-4)
-SECONDS = 20.0  # CPU time, shared by the methods
-DEEP = 1e-4  # roulette threshold for deep penetration, relative to the birth weight
+DEFAULT_TARGETS = (1e-2, 1e-3, 1e-4)
+DEFAULT_SECONDS = 20.0  # CPU time, shared by the methods
+DEEP_ROULETTE = 1e-4  # roulette threshold for deep penetration, relative to the birth weight
 
 Quantity = str | Callable[[Result], Estimate | EstimateArray]
 
@@ -105,21 +112,21 @@ class CostOfAccuracy:
     unit: str
     truth: float | tuple[float, ...]
     truth_is: str
-    ways: tuple[Way, ...]
+    ways: tuple[MethodCost, ...]
     targets: tuple[float, ...]
     refused: Mapping[str, str]
     machine: str
     threads: int
 
-    def __getitem__(self, name: str) -> Way:
+    def __getitem__(self, name: str) -> MethodCost:
         """Return the method of that name."""
         names = [way.name for way in self.ways]
         if name not in names:
-            raise SceneError(f"cost_of_accuracy: no method {name!r}; {suggestion(name, names)}")
+            raise SceneError(f"cost_of_accuracy: no method {name!r}; {name_hint(name, names)}")
         return self.ways[names.index(name)]
 
     @property
-    def cheapest(self) -> Way | None:
+    def cheapest(self) -> MethodCost | None:
         """Method with the lowest price at the smallest target; None if no price is known."""
         known = [way for way in self.ways if way.line is not None]
         return min(known, key=lambda way: way.price(min(self.targets)).seconds, default=None)
@@ -145,7 +152,7 @@ class CostOfAccuracy:
         str
             JSON text.
         """
-        return json.dumps(_without_nan(self.to_dict()), indent=2)
+        return json.dumps(_nan_to_none(self.to_dict()), indent=2)
 
     def __str__(self) -> str:
         return "\n".join(price_lines(self))
@@ -160,10 +167,10 @@ class CostOfAccuracy:
 def cost_of_accuracy(
     scene: Scene,
     quantity: Quantity,
-    targets: Sequence[float] = TARGETS,
+    targets: Sequence[float] = DEFAULT_TARGETS,
     exact: float | None = None,
     methods: Sequence[str] | Mapping[str, Mapping[str, object]] | None = None,
-    seconds: float = SECONDS,
+    seconds: float = DEFAULT_SECONDS,
     seed: int = 0,
     threads: int | None = 1,
 ) -> CostOfAccuracy:
@@ -216,15 +223,15 @@ def cost_of_accuracy(
     >>> cost = tp.cost_of_accuracy(scene, "meter.flux_in", exact=0.14644660940672624)  # doctest: +SKIP
     >>> print(cost)  # doctest: +SKIP
     """
-    ways = _chosen_ways(scene, methods)
-    read = _reader(scene, quantity)
-    threads, seed = checked_threads(threads), checked_whole("seed", seed, 0, 2**32 - 1)
+    ways = _requested_methods(scene, methods)
+    read = _quantity_reader(scene, quantity)
+    threads, seed = checked_threads(threads), checked_integer("seed", seed, 0, 2**32 - 1)
     if not 0 < seconds < math.inf:
-        raise SceneError(f"cost_of_accuracy: seconds must be positive and finite, got {shown(seconds)}")
+        raise SceneError(f"cost_of_accuracy: seconds must be positive and finite, got {short_repr(seconds)}")
     for target in targets:
         if not 0 < target < 1:
             raise SceneError(
-                f"cost_of_accuracy: targets must be relative, within (0, 1), got {shown(target)}"
+                f"cost_of_accuracy: targets must be relative, within (0, 1), got {short_repr(target)}"
             )
     # Run every method for its share of the time, each with seeds of its own.
     found: dict[str, Trials] = {}
@@ -233,7 +240,7 @@ def cost_of_accuracy(
     for place, (name, keywords) in enumerate(ways.items()):
         run = partial(_run, scene, read, keywords, threads, units)
         try:
-            found[name] = trials_of(run, seconds / len(ways), (seed << 32) + place * KEYS)
+            found[name] = run_trials(run, seconds / len(ways), (seed << 32) + place * SEEDS_PER_METHOD)
         except SceneError as refusal:
             refused[name] = str(refusal)
     if not found:
@@ -248,7 +255,10 @@ def cost_of_accuracy(
         units[0],
         truth.value[0].item() if truth.value.size == 1 else tuple(truth.value.tolist()),
         truth.words,
-        tuple(way_of(name, trials, truth, _estimator(scene, ways[name])) for name, trials in found.items()),
+        tuple(
+            cost_of_method(name, trials, truth, _estimator(scene, ways[name]))
+            for name, trials in found.items()
+        ),
         tuple(sorted(map(float, targets), reverse=True)),
         refused,
         machine_name(),
@@ -256,7 +266,7 @@ def cost_of_accuracy(
     )
 
 
-def ways_for(scene: Scene) -> dict[str, dict[str, object]]:
+def methods_of_scene(scene: Scene) -> dict[str, dict[str, object]]:
     """All methods that a scene allows, {name: keywords of simulate}, the simplest first.
 
     These are the estimators with each sampling and, in scenes with media, the kinds of tracking with the
@@ -265,19 +275,19 @@ def ways_for(scene: Scene) -> dict[str, dict[str, object]]:
     """
     ways = {m.title: {"estimator": m.estimator, "sampling": m.sampling} for m in methods_for(scene)}
     plan = compile_scene(scene)
-    if plan.scatters and plan.lessens:
+    if plan.scatters and plan.reduces_weights:
         ways["analog absorption"] = {"tracking": "analog"}
-        ways[f"roulette {DEEP:g}"] = {"tracking": Tracking(roulette=DEEP)}
+        ways[f"roulette {DEEP_ROULETTE:g}"] = {"tracking": Tracking(roulette=DEEP_ROULETTE)}
     if plan.scatters:
         ways["forced collisions"] = {"tracking": Tracking(absorption=plan.tracking.absorption, forced=True)}
     return ways
 
 
-def _chosen_ways(scene: Scene, methods: object) -> dict[str, dict[str, object]]:
+def _requested_methods(scene: Scene, methods: object) -> dict[str, dict[str, object]]:
     """The requested methods, {name: keywords of simulate}. Raises SceneError for unknown names."""
     if isinstance(methods, Mapping):
         return {str(name): dict(keywords) for name, keywords in methods.items()}
-    ways = ways_for(scene)
+    ways = methods_of_scene(scene)
     if methods is None:
         return ways
     names = [
@@ -286,25 +296,25 @@ def _chosen_ways(scene: Scene, methods: object) -> dict[str, dict[str, object]]:
     for name in names:
         if name not in ways:
             raise SceneError(
-                f"cost_of_accuracy: no method {name!r} for this scene; {suggestion(str(name), ways)}"
+                f"cost_of_accuracy: no method {name!r} for this scene; {name_hint(str(name), ways)}"
             )
     return {name: ways[name] for name in names}
 
 
-def _reader(scene: Scene, quantity: Quantity) -> Callable[[Result], Estimate | EstimateArray]:
+def _quantity_reader(scene: Scene, quantity: Quantity) -> Callable[[Result], Estimate | EstimateArray]:
     """Function that reads the quantity from a result. Raises SceneError for an unknown quantity."""
     if isinstance(quantity, str):
         checked_limits(scene, None, {quantity: 0.5}, None, 32)
         return lambda result: result.quantity(quantity)
     if not callable(quantity):
         must = "quantity must be a name such as 'meter.flux_in' or a function of a result"
-        raise SceneError(f"cost_of_accuracy: {must}, got {shown(quantity)}")
+        raise SceneError(f"cost_of_accuracy: {must}, got {short_repr(quantity)}")
     return quantity
 
 
 def _estimator(scene: Scene, keywords: Mapping[str, object]) -> str:
     """Estimator that simulate(**keywords) uses; "auto" if it would choose one."""
-    return checked_method(scene, keywords.get("estimator"), keywords.get("sampling", "random")).estimator
+    return coerce_method(scene, keywords.get("estimator"), keywords.get("sampling", "random")).estimator
 
 
 def _run(scene, read, keywords, threads: int, units: list[str], particles: int, seed: int) -> tuple:
@@ -315,18 +325,18 @@ def _run(scene, read, keywords, threads: int, units: list[str], particles: int, 
     return result.particles, estimate, result.cost.preparation
 
 
-def _without_nan(data: object) -> object:
+def _nan_to_none(data: object) -> object:
     """Replace numbers that are not finite by None."""
     if isinstance(data, Mapping):
-        return {str(key): _without_nan(value) for key, value in data.items()}
+        return {str(key): _nan_to_none(value) for key, value in data.items()}
     if isinstance(data, (list, tuple)):
-        return [_without_nan(value) for value in data]
+        return [_nan_to_none(value) for value in data]
     return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 # ---- Cost of accuracy as a table of text: price, slope and deviation from the truth of each method.
 
-EXTRAPOLATED = "*"
+EXTRAPOLATION_MARK = "*"
 
 
 def price_heads(cost: CostOfAccuracy) -> tuple[str, ...]:
@@ -336,7 +346,9 @@ def price_heads(cost: CostOfAccuracy) -> tuple[str, ...]:
 
 def price_rows(cost: CostOfAccuracy) -> list[tuple[str, ...]]:
     """One row per method."""
-    return [(way.name, *(price_text(way.price(t)) for t in cost.targets), *_told(way)) for way in cost.ways]
+    return [
+        (way.name, *(price_text(way.price(t)) for t in cost.targets), *_slope_cells(way)) for way in cost.ways
+    ]
 
 
 def price_notes(cost: CostOfAccuracy) -> list[str]:
@@ -344,7 +356,7 @@ def price_notes(cost: CostOfAccuracy) -> list[str]:
     threads = f"{cost.threads} thread{'s' if cost.threads > 1 else ''}"
     notes = [f"seconds of CPU on {cost.machine}, {threads}; errors from the truth, {cost.truth_is}"]
     if any(way.price(target).is_extrapolated and way.line for way in cost.ways for target in cost.targets):
-        notes.append(f"{EXTRAPOLATED} extrapolated: below all measured errors")
+        notes.append(f"{EXTRAPOLATION_MARK} extrapolated: below all measured errors")
     notes += [f"{way.name}: {_why_no_price(way)}" for way in cost.ways if way.line is None]
     return notes + [f"{name}: not run: {why}" for name, why in cost.refused.items()]
 
@@ -373,17 +385,17 @@ def price_text(price: Price) -> str:
     """Price with a mark if it is extrapolated; a dash if it is unknown."""
     if price.seconds == math.inf:
         return "–"
-    return duration(price.seconds) + EXTRAPOLATED * price.is_extrapolated
+    return duration(price.seconds) + EXTRAPOLATION_MARK * price.is_extrapolated
 
 
-def _why_no_price(way: Way) -> str:
+def _why_no_price(way: MethodCost) -> str:
     """Reason why a method has no price."""
     if way.known_points:
         return "its error is known for one size of run only, a price needs two; pass more seconds"
     return f"its error is still unknown after {way.points[-1].particles:.2g} particles in the largest run"
 
 
-def _told(way: Way) -> tuple[str, str, str]:
+def _slope_cells(way: MethodCost) -> tuple[str, str, str]:
     """Text of slope, z and preparation time."""
     slope = "–" if way.line is None else f"{way.line.slope:.2f} ± {way.line.slope_error:.2f}"
     return slope, "–" if math.isnan(way.z) else f"{way.z:+.1f}", duration(way.preparation)

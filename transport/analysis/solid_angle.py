@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from transport.geometry.distances import least_distance
+from transport.geometry.distances import distance_to_shape
 from transport.geometry.flat import FlatShape
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Revolved
@@ -19,14 +19,14 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic
 from transport.scene.materials import Black, Surface
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces
+from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate
-from transport.validation import SceneError, as_floats, shown
+from transport.validation import SceneError, as_floats, short_repr
 from transport.vectors import Vector
 
-NAME = "shape"  # name of the detector
+SHAPE_NAME = "shape"  # name of the detector
 
 
 def solid_angle(
@@ -67,7 +67,7 @@ def solid_angle(
     <Estimate (1.844 ± 0.006) sr, 32 batches>
     """
     result = simulate(solid_angle_scene(shape, position), particles=particles, seed=seed)
-    return counted_solid_angle(result)
+    return solid_angle_from_run(result)
 
 
 def solid_angle_scene(shape: Shape, position: Iterable[float], power: float = 1.0) -> Scene:
@@ -78,33 +78,33 @@ def solid_angle_scene(shape: Shape, position: Iterable[float], power: float = 1.
     """
     if not isinstance(shape, FlatShape | Revolved | Box | Mesh) or shape.is_infinite:
         must = "shape must be a Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh"
-        raise SceneError(f"solid_angle: {must}, got {shown(shape)}; give one that has an area")
+        raise SceneError(f"solid_angle: {must}, got {short_repr(shape)}; give one that has an area")
     place = as_floats(position)
     if place is None or len(place) != 3:
-        raise SceneError(f"solid_angle: position must be three finite numbers, got {shown(position)}")
-    if any(_is_on(piece, place) for piece in pieces(shape)):
+        raise SceneError(f"solid_angle: position must be three finite numbers, got {short_repr(position)}")
+    if any(_is_on(piece, place) for piece in pieces_of(shape)):
         must = f"position must not lie on the {type(shape).__name__}, which fills 2 pi or more from there"
-        raise SceneError(f"solid_angle: {must}, got {shown(place)}; move it off the surface")
+        raise SceneError(f"solid_angle: {must}, got {short_repr(place)}; move it off the surface")
     # Use a detector if each ray scores at most once, with an aimed source from outside.
     if _is_crossed_once(shape):
-        is_inside = shape.is_closed and least_distance(shape, place, filled=True) == 0
+        is_inside = shape.is_closed and distance_to_shape(shape, place, filled=True) == 0
         source = Source(Point(position=place), Isotropic(power=power), aim=None if is_inside else shape)
-        return Scene(source, detectors=Detector(shape, NAME, side="back" if is_inside else "front"))
+        return Scene(source, detectors=Detector(shape, SHAPE_NAME, side="back" if is_inside else "front"))
     # Otherwise let a black surface end each ray at its first hit.
     is_within = math.dist(place, shape.middle) <= shape.extent  # bounding sphere of an aim
     source = Source(Point(position=place), Isotropic(power=power), aim=None if is_within else shape)
-    return Scene(source, Surface(shape, Black(), name=NAME))
+    return Scene(source, Surface(shape, Black(), name=SHAPE_NAME))
 
 
-def counted_solid_angle(result: Result) -> Estimate:
+def solid_angle_from_run(result: Result) -> Estimate:
     """Solid angle [sr] from a run of a `solid_angle_scene`: share of the power on the shape, times 4 pi."""
     [source] = result.scene.sources
     shape = (result.scene.surfaces or result.scene.detectors)[0].shape
     if result.scene.surfaces:
-        reached = result.ledger.absorbed_by[NAME]
-        is_certain = shape.is_closed and least_distance(shape, source.shape.position, filled=True) == 0
+        reached = result.ledger.absorbed_by[SHAPE_NAME]
+        is_certain = shape.is_closed and distance_to_shape(shape, source.shape.position, filled=True) == 0
     else:
-        reading = result[NAME]
+        reading = result[SHAPE_NAME]
         reached = reading.flux_in if shape.is_closed else reading.flux_in + reading.flux_out
         is_edge_on = isinstance(shape, FlatShape) and is_on_support(source.shape.position, shape)
         is_certain = source.aim is None or isinstance(shape, Sphere) or is_edge_on
@@ -122,4 +122,4 @@ def _is_crossed_once(shape: Shape) -> bool:
 def _is_on(piece: Shape, place: Vector) -> bool:
     """Whether a point lies on a piece, within rounding."""
     size = piece.extent + sum(map(abs, (*piece.middle, *place)))
-    return least_distance(piece, place) <= ROUNDING * size
+    return distance_to_shape(piece, place) <= ROUNDING * size

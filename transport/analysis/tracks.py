@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from transport.compile.methods import checked_method
-from transport.io.html.charts import FILL
-from transport.io.html.elements import beside, escaped, framed, heading, plain_typeset, table, typeset
-from transport.run.settings import checked_whole
+from transport.compile.methods import coerce_method
+from transport.io.html.charts import BAR_COLOUR
+from transport.io.html.elements import escaped, framed, heading, plain_typeset, side_by_side, table, typeset
+from transport.run.settings import checked_integer
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.simulate import checked_tracking
-from transport.validation import SceneError, shown
+from transport.simulate import coerce_tracking
+from transport.validation import SceneError, short_repr
 
-EACH = 64  # flights per particle for which memory is allocated at first
-MOST_WAYS = 1 << 24  # most flights: 1.4 GB
+FLIGHTS_PER_PARTICLE = 64  # flights per particle for which memory is allocated at first
+MAX_FLIGHTS = 1 << 24  # most flights: 1.4 GB
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,11 +144,11 @@ def tracks(
     """
     if not isinstance(scene, Scene):
         raise SceneError(
-            f"tracks: scene must be a Scene, got {shown(scene)}; write Scene(sources=[...], ...)"
+            f"tracks: scene must be a Scene, got {short_repr(scene)}; write Scene(sources=[...], ...)"
         )
-    particles = checked_whole("particles", particles, 1, MOST_WAYS)
-    seed, tracking = checked_whole("seed", seed, 0, 2**64 - 1), checked_tracking(scene, tracking)
-    plan, raw = _raw_ways(scene, particles, seed, tracking)
+    particles = checked_integer("particles", particles, 1, MAX_FLIGHTS)
+    seed, tracking = checked_integer("seed", seed, 0, 2**64 - 1), coerce_tracking(scene, tracking)
+    plan, raw = _record_flights(scene, particles, seed, tracking)
     # Sort by particle (stable: flights stay in order), and convert to metres in scene coordinates.
     ways = raw.ways[np.argsort(raw.ways["history"], kind="stable")]
     size, origin = plan.space.size, np.array(plan.space.origin)
@@ -166,27 +166,27 @@ def tracks(
     )
 
 
-def _raw_ways(scene: Scene, particles: int, seed: int, tracking: Tracking | None):
+def _record_flights(scene: Scene, particles: int, seed: int, tracking: Tracking | None):
     """A plan that records flights, and the sums of its one batch; repeated if the memory was too small."""
     from transport.compile.compiler import compile_scene
-    from transport.engine.driver import machine_of, run_batch
-    from transport.engine.program import program_of
+    from transport.engine.driver import compile_program, run_batch
+    from transport.engine.program import build_program
 
-    plan = compile_scene(scene, tracking, checked_method(scene, None, "random"))
-    if plan.splits or plan.forces:
+    plan = compile_scene(scene, tracking, coerce_method(scene, None, "random"))
+    if plan.splits or plan.forces_collisions:
         raise SceneError(
             "tracks: copies of one particle share its number; use a tracking without splitting or forced"
         )
     # Run the batch; if the flights do not fit, repeat it with the memory that they need.
-    room = EACH * particles
+    room = FLIGHTS_PER_PARTICLE * particles
     while True:
-        plan = replace(plan, ways_room=min(room, MOST_WAYS))
-        raw = run_batch(machine_of(program_of(plan)), seed, 0, particles)
+        plan = replace(plan, ways_room=min(room, MAX_FLIGHTS))
+        raw = run_batch(compile_program(build_program(plan)), seed, 0, particles)
         if raw.walked <= plan.ways_room:
             return plan, raw
-        if raw.walked > MOST_WAYS:
+        if raw.walked > MAX_FLIGHTS:
             raise SceneError(
-                f"tracks: at most {MOST_WAYS} flights, got {raw.walked} of {particles} particles;"
+                f"tracks: at most {MAX_FLIGHTS} flights, got {raw.walked} of {particles} particles;"
                 " trace fewer particles"
             )
         room = raw.walked
@@ -196,11 +196,11 @@ def _raw_ways(scene: Scene, particles: int, seed: int, tracking: Tracking | None
 #
 # Numbers of flights, and the paths of some particles as lines projected along one axis.
 
-MOST_FLIGHTS = 400  # in the picture
+MAX_DRAWN_FLIGHTS = 400  # in the picture
 SIZE, LEFT = 200, 6  # pixels
-FLAT = 0.02  # of the largest extent, below which an axis is not shown
-FRINGE = 0.01  # share of the points at either end that may lie outside the picture
-STEPS = 4  # of opacity, by weight
+MIN_RELATIVE_EXTENT = 0.02  # of the largest extent, below which an axis is not shown
+CLIPPED_SHARE = 0.01  # share of the points at either end that may lie outside the picture
+OPACITY_STEPS = 4  # of opacity, by weight
 
 
 def tracks_html(tracks: Tracks) -> str:
@@ -219,28 +219,28 @@ def tracks_html(tracks: Tracks) -> str:
     ]
     return framed(
         heading("Tracks", escaped(repr(tracks).strip("<>").removeprefix("Tracks "))),
-        beside(_picture(tracks), table(rows)),
+        side_by_side(_flight_picture(tracks), table(rows)),
     )
 
 
-def _picture(tracks: Tracks) -> str:
+def _flight_picture(tracks: Tracks) -> str:
     """The first flights, projected along one axis."""
-    count = min(len(tracks), MOST_FLIGHTS)
+    count = min(len(tracks), MAX_DRAWN_FLIGHTS)
     starts = tracks.starts[:count]
     finite = np.isfinite(tracks.lengths[:count])
     within = np.concatenate([starts, tracks.ends(0.0)[:count][finite]])
-    low, high = np.quantile(within, [FRINGE, 1 - FRINGE], axis=0)
+    low, high = np.quantile(within, [CLIPPED_SHARE, 1 - CLIPPED_SHARE], axis=0)
     span = float((high - low).max()) or 1.0
     ends = tracks.ends(0.25 * span)[:count]
-    across, up = _plane(high - low)
+    across, up = _picture_axes(high - low)
     middle, scale = 0.5 * (low + high)[[across, up]], SIZE / (1.25 * span)
-    here, there = (_place(points[:, [across, up]], middle, scale) for points in (starts, ends))
+    here, there = (_pixels(points[:, [across, up]], middle, scale) for points in (starts, ends))
     shares = np.clip(tracks.weights[:count] / max(tracks.weights[:count].max(), 1e-300), 0, 1)
-    steps = np.ceil(shares * STEPS).astype(int)
+    steps = np.ceil(shares * OPACITY_STEPS).astype(int)
     paths = [
-        f'<path d="{_lines(here[steps == step], there[steps == step])}"'
-        f' opacity="{0.15 + 0.5 * step / STEPS:.2f}"/>'
-        for step in range(1, STEPS + 1)
+        f'<path d="{_svg_lines(here[steps == step], there[steps == step])}"'
+        f' opacity="{0.15 + 0.5 * step / OPACITY_STEPS:.2f}"/>'
+        for step in range(1, OPACITY_STEPS + 1)
         if (steps == step).any()
     ]
     axes = "xyz"[across], "xyz"[up]
@@ -249,7 +249,7 @@ def _picture(tracks: Tracks) -> str:
         f'<svg width="{SIZE + 2 * LEFT}" height="{SIZE + 20}" role="img" fill="currentColor" font-size="11"'
         f' viewBox="0 0 {SIZE + 2 * LEFT} {SIZE + 20}"><title>the first {count} flights, paler for smaller'
         f' weight</title><svg x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}"'
-        f' style="overflow:hidden"><g fill="none" stroke="{FILL}" stroke-width="0.8">{"".join(paths)}</g>'
+        f' style="overflow:hidden"><g fill="none" stroke="{BAR_COLOUR}" stroke-width="0.8">{"".join(paths)}</g>'
         "</svg>"
         f'<rect x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" fill="none" stroke="currentColor"'
         ' opacity=".35"/>'
@@ -257,19 +257,19 @@ def _picture(tracks: Tracks) -> str:
     )
 
 
-def _plane(extents: np.ndarray) -> tuple[int, int]:
+def _picture_axes(extents: np.ndarray) -> tuple[int, int]:
     """The two axes across and up: z is up, unless flights hardly extend along it."""
-    if extents[2] < FLAT * extents.max():
+    if extents[2] < MIN_RELATIVE_EXTENT * extents.max():
         return 0, 1
     return (0 if extents[0] >= extents[1] else 1), 2
 
 
-def _place(points: np.ndarray, middle: np.ndarray, scale: float) -> np.ndarray:
+def _pixels(points: np.ndarray, middle: np.ndarray, scale: float) -> np.ndarray:
     """Positions in pixels, with the second axis upwards."""
     return SIZE / 2 + (points - middle) * scale * np.array([1.0, -1.0])
 
 
-def _lines(here: np.ndarray, there: np.ndarray) -> str:
+def _svg_lines(here: np.ndarray, there: np.ndarray) -> str:
     return "".join(
         f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}"
         for (a, b), (c, d) in zip(here.tolist(), there.tolist(), strict=True)

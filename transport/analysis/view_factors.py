@@ -21,10 +21,10 @@ from transport.scene.sides import IS_BACK
 from transport.scene.sources import Source
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate
-from transport.validation import SceneError, shown, suggestion
+from transport.validation import SceneError, name_hint, short_repr
 
 # Aim at a target if its centre is at least this many bounding radii away from the start's.
-NEAR = 1.0
+MIN_AIM_DISTANCE = 1.0
 
 
 def view_factor(
@@ -87,7 +87,7 @@ def view_factor(
     <Estimate (0.3824 ± 0.0021), 32 batches>
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "view_factor")
-    return counted_view_factor(simulate(scene, particles=particles, seed=seed))
+    return view_factor_from_run(simulate(scene, particles=particles, seed=seed))
 
 
 def etendue(
@@ -143,8 +143,8 @@ def etendue(
     <Estimate (3.774 ± 0.021) m^2 sr, 32 batches>
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "etendue")
-    share = counted_view_factor(simulate(scene, particles=particles, seed=seed))
-    return _times(share, math.pi * a.area, "m^2 sr")
+    share = view_factor_from_run(simulate(scene, particles=particles, seed=seed))
+    return _scaled(share, math.pi * a.area, "m^2 sr")
 
 
 def view_factor_scene(
@@ -166,7 +166,7 @@ def view_factor_scene(
     for name, side in (("side_a", side_a), ("side_b", side_b)):
         if side not in IS_BACK:
             raise SceneError(
-                f"{caller}: {name} must be 'front' or 'back', got {shown(side)}; {suggestion(side, IS_BACK)}"
+                f"{caller}: {name} must be 'front' or 'back', got {short_repr(side)}; {name_hint(side, IS_BACK)}"
             )
     # Make all shapes black; if b is a, one surface serves as both.
     surfaces = {"a": Surface(a, Black(), name="a")}
@@ -176,18 +176,18 @@ def view_factor_scene(
         name = f"blockers[{place}]"
         surfaces[name] = Surface(blocker, Black(), name=name)
     # Emit from the smaller area, aimed if the other is far, and detect on the larger one.
-    start, end = _way(a, b)
+    start, end = _start_and_target(a, b)
     sides, shapes = {"a": side_a, "b": side_b}, {"a": a, "b": b}
     aim = shapes[end] if _is_far(shapes[start], shapes[end]) else None
     place, looked_at = (name if name in surfaces else "a" for name in (start, end))
     source = Source(place, Lambertian(power=1.0), aim=aim, side=sides[start])
     scene = Scene(source, surfaces.values(), Detector(looked_at, "arrived", side=sides[end]))
-    _check_sight(caller, a, b, side_a, "side_a", "b lies inside a")
-    _check_sight(caller, b, a, side_b, "side_b", "a lies inside b")
+    _check_facing(caller, a, b, side_a, "side_a", "b lies inside a")
+    _check_facing(caller, b, a, side_b, "side_b", "a lies inside b")
     return scene
 
 
-def counted_view_factor(result: Result) -> Estimate:
+def view_factor_from_run(result: Result) -> Estimate:
     """View factor from "a" to "b" [1] from a run of a `view_factor_scene`."""
     shapes = {surface.name: surface.shape for surface in result.scene.surfaces}
     a, b = shapes["a"], shapes.get("b", shapes["a"])
@@ -199,11 +199,11 @@ def counted_view_factor(result: Result) -> Estimate:
         and are_on_one_support(a, b)
     ):
         return Estimate(share.values, result.run, "1", exact=True)
-    start, _ = _way(a, b)
-    return share if start == "a" else _times(share, b.area / a.area, "1")
+    start, _ = _start_and_target(a, b)
+    return share if start == "a" else _scaled(share, b.area / a.area, "1")
 
 
-def _way(a: Shape, b: Shape) -> tuple[str, str]:
+def _start_and_target(a: Shape, b: Shape) -> tuple[str, str]:
     """Names of the shapes where particles start and end: from the smaller area to the larger one."""
     return ("a", "b") if a.area <= b.area else ("b", "a")
 
@@ -216,26 +216,26 @@ def _is_far(start: Shape, target: Shape) -> bool:
         return False
     apart = math.dist(start.middle, target.middle)
     touches_ball = not isinstance(target, FlatShape | Sphere) and apart < start.extent + target.extent
-    return apart >= NEAR * target.extent and not touches_ball
+    return apart >= MIN_AIM_DISTANCE * target.extent and not touches_ball
 
 
 def _check_shape(caller: str, name: str, shape: object) -> None:
     """Raise if a shape has no area, or an infinite one for a."""
     must = f"{caller}: {name} must be a shape with an area, such as Disk(radius=...)"
     if not isinstance(shape, Shape) or isinstance(shape, Point | Cloud):
-        raise SceneError(f"{must}, got {shown(shape)}")
+        raise SceneError(f"{must}, got {short_repr(shape)}")
     if not math.isfinite(shape.area) and name == "a":
         raise SceneError(
-            f"{must}, and of finite area, got {shown(shape)}; exchange a and b: A_a F_ab = A_b F_ba"
+            f"{must}, and of finite area, got {short_repr(shape)}; exchange a and b: A_a F_ab = A_b F_ba"
         )
 
 
-def _check_sight(caller: str, shell: Shape, other: Shape, side: str, name: str, why: str) -> None:
+def _check_facing(caller: str, shell: Shape, other: Shape, side: str, name: str, why: str) -> None:
     """Refuse the outside of a sphere or box around the other shape: a mistake, the view factor is 0."""
     is_round = isinstance(shell, Sphere | Box) and shell.is_closed and shell != other
     if not IS_BACK[side] and is_round and contains(shell, other):
         raise SceneError(
-            f"{caller}: {name} must be 'back' where {why}, got {shown(side)}, its outside;"
+            f"{caller}: {name} must be 'back' where {why}, got {short_repr(side)}, its outside;"
             f" write {name}='back'"
         )
 
@@ -244,13 +244,13 @@ def _as_shapes(caller: str, blockers: object) -> tuple[Shape, ...]:
     """The blockers as a tuple of shapes."""
     shapes = (blockers,) if isinstance(blockers, Shape) else blockers
     if not isinstance(shapes, Iterable) or isinstance(shapes, str):
-        raise SceneError(f"{caller}: blockers must be shapes, got {shown(blockers)}")
+        raise SceneError(f"{caller}: blockers must be shapes, got {short_repr(blockers)}")
     shapes = tuple(shapes)
     for place, shape in enumerate(shapes):
         _check_shape(caller, f"blockers[{place}]", shape)
     return shapes
 
 
-def _times(share: Estimate, factor: float, unit: str) -> Estimate:
+def _scaled(share: Estimate, factor: float, unit: str) -> Estimate:
     """Share times a known number, with its unit; an exact share stays exact."""
     return share * Estimate(np.full(len(share.run), factor), share.run, unit, exact=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.statistics.convergence import Line, Pace, line_through, pace_of
+from transport.statistics.convergence import PowerLaw, TimeModel, fit_power_law, fit_time
 
 if TYPE_CHECKING:
     from transport.statistics.estimates import Estimate, EstimateArray
@@ -21,10 +21,14 @@ if TYPE_CHECKING:
 # Sizes grow by factors of four, so that runs are spread evenly over the logarithm of time. Small runs are
 # repeated more often than large ones, so that their root mean square errors are well known at little cost.
 
-SMALLEST, FACTOR, LARGEST = 1 << 12, 4, 1 << 34  # histories of the first runs, growth factor, most histories
-FEWEST, MOST = 8, 32  # number of runs of the largest size, and most of the small ones
-OF_LARGEST = 16.0  # total time of all runs over the time of the largest run
-KEYS = 1 << 20  # number of seeds reserved for one method
+MIN_HISTORIES, GROWTH_FACTOR, MAX_HISTORIES = (
+    1 << 12,
+    4,
+    1 << 34,
+)  # histories of the first runs, growth factor, most histories
+MIN_REPEATS, MAX_REPEATS = 8, 32  # number of runs of the largest size, and most of the small ones
+TOTAL_PER_LARGEST = 16.0  # total time of all runs over the time of the largest run
+SEEDS_PER_METHOD = 1 << 20  # number of seeds reserved for one method
 
 
 @dataclass(frozen=True)
@@ -45,19 +49,19 @@ class Trial:
 class Trials:
     """All runs of one method, by rising size. preparation: time [s] to compile or load its kernels."""
 
-    rungs: tuple[tuple[Trial, ...], ...]
+    levels: tuple[tuple[Trial, ...], ...]
     preparation: float
 
     @property
     def all(self) -> list[Trial]:
         """All runs."""
-        return [trial for rung in self.rungs for trial in rung]
+        return [trial for rung in self.levels for trial in rung]
 
 
 Run = Callable[[int, int], tuple[int, "Estimate | EstimateArray", float]]
 
 
-def trials_of(
+def run_trials(
     run: Run,
     seconds: float,
     seed: int = 0,
@@ -68,7 +72,7 @@ def trials_of(
 
     run: (particles, seed) -> (particles done, estimate, seconds of preparation).
     """
-    keys = iter(range(seed, seed + KEYS))
+    keys = iter(range(seed, seed + SEEDS_PER_METHOD))
 
     def trial(particles: int) -> Trial:
         begun, shown = cpu(), clock()
@@ -78,24 +82,27 @@ def trials_of(
         return Trial(done, value, error, spent, passed)
 
     # Compile with a first run that is not timed.
-    preparation = run(SMALLEST, next(keys))[2]
+    preparation = run(MIN_HISTORIES, next(keys))[2]
     # Grow the runs as long as the time allows, then repeat the small ones more often.
-    rungs = [[trial(SMALLEST)]]
+    rungs = [[trial(MIN_HISTORIES)]]
     while _has_time_for_more(rungs[-1][0], seconds):
-        rungs.append([trial(FACTOR * rungs[-1][0].particles)])
+        rungs.append([trial(GROWTH_FACTOR * rungs[-1][0].particles)])
     for place, rung in enumerate(reversed(rungs)):
-        rung += [trial(rung[0].particles) for _ in range(min(MOST, FEWEST << place) - 1)]
+        rung += [trial(rung[0].particles) for _ in range(min(MAX_REPEATS, MIN_REPEATS << place) - 1)]
     return Trials(tuple(map(tuple, rungs)), preparation)
 
 
 def _has_time_for_more(last: Trial, seconds: float) -> bool:
-    """Whether runs of the next size, which take at most `FACTOR` times as long, fit into the time."""
-    return FACTOR * max(last.seconds, 1e-9) * OF_LARGEST <= seconds and last.particles < LARGEST
+    """Whether runs of the next size, which take at most `GROWTH_FACTOR` times as long, fit into the time."""
+    return (
+        GROWTH_FACTOR * max(last.seconds, 1e-9) * TOTAL_PER_LARGEST <= seconds
+        and last.particles < MAX_HISTORIES
+    )
 
 
 # ---- From the runs of each method to its points, fits and price: true errors beside claimed errors.
 
-KNOWN = 0.5  # largest relative error of points used in a fit
+MAX_FITTED_ERROR = 0.5  # largest relative error of points used in a fit
 
 
 @dataclass(frozen=True)
@@ -173,7 +180,7 @@ class Price:
 
 
 @dataclass(frozen=True)
-class Way:
+class MethodCost:
     """Measured cost of one method.
 
     Parameters
@@ -198,9 +205,9 @@ class Way:
 
     name: str
     points: tuple[Point, ...]
-    line: Line | None
-    claimed_line: Line | None
-    pace: Pace
+    line: PowerLaw | None
+    claimed_line: PowerLaw | None
+    pace: TimeModel
     preparation: float
     z: float
     estimator: str | None = None
@@ -208,7 +215,7 @@ class Way:
     @property
     def known_points(self) -> tuple[Point, ...]:
         """Points with known errors: a fit needs two."""
-        return _known(self.points)
+        return _fitted_points(self.points)
 
     def price(self, error: float) -> Price:
         """Return the price of a relative error by the fit.
@@ -233,7 +240,7 @@ def best_estimate(found: Mapping[str, Trials], exact: np.ndarray | None = None) 
     """The exact value, or without one the mean of all runs, weighted by the variance of each method."""
     if exact is not None:
         return Truth(exact, 0.0, {})
-    means = {name: _mean(trials) for name, trials in found.items()}
+    means = {name: _mean_and_variance(trials) for name, trials in found.items()}
     known = {name: mean for name, mean in means.items() if 0 < mean[1] < math.inf} or means
     weights = {name: 1 / variance if variance > 0 else 1.0 for name, (_, variance) in known.items()}
     total = math.fsum(weights.values())
@@ -242,24 +249,24 @@ def best_estimate(found: Mapping[str, Trials], exact: np.ndarray | None = None) 
     return Truth(value, math.fsum(share**2 * known[name][1] for name, share in shares.items()), shares)
 
 
-def way_of(name: str, trials: Trials, truth: Truth, estimator: str | None = None) -> Way:
+def cost_of_method(name: str, trials: Trials, truth: Truth, estimator: str | None = None) -> MethodCost:
     """Points, fits and z of a method."""
     particles = sum(trial.particles for trial in trials.all)
     share = truth.shares.get(name, 0.0) / particles
-    points = tuple(_point(rung, truth, share * rung[0].particles) for rung in trials.rungs)
-    pace = pace_of([p.particles for p in points], [p.seconds for p in points])
-    fitted = _known(points)
+    points = tuple(_point(rung, truth, share * rung[0].particles) for rung in trials.levels)
+    pace = fit_time([p.particles for p in points], [p.seconds for p in points])
+    fitted = _fitted_points(points)
     seconds = [pace.per_particle * p.particles for p in fitted]
     runs = [p.runs for p in fitted]
-    line = line_through(seconds, [p.true for p in fitted], runs)
-    claimed = line_through(seconds, [p.claimed for p in fitted], runs)
+    line = fit_power_law(seconds, [p.true for p in fitted], runs)
+    claimed = fit_power_law(seconds, [p.claimed for p in fitted], runs)
     z = _z(trials, truth, name)
-    return Way(name, points, line, claimed, pace, trials.preparation, z, estimator)
+    return MethodCost(name, points, line, claimed, pace, trials.preparation, z, estimator)
 
 
-def _known(points: tuple[Point, ...]) -> tuple[Point, ...]:
+def _fitted_points(points: tuple[Point, ...]) -> tuple[Point, ...]:
     """Points with a known error small enough to fit."""
-    return tuple(p for p in points if 0 < p.true < KNOWN and p.claimed < KNOWN)
+    return tuple(p for p in points if 0 < p.true < MAX_FITTED_ERROR and p.claimed < MAX_FITTED_ERROR)
 
 
 def _point(rung: tuple[Trial, ...], truth: Truth, share: float) -> Point:
@@ -288,7 +295,7 @@ def _square(part: np.ndarray, truth: Truth) -> float:
     return float(np.sum(part**2)) / truth.size**2 if truth.size else math.nan
 
 
-def _mean(trials: Trials) -> tuple[np.ndarray, float]:
+def _mean_and_variance(trials: Trials) -> tuple[np.ndarray, float]:
     """Mean over all histories of a method, and its variance, summed over bins; infinite if unknown."""
     runs = trials.all
     weights = np.array([trial.particles for trial in runs], dtype=float)
@@ -303,7 +310,7 @@ def _mean(trials: Trials) -> tuple[np.ndarray, float]:
 
 def _z(trials: Trials, truth: Truth, name: str) -> float:
     """z of the mean of all runs; nan for arrays, or if the truth is that mean itself."""
-    value, variance = _mean(trials)
+    value, variance = _mean_and_variance(trials)
     if value.size > 1 or truth.shares.get(name, 0.0) > 0.999:
         return math.nan
     spread = variance + (-truth.variance if name in truth.shares else truth.variance)

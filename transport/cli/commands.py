@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from transport import __version__
-from transport.cli.console import INTERRUPTED, REFUSED, TEXT_WIDTH, refusals, say, say_json
+from transport.cli.console import INTERRUPTED, INVALID, TEXT_WIDTH, print_json, print_rich, report_errors
 from transport.cli.files import merge, show
 from transport.cli.measure import bench, cost, effects
 from transport.cli.options import (
@@ -29,8 +29,8 @@ from transport.cli.options import (
     named_errors,
     named_values,
     number,
-    part_of,
-    tracking_of,
+    parse_part,
+    parse_tracking,
     whole_number,
 )
 from transport.cli.printout import (
@@ -38,24 +38,24 @@ from transport.cli.printout import (
     print_checks,
     print_menu,
     print_run,
-    say_aside,
+    print_to_stderr,
+    report_unsaved,
     text_of,
-    told_unsaved,
 )
-from transport.cli.run import checked, is_complete, record_of
+from transport.cli.run import checked_experiment, is_complete, outcomes_record
 from transport.cli.show import docs, gallery, schema, view
 from transport.cli.verify import verify_hard, verify_laws, verify_long
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
 from transport.results.diagnostics.table import DIAGNOSTICS
-from transport.validation import SceneError, suggestion
-from transport.verification.experiment import experiment, experiment_names, outcomes_of
+from transport.validation import SceneError, name_hint
+from transport.verification.experiment import experiment, experiment_names, iterate_outcomes
 
 
-class Commands(TyperGroup):
+class CommandGroup(TyperGroup):
     """Command group that reports invalid input in one line with exit status 2."""
 
     def invoke(self, ctx: typer.Context) -> object:
-        with refusals(debug=ctx.params["debug"]):
+        with report_errors(debug=ctx.params["debug"]):
             return super().invoke(ctx)
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple:
@@ -63,12 +63,12 @@ class Commands(TyperGroup):
         if name not in self.commands and not name.startswith("-"):
             if name.endswith(".py") or name in experiment_names():
                 raise SceneError(f"transport: no command {name!r}; did you mean 'transport run {name}'?")
-            raise SceneError(f"transport: no command {name!r}; {suggestion(name, self.commands)}")
+            raise SceneError(f"transport: no command {name!r}; {name_hint(name, self.commands)}")
         return super().resolve_command(ctx, args)
 
 
 app = typer.Typer(
-    cls=Commands,
+    cls=CommandGroup,
     help="Monte Carlo transport of photons and particles: radiometry with standard errors.",
     epilog="Each command's help has examples: transport run --help",
     add_completion=False,
@@ -94,7 +94,7 @@ def menu(
 ) -> None:
     """Print the list of experiments if no command is given."""
     if version:
-        say(f"transport {__version__}")
+        print_rich(f"transport {__version__}")
         raise typer.Exit
     if context.invoked_subcommand is None:
         print_menu()
@@ -168,7 +168,7 @@ def run(
         "particles": whole_number("--particles", particles),
         "error": named_errors(error or ()),
         "seconds": None if seconds is None else number("--seconds", seconds),
-        "tracking": tracking_of(tracking),
+        "tracking": parse_tracking(tracking),
         "estimator": estimator,
         "sampling": sampling,
         "seed": seed,
@@ -177,32 +177,32 @@ def run(
         "checkpoint": checkpoint,
         "every": None if every is None else number("--every", every),
         "resume": resume,
-        "part": part_of(part),
+        "part": parse_part(part),
         "cluster": cluster,
         "progress": "lines",
     }
     if every is not None and checkpoint is None:
         raise SceneError("--every needs --checkpoint FILE; add it, or leave out --every")
-    module = checked(experiment(sim))
-    pending = outcomes_of(module, named_values(set_ or ()), limits, save, overwrite)
+    module = checked_experiment(experiment(sim))
+    pending = iterate_outcomes(module, named_values(set_ or ()), limits, save, overwrite)
     if json:
         outcomes = list(pending)
-        say_json(record_of(module, outcomes))
+        print_json(outcomes_record(module, outcomes))
         wants_picture = out is not None
     else:
         outcomes = print_run(module, pending)
         wants_picture = out is not None or not sim.endswith(".json")
     if wants_picture and not no_picture and is_complete(outcomes):
         draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
-    is_saved = told_unsaved(outcomes)
+    is_saved = report_unsaved(outcomes)
     if resume is not None and save is None and checkpoint is None:
-        say_aside(
+        print_to_stderr(
             f"{resume} was not changed; pass --checkpoint {resume} or --save FILE to keep the new batches"
         )
     if not is_complete(outcomes):
         raise typer.Exit(INTERRUPTED)
     if not is_saved:
-        raise typer.Exit(REFUSED)
+        raise typer.Exit(INVALID)
 
 
 @app.command("list")
@@ -215,7 +215,7 @@ def list_(json: Json = False) -> None:
       transport list --json
     """
     if json:
-        say_json(
+        print_json(
             [{"sim": name, "question": text_of(experiment(name), "question")} for name in experiment_names()]
         )
     else:
@@ -277,7 +277,7 @@ def checks(json: Json = False) -> None:
       transport checks --json
     """
     if json:
-        say_json([diagnostic._asdict() for diagnostic in DIAGNOSTICS])
+        print_json([diagnostic._asdict() for diagnostic in DIAGNOSTICS])
     else:
         print_checks()
 

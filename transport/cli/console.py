@@ -14,15 +14,15 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from transport.run.threads import CrewLost
+from transport.run.threads import WorkersLost
 from transport.units import UnitError
 from transport.validation import SceneError
 
 TEXT_WIDTH = 110  # characters at which labelled text wraps
-UNBROKEN = "\u00a0"  # a space at which text does not wrap
+NO_BREAK_SPACE = "\u00a0"  # a space at which text does not wrap
 # characters; no table wraps if neither a terminal nor COLUMNS sets a width
 PIPED_WIDTH = 4096
-FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit statuses
+FAILED, INVALID, INTERRUPTED = 1, 2, 130  # exit statuses
 
 
 def console(stderr: bool = False, least: int = 0) -> Console:
@@ -38,15 +38,15 @@ def console(stderr: bool = False, least: int = 0) -> Console:
     return made
 
 
-def say(*parts: object, style: str | None = None) -> None:
+def print_rich(*parts: object, style: str | None = None) -> None:
     """Print strings, or rich tables and texts, to standard output; no word or number of a table is cut."""
     for part in parts:
         if isinstance(part, str):
             part = Text(part, style=style or "")
-        console(least=_least_width(part) if isinstance(part, Table) else 0).print(part)
+        console(least=_min_width(part) if isinstance(part, Table) else 0).print(part)
 
 
-def _least_width(table: Table) -> int:
+def _min_width(table: Table) -> int:
     """Return the width of a table [characters] at which it wraps between words only."""
     wide = console(least=PIPED_WIDTH)
     for column in table.columns:
@@ -56,16 +56,16 @@ def _least_width(table: Table) -> int:
     return Measurement.get(wide, wide.options, table).minimum
 
 
-def say_labelled(label: str, text: str, style: str = "bold") -> None:
+def print_labelled(label: str, text: str, style: str = "bold") -> None:
     """Print "label     text" with a styled label and the text wrapped beside it."""
     out, label = console(), f"{label:12s}"
     width = max(24, min(out.width, TEXT_WIDTH) - len(label))
     lines = textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [""]
     folded = ("\n" + " " * len(label)).join(lines)
-    out.print(Text.assemble((label, style), folded.replace(UNBROKEN, " ")))
+    out.print(Text.assemble((label, style), folded.replace(NO_BREAK_SPACE, " ")))
 
 
-def say_json(data: object) -> None:
+def print_json(data: object) -> None:
     """Print the data as JSON; numbers that are not finite become null."""
     typer.echo(json.dumps(as_json(data), indent=2, ensure_ascii=False))
 
@@ -85,7 +85,7 @@ def as_json(data: object) -> object:
     return number if math.isfinite(number) else None
 
 
-def status_of(failed: int, complete: bool) -> int:
+def exit_status(failed: int, complete: bool) -> int:
     """Return the exit status of a verification: 1 if rows fail, 130 (with a message) if incomplete."""
     if not complete:
         console(stderr=True).print("interrupted: the rows are incomplete", style="bold red")
@@ -94,7 +94,7 @@ def status_of(failed: int, complete: bool) -> int:
 
 
 @contextmanager
-def refusals(debug: bool = False) -> Iterator[None]:
+def report_errors(debug: bool = False) -> Iterator[None]:
     """Turn exceptions into one red line on standard error and an exit status.
 
     Invalid input gives status 2, lost workers 1, Ctrl-C 130.  With `debug` errors pass through with their
@@ -107,8 +107,8 @@ def refusals(debug: bool = False) -> Iterator[None]:
             raise
         line = " ".join(str(refusal).split())
         console(stderr=True).print(Text(f"error: {line}", style="bold red"), soft_wrap=True)
-        raise typer.Exit(REFUSED) from None
-    except CrewLost as lost:
+        raise typer.Exit(INVALID) from None
+    except WorkersLost as lost:
         if debug:
             raise
         console(stderr=True).print(Text(str(lost), style="bold red"), soft_wrap=True)

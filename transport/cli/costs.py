@@ -12,15 +12,21 @@ import numpy as np
 from transport.analysis.binning import BinsAgainstNoise, bins_against_noise
 from transport.analysis.cost import CostOfAccuracy, cost_of_accuracy
 from transport.cli.effects.costs import EffectCost, effect_costs
-from transport.cli.run import drawn
+from transport.cli.run import draw_to
 from transport.results.result import Result
 from transport.simulate import simulate
 from transport.statistics.estimates import EstimateArray
-from transport.validation import SceneError, suggestion
-from transport.verification.experiment import blamed, cases_of, name_of, scene_of, ways_of
+from transport.validation import SceneError, name_hint
+from transport.verification.experiment import (
+    attribute_errors,
+    cases_of,
+    experiment_name,
+    run_settings_of,
+    scene_of,
+)
 
-FEW = 1 << 14  # histories of the run that lists the quantities
-MANY = 1 << 20  # histories of the run that compares discretisation with noise
+LISTING_HISTORIES = 1 << 14  # histories of the run that lists the quantities
+BINS_HISTORIES = 1 << 20  # histories of the run that compares discretisation with noise
 
 
 @dataclass(frozen=True)
@@ -58,22 +64,22 @@ def costs_of_case(
     """
     parameters = cases_of(module, settings)[0]
     scene = scene_of(module, parameters, settings)
-    with blamed(module, settings):
+    with attribute_errors(module, settings):
         exact = dict(module.exact(**parameters)) if hasattr(module, "exact") else {}
-    common = {"seed": seed, "threads": threads, "progress": False} | ways_of(module)
-    few = simulate(scene, FEW, **common)
-    name = _quantity(module, few, exact, quantity)
+    common = {"seed": seed, "threads": threads, "progress": False} | run_settings_of(module)
+    few = simulate(scene, LISTING_HISTORIES, **common)
+    name = _quantity_name(module, few, exact, quantity)
 
     def measured(result: Result):
-        with blamed(module):
+        with attribute_errors(module):
             return module.measure(result)[name]
 
     measured.__name__ = name
     cost = cost_of_accuracy(
         scene, measured, exact=exact.get(name), seconds=seconds, seed=seed, threads=threads
     )
-    bins = _bins(few, lambda: simulate(scene, MANY, **common))
-    return Costs(name_of(module), parameters, cost, bins, tuple(effect_costs(scene)))
+    bins = _compare_bins(few, lambda: simulate(scene, BINS_HISTORIES, **common))
+    return Costs(experiment_name(module), parameters, cost, bins, tuple(effect_costs(scene)))
 
 
 def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
@@ -85,39 +91,41 @@ def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
         title = f"{costs.sim}: cost of accuracy"
         return importlib.import_module("viz.costs").cost_diagram(costs.cost, path, costs.bins, title)
 
-    return drawn(draw, folder / f"cost_{costs.sim.removeprefix('cost_')}.png")
+    return draw_to(draw, folder / f"cost_{costs.sim.removeprefix('cost_')}.png")
 
 
-def _quantity(module: ModuleType, few: Result, exact: Mapping[str, float], asked: str | None) -> str:
+def _quantity_name(module: ModuleType, few: Result, exact: Mapping[str, float], asked: str | None) -> str:
     """Return the name of the quantity to measure.  Raises SceneError for an unknown one."""
-    with blamed(module):
+    with attribute_errors(module):
         found = module.measure(few)
     names = list(found)
     if asked is None:
         chancy = [name for name in names if not found[name].exact] or names
         return next((name for name in chancy if name in exact), chancy[0])
     if asked not in names:
-        raise SceneError(f"cost: {name_of(module)} has no quantity {asked!r}; {suggestion(asked, names)}")
+        raise SceneError(
+            f"cost: {experiment_name(module)} has no quantity {asked!r}; {name_hint(asked, names)}"
+        )
     return asked
 
 
-def _bins(few: Result, run) -> BinsAgainstNoise | None:
+def _compare_bins(few: Result, run) -> BinsAgainstNoise | None:
     """Compare discretisation with noise for the first detector with bins, along its axis with the most bins.
 
     `run()` returns a result with more histories.  Returns None if no detector has more than 3 bins on an
     axis.
     """
     for meter in few.scene.meters:
-        array = _binned(few, meter)
+        array = _binned_quantity(few, meter)
         if isinstance(array, EstimateArray):
             axes = [(bins, dim) for bins, dim in zip(array.shape, array.dims, strict=True) if bins > 3]
             for _, dim in sorted(axes, reverse=True) if np.any(array.value) else ():
                 with suppress(SceneError):  # the number of bins cannot be divided
-                    return bins_against_noise(_binned(run(), meter), dim)
+                    return bins_against_noise(_binned_quantity(run(), meter), dim)
     return None
 
 
-def _binned(result: Result, meter) -> object:
+def _binned_quantity(result: Result, meter) -> object:
     try:
         return result.quantity(f"{meter.name}.{'irradiance' if meter.directions is None else 'radiance'}")
     except SceneError:  # e.g. a quantity that the estimator does not provide

@@ -28,7 +28,7 @@ UNITS = {  # SI units of the conversion factors, as in 650 * tp.nm
     )
     for name in names.split()
 }
-READ = (
+RETURNED_CLASSES = (
     "results.readings.Reading",
     "results.volume_readings.VolumeReading",
     "results.point_readings.PointReading",
@@ -47,13 +47,16 @@ class Page:
     file: str
     title: str
     modules: tuple[str, ...]
-    also: tuple[str, ...] = ()  # classes that results return
+    extra_classes: tuple[str, ...] = ()  # classes that results return
     names: list[str] = field(default_factory=list)
 
     @property
     def text(self) -> str:
         """The page as MyST Markdown for Sphinx."""
-        entries = [*map(_entry, self.names), *(f".. autoclass:: transport.{name}" for name in self.also)]
+        entries = [
+            *map(_autodoc_entry, self.names),
+            *(f".. autoclass:: transport.{name}" for name in self.extra_classes),
+        ]
         return f"# {self.title}\n\n```{{eval-rst}}\n{chr(10).join(entries)}\n```\n"
 
 
@@ -77,7 +80,7 @@ def pages() -> list[Page]:
         Page(
             "runs", "Runs", ("simulate", "analysis.tracks", "analysis.solid_angle", "analysis.view_factors")
         ),
-        Page("results", "Results", ("results", "statistics"), READ),
+        Page("results", "Results", ("results", "statistics"), RETURNED_CLASSES),
         Page("cost", "What accuracy costs", ("analysis.cost", "analysis.binning")),
         Page("units", "Units", ("units",)),
         Page("files", "Saved runs", ("io",)),
@@ -95,7 +98,7 @@ def _page_of(module: str, name: str, found: list[Page]) -> Page:
     raise LookupError(f"transport.{name} of {module} has no page: add its module to one")
 
 
-def _entry(name: str) -> str:
+def _autodoc_entry(name: str) -> str:
     value = getattr(transport, name)
     if isinstance(value, type):
         is_error = issubclass(value, BaseException)
@@ -108,11 +111,11 @@ def _entry(name: str) -> str:
 def command_pages(group: Any) -> Iterator[tuple[str, str]]:
     """Yield the name of each command of a click group and the text of `transport NAME --help`."""
     for name, command in group.commands.items():
-        context = command.make_context(name, [], parent=_root(group), resilient_parsing=True)
+        context = command.make_context(name, [], parent=_root_context(group), resilient_parsing=True)
         yield name, command.get_help(context)
 
 
-def _root(group):
+def _root_context(group):
     return group.make_context("transport", [], resilient_parsing=True)
 
 
@@ -120,9 +123,9 @@ def _root(group):
 
 PACKAGE = Path(__file__).resolve().parents[1]
 GUIDES = PACKAGE / "guides"
-WIDE = ".content { width: 56em; }\n"  # code blocks have lines of 100 characters
-NEEDED = ("sphinx", "furo", "myst_parser")
-ORDER = (
+WIDE_CSS = ".content { width: 56em; }\n"  # code blocks have lines of 100 characters
+REQUIRED_PACKAGES = ("sphinx", "furo", "myst_parser")
+GUIDE_ORDER = (
     "surfaces",
     "media",
     "clocks",
@@ -141,7 +144,7 @@ ORDER = (
 
 def build_site(out: Path, commands: Any) -> Path:
     """Build the pages into the folder; return the path of the first.  Raises SceneError without Sphinx."""
-    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    missing = [name for name in REQUIRED_PACKAGES if importlib.util.find_spec(name) is None]
     if missing:
         raise SceneError(
             f"docs: {', '.join(missing)} not installed; pip install '.[docs]' in the project's folder"
@@ -152,7 +155,9 @@ def build_site(out: Path, commands: Any) -> Path:
         sources = Path(folder)
         write_sources(sources, commands)
         said, warned = io.StringIO(), io.StringIO()
-        site = Sphinx(sources, None, out, sources / "trees", "html", _settings(), status=said, warning=warned)
+        site = Sphinx(
+            sources, None, out, sources / "trees", "html", _sphinx_settings(), status=said, warning=warned
+        )
         site.build()
     if site.statuscode or warned.getvalue().strip():
         raise SceneError(f"docs: Sphinx reports warnings: {warned.getvalue().strip()}")
@@ -171,11 +176,11 @@ def write_sources(folder: Path, commands: Any) -> None:
     (folder / "reference" / "commands.md").write_text(f"# Commands\n\n{help_texts}", encoding="utf-8")
     for guide in sorted(GUIDES.glob("*.md")):
         text = guide.read_text(encoding="utf-8").replace("](../../viz/gallery/", "](../gallery/")
-        (folder / "guides" / guide.name).write_text(_without_lost(text), encoding="utf-8")
+        (folder / "guides" / guide.name).write_text(_without_missing_pictures(text), encoding="utf-8")
     first = readme().replace("](viz/gallery/", "](gallery/").replace("](transport/guides/", "](guides/")
-    (folder / "index.md").write_text(_without_lost(first) + _contents(), encoding="utf-8")
+    (folder / "index.md").write_text(_without_missing_pictures(first) + _contents(), encoding="utf-8")
     (folder / "looks").mkdir()
-    (folder / "looks" / "wide.css").write_text(WIDE)
+    (folder / "looks" / "wide.css").write_text(WIDE_CSS)
     pictures = gallery()
     if pictures is not None:
         shutil.copytree(pictures, folder / "gallery")
@@ -197,7 +202,7 @@ def gallery() -> Path | None:
 
 
 def _contents() -> str:
-    guides = [f"guides/{name}" for name in ORDER]
+    guides = [f"guides/{name}" for name in GUIDE_ORDER]
     names = [f"reference/{page.file}" for page in pages()] + ["reference/commands"]
     return "".join(
         f"\n\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{chr(10).join(files)}\n```\n"
@@ -205,7 +210,7 @@ def _contents() -> str:
     )
 
 
-def _without_lost(text: str) -> str:
+def _without_missing_pictures(text: str) -> str:
     """Replace pictures that do not exist by their alternative text."""
     folder = gallery()
 
@@ -217,7 +222,7 @@ def _without_lost(text: str) -> str:
     return re.sub(r"!?\[(?P<words>[^\]]*)\]\((?:\.\./)?gallery/(?P<name>[^)]*)\)", kept, text)
 
 
-def _settings() -> dict[str, object]:
+def _sphinx_settings() -> dict[str, object]:
     return {
         "project": "transport",
         "extensions": ["sphinx.ext.autodoc", "sphinx.ext.napoleon", "myst_parser"],

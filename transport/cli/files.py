@@ -6,16 +6,16 @@ from typing import Annotated
 
 import typer
 
-from transport.cli.console import say, say_json, say_labelled
+from transport.cli.console import print_json, print_labelled, print_rich
 from transport.cli.options import Json
-from transport.cli.run import bins_record, numbers_of
-from transport.results.report import head_of
+from transport.cli.run import bins_record, estimate_record
+from transport.results.report import run_line
 from transport.results.result import Result
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.validation import SceneError
 
 Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Saved runs, .nc or .npz")]
-MOST_BINS = 100_000  # per quantity in the JSON output
+MAX_BINS = 100_000  # per quantity in the JSON output
 
 
 def show(files: Files, json: Json = False) -> None:
@@ -32,12 +32,12 @@ def show(files: Files, json: Json = False) -> None:
     from transport.io import load
 
     if len(files) == 1:
-        _tell(load(files[0]), json)
+        _print_result(load(files[0]), json)
     elif json:
-        say_json([{"file": str(file)} | _record(load(file)) for file in files])
+        print_json([{"file": str(file)} | _result_record(load(file)) for file in files])
     else:
         for file in files:
-            say_labelled(str(file), head_of(load(file)))
+            print_labelled(str(file), run_line(load(file)))
 
 
 def merge(
@@ -53,30 +53,30 @@ def merge(
       transport merge part1.nc part2.nc --out whole.nc
     """
     from transport.io import merge
-    from transport.io.runs import check_new, checked_place
+    from transport.io.runs import check_not_existing, checked_destination
 
-    checked_place("--out", out)
+    checked_destination("--out", out)
     if out.exists() and out.resolve() in {file.resolve() for file in files}:
         raise SceneError(f"--out: {out} is one of the files to merge; name another output file")
-    check_new("--out", out, overwrite)
+    check_not_existing("--out", out, overwrite)
     whole = merge(*files)
     whole.save(out)
-    _tell(whole, json)
+    _print_result(whole, json)
 
 
-def _tell(result: Result, json: bool) -> None:
+def _print_result(result: Result, json: bool) -> None:
     if json:
-        say_json(_record(result))
+        print_json(_result_record(result))
         return
-    say(result.report())
+    print_rich(result.report())
     for origin in result.state.origins:
-        say(
+        print_rich(
             f"run by: transport {origin.version} ({origin.sources}), {', '.join(origin.versions)};"
             f" {origin.machine}"
         )
 
 
-def _record(result: Result) -> dict[str, object]:
+def _result_record(result: Result) -> dict[str, object]:
     """Return the same data as JSON-ready types."""
     method = result.plan.method
     quantities = {
@@ -95,10 +95,10 @@ def _record(result: Result) -> dict[str, object]:
         "method": {"estimator": method.estimator, "sampling": method.sampling},
         "complete": result.is_complete,
         "quantities": [
-            {"name": name, **numbers_of(q)} for name, q in quantities.items() if isinstance(q, Estimate)
+            {"name": name, **estimate_record(q)} for name, q in quantities.items() if isinstance(q, Estimate)
         ],
-        "bins": [bins_record(name, q) for name, q in arrays.items() if q.value.size <= MOST_BINS],
-        "left out": [name for name, q in arrays.items() if q.value.size > MOST_BINS],
+        "bins": [bins_record(name, q) for name, q in arrays.items() if q.value.size <= MAX_BINS],
+        "left out": [name for name, q in arrays.items() if q.value.size > MAX_BINS],
         "ledger": {
             name: {"value": entry.value, "error": entry.error, "unit": str(entry.unit)}
             for name, entry in result._own_ledger.items()

@@ -7,33 +7,33 @@ from pathlib import Path
 from time import perf_counter
 
 from transport.analysis.tracks import tracks
-from transport.cli.console import UNBROKEN, console, say_json, say_labelled
+from transport.cli.console import NO_BREAK_SPACE, console, print_json, print_labelled
 from transport.cli.costs import costs_of_case, draw_costs
 from transport.cli.run import (
     EXTRAS,
-    checked,
-    drawn,
+    checked_experiment,
+    draw_experiment,
+    draw_to,
     is_complete,
-    picture_of,
     pip_install,
     verdict_on,
     warnings_of,
 )
 from transport.results.result import Result
 from transport.simulate import simulate
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError, name_hint
 from transport.verification.experiment import (
-    PARTICLES,
+    DEFAULT_PARTICLES,
     experiment,
     experiment_names,
-    outcomes_of,
+    iterate_outcomes,
+    run_settings_of,
     scene_of,
-    ways_of,
 )
 
-MODEST = 1_000_000  # largest number of particles per case of an experiment
+MAX_PARTICLES = 1_000_000  # largest number of particles per case of an experiment
 COST_SECONDS = 6.0  # CPU time of a cost diagram
-COST_SIMS = "cost_"  # prefix of experiments whose cost diagram is drawn too
+COST_PREFIX = "cost_"  # prefix of experiments whose cost diagram is drawn too
 PAGE = "README.md"
 HEADINGS = {
     "general": "Figures of any result",
@@ -49,18 +49,18 @@ class Piece:
     name: str
     heading: str
     command: str
-    draw: Callable[[Path], "Hung"]
+    draw: Callable[[Path], "DrawnPiece"]
 
 
 @dataclass(frozen=True)
-class Hung:
+class DrawnPiece:
     """Outcome of a piece: its pictures with description and notes, or the reason for no picture."""
 
     paths: list[Path]
     says: str = ""
     notes: list[str] = field(default_factory=list)
     why: str = ""
-    is_excused: bool = False  # True if this machine cannot draw it
+    is_unsupported: bool = False  # True if this machine cannot draw it
 
 
 @dataclass(frozen=True)
@@ -76,27 +76,27 @@ class Settings:
         """Arguments of `simulate`, without the number of particles."""
         return {"seed": self.seed, "threads": self.threads, "progress": False}
 
-    def few(self, wanted: int) -> int:
+    def limited(self, wanted: int) -> int:
         """Return the smaller of `wanted` and the allowed number of particles."""
         return wanted if self.particles is None else min(wanted, self.particles)
 
 
 def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: bool = False) -> int:
     """Draw the selected pieces, print each, and write the page; return status 1 if a picture is missing."""
-    wanted, found = chosen(pieces(settings), only), []
-    for piece, made, seconds in hung(wanted, folder):
+    wanted, found = select_pieces(pieces(settings), only), []
+    for piece, made, seconds in draw_pieces(wanted, folder):
         found.append((piece, made, seconds))
         if made.why:
             console(stderr=True).print(f"{piece.name}: no picture: {made.why}", style="yellow")
         elif not json:
-            paths = ", ".join(str(path).replace(" ", UNBROKEN) for path in made.paths)
-            say_labelled(f"{piece.name:24s}", f"{paths}  ({seconds:.1f} s)")
+            paths = ", ".join(str(path).replace(" ", NO_BREAK_SPACE) for path in made.paths)
+            print_labelled(f"{piece.name:24s}", f"{paths}  ({seconds:.1f} s)")
     page = write_page(found, folder, settings)
     if json:
-        say_json({"page": str(page), "figures": record_of_gallery(found)})
+        print_json({"page": str(page), "figures": record_of_gallery(found)})
     else:
-        say_labelled(f"{'page':24s}", str(page).replace(" ", UNBROKEN))
-    return int(any(not made.paths and not made.is_excused for _, made, _ in found))
+        print_labelled(f"{'page':24s}", str(page).replace(" ", NO_BREAK_SPACE))
+    return int(any(not made.paths and not made.is_unsupported for _, made, _ in found))
 
 
 def pieces(settings: Settings) -> list[Piece]:
@@ -108,23 +108,23 @@ def pieces(settings: Settings) -> list[Piece]:
         if wanted not in EXTRAS:
             raise
         raise SceneError(f"gallery: {wanted} is not installed; {pip_install(EXTRAS[wanted])}") from None
-    runs = Runs(settings)
+    runs = ResultCache(settings)
     found = [_general(exhibit, runs, settings) for exhibit in exhibits]
     names = experiment_names()
-    found += [_cost(name, settings) for name in names if name.startswith(COST_SIMS)]
+    found += [_cost(name, settings) for name in names if name.startswith(COST_PREFIX)]
     return found + [_experiment(name, settings) for name in names if hasattr(experiment(name), "draw")]
 
 
-def chosen(found: Sequence[Piece], only: Sequence[str]) -> list[Piece]:
+def select_pieces(found: Sequence[Piece], only: Sequence[str]) -> list[Piece]:
     """Return the pieces of these names, or all if `only` is empty.  Raises SceneError for an unknown name."""
     names = {piece.name: piece for piece in found}
     for name in only:
         if name not in names:
-            raise SceneError(f"gallery: no figure {name!r}; {suggestion(name, names)}")
+            raise SceneError(f"gallery: no figure {name!r}; {name_hint(name, names)}")
     return [names[name] for name in dict.fromkeys(only)] if only else list(found)
 
 
-def hung(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, Hung, float]]:
+def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, DrawnPiece, float]]:
     """Draw each piece into the folder; yield (piece, outcome, seconds)."""
     folder.mkdir(parents=True, exist_ok=True)
     for piece in wanted:
@@ -132,11 +132,11 @@ def hung(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, Hung, f
         try:
             made = piece.draw(folder)
         except SceneError as refusal:
-            made = Hung([], why=str(refusal))
+            made = DrawnPiece([], why=str(refusal))
         yield piece, made, perf_counter() - start
 
 
-def write_page(found: Sequence[tuple[Piece, Hung, float]], folder: Path, settings: Settings) -> Path:
+def write_page(found: Sequence[tuple[Piece, DrawnPiece, float]], folder: Path, settings: Settings) -> Path:
     """Write the Markdown page with each picture, its description, notes and command; return its path."""
     lines = ["# Gallery", ""]
     said = (
@@ -160,7 +160,7 @@ def write_page(found: Sequence[tuple[Piece, Hung, float]], folder: Path, setting
     return path
 
 
-def record_of_gallery(found: Sequence[tuple[Piece, Hung, float]]) -> list[dict[str, object]]:
+def record_of_gallery(found: Sequence[tuple[Piece, DrawnPiece, float]]) -> list[dict[str, object]]:
     """Return the entries as JSON-ready types."""
     return [
         {
@@ -176,7 +176,7 @@ def record_of_gallery(found: Sequence[tuple[Piece, Hung, float]]) -> list[dict[s
     ]
 
 
-def _entry(piece: Piece, made: Hung, folder: Path) -> list[str]:
+def _entry(piece: Piece, made: DrawnPiece, folder: Path) -> list[str]:
     lines = [f"### {piece.name}", ""]
     lines += [f"![{piece.name}]({path.relative_to(folder).as_posix()})\n" for path in made.paths]
     if made.why:
@@ -187,7 +187,7 @@ def _entry(piece: Piece, made: Hung, folder: Path) -> list[str]:
     return [*lines, f"`{piece.command}`", ""]
 
 
-class Runs:
+class ResultCache:
     """Results of exhibits; exhibits with the same scene share one run."""
 
     def __init__(self, settings: Settings) -> None:
@@ -205,27 +205,29 @@ class Runs:
             scene, ways = exhibit.scene, exhibit.ways
         else:
             module = experiment(exhibit.sim)
-            scene, ways = scene_of(module, dict(exhibit.parameters), {}), ways_of(module)
-        result = simulate(scene, self._settings.few(exhibit.particles), **self._settings.limits, **ways)
+            scene, ways = scene_of(module, dict(exhibit.parameters), {}), run_settings_of(module)
+        result = simulate(scene, self._settings.limited(exhibit.particles), **self._settings.limits, **ways)
         if not result.is_complete:
             raise KeyboardInterrupt
         return result
 
 
-def _general(exhibit: object, runs: Runs, settings: Settings) -> Piece:
-    def draw(folder: Path) -> Hung:
-        if exhibit.is_solid and (lack := _lack_of_screen()):
-            return Hung([], exhibit.says, why=lack, is_excused=True)
+def _general(exhibit: object, runs: ResultCache, settings: Settings) -> Piece:
+    def draw(folder: Path) -> DrawnPiece:
+        if exhibit.is_solid and (lack := _missing_screen()):
+            return DrawnPiece([], exhibit.says, why=lack, is_unsupported=True)
         result = runs.result_for(exhibit)
         few = tracks(result.scene, exhibit.tracks, settings.seed) if exhibit.tracks else None
         note = f"{result.particles:_} particles, seed {result.seed}"
-        paths, why = drawn(lambda path: exhibit.draw(result, few, path, note), folder / f"{exhibit.name}.png")
-        return Hung(paths, exhibit.says, result.warnings, why)
+        paths, why = draw_to(
+            lambda path: exhibit.draw(result, few, path, note), folder / f"{exhibit.name}.png"
+        )
+        return DrawnPiece(paths, exhibit.says, result.warnings, why)
 
     return Piece(exhibit.name, "general", f"transport gallery --only {exhibit.name}", draw)
 
 
-def _lack_of_screen() -> str:
+def _missing_screen() -> str:
     """Return why 3-D pictures cannot be drawn here, or an empty string."""
     screen = importlib.import_module("viz.screen")
     try:
@@ -237,31 +239,33 @@ def _lack_of_screen() -> str:
 
 def _experiment(name: str, settings: Settings) -> Piece:
     module = experiment(name)
-    particles = settings.few(min(getattr(module, "particles", PARTICLES), MODEST))
+    particles = settings.limited(min(getattr(module, "particles", DEFAULT_PARTICLES), MAX_PARTICLES))
 
-    def draw(folder: Path) -> Hung:
-        outcomes = list(outcomes_of(checked(module), {}, settings.limits | {"particles": particles}))
+    def draw(folder: Path) -> DrawnPiece:
+        outcomes = list(
+            iterate_outcomes(checked_experiment(module), {}, settings.limits | {"particles": particles})
+        )
         if not is_complete(outcomes):
             raise KeyboardInterrupt
-        paths, why = picture_of(module, outcomes, folder / "experiments")
+        paths, why = draw_experiment(module, outcomes, folder / "experiments")
         says = " ".join(f"{getattr(module, 'question', '')} {verdict_on(module, outcomes)}".split())
-        return Hung(paths, says, warnings_of(outcomes), why)
+        return DrawnPiece(paths, says, warnings_of(outcomes), why)
 
     return Piece(name, "experiments", f"transport run {name} --particles {particles}", draw)
 
 
 def _cost(name: str, settings: Settings) -> Piece:
-    def draw(folder: Path) -> Hung:
+    def draw(folder: Path) -> DrawnPiece:
         costs = costs_of_case(experiment(name), {}, None, COST_SECONDS, settings.seed, 1)
         paths, why = draw_costs(costs, folder / "costs")
         says = (
             f"True and claimed error of {costs.cost.quantity} against CPU seconds, for each estimator."
             " Bars are two standard errors of the true error; each slope is given with its standard error."
         )
-        return Hung(paths, says, why=why)
+        return DrawnPiece(paths, says, why=why)
 
     return Piece(
-        f"price_{name.removeprefix(COST_SIMS)}",
+        f"price_{name.removeprefix(COST_PREFIX)}",
         "costs",
         f"transport cost {name} --seconds {COST_SECONDS:g}",
         draw,

@@ -14,13 +14,13 @@ import numpy as np
 
 from transport.statistics.batches import student_quantile
 from transport.statistics.estimates import Estimate
-from transport.verification.experiment import Outcome, name_of
+from transport.verification.experiment import Outcome, experiment_name
 
 LAWS_FALSE_ALARM = 1e-3  # family-wise rate of a whole verification
 POWER = 0.95  # probability to detect the smallest bias
 ROUNDING = 1e-12  # tolerated relative difference of an estimate without spread
 # A source has a year or a name, and no signs of a formula.
-YEAR, NAME, SUM = r"\b(1[5-9]|20)\d\d\b", r"\b[A-ZÀ-Þ]\w\w", r"[=+*^√∫]"
+YEAR_PATTERN, NAME_PATTERN, FORMULA_PATTERN = r"\b(1[5-9]|20)\d\d\b", r"\b[A-ZÀ-Þ]\w\w", r"[=+*^√∫]"
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Law:
     @property
     def z(self) -> float:
         """Deviation from the exact value as a standard normal score; nan if unknown."""
-        return score_of(self.estimate, self.exact)
+        return z_score(self.estimate, self.exact)
 
     def holds(self, false_alarm: float) -> bool:
         """Return whether the estimate agrees with the exact value, two-sided, at this false-alarm rate.
@@ -67,7 +67,7 @@ def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: f
 
     if estimate.exact:
         return ROUNDING if exact != 0 else 0.0
-    if is_right_without_noise(estimate, exact):
+    if is_exact_in_every_batch(estimate, exact):
         return max(ROUNDING, -math.log(1 - power) / int(estimate.run.sizes.sum()))
     if math.isnan(estimate.error):
         return math.nan
@@ -76,7 +76,7 @@ def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: f
     return shift / abs(exact) if exact != 0 else shift
 
 
-def score_of(estimate: Estimate, exact: float) -> float:
+def z_score(estimate: Estimate, exact: float) -> float:
     """Return the deviation of an estimate as a standard normal score; nan if unknown.
 
     An estimate without noise scores 0 if it agrees.  If it does not, its score is unknown, because counts may
@@ -84,10 +84,10 @@ def score_of(estimate: Estimate, exact: float) -> float:
     """
     if math.isnan(exact):
         return math.nan
-    return 0.0 if is_right_without_noise(estimate, exact) else estimate.z(exact)
+    return 0.0 if is_exact_in_every_batch(estimate, exact) else estimate.z(exact)
 
 
-def is_right_without_noise(estimate: Estimate, exact: float) -> bool:
+def is_exact_in_every_batch(estimate: Estimate, exact: float) -> bool:
     """Return whether every batch equals the exact value to a relative 1e-12."""
     if estimate.exact or estimate.run is None or estimate.batches < 2 or estimate.value == 0:
         return False
@@ -101,7 +101,7 @@ def laws_of(module: ModuleType, outcomes: list[Outcome]) -> Iterator[Law]:
         for row in outcome.rows:
             if not math.isnan(row.exact):
                 name = row_name(outcome, row.name, len(outcomes))
-                yield Law(law, source, name_of(module), name, row.estimate, row.exact)
+                yield Law(law, source, experiment_name(module), name, row.estimate, row.exact)
 
 
 def row_name(outcome: Outcome, quantity: str, cases: int) -> str:
@@ -123,4 +123,6 @@ def split_law(text: str) -> tuple[str, str]:
 
 
 def _is_source(text: str) -> bool:
-    return bool(re.search(YEAR, text) or re.search(NAME, text)) and not re.search(SUM, text)
+    return bool(re.search(YEAR_PATTERN, text) or re.search(NAME_PATTERN, text)) and not re.search(
+        FORMULA_PATTERN, text
+    )

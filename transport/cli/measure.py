@@ -5,15 +5,15 @@ from typing import Annotated
 
 import typer
 
-from transport.analysis.cost import SECONDS
-from transport.cli.console import say, say_json
+from transport.analysis.cost import DEFAULT_SECONDS
+from transport.cli.console import print_json, print_rich
 from transport.cli.costs import costs_of_case, draw_costs
-from transport.cli.effects.passes import costs_of, effects_of, record_of_effects
+from transport.cli.effects.passes import effects_of, effects_record, measure_passes
 from transport.cli.effects.report import print_base_prices, print_cold_starts, print_effects, record_of_scene
-from transport.cli.effects.treatment import treatment_by
+from transport.cli.effects.treatment import experiment_treatment
 from transport.cli.options import Json, Seed, Set, Sim, named_values, number
-from transport.cli.printout import print_costs, tell_picture
-from transport.cli.run import checked
+from transport.cli.printout import print_costs, print_pictures
+from transport.cli.run import checked_experiment
 from transport.validation import SceneError
 from transport.verification.experiment import cases_of, experiment, scene_of
 
@@ -27,7 +27,7 @@ def cost(
     ] = None,
     seconds: Annotated[
         str, typer.Option(metavar="S", help="CPU time of all estimators together, without compilation")
-    ] = f"{SECONDS:g}",
+    ] = f"{DEFAULT_SECONDS:g}",
     seed: Seed = 0,
     threads: Annotated[int, typer.Option(help="Number of threads per run")] = 1,
     out: Annotated[
@@ -44,14 +44,14 @@ def cost(
       transport cost lambert_disk --set distance=20 --quantity irradiance
       transport cost mine.py --seconds 5 --no-picture --json
     """
-    module, settings = checked(experiment(sim)), named_values(set_ or ())
+    module, settings = checked_experiment(experiment(sim)), named_values(set_ or ())
     costs = costs_of_case(module, settings, quantity, number("--seconds", seconds), seed, threads)
     if json:
-        say_json(costs.record)
+        print_json(costs.record)
     else:
         print_costs(costs)
     if not no_picture and (not json or out is not None):
-        tell_picture(*draw_costs(costs, Path("out") if out is None else out), quiet=json)
+        print_pictures(*draw_costs(costs, Path("out") if out is None else out), quiet=json)
 
 
 def effects(
@@ -72,24 +72,24 @@ def effects(
       transport effects slab --set tau=20 --quick
       transport effects mine.py --cold --json
     """
-    module, settings = checked(experiment(sim)), named_values(set_ or ())
+    module, settings = checked_experiment(experiment(sim)), named_values(set_ or ())
     found = {}
     for parameters in cases_of(module, settings):
-        scene = treatment_by(module, scene_of(module, parameters, settings))
+        scene = experiment_treatment(module, scene_of(module, parameters, settings))
         told = effects_of(scene)
         found.setdefault((told.births, told.steps), (told, scene, []))[2].append(parameters)
     if json:
-        costs = [costs_of(scene) for _, scene, _ in found.values()]
+        costs = [measure_passes(scene) for _, scene, _ in found.values()]
         scenes = [
             {"cases": cases} | record_of_scene(scene, ns, cold, more=kind == 0 and not quick)
             for kind, ((_, scene, cases), ns) in enumerate(zip(found.values(), costs, strict=True))
         ]
         told = [told for told, *_ in found.values()]
-        say_json(record_of_effects(list(zip(told, costs, strict=True))) | {"scenes": scenes})
+        print_json(effects_record(list(zip(told, costs, strict=True))) | {"scenes": scenes})
         return
     for kind, (told, scene, cases) in enumerate(found.values()):
         if len(found) > 1:
-            say(
+            print_rich(
                 "; ".join(", ".join(f"{name}={value}" for name, value in case.items()) for case in cases),
                 style="bold cyan",
             )
@@ -135,4 +135,4 @@ def bench(
             print_cold_starts(json)
         return
     rows = measure(repeats=repeats, quick=quick, long=long)
-    say_json(rows) if json else say(render(rows), "medians of one run, on one thread unless stated")
+    print_json(rows) if json else print_rich(render(rows), "medians of one run, on one thread unless stated")

@@ -93,7 +93,7 @@ def number(option: str, text: str, kind: str = "finite number such as 1e-3") -> 
     return value
 
 
-def part_of(text: str | None) -> tuple[int, int] | None:
+def parse_part(text: str | None) -> tuple[int, int] | None:
     """Return (2, 8) for "2/8".  Raises SceneError for anything else."""
     if text is None:
         return None
@@ -103,7 +103,7 @@ def part_of(text: str | None) -> tuple[int, int] | None:
     return int(one), int(of)
 
 
-def tracking_of(text: str | None) -> Tracking | str | None:
+def parse_tracking(text: str | None) -> Tracking | str | None:
     """Return `simulate`'s argument: the text, or a Tracking for "forced" or "roulette=1e-8"."""
     if text == "forced":
         return Tracking(forced=True)
@@ -128,12 +128,12 @@ def _named(option: str, texts: Iterable[str], read: Callable[[str], object]) -> 
 
 def _literal(text: str) -> object:
     try:
-        return ast.literal_eval(_Unending().visit(ast.parse(text, mode="eval")))
+        return ast.literal_eval(_NonFinite().visit(ast.parse(text, mode="eval")))
     except (ValueError, SyntaxError):
         return text
 
 
-class _Unending(ast.NodeTransformer):
+class _NonFinite(ast.NodeTransformer):
     """Replaces the names nan and inf by numbers, for which Python has no literals."""
 
     def visit_Name(self, node: ast.Name) -> ast.expr:

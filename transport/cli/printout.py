@@ -9,13 +9,13 @@ from types import ModuleType, SimpleNamespace
 from rich.text import Text
 
 from transport.analysis.cost import price_notes
-from transport.cli.console import UNBROKEN, console, say, say_labelled
+from transport.cli.console import NO_BREAK_SPACE, console, print_labelled, print_rich
 from transport.cli.costs import Costs
-from transport.cli.run import is_complete, picture_of, total_cost, verdict_on, warnings_of
+from transport.cli.run import draw_experiment, is_complete, total_cost, verdict_on, warnings_of
 from transport.cli.tables import bins_table, case_table, cost_table, effect_table, ledger_line
 from transport.results.diagnostics.table import DIAGNOSTICS
 from transport.results.report import cost_lines, method_lines, tracking_lines
-from transport.verification.experiment import Outcome, experiment, experiment_names, name_of
+from transport.verification.experiment import Outcome, experiment, experiment_name, experiment_names
 
 
 def print_menu(with_commands: bool = True) -> None:
@@ -25,20 +25,20 @@ def print_menu(with_commands: bool = True) -> None:
         module = experiment(name)
         groups.setdefault(text_of(module, "question"), []).append((name, text_of(module, "law")))
     if with_commands:
-        say(
+        print_rich(
             "transport: Monte Carlo transport and radiometry with standard errors",
             style="bold",
         )
-        say("")
+        print_rich("")
     width = max((len(name) for group in groups.values() for name, _ in group), default=0)
     for question, sims in groups.items():
-        say(question, style="bold")
+        print_rich(question, style="bold")
         for name, law in sims:
-            say_labelled(f"  {name:{width}}  ", law, style="cyan")
+            print_labelled(f"  {name:{width}}  ", law, style="cyan")
     if with_commands:
         example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
-        say("")
-        say(
+        print_rich("")
+        print_rich(
             f"Start with: transport run {example}. Other commands: view, gallery, list, verify, cost,"
             " effects, bench; see transport --help"
         )
@@ -47,10 +47,10 @@ def print_menu(with_commands: bool = True) -> None:
 def print_checks() -> None:
     """Print the table of diagnostics."""
     for diagnostic in DIAGNOSTICS:
-        say(diagnostic.name, style="bold")
-        say_labelled("  detects  ", diagnostic.detects, style="cyan")
-        if diagnostic.cannot:
-            say_labelled("  misses   ", diagnostic.cannot, style="cyan")
+        print_rich(diagnostic.name, style="bold")
+        print_labelled("  detects  ", diagnostic.detects, style="cyan")
+        if diagnostic.cannot_detect:
+            print_labelled("  misses   ", diagnostic.cannot_detect, style="cyan")
 
 
 def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
@@ -58,35 +58,35 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     outcomes = []
     for outcome in pending:
         if not outcomes:
-            say(name_of(module), style="bold")
+            print_rich(experiment_name(module), style="bold")
             for label in filter(partial(text_of, module), ("about", "law", "question")):
-                say_labelled(label, text_of(module, label))
+                print_labelled(label, text_of(module, label))
         outcomes.append(outcome)
-        say("")
+        print_rich("")
         if outcome.title:
-            say(outcome.title, style="bold cyan")
-        say(case_table(outcome))
+            print_rich(outcome.title, style="bold cyan")
+        print_rich(case_table(outcome))
         if outcome.bins:
-            say_labelled("in bins", f"{bins_line(outcome)}; --json lists them")
-        say_labelled("ledger", ledger_line(outcome.result))
-    say("")
+            print_labelled("in bins", f"{bins_line(outcome)}; --json lists them")
+        print_labelled("ledger", ledger_line(outcome.result))
+    print_rich("")
     is_whole = is_complete(outcomes)
     if verdict := verdict_on(module, outcomes):
-        say_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
+        print_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
     told = dict.fromkeys(
-        (*_estimators_of(outcomes), *(line for o in outcomes for line in tracking_lines(o.result)))
+        (*_estimator_lines(outcomes), *(line for o in outcomes for line in tracking_lines(o.result)))
     )
     kept = sum(outcome.result.particles for outcome in outcomes)
     whole = SimpleNamespace(cost=total_cost(outcomes), particles=kept)
     for line in (*told, *cost_lines(whole)):
         label, _, text = line.partition(": ")
-        say_labelled(label, text)
+        print_labelled(label, text)
     for warning in warnings_of(outcomes):
-        say_labelled("warning", warning, style="bold yellow")
+        print_labelled("warning", warning, style="bold yellow")
     return outcomes
 
 
-def _estimators_of(outcomes: list[Outcome]) -> Iterator[str]:
+def _estimator_lines(outcomes: list[Outcome]) -> Iterator[str]:
     """Yield the estimator of each case, or, if pilots chose for several cases, the cases per estimator."""
     if len(outcomes) == 1 or all(outcome.result.choice is None for outcome in outcomes):
         yield from (line for outcome in outcomes for line in method_lines(outcome.result))
@@ -96,15 +96,15 @@ def _estimators_of(outcomes: list[Outcome]) -> Iterator[str]:
     yield f"estimator: chosen by pilots: {told} (--json gives each)"
 
 
-def told_unsaved(outcomes: Iterable[Outcome]) -> bool:
+def report_unsaved(outcomes: Iterable[Outcome]) -> bool:
     """Return whether all runs were saved; print failures to standard error."""
     lines = dict.fromkeys(line for outcome in outcomes for line in outcome.not_saved)
     for line in lines:
-        say_aside(line, style="bold red")
+        print_to_stderr(line, style="bold red")
     return not lines
 
 
-def say_aside(line: str, style: str = "yellow") -> None:
+def print_to_stderr(line: str, style: str = "yellow") -> None:
     """Print a line to standard error."""
     console(stderr=True).print(Text(line, style=style), soft_wrap=True)
 
@@ -115,37 +115,37 @@ def bins_line(outcome: Outcome) -> str:
     for name, array in outcome.bins.items():
         axes = zip(array.dims, array.shape, strict=True)
         told.append(
-            f"{name}{UNBROKEN}({f',{UNBROKEN}'.join(f'{dim}{UNBROKEN}{bins}' for dim, bins in axes)})"
+            f"{name}{NO_BREAK_SPACE}({f',{NO_BREAK_SPACE}'.join(f'{dim}{NO_BREAK_SPACE}{bins}' for dim, bins in axes)})"
         )
     return ", ".join(told)
 
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
     """Draw the experiment's figures and print their paths unless quiet; print a failure to standard error."""
-    tell_picture(*picture_of(module, outcomes, folder), quiet)
+    print_pictures(*draw_experiment(module, outcomes, folder), quiet)
 
 
-def tell_picture(paths: list[Path], why: str, quiet: bool) -> None:
+def print_pictures(paths: list[Path], why: str, quiet: bool) -> None:
     """Print the paths of figures unless quiet, or the reason why there are none to standard error."""
     if not paths:
         console(stderr=True).print(f"no picture: {why}", style="yellow")
     elif not quiet:
-        say_labelled("picture", ", ".join(str(path).replace(" ", UNBROKEN) for path in paths))
+        print_labelled("picture", ", ".join(str(path).replace(" ", NO_BREAK_SPACE) for path in paths))
 
 
 def print_costs(costs: Costs) -> None:
     """Print prices, noise and blur of bins, and the cost of each effect."""
     title = ", ".join(f"{name}={value}" for name, value in costs.parameters.items())
-    say(f"{costs.sim}{': ' if title else ''}{title}", style="bold")
+    print_rich(f"{costs.sim}{': ' if title else ''}{title}", style="bold")
     cost = costs.cost
     value = f"{cost.truth:.7g} {cost.unit}" if isinstance(cost.truth, float) else f"{len(cost.truth)} bins"
-    say_labelled("quantity", f"{cost.quantity}, {value}, {cost.truth_is}")
-    say("", cost_table(cost))
+    print_labelled("quantity", f"{cost.quantity}, {value}, {cost.truth_is}")
+    print_rich("", cost_table(cost))
     for line in price_notes(cost):
-        say_labelled("note", line)
+        print_labelled("note", line)
     if costs.bins is not None:
-        say("", bins_table(costs.bins))
-    say("", effect_table(costs.effects))
+        print_rich("", bins_table(costs.bins))
+    print_rich("", effect_table(costs.effects))
 
 
 def text_of(module: ModuleType, name: str) -> str:

@@ -6,19 +6,19 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-from transport.cli.laws import row_name, score_of
+from transport.cli.laws import row_name, z_score
 from transport.results.record import Cost
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.validation import SceneError
-from transport.verification.experiment import Outcome, blamed, name_of
+from transport.verification.experiment import Outcome, attribute_errors, experiment_name
 
-FEW_CASES = 3  # largest number of cases that a warning names
+MAX_NAMED_CASES = 3  # largest number of cases that a warning names
 
 EXTRAS = {"matplotlib": "plot", "pyvista": "viz"}  # package that a picture needs -> extra that installs it
 INCOMPLETE = "incomplete: interrupted, so no verdict"
 
 
-def checked(module: ModuleType) -> ModuleType:
+def checked_experiment(module: ModuleType) -> ModuleType:
     """Return the experiment.  Raises SceneError if it lacks scene() or measure()."""
     missing = [name for name in ("scene", "measure") if not callable(getattr(module, name, None))]
     if missing:
@@ -37,7 +37,7 @@ def verdict_on(module: ModuleType, outcomes: list[Outcome]) -> str:
     """Return the experiment's verdict, or a note that the run is incomplete."""
     if not is_complete(outcomes):
         return INCOMPLETE
-    with blamed(module):
+    with attribute_errors(module):
         return module.verdict(outcomes) if hasattr(module, "verdict") else ""
 
 
@@ -52,15 +52,15 @@ def total_cost(outcomes: list[Outcome]) -> Cost:
     )
 
 
-def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tuple[list[Path], str]:
+def draw_experiment(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tuple[list[Path], str]:
     """Draw the experiment's figures into the folder; return their paths, or an empty list and the reason."""
     if not hasattr(module, "draw"):
         return [], "the experiment has no draw()"
-    with blamed(module):
-        return drawn(partial(module.draw, outcomes), folder / f"{name_of(module)}.png")
+    with attribute_errors(module):
+        return draw_to(partial(module.draw, outcomes), folder / f"{experiment_name(module)}.png")
 
 
-def drawn(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:
+def draw_to(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:
     """Call draw(path), which may return several paths; return the paths, or [] and the reason."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -80,7 +80,7 @@ def pip_install(extra: str) -> str:
     return f"pip install '.[{extra}]' in the clone"
 
 
-def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
+def outcomes_record(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
     """Return the outcomes for JSON: {sim, parameters, quantities, [bins,] ledger, cost, ..., method}.
 
     With several cases, parameters and the ledger's values and errors are lists with one entry per case, names
@@ -90,9 +90,9 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
     quantities = [
         {
             "name": row_name(outcome, row.name, len(outcomes)),
-            **numbers_of(row.estimate),
+            **estimate_record(row.estimate),
             "exact": row.exact,
-            "z": score_of(row.estimate, row.exact),
+            "z": z_score(row.estimate, row.exact),
         }
         for outcome in outcomes
         for row in outcome.rows
@@ -116,7 +116,7 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
     cost = total_cost(outcomes)
     rates = {"particles_per_second": cost.particles_per_second, "next_digit": cost.next_digit}
     return {
-        "sim": name_of(module),
+        "sim": experiment_name(module),
         "parameters": parameters,
         "quantities": quantities,
         **({"bins": bins} if bins else {}),
@@ -142,7 +142,7 @@ def _method(result) -> dict[str, object]:
     return {"estimator": method.estimator, "sampling": method.sampling, "seed": result.seed}
 
 
-def numbers_of(estimate: Estimate) -> dict[str, object]:
+def estimate_record(estimate: Estimate) -> dict[str, object]:
     """Return an estimate for JSON, with its verdict and findings."""
     told = [finding.record() for finding in estimate.findings]
     numbers = {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
@@ -161,11 +161,11 @@ def warnings_of(outcomes: list[Outcome]) -> list[str]:
             cases.setdefault(warning, []).append(outcome.title)
     if len(outcomes) == 1:
         return list(cases)
-    return [f"{_whose(titles, len(outcomes))}: {warning}" for warning, titles in cases.items()]
+    return [f"{_case_names(titles, len(outcomes))}: {warning}" for warning, titles in cases.items()]
 
 
-def _whose(titles: list[str], cases: int) -> str:
+def _case_names(titles: list[str], cases: int) -> str:
     """Return the cases of a warning: their names, or their number if there are many."""
     if len(titles) == cases:
         return "all cases"
-    return "; ".join(titles) if len(titles) <= FEW_CASES else f"{len(titles)} of {cases} cases"
+    return "; ".join(titles) if len(titles) <= MAX_NAMED_CASES else f"{len(titles)} of {cases} cases"

@@ -12,24 +12,31 @@ from typing import Annotated
 import typer
 
 from transport.analysis.tracks import Tracks, tracks
-from transport.cli.console import say, say_json
-from transport.cli.effects.treatment import treatment_by
+from transport.cli.console import print_json, print_rich
+from transport.cli.effects.treatment import experiment_treatment
 from transport.cli.gallery import Settings, build_gallery
 from transport.cli.options import Json, Seed, Set, Sim, Threads, named_values, whole_number
-from transport.cli.printout import tell_picture
-from transport.cli.run import EXTRAS, checked, drawn, pip_install
+from transport.cli.printout import print_pictures
+from transport.cli.run import EXTRAS, checked_experiment, draw_to, pip_install
 from transport.results.result import Result
 from transport.scene.scene import Scene
 from transport.simulate import simulate
 from transport.validation import SceneError
-from transport.verification.experiment import PARTICLES, cases_of, experiment, name_of, scene_of, ways_of
+from transport.verification.experiment import (
+    DEFAULT_PARTICLES,
+    cases_of,
+    experiment,
+    experiment_name,
+    run_settings_of,
+    scene_of,
+)
 
 WINDOW, PICTURE, PAGE, FILES, MOVIE = "window", ".png", ".html", ".vtm", ".gif"
-TRACKS, FLYING = 300, 1500  # number of tracks of a picture, and of a movie
-MOST_FLIGHTS = 200_000  # largest number of flights if the user gave no number of tracks
-FEWER = 64  # factor by which tracks are reduced if they do not fit into memory
-SHORT = 10  # characters of a short number
-LONGEST = 76  # largest number of characters of a title
+TRACKS, MOVIE_TRACKS = 300, 1500  # number of tracks of a picture, and of a movie
+MAX_FLIGHTS = 200_000  # largest number of flights if the user gave no number of tracks
+TRACK_REDUCTION = 64  # factor by which tracks are reduced if they do not fit into memory
+SHORT_NUMBER = 10  # characters of a short number
+MAX_TITLE = 76  # largest number of characters of a title
 BY_DIRECTION, BY_WEIGHT = "direction", "weight"
 
 
@@ -46,7 +53,7 @@ class View:
     scene: Scene
     result: Result | None
     tracks: Tracks | None
-    flying: Tracks | None
+    movie_tracks: Tracks | None
     colour: str
     case: int = 1
     note: str = ""
@@ -58,21 +65,21 @@ class View:
             f"{name} = {_short(value)}" if isinstance(value, float) else f"{name} = {value}"
             for name, value in self.parameters.items()
         )
-        return textwrap.shorten(f"{self.sim}: {said}" if said else self.sim, LONGEST, placeholder=" …")
+        return textwrap.shorten(f"{self.sim}: {said}" if said else self.sim, MAX_TITLE, placeholder=" …")
 
 
 def _short(value: float) -> str:
     """Return all digits if they are few, else four: 0.99999 must not read as 1."""
-    return repr(value) if len(repr(value)) <= SHORT else f"{value:.4g}"
+    return repr(value) if len(repr(value)) <= SHORT_NUMBER else f"{value:.4g}"
 
 
-def kinds_of(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple[str, ...]:
+def output_kinds(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple[str, ...]:
     """Return the requested kinds; by default a window if there is a display and no folder, else a picture.
 
     Raises SceneError, with the packages to install, if this machine cannot draw them.
     """
     asked = tuple(kind for kind, is_asked in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_asked)
-    with _installed():
+    with _explain_missing_package():
         screen = importlib.import_module("viz.screen")
         if not asked:
             asked = (WINDOW if folder is None and screen.has_display() else PICTURE,)
@@ -84,7 +91,7 @@ def kinds_of(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple
     return asked
 
 
-def view_of(
+def make_view(
     module: ModuleType,
     settings: dict[str, object],
     kinds: tuple[str, ...],
@@ -102,49 +109,49 @@ def view_of(
     """
     if colour not in (BY_DIRECTION, BY_WEIGHT):
         raise SceneError(f"view: --colour must be {BY_DIRECTION} or {BY_WEIGHT}, got {colour!r}")
-    parameters = _case(module, settings, case)
+    parameters = _case_parameters(module, settings, case)
     scene = scene_of(module, parameters, settings)
     if particles is None:
-        particles = min(getattr(module, "particles", PARTICLES), PARTICLES)
-    film = _filmed(module, scene) if MOVIE in kinds and particles > 0 else None
+        particles = min(getattr(module, "particles", DEFAULT_PARTICLES), DEFAULT_PARTICLES)
+    film = _with_snapshots(module, scene) if MOVIE in kinds and particles > 0 else None
     is_still = set(kinds) != {MOVIE}
     result = None
     if particles > 0 and (is_still or film is not None):
-        result = simulate(film or scene, particles, seed=seed, threads=threads, **ways_of(module))
+        result = simulate(film or scene, particles, seed=seed, threads=threads, **run_settings_of(module))
     still = 0 if not is_still else TRACKS if ways is None else ways
-    flying = FLYING if ways is None else ways
-    shown, note = _ways(scene, still, seed, ways is None)
+    flying = MOVIE_TRACKS if ways is None else ways
+    shown, note = _find_tracks(scene, still, seed, ways is None)
     flown, note = (
-        _ways(scene, flying, seed, ways is None) if MOVIE in kinds and film is None else (None, note)
+        _find_tracks(scene, flying, seed, ways is None) if MOVIE in kinds and film is None else (None, note)
     )
     return View(
-        sim=name_of(module),
+        sim=experiment_name(module),
         parameters=parameters,
         scene=scene,
         result=result,
         tracks=shown,
-        flying=flown,
+        movie_tracks=flown,
         colour=colour,
         case=case,
         note=note,
     )
 
 
-def show(view: View) -> None:
+def open_window(view: View) -> None:
     """Open an interactive window of the scene, and wait until it is closed."""
     scene_view = importlib.import_module("viz.scene_view")
     scene_view.scene_plotter(view.scene, view.result, view.tracks, off_screen=False).show(title=view.title)
 
 
-def written(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
+def write_files(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
     """Write each kind of file into the folder as view_SIM (case 2: view_SIM_2), and yield the paths.
 
     Raises SceneError if one cannot be written.
     """
     number = f"_{view.case}" if view.case > 1 else ""
     for kind in kinds:
-        with _installed():
-            paths, why = drawn(
+        with _explain_missing_package():
+            paths, why = draw_to(
                 lambda path, kind=kind: _WRITERS[kind](view, path), folder / f"view_{view.sim}{number}{kind}"
             )
         if not paths:
@@ -152,12 +159,12 @@ def written(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
         yield from paths
 
 
-def _case(module: ModuleType, settings: dict[str, object], number: int) -> dict[str, object]:
+def _case_parameters(module: ModuleType, settings: dict[str, object], number: int) -> dict[str, object]:
     """Return the parameters of a case, counted from 1.  Raises SceneError for a number out of range."""
     cases = cases_of(module, settings)
     if not 1 <= number <= len(cases):
         has = (
-            f"{name_of(module)} has {len(cases)} cases, counted from 1"
+            f"{experiment_name(module)} has {len(cases)} cases, counted from 1"
             if len(cases) > 1
             else "there is only one"
         )
@@ -165,7 +172,7 @@ def _case(module: ModuleType, settings: dict[str, object], number: int) -> dict[
     return cases[number - 1]
 
 
-def _ways(scene: Scene, wanted: int, seed: int, is_free: bool) -> tuple[Tracks | None, str]:
+def _find_tracks(scene: Scene, wanted: int, seed: int, is_free: bool) -> tuple[Tracks | None, str]:
     """Return the tracks to draw, and a note if they are fewer; `is_free`: the user gave no number."""
     count = wanted
     while count:
@@ -174,41 +181,41 @@ def _ways(scene: Scene, wanted: int, seed: int, is_free: bool) -> tuple[Tracks |
         except SceneError:
             if count == 1:
                 raise
-            count = max(1, count // FEWER)
+            count = max(1, count // TRACK_REDUCTION)
             continue
         flights = len(found)
-        if flights <= MOST_FLIGHTS or not is_free:
+        if flights <= MAX_FLIGHTS or not is_free:
             break
         if count == 1:
-            found = _first(found, MOST_FLIGHTS)
-            return found, f"the first {MOST_FLIGHTS} flights of 1 of {wanted} tracks, which has {flights}"
-        count = max(1, count * MOST_FLIGHTS // (2 * flights))
+            found = _cut_tracks(found, MAX_FLIGHTS)
+            return found, f"the first {MAX_FLIGHTS} flights of 1 of {wanted} tracks, which has {flights}"
+        count = max(1, count * MAX_FLIGHTS // (2 * flights))
     if count == wanted:
         return (found if wanted else None), ""
     return found, f"{count} of {wanted} tracks: each has about {flights / count:.2g} flights"
 
 
-def _first(found: Tracks, flights: int) -> Tracks:
+def _cut_tracks(found: Tracks, flights: int) -> Tracks:
     """Return the tracks cut to their first `flights` flights."""
     columns = ("starts", "directions", "lengths", "weights", "histories", "meets")
     return replace(found, **{name: getattr(found, name)[:flights] for name in columns})
 
 
-def _filmed(module: ModuleType, scene: Scene) -> Scene | None:
+def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
     """Return the scene with one snapshot per frame; None without a duration, or if it allows no snapshots."""
     if scene.duration is None:
         return None
-    with _installed():
+    with _explain_missing_package():
         film = importlib.import_module("viz.flying").filmed(scene)
     try:
-        compiles = treatment_by(module, film).plan is not None
+        compiles = experiment_treatment(module, film).plan is not None
     except SceneError:
         return None
     return film if compiles else None
 
 
 @contextmanager
-def _installed() -> Iterator[None]:
+def _explain_missing_package() -> Iterator[None]:
     """Turn an ImportError of an optional package into a SceneError with the install command."""
     try:
         yield
@@ -229,7 +236,7 @@ def _write_page(view: View, path: Path) -> object:
     return scene_page(view.scene, path, view.result, view.tracks, title=view.title)
 
 
-def _write_files(view: View, path: Path) -> object:
+def _write_vtk(view: View, path: Path) -> object:
     blocks = importlib.import_module("viz.scene_view").scene_blocks(view.scene, view.result, view.tracks)
     path.open("wb").close()  # raises OSError; the VTK writer would only print
     blocks.save(path)
@@ -239,12 +246,12 @@ def _write_files(view: View, path: Path) -> object:
 def _write_movie(view: View, path: Path) -> object:
     movie = importlib.import_module("viz.movie")
     common = {"colour": view.colour, "title": view.title}
-    if view.flying is None:
+    if view.movie_tracks is None:
         return movie.clock_movie(view.scene, path, view.result, **common)
-    return movie.tracks_movie(view.scene, path, view.flying, **common)
+    return movie.tracks_movie(view.scene, path, view.movie_tracks, **common)
 
 
-_WRITERS = {PICTURE: _write_picture, PAGE: _write_page, FILES: _write_files, MOVIE: _write_movie}
+_WRITERS = {PICTURE: _write_picture, PAGE: _write_page, FILES: _write_vtk, MOVIE: _write_movie}
 
 
 # ---- Commands view, gallery, schema and docs.
@@ -290,10 +297,10 @@ def view(
       transport view mine.py --case 2 --set albedo=0.9 --vtk --out figures
     """
     folder = Path("out") if out is None and json else out
-    kinds = kinds_of(html, vtk, movie, folder)
+    kinds = output_kinds(html, vtk, movie, folder)
     number_of = whole_number("--particles", particles)
-    seen = view_of(
-        checked(experiment(sim)),
+    seen = make_view(
+        checked_experiment(experiment(sim)),
         named_values(set_ or ()),
         kinds,
         case,
@@ -304,16 +311,16 @@ def view(
         threads,
     )
     if WINDOW in kinds:
-        show(seen)
+        open_window(seen)
         return
-    paths = list(written(seen, kinds, Path("out") if folder is None else folder))
+    paths = list(write_files(seen, kinds, Path("out") if folder is None else folder))
     if json:
-        say_json({"sim": seen.sim, "parameters": seen.parameters, "pictures": paths})
+        print_json({"sim": seen.sim, "parameters": seen.parameters, "pictures": paths})
     else:
-        say(seen.title, style="bold")
+        print_rich(seen.title, style="bold")
         if seen.note:
-            say(f"{'tracks':<12}{seen.note}")
-        tell_picture(paths, "", quiet=False)
+            print_rich(f"{'tracks':<12}{seen.note}")
+        print_pictures(paths, "", quiet=False)
 
 
 def gallery(
@@ -376,4 +383,4 @@ def docs(
     """
     from transport.cli.docs import build_site
 
-    say(f"pages: {build_site(out, context.find_root().command)}")
+    print_rich(f"pages: {build_site(out, context.find_root().command)}")

@@ -10,17 +10,17 @@ from rich.text import Text
 
 from transport.analysis.binning import BinsAgainstNoise
 from transport.analysis.cost import CostOfAccuracy, price_heads, price_rows
-from transport.cli.console import UNBROKEN
+from transport.cli.console import NO_BREAK_SPACE
 from transport.cli.effects.costs import EffectCost
 from transport.cli.effects.passes import Effects
-from transport.cli.laws import Law, score_of
+from transport.cli.laws import Law, z_score
 from transport.results.result import Result
 from transport.statistics.estimates import Estimate
 from transport.statistics.findings import CONSTANT, DOUBTFUL, SOUND
-from transport.statistics.notation import measured
+from transport.statistics.notation import estimate_text
 from transport.verification.experiment import Outcome
 
-IN_WORDS = (
+WRAPPED_COLUMNS = (
     "quantity",
     "case",
     "naive formula",
@@ -36,7 +36,7 @@ def case_table(outcome: Outcome) -> Table:
     is_judged = not all(math.isnan(row.exact) for row in outcome.rows)
     table = plain_table("quantity", "estimate ± error>", "unit", *(("exact>", "z>") if is_judged else ()))
     for row in outcome.rows:
-        judged = exact_number(row.exact, row.estimate), z_cell(score_of(row.estimate, row.exact))
+        judged = exact_number(row.exact, row.estimate), z_cell(z_score(row.estimate, row.exact))
         cells = row.name, estimate_cell(row.estimate), unit_cell(row.estimate)
         table.add_row(*cells, *(judged if is_judged else ()))
     return table
@@ -48,7 +48,7 @@ def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
         yield Text.assemble((law, "bold"), f" ({source}) " if source else " ", (sim, "cyan"))
         table = plain_table("quantity", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", "")
         for row in group:
-            table.add_row(*_judged(row, false_alarm))
+            table.add_row(*_law_cells(row, false_alarm))
         yield table
         yield Text()
 
@@ -117,17 +117,17 @@ def ledger_line(result: Result) -> str:
     Spaces within an entry do not break, so that lines wrap between entries.
     """
     emitted, *parts = (
-        f"{name} {estimate}".replace(" ", UNBROKEN)
+        f"{name} {estimate}".replace(" ", NO_BREAK_SPACE)
         for name, estimate in result._own_ledger.items()
         if name == "emitted" or not (estimate.exact and estimate.value == 0)
     )
-    return f"{emitted} = {f' +{UNBROKEN}'.join(parts) or 0}"
+    return f"{emitted} = {f' +{NO_BREAK_SPACE}'.join(parts) or 0}"
 
 
 def estimate_cell(estimate: Estimate) -> str:
     """Return value ± error without the unit, and the verdict if it is not sound."""
     number = "" if estimate.reason is None else ".7g"  # without an error the number of digits is unknown
-    words = measured(estimate.value, estimate.error, "1", estimate.exact, estimate.reason, number)
+    words = estimate_text(estimate.value, estimate.error, "1", estimate.exact, estimate.reason, number)
     if estimate.reason is None and estimate.verdict != SOUND:
         return f"{words}, {estimate.verdict}"
     return f"{words}, {DOUBTFUL}" if estimate.reason == CONSTANT and estimate.is_doubtful else words
@@ -172,7 +172,7 @@ def _cost_cell(cost: float | None) -> str:
     return "not reached" if math.isnan(cost) else f"{cost:.2f}"
 
 
-def _judged(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
+def _law_cells(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
     """Return the cells of a law's row."""
     unit = unit_cell(law.estimate)
     bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
@@ -193,5 +193,7 @@ def plain_table(*columns: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
     for head in columns:
         align = "right" if head.endswith(">") else "left"
-        table.add_column(head.rstrip(">"), justify=align, overflow="fold", no_wrap=head not in IN_WORDS)
+        table.add_column(
+            head.rstrip(">"), justify=align, overflow="fold", no_wrap=head not in WRAPPED_COLUMNS
+        )
     return table

@@ -16,31 +16,37 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from transport.cli.console import console, say, say_json, status_of
+from transport.cli.console import console, exit_status, print_json, print_rich
 from transport.cli.laws import LAWS_FALSE_ALARM, POWER, Law, laws_of
-from transport.cli.run import checked, is_complete, total_cost
+from transport.cli.run import checked_experiment, is_complete, total_cost
 from transport.cli.tables import bias_text, estimate_cell, law_tables, plain_table, z_cell
 from transport.results.record import Cost
-from transport.run.settings import MOST_PARTICLES, checked_whole
+from transport.run.settings import MAX_PARTICLES, checked_integer
 from transport.statistics.estimates import Estimate
 from transport.statistics.notation import duration
 from transport.validation import SceneError
-from transport.verification.experiment import Outcome, experiment, experiment_names, name_of, outcomes_of
-from transport.verification.hard.cases import FALSE_ALARM, Case, Seen, cases_of, families, family_title
+from transport.verification.experiment import (
+    Outcome,
+    experiment,
+    experiment_name,
+    experiment_names,
+    iterate_outcomes,
+)
+from transport.verification.hard.cases import FALSE_ALARM, Case, CaseResult, cases_of, families, family_title
 
 # ---- `transport verify --hard`: one table per family of hard cases, compared with the naive formula.
 
-HARD_CASES_NOTE = """off: in standard errors if signed, else a relative difference, with its tolerance beyond rounding;
+HARD_NOTE = """off: in standard errors if signed, else a relative difference, with its tolerance beyond rounding;
 –: the naive formula gives no number, because its particle is lost or its loop never ends; a case in other
 units or at another place uses the random numbers of the plain case; --json explains why each case is hard"""
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedCase:
     """A case with its outcome, judged at the false-alarm rate `rate`."""
 
     case: Case
-    seen: Seen
+    seen: CaseResult
     rate: float
 
     @property
@@ -72,34 +78,34 @@ def verify_hard(families: list[str] | None, json: bool) -> int:
     Returns status 1 if one fails, 130 if interrupted.
     """
     cases, found = list(cases_of(families)), []
-    for family, rows in groupby(judged(cases), key=lambda row: row.case.family):
+    for family, rows in groupby(judge_cases(cases), key=lambda row: row.case.family):
         found += (of_family := list(rows))
         if not json:
-            say(Text(family_title(family), "bold"), hard_table(of_family), "")
+            print_rich(Text(family_title(family), "bold"), hard_table(of_family), "")
     if not found:
         raise KeyboardInterrupt
     failed = sum(not row.holds for row in found)
     if json:
-        say_json([row.record for row in found])
+        print_json([row.record for row in found])
     else:
         style = "bold red" if failed else "bold green"
-        say(f"{len(found) - failed} of {len(found)} hard cases hold", style=style)
-        say(HARD_CASES_NOTE)
-    return status_of(failed, complete=len(found) == len(cases))
+        print_rich(f"{len(found) - failed} of {len(found)} hard cases hold", style=style)
+        print_rich(HARD_NOTE)
+    return exit_status(failed, complete=len(found) == len(cases))
 
 
-def judged(cases: list[Case], others: int = 0) -> Iterator[Judged]:
+def judge_cases(cases: list[Case], others: int = 0) -> Iterator[JudgedCase]:
     """Run the cases until Ctrl-C and yield each outcome; `others` more rows share the false-alarm rate."""
     with suppress(KeyboardInterrupt):
         for case in cases:
-            yield Judged(case, _seen(case), FALSE_ALARM / (len(cases) + others))
+            yield JudgedCase(case, _run_case(case), FALSE_ALARM / (len(cases) + others))
 
 
-def _seen(case: Case) -> Seen:
+def _run_case(case: Case) -> CaseResult:
     """Run a case.  Raises KeyboardInterrupt after Ctrl-C, even if a run inside the case handled it."""
     came, usual = [], signal.getsignal(signal.SIGINT)
     if usual is signal.SIG_IGN:  # as under nohup
-        return case.see()
+        return case.run()
 
     def note(*_: object) -> None:
         came.append(True)
@@ -107,7 +113,7 @@ def _seen(case: Case) -> Seen:
 
     signal.signal(signal.SIGINT, note)
     try:
-        seen = case.see()
+        seen = case.run()
     finally:
         signal.signal(signal.SIGINT, usual)
     if came:
@@ -115,7 +121,7 @@ def _seen(case: Case) -> Seen:
     return seen
 
 
-def hard_table(rows: list[Judged]) -> Table:
+def hard_table(rows: list[JudgedCase]) -> Table:
     """Return a table of found, exact and naive values."""
     table = plain_table("case", "found>", "exact>", "off>", "naive formula", "gives>", "")
     for row in rows:
@@ -123,21 +129,21 @@ def hard_table(rows: list[Judged]) -> Table:
     return table
 
 
-def _cells(row: Judged) -> tuple[str | Text, ...]:
+def _cells(row: JudgedCase) -> tuple[str | Text, ...]:
     seen = row.seen
     state = Text("holds", "green") if row.holds else Text("FAILS", "bold red")
     found = estimate_cell(seen.found) if seen.is_noisy else f"{seen.value:.7g}"
-    off = z_cell(seen.off) if seen.is_noisy else Text(_rounding(seen))
-    return (row.case.title, found, f"{seen.exact:.7g}", off, row.case.naive, _naive(seen), state)
+    off = z_cell(seen.off) if seen.is_noisy else Text(_difference_text(seen))
+    return (row.case.title, found, f"{seen.exact:.7g}", off, row.case.naive, _naive_text(seen), state)
 
 
-def _rounding(seen: Seen) -> str:
+def _difference_text(seen: CaseResult) -> str:
     """Return the relative difference of a number without error, and its tolerance beyond rounding."""
     allowed = f" < {seen.within:.2g}" if seen.within > 1e-6 else ""
     return f"{seen.off:.1e}{allowed}" if seen.off else "0"
 
 
-def _naive(seen: Seen) -> str:
+def _naive_text(seen: CaseResult) -> str:
     if seen.naive is None:
         return "–"
     if math.isnan(seen.naive):
@@ -155,27 +161,29 @@ def verify_laws(sims: list[str] | None, limits: dict[str, object], json: bool) -
     Returns status 1 if one fails, 130 if interrupted.
     """
     laws, complete = [], True
-    for module in modules_of(sims):
-        outcomes, complete = known_outcomes(module, limits)
+    for module in experiment_modules(sims):
+        outcomes, complete = run_until_interrupt(module, limits)
         laws += laws_of(module, outcomes)
         if not complete:
             break
-    check_any(laws, complete)
+    require_laws(laws, complete)
     rate = LAWS_FALSE_ALARM / len(laws)
     failed = sum(not law.holds(rate) for law in laws)
     if json:
-        say_json([law_record(law, rate) for law in laws])
+        print_json([law_record(law, rate) for law in laws])
     else:
-        say(*law_tables(laws, rate))
-        say(f"{len(laws) - failed} of {len(laws)} rows hold", style="bold red" if failed else "bold green")
-        say(
+        print_rich(*law_tables(laws, rate))
+        print_rich(
+            f"{len(laws) - failed} of {len(laws)} rows hold", style="bold red" if failed else "bold green"
+        )
+        print_rich(
             f"false alarms: {LAWS_FALSE_ALARM:g} over all rows; smallest bias: relative, detected with {POWER:.0%}"
             " power"
         )
-    return status_of(failed, complete)
+    return exit_status(failed, complete)
 
 
-def modules_of(sims: list[str] | None) -> list[ModuleType]:
+def experiment_modules(sims: list[str] | None) -> list[ModuleType]:
     """Return these experiments, or all.  Raises SceneError for an unknown name before anything runs."""
     for name in sims or ():
         if name in families():
@@ -183,21 +191,21 @@ def modules_of(sims: list[str] | None) -> list[ModuleType]:
                 f"verify: {name!r} is a family of hard cases, not an experiment;"
                 f" write transport verify --hard {name}"
             )
-    return [checked(experiment(name)) for name in sims or experiment_names()]
+    return [checked_experiment(experiment(name)) for name in sims or experiment_names()]
 
 
-def known_outcomes(module: ModuleType, limits: dict[str, object]) -> tuple[list[Outcome], bool]:
+def run_until_interrupt(module: ModuleType, limits: dict[str, object]) -> tuple[list[Outcome], bool]:
     """Run the experiment's cases until Ctrl-C; return the outcomes so far, and whether they are complete."""
     outcomes = []
     try:
-        for outcome in outcomes_of(module, {}, limits):
+        for outcome in iterate_outcomes(module, {}, limits):
             outcomes.append(outcome)
     except KeyboardInterrupt:
         return outcomes, False
     return outcomes, is_complete(outcomes)
 
 
-def check_any(laws: list[Law], complete: bool) -> None:
+def require_laws(laws: list[Law], complete: bool) -> None:
     """Raise SceneError if there are no laws, KeyboardInterrupt if interrupted before the first."""
     if laws:
         return
@@ -225,17 +233,17 @@ def law_record(law: Law, rate: float) -> dict[str, object]:
 
 # ---- `transport verify --long`: every law with many particles, and every hard case, in one table.
 
-LONG = 100_000_000  # histories per case by default
-SHARES = 1000, 250  # the two pilots run 1/SHARES of the histories ...
-LEAST = 50_000, 200_000  # ... but at least LEAST, because start-up takes time too
+DEFAULT_PARTICLES = 100_000_000  # histories per case by default
+PILOT_FRACTIONS = 1000, 250  # the two pilots run 1/SHARES of the histories ...
+MIN_PILOT_PARTICLES = 50_000, 200_000  # ... but at least LEAST, because start-up takes time too
 
-NOTE = f"""false alarms: {LAWS_FALSE_ALARM:g} over all rows and cases; farthest: largest deviation
+LONG_NOTE = f"""false alarms: {LAWS_FALSE_ALARM:g} over all rows and cases; farthest: largest deviation
 in standard errors; bias caught: median over the rows of the smallest relative bias detected with
 {POWER:.0%} power; --json lists every row"""
 
 
 @dataclass(frozen=True)
-class Part:
+class ExperimentLaws:
     """Laws of one experiment, and its time [s]."""
 
     name: str
@@ -249,41 +257,43 @@ def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -
 
     Returns status 1 if one fails, 130 if interrupted.
     """
-    particles = LONG if limits["particles"] is None else limits["particles"]
-    checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
-    modules, cases = modules_of(sims), [] if sims else list(cases_of())
-    _tell("running pilots to estimate the time")
-    foreseen = [_foreseen(module, limits, particles) for module in modules]
-    _tell(
+    particles = DEFAULT_PARTICLES if limits["particles"] is None else limits["particles"]
+    checked_integer("particles", particles, 1, MAX_PARTICLES * 100)
+    modules, cases = experiment_modules(sims), [] if sims else list(cases_of())
+    _print_progress("running pilots to estimate the time")
+    foreseen = [_estimate_seconds(module, limits, particles) for module in modules]
+    _print_progress(
         f"experiments: {len(modules)}, with {particles:.3g} particles per case; hard cases: {len(cases)};"
         f" about {duration(sum(foreseen))} according to the pilots; Ctrl-C stops and prints the finished rows"
     )
     begun = time.perf_counter()
-    parts, complete = _run(modules, limits | {"particles": particles}, foreseen)
+    parts, complete = _run_experiments(modules, limits | {"particles": particles}, foreseen)
     laws = [law for part in parts for law in part.laws]
-    found = list(judged(cases, others=len(laws))) if complete else []
+    found = list(judge_cases(cases, others=len(laws))) if complete else []
     complete = complete and len(found) == len(cases)
-    check_any([*laws, *found], complete)
+    require_laws([*laws, *found], complete)
     took, rate = time.perf_counter() - begun, LAWS_FALSE_ALARM / (len(laws) + len(found))
     failed = sum(not law.holds(rate) for law in laws) + sum(not row.holds for row in found)
     if json:
         rows = [law_record(law, rate) for law in laws]
         times = {"particles": particles, "foreseen_seconds": sum(foreseen), "seconds": took}
-        say_json(times | {"laws": rows, "hard": [row.record for row in found]})
+        print_json(times | {"laws": rows, "hard": [row.record for row in found]})
     else:
-        _print(parts, found, rate)
+        _print_table(parts, found, rate)
         style, number = "bold red" if failed else "bold green", len(laws) + len(found)
-        say(f"{number - failed} of {number} rows and hard cases hold", style=style)
-        say(
-            NOTE, f"{duration(took)}, estimated {duration(sum(foreseen))}; {particles:.3g} particles per case"
+        print_rich(f"{number - failed} of {number} rows and hard cases hold", style=style)
+        print_rich(
+            LONG_NOTE,
+            f"{duration(took)}, estimated {duration(sum(foreseen))}; {particles:.3g} particles per case",
         )
-    return status_of(failed, complete)
+    return exit_status(failed, complete)
 
 
-def _foreseen(module: ModuleType, limits: dict[str, object], particles: int) -> float:
+def _estimate_seconds(module: ModuleType, limits: dict[str, object], particles: int) -> float:
     """Estimate the seconds of an experiment from a line through two pilots; compilation is not counted."""
     sizes = [
-        min(particles, max(particles // share, least)) for share, least in zip(SHARES, LEAST, strict=True)
+        min(particles, max(particles // share, least))
+        for share, least in zip(PILOT_FRACTIONS, MIN_PILOT_PARTICLES, strict=True)
     ]
     few, more = (_pilot(module, limits, size) for size in sizes)
     slope = (more.seconds - few.seconds) / max(1, more.particles - few.particles)
@@ -294,36 +304,40 @@ def _foreseen(module: ModuleType, limits: dict[str, object], particles: int) -> 
 
 def _pilot(module: ModuleType, limits: dict[str, object], particles: int) -> Cost:
     """Run all cases with this many particles each and return their total cost."""
-    outcomes, complete = known_outcomes(module, limits | {"particles": particles})
+    outcomes, complete = run_until_interrupt(module, limits | {"particles": particles})
     if not complete:
         raise KeyboardInterrupt
     return total_cost(outcomes)
 
 
-def _run(
+def _run_experiments(
     modules: list[ModuleType], limits: dict[str, object], foreseen: list[float]
-) -> tuple[list[Part], bool]:
+) -> tuple[list[ExperimentLaws], bool]:
     """Run the experiments, with progress on standard error; return their parts, and whether all ran."""
     parts, begun = [], time.perf_counter()
     for number, module in enumerate(modules, 1):
         started = time.perf_counter()
-        outcomes, complete = known_outcomes(module, limits)
+        outcomes, complete = run_until_interrupt(module, limits)
         now = time.perf_counter()
-        parts.append(Part(name_of(module), len(outcomes), tuple(laws_of(module, outcomes)), now - started))
+        parts.append(
+            ExperimentLaws(
+                experiment_name(module), len(outcomes), tuple(laws_of(module, outcomes)), now - started
+            )
+        )
         if not complete:
             return parts, False
         rest = (now - begun) * sum(foreseen[number:]) / sum(foreseen[:number])
         to_go = f"; about {duration(rest)} left" if number < len(modules) else ""
-        _tell(f"{number} of {len(modules)}: {parts[-1].name}, {duration(now - started)}{to_go}")
+        _print_progress(f"{number} of {len(modules)}: {parts[-1].name}, {duration(now - started)}{to_go}")
     return parts, True
 
 
-def _tell(line: str) -> None:
+def _print_progress(line: str) -> None:
     """Print a line to standard error, apart from the results."""
     console(stderr=True).print(line, style="cyan")
 
 
-def _print(parts: list[Part], found: list[Judged], rate: float) -> None:
+def _print_table(parts: list[ExperimentLaws], found: list[JudgedCase], rate: float) -> None:
     """Print the table, then every failing row in full."""
     table = plain_table("shown by", "cases>", "rows>", "hold>", "farthest>", "bias caught>", "time>")
     for part in parts:
@@ -331,24 +345,24 @@ def _print(parts: list[Part], found: list[Judged], rate: float) -> None:
     for family, of_family in groupby(found, key=lambda row: row.case.family):
         rows = list(of_family)
         holding = str(sum(row.holds for row in rows))
-        far = _farthest([row.seen.off for row in rows if row.seen.is_noisy])
+        far = _largest_score([row.seen.off for row in rows if row.seen.is_noisy])
         table.add_row(f"hard: {family}", str(len(rows)), str(len(rows)), holding, far, "", "")
-    say(table, "")
+    print_rich(table, "")
     if failing := [law for part in parts for law in part.laws if not law.holds(rate)]:
-        say(*law_tables(failing, rate))
+        print_rich(*law_tables(failing, rate))
     if failing := [row for row in found if not row.holds]:
-        say(hard_table(failing), "")
+        print_rich(hard_table(failing), "")
 
 
-def _cells_of_laws(part: Part, rate: float) -> tuple[str | Text, ...]:
+def _cells_of_laws(part: ExperimentLaws, rate: float) -> tuple[str | Text, ...]:
     holding = sum(law.holds(rate) for law in part.laws)
     biases = [law.smallest_bias(rate) for law in part.laws if law.exact != 0]
     caught = bias_text(float(np.median(biases)), 1.0, "") if biases else ""
     numbers = str(part.cases), str(len(part.laws)), str(holding)
-    return (part.name, *numbers, _farthest([law.z for law in part.laws]), caught, duration(part.seconds))
+    return (part.name, *numbers, _largest_score([law.z for law in part.laws]), caught, duration(part.seconds))
 
 
-def _farthest(scores: list[float]) -> str | Text:
+def _largest_score(scores: list[float]) -> str | Text:
     """Return the cell of the largest score by magnitude; empty if none is known."""
     known = [score for score in scores if not math.isnan(score)]
     return z_cell(max(known, key=abs)) if known else ""

@@ -16,51 +16,51 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.detectors import axis_columns
-from transport.compile.media import glowing_sources
-from transport.compile.next_event import face_of
+from transport.compile.media import emitting_media
+from transport.compile.next_event import side_of
 from transport.compile.plan import Emitter, Step
 from transport.compile.sources import medium_row
-from transport.compile.volumes import LARGE
+from transport.compile.volumes import LARGE_SHARE
 from transport.geometry.flat import Disk, FlatShape, Rectangle
 from transport.geometry.shape import Point, Shape
 from transport.scene.bins import DirectionCone
-from transport.scene.cameras import Camera, EnvironmentMap, Instrument
+from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.points import PointDetector
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces
+from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-Sensor = Detector | PointDetector | Instrument
+Sensor = Detector | PointDetector | PointInstrument
 # passes that sample a place, sample a direction and set a weight; None where not needed
 Passes = tuple[str | None, str | None, str | None]
-STARTS = {Disk: "start_on_disk", Rectangle: "start_on_rectangle"}
-FINDS = {
-    "look_from_plane": "find_hemisphere_direction",
-    "look_from_surface": "find_hemisphere_direction",
-    "look_evenly": "find_direction",
-    "look_through_pixel": "find_direction",
+PLACE_PASSES = {Disk: "start_on_disk", Rectangle: "start_on_rectangle"}
+DIRECTION_PASSES = {
+    "cosine_law_from_plane": "hemisphere_direction_in_cell",
+    "cosine_law_from_surface": "hemisphere_direction_in_cell",
+    "uniform_direction": "direction_in_cell",
+    "direction_through_pixel": "direction_in_cell",
 }
 
 
 @dataclass(frozen=True)
-class Lamp:
+class DetectedSource:
     """A source of the user's scene, and the detector that replaces it in the adjoint scene."""
 
     name: str
     source: Source
-    seen_by: Detector | VolumeDetector
+    detector: Detector | VolumeDetector
     strength: float  # radiance [W m^-2 sr^-1]; for a volume, emission coefficient [W m^-3 sr^-1]
 
 
 @dataclass(frozen=True)
-class Part:
+class SensorPart:
     """One piece of a detector's shape: its cells start at `first`, each with the same number of particles."""
 
     sensor: Sensor
@@ -73,7 +73,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Turned:
+class Adjoint:
     """The user's scene behind an adjoint plan, and where its sums by cell of birth lie.
 
     Rows from `first` on hold, per cell: the particles born in it; then for each source what they brought;
@@ -81,24 +81,24 @@ class Turned:
     """
 
     scene: Scene
-    lamps: tuple[Lamp, ...]
-    parts: tuple[Part, ...]
+    lamps: tuple[DetectedSource, ...]
+    parts: tuple[SensorPart, ...]
     first: int
     cells: int
     # of the sources that shadow rays are sent to: factor by which their sums are scaled up
     scales: dict[int, float]
 
-    def parts_of(self, sensor: Sensor) -> list[Part]:
+    def parts_of(self, sensor: Sensor) -> list[SensorPart]:
         """Return the pieces of a detector."""
         return [part for part in self.parts if part.sensor is sensor]
 
 
-def turned_scene(scene: Scene) -> tuple[Scene, tuple[Lamp, ...]]:
+def adjoint_scene(scene: Scene) -> tuple[Scene, tuple[DetectedSource, ...]]:
     """Return the adjoint scene and the sources that its detectors stand for, in the same order."""
-    lamps = [_lamp(scene, source, f"sources[{k}]") for k, source in enumerate(scene.sources)]
-    lamps += [_lamp(scene, glow, f"glow[{k}]") for k, glow in enumerate(glowing_sources(scene))]
+    lamps = [_detected_source(scene, source, f"sources[{k}]") for k, source in enumerate(scene.sources)]
+    lamps += [_detected_source(scene, glow, f"glow[{k}]") for k, glow in enumerate(emitting_media(scene))]
     sources = [_source(detector) for detector in scene.detectors]
-    looks = [lamp.seen_by for lamp in lamps]
+    looks = [lamp.detector for lamp in lamps]
     turned = Scene(sources=sources, surfaces=scene.surfaces, detectors=looks, medium=scene.medium)
     return turned, tuple(lamps)
 
@@ -110,18 +110,20 @@ def _source(sensor: Sensor) -> Source:
     return Source(Point(position=sensor.position), Isotropic(power=1.0))
 
 
-def _lamp(scene: Scene, source: Source, place: str) -> Lamp:
+def _detected_source(scene: Scene, source: Source, place: str) -> DetectedSource:
     """Return a source with the detector that replaces it, and its strength."""
     shape, label = scene.shape_of(source), f"lamp {place}"
     power = source.amount(shape, None)
     if isinstance(source.emission, Isotropic):
-        return Lamp(place, source, VolumeDetector(shape, name=label), power / (4 * math.pi * shape.volume))
+        return DetectedSource(
+            place, source, VolumeDetector(shape, name=label), power / (4 * math.pi * shape.volume)
+        )
     name = source.shape if isinstance(source.shape, str) else place
     seen_by = Detector(source.shape, name=label, side=source.side)
-    return Lamp(name, source, seen_by, power / (math.pi * shape.area))
+    return DetectedSource(name, source, seen_by, power / (math.pi * shape.area))
 
 
-def turn_back(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...]) -> None:
+def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) -> None:
     """Give the plan of an adjoint scene its cells of birth and the rows of its sums by cell."""
     parts, emitters, first = [], [], 0
     # Divide each detector's particles among the pieces of its shape, and number the cells.
@@ -133,27 +135,27 @@ def turn_back(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...]) -> None:
             columns, (place, look, weigh) = _cells_of(plan, sensor, emitter)
             cells = math.prod(int(columns[f"{axis}_cells"]) for axis in ("mu", "turn", "u", "v"))
             gains = gains_of(plan, scene, lamps, emitter)
-            parts.append(Part(sensor, emitter.shape, first, cells, share, gains))
+            parts.append(SensorPart(sensor, emitter.shape, first, cells, share, gains))
             row = layout.row(layout.SENSOR, **columns, first=first, cells=cells, part=len(parts))
             emitters.append(_emitter(emitter, share, row, place, look, weigh))
             first += cells
     plan.emitters = emitters
     _fill_rows(plan, lamps, first)
     told = {each.detector.name: each.scale for each in plan.expectations}
-    scales = {k: told[lamp.seen_by.name] for k, lamp in enumerate(lamps) if lamp.seen_by.name in told}
-    plan.turned = Turned(scene, lamps, tuple(parts), plan.bases["cells"], first, scales)
+    scales = {k: told[lamp.detector.name] for k, lamp in enumerate(lamps) if lamp.detector.name in told}
+    plan.turned = Adjoint(scene, lamps, tuple(parts), plan.bases["cells"], first, scales)
 
 
 def _emitter(
     emitter: Emitter, share: float, row: np.ndarray, place: str | None, look: str | None, weigh: str | None
 ) -> Emitter:
     """Return a detector's emitter: its passes sample place, direction and weight within a cell."""
-    steps: list[Step] = [("draw_cell", row)]
+    steps: list[Step] = [("assign_cells", row)]
     if place is not None:
-        steps += [("draw_place", layout.row(layout.NO_TABLE)), ("find_place", row)]
+        steps += [("draw_place", layout.row(layout.NO_TABLE)), ("place_in_cell", row)]
     if look is not None:
         steps += [("draw_direction", layout.row(layout.NO_TABLE))]
-        steps += [(FINDS[look], row)] if look in FINDS else []
+        steps += [(DIRECTION_PASSES[look], row)] if look in DIRECTION_PASSES else []
     return replace(
         emitter,
         amount=share,
@@ -165,23 +167,23 @@ def _emitter(
     )
 
 
-def _fill_rows(plan: Plan, lamps: tuple[Lamp, ...], cells: int) -> None:
+def _fill_rows(plan: Plan, lamps: tuple[DetectedSource, ...], cells: int) -> None:
     """Place the sums by cell after all other rows, and point the detectors to them."""
     plan.bases["cells"] = first = plan.rows
     plan.cell_rows = (1 + len(lamps) * (2 if plan.expectations else 1)) * cells
     plan.axes.add("cell")
     volumes = iter(plan.volumes)
     for number, lamp in enumerate(lamps, start=1):
-        if isinstance(lamp.seen_by, VolumeDetector):
+        if isinstance(lamp.detector, VolumeDetector):
             next(volumes).row["first"] = first + number * cells
         else:
-            of_lamp = [name == lamp.seen_by.name for name in plan.meter_names]
+            of_lamp = [name == lamp.detector.name for name in plan.detector_names]
             plan.meters["by_cell"][of_lamp] = first + number * cells
             plan.meters["of_rays"][of_lamp] = first + (number + len(lamps)) * cells
             for each in plan.expectations:
-                if each.detector.name == lamp.seen_by.name:
-                    strongest = each.strongest[face_of(lamp.seen_by)]
-                    plan.meters["strong"][of_lamp] = LARGE * strongest * each.scale
+                if each.detector.name == lamp.detector.name:
+                    strongest = each.largest_score[side_of(lamp.detector)]
+                    plan.meters["strong"][of_lamp] = LARGE_SHARE * strongest * each.scale
     # A birth sends its shadow ray within its own cell, which rays in all directions could not respect.
     for each in plan.expectations:
         each.births[:] = [None] * len(plan.emitters)
@@ -189,17 +191,17 @@ def _fill_rows(plan: Plan, lamps: tuple[Lamp, ...], cells: int) -> None:
         emitter.cells[0][1]["births"] = first
 
 
-def gains_of(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...], emitter: Emitter) -> np.ndarray:
+def gains_of(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], emitter: Emitter) -> np.ndarray:
     """Return strength times (eta_d/eta_s)^2 by source; a volume's also times its sums' unit [m]."""
-    here, volumes, gains = _index(emitter.medium, emitter.source), iter(plan.volumes), []
+    here, volumes, gains = _refractive_index(emitter.medium, emitter.source), iter(plan.volumes), []
     for lamp in lamps:
         sides = [medium_row(scene, lamp.source, piece) for piece in _pieces_of(scene, lamp.source)]
-        there = {_index(side, lamp.source) for side in sides}
+        there = {_refractive_index(side, lamp.source) for side in sides}
         if len(there) > 1:
             raise SceneError(
-                f"Source: it emits into several media, got {shown(lamp.source.shape)}; divide it"
+                f"Source: it emits into several media, got {short_repr(lamp.source.shape)}; divide it"
             )
-        is_volume = isinstance(lamp.seen_by, VolumeDetector)
+        is_volume = isinstance(lamp.detector, VolumeDetector)
         length = next(volumes).unit if is_volume else 1.0
         gains.append(lamp.strength * length * (here / there.pop()) ** 2)
     return np.array(gains)
@@ -208,16 +210,16 @@ def gains_of(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...], emitter: Emitter
 def _pieces_of(scene: Scene, source: Source) -> tuple[Shape, ...]:
     """Return the pieces of a source, each in one medium: a volume is one piece."""
     shape = scene.shape_of(source)
-    return (shape,) if isinstance(source.emission, Isotropic) else pieces(shape)
+    return (shape,) if isinstance(source.emission, Isotropic) else pieces_of(shape)
 
 
-def _index(medium: np.ndarray | None, source: Source) -> float:
+def _refractive_index(medium: np.ndarray | None, source: Source) -> float:
     """Return the refractive index that a source emits into; 1 where the scene has one index only."""
     if medium is None:
         return 1.0
     if medium["index"] == 0:
         raise SceneError(
-            f"Source: the refractive index around it is unknown, got {shown(source.shape)}; name the media of"
+            f"Source: the refractive index around it is unknown, got {short_repr(source.shape)}; name the media of"
             " surfaces, or move the source, for estimator='backward'"
         )
     return float(medium["index"])
@@ -230,9 +232,9 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
     columns |= {f"{axis}_cells": 1 for axis in ("mu", "turn", "u", "v")}
     match sensor:
         case Camera():
-            return columns | _camera(plan, sensor), (None, "look_through_pixel", "weigh_pixel")
+            return columns | _camera_columns(plan, sensor), (None, "direction_through_pixel", "weigh_pixel")
         case EnvironmentMap():
-            return columns | _even(plan, sensor.edges()), (None, "look_evenly", None)
+            return columns | _uniform_columns(plan, sensor.edges()), (None, "uniform_direction", None)
         case PointDetector():
             return columns, (None, None, None)
     # Sample places within position bins, and directions within direction bins, where the detector has any.
@@ -241,24 +243,24 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
     if emitter.source.is_back:
         columns |= {"side": -1.0, "handed": -1.0 if isinstance(shape, FlatShape) else 1.0}
     if sensor.positions is not None:
-        columns |= _places(plan, sensor, shape)
-        place = STARTS.get(type(shape), "start_on_sphere")
+        columns |= _position_columns(plan, sensor, shape)
+        place = PLACE_PASSES.get(type(shape), "start_on_sphere")
     over = "plane" if isinstance(shape, FlatShape) else "surface"
     directions = sensor.directions
     if isinstance(directions, DirectionCone):
         columns |= dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))
         columns |= {"spread": 2 * math.sin(directions.half_angle / 2) ** 2}
-        look, weigh = "look_into_cone", f"weigh_by_{over}"
+        look, weigh = "direction_in_cone", f"weigh_by_{over}"
     elif directions is not None and directions.frame == "world":
-        columns |= _even(plan, directions.edges())
-        look, weigh = "look_evenly", f"weigh_by_{over}"
+        columns |= _uniform_columns(plan, directions.edges())
+        look, weigh = "uniform_direction", f"weigh_by_{over}"
     elif directions is not None:
-        columns |= _local(plan, directions.edges())
-        look = f"look_from_{over}"
+        columns |= _hemisphere_columns(plan, directions.edges())
+        look = f"cosine_law_from_{over}"
     return columns, (place, look, weigh)
 
 
-def _camera(plan: Plan, camera: Camera) -> dict[str, float]:
+def _camera_columns(plan: Plan, camera: Camera) -> dict[str, float]:
     """Return columns of a camera's pixels: rows as turns, columns as cosines; e_u points right."""
     left, up, forward = camera.frame
     edges = camera.edges()
@@ -266,13 +268,13 @@ def _camera(plan: Plan, camera: Camera) -> dict[str, float]:
     return columns | axis_columns(plan, "turn", edges["v"], 0) | axis_columns(plan, "mu", edges["u"], 0)
 
 
-def _even(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
+def _uniform_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
     """Return columns of bins over all directions, by the cosine to +z."""
     cosines = np.cos(edges["theta"])[::-1] if "theta" in edges else edges.get("mu", np.array([-1.0, 1.0]))
-    return axis_columns(plan, "mu", cosines, 0) | _turns(plan, edges)
+    return axis_columns(plan, "mu", cosines, 0) | _azimuth_columns(plan, edges)
 
 
-def _local(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
+def _hemisphere_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
     """Return columns of hemisphere bins by squared cosine and squared sine, so that neither cancels."""
     if "theta" in edges:
         theta = edges["theta"][::-1]
@@ -282,15 +284,19 @@ def _local(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
         mu = edges.get("mu", np.array([0.0, 1.0]))
         squares, rest = mu * mu, (1 - mu) * (1 + mu)
     sines = axis_columns(plan, "sine", rest, 0)
-    return axis_columns(plan, "mu", squares, 0) | {"sine_edges": sines["sine_edges"]} | _turns(plan, edges)
+    return (
+        axis_columns(plan, "mu", squares, 0)
+        | {"sine_edges": sines["sine_edges"]}
+        | _azimuth_columns(plan, edges)
+    )
 
 
-def _turns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
+def _azimuth_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
     """Return columns of azimuth bins, in turns."""
     return axis_columns(plan, "turn", edges.get("phi", np.array([0.0, 2 * math.pi])) / (2 * math.pi), 0)
 
 
-def _places(plan: Plan, detector: Detector, shape: Shape) -> dict[str, float]:
+def _position_columns(plan: Plan, detector: Detector, shape: Shape) -> dict[str, float]:
     """Return columns of position bins in coordinates uniform over the area.
 
     These are lengths, squared radii, cosines and turns.

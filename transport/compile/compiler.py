@@ -6,16 +6,16 @@ from functools import lru_cache
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.adjoint import turn_back, turned_scene
-from transport.compile.contacts import contacts_of
+from transport.compile.adjoint import adjoint_scene, fill_adjoint
+from transport.compile.contacts import contact_pairs
 from transport.compile.detectors import (
     bin_counts,
     block_rows,
+    detector_row,
     fill_phase_spaces,
     fill_snapshots,
-    is_blocked,
+    has_blocks,
     layer_row,
-    meter_row,
 )
 from transport.compile.media import default_tracking, fill_media
 from transport.compile.meshes import mesh_table
@@ -23,19 +23,19 @@ from transport.compile.methods import ANALOG, Method
 from transport.compile.next_event import fill_expected, fill_guards
 from transport.compile.plan import Plan
 from transport.compile.points import fill_points
-from transport.compile.sources import emitters_of
-from transport.compile.space import space_of
+from transport.compile.sources import make_emitters
+from transport.compile.space import make_space
 from transport.compile.surfaces import (
     bounds_bodies,
-    check_slivers,
-    coat_rows,
-    covers_alike,
-    empty_sides,
-    nothing,
-    outward_of,
-    piece_row,
+    check_thin_shapes,
+    covers_same_points,
+    exterior_sides,
+    outward_sign,
     quadric_columns,
     rim_row,
+    shape_row,
+    surface_rows,
+    transparent_rows,
 )
 from transport.compile.volumes import fill_sizes, fill_volumes
 from transport.geometry.mesh import Mesh
@@ -44,15 +44,15 @@ from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.scene import Scene
 from transport.scene.scene_speeds import scene_speeds
-from transport.scene.sheets import Member, Sheet, sheets_of, sheets_of_source
+from transport.scene.sheets import Sheet, SheetMember, scene_sheets, source_sheets
 from transport.scene.tracking import Tracking
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 
 # [scene lengths] distance that a point keeps from a surface that cuts or touches its own surface
 CLEARANCE = 2.0**-48
 # [W or particles] bounds of the power of all sources, so that sums of scores stay normal numbers
-FAINTEST, BRIGHTEST = 1e-300, 1e300
-MOST_MARKS = 62  # bits of the word in which a lane records its visits
+MIN_POWER, MAX_POWER = 1e-300, 1e300
+MAX_MARKS = 62  # bits of the word in which a lane records its visits
 
 
 @lru_cache(maxsize=32)
@@ -64,31 +64,31 @@ def compile_scene(scene: Scene, tracking: Tracking | None = None, method: Method
     Raise SceneError where the scene, or for estimator "backward" the adjoint scene, cannot be simulated.
     """
     if method.estimator != "backward":
-        return _plan_of(scene, tracking, method)
-    turned, lamps = turned_scene(scene)
+        return _make_plan(scene, tracking, method)
+    turned, lamps = adjoint_scene(scene)
     try:
-        plan = _plan_of(turned, tracking, method)
+        plan = _make_plan(turned, tracking, method)
     except SceneError as refusal:
         turning = "simulate: estimator 'backward' exchanges detectors and sources"
         raise SceneError(f"{turning}, and the exchanged scene is invalid: {refusal}") from refusal
-    turn_back(plan, scene, lamps)
+    fill_adjoint(plan, scene, lamps)
     return plan
 
 
-def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
+def _make_plan(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
     """Return the plan of a scene as it stands, without exchanging sources and detectors."""
     # Find the sheets and the scene's own coordinates, and refuse shapes that rounding would distort.
-    sheets = sheets_of(scene)
-    space = space_of(scene)
-    check_slivers(sheets, space)
+    sheets = scene_sheets(scene)
+    space = make_space(scene)
+    check_thin_shapes(sheets, space)
     plan = Plan(scene, space, tracking or default_tracking(scene), method)
     # Fill media and emitters, which the tables of surfaces and detectors depend on.
     fill_media(plan)
     acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
-    plan.emitters = emitters_of(plan, lambda shape: sheets_of_source(shape, sheets), acting)
+    plan.emitters = make_emitters(plan, lambda shape: source_sheets(shape, sheets), acting)
     power = sum(emitter.bound for emitter in plan.emitters)
-    if not FAINTEST <= power <= BRIGHTEST:
-        must = f"must be between {FAINTEST:g} and {BRIGHTEST:g}"
+    if not MIN_POWER <= power <= MAX_POWER:
+        must = f"must be between {MIN_POWER:g} and {MAX_POWER:g}"
         raise SceneError(
             f"Scene: the power of all sources together {must}, got {power:.3g}; use another unit"
         )
@@ -98,8 +98,8 @@ def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
         )
     # Fill sheets, surfaces and detectors.
     _fill_sheets(plan, sheets)
-    if len(scene.visited) > MOST_MARKS:
-        raise SceneError(f"Scene: via may name at most {MOST_MARKS} places, got {len(scene.visited)}")
+    if len(scene.visited) > MAX_MARKS:
+        raise SceneError(f"Scene: via may name at most {MAX_MARKS} places, got {len(scene.visited)}")
     plan.marks = {name: 1 << bit for bit, name in enumerate(scene.visited)}
     _number_rows(plan)
     _fill_members(plan, sheets)
@@ -138,11 +138,11 @@ def _fill_sheet(plan: Plan, number: int, sheet: Sheet) -> None:
         columns = quadric_columns(support, space)
         kept = {name: columns[name] for name in layout.CURVED_SHEET.names if name in columns}
         plan.curved_sheets[number] = layout.row(
-            layout.CURVED_SHEET, **kept, narrows=support.profile.narrowing(), is_curved=1
+            layout.CURVED_SHEET, **kept, narrows=support.profile.taper_sign(), is_curved=1
         )
     else:
         row["nx"], row["ny"], row["nz"] = support.normal
-        row["outward"] = next(filter(None, (outward_of(member, support) for member in sheet.members)), 0.0)
+        row["outward"] = next(filter(None, (outward_sign(member, support) for member in sheet.members)), 0.0)
 
 
 def _number_rows(plan: Plan) -> None:
@@ -151,7 +151,7 @@ def _number_rows(plan: Plan) -> None:
     for detector in plan.scene.meters:
         plan.bases[detector.name] = row
         counts = bin_counts(detector, plan.scene.shape_of(detector), plan.scene.duration)
-        row += block_rows(counts) * counts["time"] * counts["speed"] + is_blocked(detector)
+        row += block_rows(counts) * counts["time"] * counts["speed"] + has_blocks(detector)
     plan.half = row
 
 
@@ -172,28 +172,28 @@ def _fill_moments(plan: Plan) -> None:
 
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     """Fill surfaces, rims, detectors and shape rows, member by member of each sheet."""
-    coats, rims, meters, layers = [nothing()], [np.zeros((), layout.RIM)], [], []
+    coats, rims, meters, layers = [transparent_rows()], [np.zeros((), layout.RIM)], [], []
     ties, firsts = _ties(sheets), []
     for number, sheet in enumerate(sheets, start=1):
         layer, covered = 0, []
-        beyond = _beyond(plan, sheet, sheets)
+        beyond = _exterior_bits(plan, sheet, sheets)
         for member in sheet.members:
             code = number << layout.SHEET_SHIFT | beyond
             first = len(coats)
             # Give an acting surface its rows, and write the first of them and its material into the hit word.
             if member.surface is not None:
                 firsts.append((number, first, member))
-                coats += coat_rows(plan, member)
-                plan.owners += [plan.scene.surfaces.index(member.surface)] * (len(coats) - first)
+                coats += surface_rows(plan, member)
+                plan.surface_numbers += [plan.scene.surfaces.index(member.surface)] * (len(coats) - first)
                 code |= first << layout.SURFACE_SHIFT
                 code |= int(coats[first][0]["material"]) << layout.MATERIAL_SHIFT
                 rims += [rim_row(plan, member)] * (len(coats) - first)
             # Give each detector of the member a layer of the sheet, one bit of the hit word each.
-            for look in _looks(plan, member, meters):
-                if layer == layout.METERS_A_SHEET:
+            for look in _member_layers(plan, member, meters):
+                if layer == layout.DETECTORS_PER_SHEET:
                     raise SceneError(
                         f"Scene: at most {layer} detectors may share one plane or sphere, got one more on"
-                        f" {shown(member.shape)}; use one detector with positions=Positions(...) instead"
+                        f" {short_repr(member.shape)}; use one detector with positions=Positions(...) instead"
                     )
                 if layer == len(layers):
                     layers.append(np.zeros(len(sheets) + 1, layout.LAYER))
@@ -201,11 +201,11 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 layers[layer][number] = look
                 layer += 1
             # Add the bits to the row of a member that covers the same points, or make a new shape row.
-            twin = next((row for other, row in covered if covers_alike(other, member)), None)
+            twin = next((row for other, row in covered if covers_same_points(other, member)), None)
             if twin is not None:
                 twin["code"] |= code
                 continue
-            name, row = piece_row(plan, member, sheet, code, number)
+            name, row = shape_row(plan, member, sheet, code, number)
             covered.append((member, row))
             if "tie" in row.dtype.names:
                 row["tie"] = ties[number]
@@ -220,15 +220,15 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     plan.optics = np.array([optics for _, optics in coats], layout.OPTICS)
     plan.rims = np.array(rims, layout.RIM)
     _fill_contacts(plan, firsts)
-    plan.layers, plan.meters = layers, np.array(meters, layout.METER)
+    plan.layers, plan.meters = layers, np.array(meters, layout.DETECTOR)
 
 
-def _beyond(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
+def _exterior_bits(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
     """Return the hit bits of a sheet's empty sides; 0 where the plan cannot use them."""
     if not plan.can_escape_at_once:
         return 0
-    before, behind = empty_sides(sheet, sheets)
-    return (layout.NOTHING_BEFORE if before else 0) | (layout.NOTHING_BEHIND if behind else 0)
+    before, behind = exterior_sides(sheet, sheets)
+    return (layout.EMPTY_FRONT if before else 0) | (layout.EMPTY_BACK if behind else 0)
 
 
 def _ties(sheets: list[Sheet]) -> dict[int, int]:
@@ -246,15 +246,15 @@ def _ties(sheets: list[Sheet]) -> dict[int, int]:
     }
 
 
-def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.ndarray]:
+def _member_layers(plan: Plan, member: SheetMember, meters: list[np.ndarray]) -> Iterator[np.ndarray]:
     """Yield the layers of a member: its detectors, a visit mark alone, the bodies that it bounds.
 
     Rows of its detectors are appended to `meters`.
     """
     for detector in member.detectors:
         yield layer_row(plan, member, detector, len(meters))
-        meters.append(meter_row(plan, member, detector))
-        plan.meter_names.append(detector.name)
+        meters.append(detector_row(plan, member, detector))
+        plan.detector_names.append(detector.name)
     if member.mark in plan.marks and member.mark not in [detector.name for detector in member.detectors]:
         yield layout.row(layout.LAYER, mark=plan.marks[member.mark])
     if member.bodies[0] != member.bodies[1]:
@@ -262,12 +262,12 @@ def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.
         yield layout.row(layout.LAYER, front=front, back=back)
 
 
-def _fill_contacts(plan: Plan, acting: list[tuple[int, int, Member]]) -> None:
+def _fill_contacts(plan: Plan, acting: list[tuple[int, int, SheetMember]]) -> None:
     """Add rows of the surfaces that cut or touch the interior of another surface.
 
     acting: sheet number, first surface row and member of each acting surface.
     """
-    for hit, other in contacts_of([member for _, _, member in acting]):
+    for hit, other in contact_pairs([member for _, _, member in acting]):
         (sheet_hit, first, _), (sheet, _, member) = acting[hit], acting[other]
         if sheet_hit == sheet:
             continue

@@ -18,11 +18,11 @@ from transport.geometry.revolved import Revolved
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Sphere
 from transport.geometry.supports import are_on_one_support
-from transport.scene.sheets import Member
+from transport.scene.sheets import SheetMember
 from transport.vectors import Vector, dot
 
 
-def contacts_of(members: list[Member]) -> Iterator[tuple[int, int]]:
+def contact_pairs(members: list[SheetMember]) -> Iterator[tuple[int, int]]:
     """Yield pairs (hit, other) of acting members that come within rounding of one another.
 
     Yield nothing where surfaces share edges only: points near an edge are clamped to their own surface
@@ -33,7 +33,7 @@ def contacts_of(members: list[Member]) -> Iterator[tuple[int, int]]:
         yield from (pair[:2] for pair in pairs)
 
 
-def _pairs(members: list[Member]) -> Iterator[tuple[int, int, bool]]:
+def _pairs(members: list[SheetMember]) -> Iterator[tuple[int, int, bool]]:
     """Yield pairs (hit, other) that touch, and whether the contact lies inside `hit`, away from its edge."""
     if not members:
         return
@@ -64,7 +64,7 @@ def touches(hit: Shape, other: Shape, widened: float, tolerance: float) -> bool:
     if isinstance(hit, FlatShape) and isinstance(other, FlatShape):
         inside, beside = _common_line(hit, other, widened, tolerance)
         return inside[0] < inside[1] and max(inside[0], beside[0]) <= min(inside[1], beside[1])
-    if _is_ball(hit) and _is_ball(other):
+    if _is_whole_sphere(hit) and _is_whole_sphere(other):
         apart = math.dist(hit.center, other.center)
         return abs(hit.radius - other.radius) - tolerance <= apart <= hit.radius + other.radius + tolerance
     about_one_axis = ring_contact(hit, other, widened < 0, tolerance)
@@ -76,13 +76,13 @@ def touches(hit: Shape, other: Shape, widened: float, tolerance: float) -> bool:
     return True
 
 
-def _is_ball(shape: Shape) -> bool:
+def _is_whole_sphere(shape: Shape) -> bool:
     return isinstance(shape, Sphere) and shape.is_closed
 
 
 def _reaches_plane(shape: Revolved, flat: FlatShape, tolerance: float) -> bool:
     """Return whether a surface of revolution reaches the plane of a flat shape."""
-    height = dot(_minus(shape.profile.origin, flat.center), flat.normal)
+    height = dot(_difference(shape.profile.origin, flat.center), flat.normal)
     along = dot(shape.axis, flat.normal)
     across = math.hypot(*(dot(axis, flat.normal) for axis in shape.frame[:2]))
     reach = shape.profile.reach
@@ -100,17 +100,17 @@ def _common_line(
     span = sum(shape.extent for shape in (hit, other) if not isinstance(shape, Plane))
     if steep <= max(ROUNDING, tolerance / span if span > 0 else 0.0) ** 2:
         return nothing, nothing
-    step = dot(_minus(other.center, hit.center), other.normal) / steep
+    step = dot(_difference(other.center, hit.center), other.normal) / steep
     point = tuple(c + step * a for c, a in zip(hit.center, across, strict=True))
     x, y = hit.normal, other.normal
     line = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
     line = tuple(value / math.sqrt(steep) for value in line)
-    return _stretch(hit, point, line, widened), _stretch(other, point, line, tolerance)
+    return _interval_in_shape(hit, point, line, widened), _interval_in_shape(other, point, line, tolerance)
 
 
-def _stretch(shape: Shape, point: Vector, line: Vector, slack: float) -> tuple[float, float]:
+def _interval_in_shape(shape: Shape, point: Vector, line: Vector, slack: float) -> tuple[float, float]:
     """Return the interval of a coplanar line within a shape widened by the slack, holes ignored."""
-    offset = _minus(point, shape.center)
+    offset = _difference(point, shape.center)
     if isinstance(shape, Disk):
         middle = -dot(offset, line)
         apart2 = dot(offset, offset) - middle * middle
@@ -133,7 +133,7 @@ def _edges(shape: FlatShape) -> Iterator[tuple[Vector, float]]:
     """Yield outward unit vectors across the edges, with the edges' distances from the center [m]."""
     if isinstance(shape, Rectangle):
         for axis, length in zip(shape.frame[:2], (shape.width, shape.height), strict=True):
-            yield from ((axis, length / 2), (_minus((0.0, 0.0, 0.0), axis), length / 2))
+            yield from ((axis, length / 2), (_difference((0.0, 0.0, 0.0), axis), length / 2))
     if isinstance(shape, Triangle):
         e_u, e_v, _ = shape.frame
         for (p, s), (q, t) in pairwise((*shape.corners, shape.corners[0])):
@@ -141,5 +141,5 @@ def _edges(shape: FlatShape) -> Iterator[tuple[Vector, float]]:
             yield tuple(u * a + v * b for a, b in zip(e_u, e_v, strict=True)), u * p + v * s
 
 
-def _minus(a: Vector, b: Vector) -> Vector:
+def _difference(a: Vector, b: Vector) -> Vector:
     return tuple(p - q for p, q in zip(a, b, strict=True))

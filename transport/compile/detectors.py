@@ -14,11 +14,11 @@ from transport.scene.bins import DirectionCone
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Emission
 from transport.scene.phase_space import PhaseSpace
-from transport.scene.sheets import Member
+from transport.scene.sheets import SheetMember
 from transport.vectors import Vector
 
 # Kind of coordinates, and which of them are lengths; the others are heights on surfaces of revolution.
-PLACES = {
+POSITION_KINDS = {
     Rectangle: (layout.RECTANGLE_PLACE, ("u", "v")),
     Disk: (layout.DISK_PLACE, ("u",)),
     Sphere: (layout.SPHERE_PLACE, ()),
@@ -43,21 +43,23 @@ def block_rows(counts: dict[str, int]) -> int:
     return 1 + math.prod(counts[name] for name in ("u", "v", "turn", "mu"))
 
 
-def is_blocked(detector: Detector) -> bool:
+def has_blocks(detector: Detector) -> bool:
     """Return whether there are blocks of times or speeds, and so one more row outside all of them."""
     return detector.times is not None or detector.speeds is not None
 
 
-def layer_row(plan: Plan, member: Member, detector: Detector, meter: int) -> np.ndarray:
+def layer_row(plan: Plan, member: SheetMember, detector: Detector, meter: int) -> np.ndarray:
     """Return the row by which a lane finds the detector on a sheet, at the first block of its rows."""
-    base = plan.bases[detector.name] + is_blocked(detector)
-    look = layout.LOOK | base | (plain_cosines(detector) or 1) << layout.LOOK_CELLS_SHIFT
+    base = plan.bases[detector.name] + has_blocks(detector)
+    look = (
+        layout.DETECTOR_PRESENT | base | (uniform_cosine_bins(detector) or 1) << layout.DETECTOR_CELLS_SHIFT
+    )
     if (member.orientation < 0) != detector.is_back:
-        look |= layout.LOOK_BACK
+        look |= layout.DETECTOR_BACK
     return layout.row(layout.LAYER, look=look, meter=meter, mark=plan.marks.get(detector.name, 0))
 
 
-def plain_cosines(detector: Detector) -> int | None:
+def uniform_cosine_bins(detector: Detector) -> int | None:
     """Return the number of equal cosine bins over the hemisphere; None for other bins or none."""
     directions = detector.directions
     if directions is None or isinstance(directions, DirectionCone) or directions.frame != "local":
@@ -65,7 +67,7 @@ def plain_cosines(detector: Detector) -> int | None:
     return directions.mu if isinstance(directions.mu, int) else None
 
 
-def meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
+def detector_row(plan: Plan, member: SheetMember, detector: Detector) -> np.ndarray:
     """Return the row of a detector's finer axes, and record their kinds in `plan.axes`."""
     shape, scene_shape = member.shape, plan.scene.shape_of(detector)
     back = -1.0 if detector.is_back else 1.0
@@ -87,7 +89,7 @@ def meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
     values |= _direction_axes(plan, detector, shape, strides)
     if detector.positions is not None:
         values |= _position_axes(plan, detector, shape, strides)
-    return layout.row(layout.METER, **values)
+    return layout.row(layout.DETECTOR, **values)
 
 
 def _block_axes(plan: Plan, detector: Detector, counts: dict[str, int]) -> dict[str, float]:
@@ -96,7 +98,7 @@ def _block_axes(plan: Plan, detector: Detector, counts: dict[str, int]) -> dict[
     times, speeds = detector.time_edges(plan.scene.duration), detector.speed_edges()
     if times is not None:
         plan.axes.add("time")
-        values |= axis_columns(plan, "time", times / plan.tempo, counts["speed"] * block)
+        values |= axis_columns(plan, "time", times / plan.time_unit, counts["speed"] * block)
     if speeds is not None:
         plan.axes.add("speed")
         values |= axis_columns(plan, "speed", speeds / plan.speed_unit, block)
@@ -130,7 +132,7 @@ def _direction_axes(
         return values | {"mu_kind": layout.CONE} | axis_columns(plan, "mu", edges, strides["mu"])
     edges = directions.edges()
     is_world = directions.frame == "world"
-    if plain_cosines(detector) is None and ("mu" in edges or "theta" in edges):
+    if uniform_cosine_bins(detector) is None and ("mu" in edges or "theta" in edges):
         plan.axes.add("cosine")
         bounds = edges["mu"] if "mu" in edges else np.cos(edges["theta"])[::-1]
         if "theta" in edges:
@@ -149,7 +151,7 @@ def _direction_axes(
 def _position_axes(plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]) -> dict[str, float]:
     """Return the columns of the axes u and v."""
     plan.axes.add("place")
-    place, lengths = PLACES.get(type(shape), (layout.REVOLVED_PLACE, ("u",)))
+    place, lengths = POSITION_KINDS.get(type(shape), (layout.REVOLVED_PLACE, ("u",)))
     values, size = {"place": place}, plan.space.size
     for name in ("u", "v"):
         bounds = detector.positions.edges(shape).get(name)
@@ -174,11 +176,11 @@ def fill_phase_spaces(plan: Plan) -> None:
     for phase_space in plan.scene.phase_spaces:
         plan.bases[phase_space.name] = plan.rows
         if phase_space.moments:
-            plan.long_bases[phase_space.name] = plan.long_rows
+            plan.first_long_rows[phase_space.name] = plan.long_rows
         for time in phase_space.times:
-            row = _row(plan, phase_space, time)
+            row = _phase_space_row(plan, phase_space, time)
             if phase_space.moments:
-                plan.long_rows += len(layout.VELOCITY_SUMS) * (1 + bins_of(phase_space))
+                plan.long_rows += len(layout.VELOCITY_SUMS) * (1 + count_bins(phase_space))
             plan.phase_spaces.append(row)
 
 
@@ -186,11 +188,11 @@ def fill_snapshots(plan: Plan) -> None:
     """Fill a row per Snapshot, in order."""
     for number, snapshot in enumerate(plan.scene.snapshots):
         plan.snapshots.append(
-            layout.row(layout.SNAPSHOT, time=min(snapshot.time / plan.tempo, 1.0), number=number)
+            layout.row(layout.SNAPSHOT, time=min(snapshot.time / plan.time_unit, 1.0), number=number)
         )
 
 
-def bins_of(phase_space: PhaseSpace) -> int:
+def count_bins(phase_space: PhaseSpace) -> int:
     """Return the number of bins at one time."""
     return math.prod(len(edges) - 1 for edges in phase_space.axes.values())
 
@@ -202,7 +204,7 @@ def reference_velocity(plan: Plan) -> Vector:
     return tuple(math.fsum(share * velocity[k] for share, velocity in means) for k in range(3))
 
 
-def fastest_about(plan: Plan) -> float:
+def max_relative_speed(plan: Plan) -> float:
     """Return an upper bound of all speeds relative to the reference velocity [m/s]."""
     return plan.fastest + math.hypot(*reference_velocity(plan))
 
@@ -215,13 +217,13 @@ def _common_velocity(emission: Emission) -> Vector:
     return getattr(speed, "drift", (0.0, 0.0, 0.0))
 
 
-def _row(plan: Plan, phase_space: PhaseSpace, time: float) -> np.ndarray:
+def _phase_space_row(plan: Plan, phase_space: PhaseSpace, time: float) -> np.ndarray:
     """Return the row (layout.PHASE) of a PhaseSpace at one time: box, reference velocity, bins."""
     size, speed = plan.space.size, plan.speed_unit
     values = {
-        "time": min(time / plan.tempo, 1.0),
+        "time": min(time / plan.time_unit, 1.0),
         "first": plan.rows,
-        "fastest": fastest_about(plan) / speed or 1.0,
+        "fastest": max_relative_speed(plan) / speed or 1.0,
         **dict(zip(("vx", "vy", "vz"), (v / speed for v in reference_velocity(plan)), strict=True)),
         "moments": -1,
     }

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # Time [ns] to cross a macro cell (twice that where the majorants exceed the second-level cache) and to try a
 # tentative collision: fitted to tests/bench/grid.py. LARGE: size of that cache [bytes].
-CROSSING, TRYING, LARGE = 6.0, 14.0, 1 << 22
+CROSSING_COST, COLLISION_COST, CACHE_BYTES = 6.0, 14.0, 1 << 22
 
 
 def fill_grids(plan: Plan, analog: bool) -> None:
@@ -28,7 +28,7 @@ def fill_grids(plan: Plan, analog: bool) -> None:
         grid = body.medium
         if isinstance(grid, Grid) and extinction_of(grid).any():
             collides = analog or bool(grid.scattering.any())
-            rows = plan.grids if collides else plan.thinning_grids
+            rows = plan.grids if collides else plan.absorbing_grids
             rows.append(grid_row(plan, grid, number, collides))
 
 
@@ -44,8 +44,8 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
     values |= {f"n{x}": count for x, count in zip("xyz", counts, strict=True)}
     values |= {f"m{x}": count for x, count in zip("xyz", tops.shape, strict=True)}
     # Store majorants [1/scene lengths] with least shares, padded by a rim of -1 that marks the outside.
-    levels = levels_of(grid, block, tops) if collides else np.zeros(1, np.uint8)
-    least = least_of(grid, block, tops) if collides else tops
+    levels = quantized_shares(grid, block, tops) if collides else np.zeros(1, np.uint8)
+    least = min_shares(grid, block, tops) if collides else tops
     both = [np.pad(each, 1, constant_values=-1.0) for each in (tops * size, least)]  # -1: outside the grid
     tops = np.ascontiguousarray(np.stack(both, axis=-1))
     values |= {
@@ -57,14 +57,14 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
     # Point to the user's own arrays of coefficients; an axis of stride 0 shares one number.
     values |= {"absorbs": bool(grid.absorption.any())}
     for name, array in (("absorption", grid.absorption), ("scattering", grid.scattering)):
-        values |= {name: array.ctypes.data, f"{name}_count": 1 + sum(_reach(array))}
+        values |= {name: array.ctypes.data, f"{name}_count": 1 + sum(_last_offsets(array))}
         values |= {f"{name}_{x}": step // 8 for x, step in zip("xyz", array.strides, strict=True)}
     values["ledger"] = layout.ABSORBED  # the program fills in the rest
     plan.kept += [tops, levels, grid.absorption, grid.scattering]
     return layout.row(layout.GRID, **values)
 
 
-def _reach(array: np.ndarray) -> list[int]:
+def _last_offsets(array: np.ndarray) -> list[int]:
     """Return the offset of the last number along each axis; 0 where all voxels share one number."""
     return [(count - 1) * step // 8 for count, step in zip(array.shape, array.strides, strict=True)]
 
@@ -83,16 +83,18 @@ def macro_cells(grid: Grid) -> tuple[int, np.ndarray]:
     tops, block, found = extinction_of(grid), 1, []
     while True:
         crossings = 0.5 * float((1 / (block * voxel))[np.array(tops.shape) > 1].sum())
-        crossing = CROSSING * (2 if 2 * tops.nbytes > LARGE else 1)
-        found.append((crossing * crossings + TRYING * _mean(tops, block, grid.shape), block, tops))
+        crossing = CROSSING_COST * (2 if 2 * tops.nbytes > CACHE_BYTES else 1)
+        found.append(
+            (crossing * crossings + COLLISION_COST * _volume_mean(tops, block, grid.shape), block, tops)
+        )
         if max(tops.shape) == 1:
             break
-        tops, block = _halved(tops), 2 * block
+        tops, block = _pooled_maxima(tops), 2 * block
     _, block, tops = min(found, key=lambda each: each[0])
     return block, np.ascontiguousarray(tops)
 
 
-def least_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
+def min_shares(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
     """Return each macro cell's least extinction over its largest.
 
     A random number below it accepts a collision without a voxel lookup.
@@ -104,7 +106,7 @@ def least_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
     return np.where(share < 1, share * (1 - 2.0**-50), 1.0)
 
 
-def levels_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
+def quantized_shares(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
     """Return each voxel's extinction over its majorant in units of 1/layout.LEVELS, rounded down."""
     levels = np.empty(grid.shape, np.uint8)
     for i, row in enumerate(tops):  # one layer of macro cells at a time, to save memory
@@ -121,14 +123,14 @@ def extinction_of(grid: Grid) -> np.ndarray:
     return grid.absorption + grid.scattering
 
 
-def _halved(tops: np.ndarray) -> np.ndarray:
+def _pooled_maxima(tops: np.ndarray) -> np.ndarray:
     """Return the maxima over blocks of two by two by two, or fewer at the upper ends."""
     for axis, count in enumerate(tops.shape):
         tops = np.maximum.reduceat(tops, np.arange(0, count, 2), axis=axis)
     return tops
 
 
-def _mean(tops: np.ndarray, block: int, counts: tuple[int, int, int]) -> float:
+def _volume_mean(tops: np.ndarray, block: int, counts: tuple[int, int, int]) -> float:
     """Return the mean over the volume, in which macro cells at the upper ends may be smaller."""
     for count in counts:
         cells = np.diff(np.append(np.arange(0, count, block), count))

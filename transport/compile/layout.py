@@ -13,8 +13,8 @@ point:
 
 import numpy as np
 
-METERS_A_SHEET = 26
-NOTHING_BEFORE, NOTHING_BEHIND = 1 << 26, 1 << 27
+DETECTORS_PER_SHEET = 26
+EMPTY_FRONT, EMPTY_BACK = 1 << 26, 1 << 27
 EDGE = 1 << 28
 MATERIAL_SHIFT, MATERIAL_MASK = 29, 7
 SURFACE_SHIFT, SURFACE_MASK = 32, 0xFFFF
@@ -39,15 +39,15 @@ BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
 # The word of a lane's standing point: the sheet on which its ray began, the sheet of the last detector that
 # it crossed there (0: none), and whether it left a box.
-STANDING, OUT, PASSED_SHIFT = 0x7FFF, 1 << 15, 16
+STANDING_SHEET_MASK, LEFT_BOX, PASSED_SHIFT = 0x7FFF, 1 << 15, 16
 
 NO_TABLE = np.dtype([("unused", "f8")])
 # Address and length of an array of one of the row types below.
 ROWS = np.dtype([("rows", "i8"), ("count", "i8")])
 # Addresses and lengths of two such arrays.
 TWO_ROWS = np.dtype([("rows", "i8"), ("count", "i8"), ("others", "i8"), ("other_count", "i8")])
-MOVED = np.dtype([("fields", "i8"), ("count", "i8")])  # address and number of the fields to move
-CODE = np.dtype([("code", "i8")])
+FIELD_MOVES = np.dtype([("fields", "i8"), ("count", "i8")])  # address and number of the fields to move
+HIT_WORD = np.dtype([("code", "i8")])
 
 
 def _floats(names: str) -> list[tuple[str, str]]:
@@ -136,7 +136,13 @@ RIM = np.dtype(
 # mark: bits that a visit sets, where a detector has `via`.
 # front, back: bits of the bodies that contain a particle leaving to the front or to the back.
 LAYER = np.dtype(_integers("look meter mark front back"))
-LOOK_BASE, LOOK_CELLS_SHIFT, LOOK_CELLS, LOOK_BACK, LOOK = (1 << 38) - 1, 38, (1 << 21) - 1, 1 << 59, 1 << 60
+DETECTOR_BASE_MASK, DETECTOR_CELLS_SHIFT, DETECTOR_CELLS_MASK, DETECTOR_BACK, DETECTOR_PRESENT = (
+    (1 << 38) - 1,
+    38,
+    (1 << 21) - 1,
+    1 << 59,
+    1 << 60,
+)
 # half: number of rows from arrivals to departures.
 LAYERS = np.dtype(_integers("rows count layer half meters meter_count"))
 # A detector's axes beyond plain cosine bins: kind of coordinate (0: none), number of cells, address of the
@@ -155,7 +161,7 @@ def _axis(name: str) -> list[tuple[str, str]]:
 # speeds.
 # by_cell: first row of sums by cell of birth, for a source of the estimator "backward"; of_rays: the same for
 # shadow rays; strong: the least score of a ray that counts as strong.
-METER = np.dtype(
+DETECTOR = np.dtype(
     _floats(FRAME + " axis_x axis_y axis_z side handed turn_low strong")
     + _integers("mu_kind turn_kind place via least most outside by_cell of_rays")
     + [column for axis in ("mu", "turn", "u", "v", "time", "speed") for column in _axis(axis)]
@@ -177,15 +183,17 @@ SENSOR = np.dtype(
 # in the bundle.
 # phase: number of its phase function, from 1 (the first part of a mixture); 0: none.
 MEDIA = np.dtype(_floats("mfp sigma_a survival index") + _integers("phase"))
-INSIDE = np.dtype(_integers("inside"))  # bits of the bodies that a birth lies in
+BIRTH_BODIES = np.dtype(_integers("inside"))  # bits of the bodies that a birth lies in
 # A birth on the boundary of a body: the outward normal and the body's bit.
-BESIDE = np.dtype(_floats("nx ny nz") + _integers("bit"))
+BIRTH_BOUNDARY = np.dtype(_floats("nx ny nz") + _integers("bit"))
 BODY_BOX = np.dtype(_floats("cx cy cz hx hy hz") + _integers("bit"))
 # A body's bounding box with its bit; bit 0 for unbounded bodies.
-BOUNDED = np.dtype(_floats("low_x low_y low_z high_x high_y high_z") + _integers("bit"))
+BODY_BOUNDS = np.dtype(_floats("low_x low_y low_z high_x high_y high_z") + _integers("bit"))
 # bit: 0 for the surrounding medium
 BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))
-WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and its row of the ledger
+ABSORBING_MEDIUM = np.dtype(
+    _integers("medium ledger")
+)  # a row of MEDIA that absorbs, and its row of the ledger
 # Importance is e^rise with rise = (x - c) · k, clipped to [0, most]. has_grids: 1 where the free path alone
 # does not describe the medium.
 IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most") + _integers("has_grids"))
@@ -209,7 +217,9 @@ GRID = np.dtype(
     ]
 )
 LEVELS = 255.0
-SLACK = 2.0**-48  # [scene lengths] distance that collisions keep from the surfaces ahead and behind
+COLLISION_CLEARANCE = (
+    2.0**-48
+)  # [scene lengths] distance that collisions keep from the surfaces ahead and behind
 
 # A volume detector: a box of half sides h, or a sphere of radius hx with the radii of its shells.
 # scale: 1 over the largest score of weight 1 [1/scene lengths]; per: cells per scene length.
@@ -260,8 +270,8 @@ EXPECTATION = np.dtype(
 # peak area/(r^2 + peak area).
 # r: distance from the event to the crossing (how 2) or to the center of a sphere (how 3); passing: 1 where an
 # acting surface scores on arrival.
-HELD = np.dtype(_floats("cx cy cz area") + _integers("how sheet passing"))
-TOLD = np.dtype(_floats("peak"))
+MIS_SHARE = np.dtype(_floats("cx cy cz area") + _integers("how sheet passing"))
+MIS_PEAK = np.dtype(_floats("peak"))
 # A sphere; first: its cell of sheet 0 among `cells`.
 GUARD = np.dtype(_floats("cx cy cz radius2") + _integers("first cells"))
 # Word `source` of one bundle is copied into word `target` of another; source -1: 0.
@@ -305,20 +315,20 @@ RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history batch sn
 
 # A recorded path segment: from x + start u to x + reach u, infinite where it escapes.
 # met: 1 where it ends at an acting surface, 0 at a detector, a collision or the end of the clock.
-WAY = np.dtype(_floats("x y z ux uy uz start reach weight") + _integers("history met"))
+PATH_SEGMENT = np.dtype(_floats("x y z ux uy uz start reach weight") + _integers("history met"))
 
 # Births. An emitter lies on a sheet (0: none) and emits from the side to which `side` (+1 or -1) times its
 # normal points.
 BIRTH = np.dtype(_floats("weight start") + _integers("sheet"))
 MEDIUM = np.dtype(_floats("index"))  # 0 where unknown
-MOMENT = np.dtype(_floats("start width"))  # time of birth [durations]
+BIRTH_TIME = np.dtype(_floats("start width"))  # time of birth [durations]
 VELOCITY = np.dtype(_floats("vx vy vz"))  # a drift velocity; or vx alone: a speed
 PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))
 # first, last: relative area per height at both ends, linear between them.
 BAND = np.dtype(_floats(FRAME + " alpha beta gamma low high first last side"))
 # shares: cumulative share of the area per facet.
-AREAS = np.dtype(_floats("side") + _integers("vertices vertex_count faces normals facet_count shares"))
-DRIFTING = np.dtype(
+FACET_AREAS = np.dtype(_floats("side") + _integers("vertices vertex_count faces normals facet_count shares"))
+DRIFTING_GAS = np.dtype(
     _floats(FRAME + " side sigma drift_u drift_v") + _integers("octaves octave_count cells cell_count")
 )
 BEAM = np.dtype(_floats("ux uy uz"))

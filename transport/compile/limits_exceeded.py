@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.scene.materials import titled
-from transport.validation import SceneError, listed
+from transport.scene.materials import display_name
+from transport.validation import SceneError, join_names
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-LONG = 10_000  # mean crossings per history beyond which smaller batches do not help
+MANY_CROSSINGS_PER_HISTORY = 10_000  # mean crossings per history beyond which smaller batches do not help
 
 
 class OverrunError(SceneError, OverflowError):
     """Error of a run that would never end or overflow its exact sums; the message gives cause and cure."""
 
 
-def too_many_copies(plan: Plan, copies: int, histories: int) -> OverrunError:
+def too_many_copies_error(plan: Plan, copies: int, histories: int) -> OverrunError:
     """Error for splitting that makes ever more copies of `histories` started histories."""
     return OverrunError(
         f"Splitting: gain must suit the scene, got {plan.tracking.splitting.gain:g}, which made {copies}"
@@ -26,7 +26,7 @@ def too_many_copies(plan: Plan, copies: int, histories: int) -> OverrunError:
     )
 
 
-def too_many_waiting(plan: Plan, room: int) -> OverrunError:
+def full_bank_error(plan: Plan, room: int) -> OverrunError:
     """Error for a full bank of waiting copies."""
     splitting = plan.tracking.splitting
     if splitting is None:
@@ -39,10 +39,10 @@ def too_many_waiting(plan: Plan, room: int) -> OverrunError:
     )
 
 
-def too_many_crossings(plan: Plan, crossings: int, started: int) -> OverrunError:
+def too_many_crossings_error(plan: Plan, crossings: int, started: int) -> OverrunError:
     """Error for a batch of which `started` histories had started when it was stopped."""
     each = crossings / max(started, 1)
-    if each < LONG:
+    if each < MANY_CROSSINGS_PER_HISTORY:
         cure = "pass more batches"
     elif plan.splits:
         cure = f"lower the gain of the Splitting, got {plan.tracking.splitting.gain:g}, or pass more batches"
@@ -59,9 +59,9 @@ def too_many_crossings(plan: Plan, crossings: int, started: int) -> OverrunError
     )
 
 
-def endless(plan: Plan, surfaces: list[int], particles: int) -> OverrunError:
+def endless_particles_error(plan: Plan, surfaces: list[int], particles: int) -> OverrunError:
     """Error for a batch with endless particles; surfaces: indices of those that they met last."""
-    where = listed([titled(plan.scene.surfaces[number], number) for number in surfaces])
+    where = join_names([display_name(plan.scene.surfaces[number], number) for number in surfaces])
     these = f"{particles} particles do" if particles > 1 else "1 particle does"
     return OverrunError(
         f"simulate: {these} not end: after millions of crossings or collisions"
@@ -70,7 +70,7 @@ def endless(plan: Plan, surfaces: list[int], particles: int) -> OverrunError:
     )
 
 
-def too_many_scores(histories: int) -> OverrunError:
+def too_many_scores_error(histories: int) -> OverrunError:
     """Error for a batch that overflows its volume or point detectors."""
     return OverrunError(
         f"simulate: a batch of {histories} histories scored more than the exact sums of volume and point"

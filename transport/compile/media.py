@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.birthplaces import AWAY
+from transport.compile.birthplaces import POINT_OFFSET
 from transport.compile.grids import fill_grids
 from transport.geometry.flat import FlatShape
 from transport.geometry.solid import Box, Sphere
 from transport.geometry.supports import is_on_support
-from transport.scene.bodies import bits_at, bodies_of, body_bits_around, has_media, media_of
+from transport.scene.bodies import bits_of_bodies_at, body_bits_at, has_media, scene_bodies, scene_media
 from transport.scene.emissions import Isotropic
 from transport.scene.materials import Mixture, Transparent
 from transport.scene.media import Grid
 from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
-from transport.scene.sheets import pieces
+from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
 from transport.scene.tracking import Tracking
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 # [scene lengths]: rounding would change a shorter free path by more than 2^-16 of itself
-THINNEST = 2.0**16 * layout.SLACK
+MIN_FREE_PATH = 2.0**16 * layout.COLLISION_CLEARANCE
 ANALOG, WEIGHTED = "analog", "weighted"
 
 
@@ -48,7 +48,7 @@ def fill_media(plan: Plan) -> None:
     plan.has_media = has_media(plan.scene)
     if not plan.has_media:
         return
-    plan.distinct_media = media_of(plan.scene)
+    plan.distinct_media = scene_media(plan.scene)
     if plan.tracking.forced and any(isinstance(medium, Grid) for medium in plan.distinct_media):
         raise SceneError(
             "simulate: tracking must not be forced in a scene with a Grid, got forced=True; omit it"
@@ -61,7 +61,7 @@ def fill_media(plan: Plan) -> None:
     for medium in plan.distinct_media:
         _check_density(plan, medium)
     plan.phase_laws = list(_phase_laws(plan))
-    plan.bodies = bodies = bodies_of(plan.scene)
+    plan.bodies = bodies = scene_bodies(plan.scene)
     plan.media = np.array(
         [_media_row(plan, plan.distinct_media[0])] + [_media_row(plan, body.medium) for body in bodies],
         layout.MEDIA,
@@ -78,12 +78,12 @@ def _check_density(plan: Plan, medium) -> None:
     if not (_scatters(medium) or (plan.scene.volumes and np.any(medium.absorption))):
         return
     path, size = 1.0 / float(np.max(medium.extinction)), plan.space.size
-    if path < THINNEST * size:
+    if path < MIN_FREE_PATH * size:
         cure = "bring far objects nearer, for example replace a far lamp by an equivalent Disk source"
         if not _scatters(medium):
             cure += ", reduce the absorption (it stays opaque), or omit the VolumeDetectors"
         raise SceneError(
-            f"{type(medium).__name__}: mean free paths must be above {THINNEST * size:.2g} m in a scene of"
+            f"{type(medium).__name__}: mean free paths must be above {MIN_FREE_PATH * size:.2g} m in a scene of"
             f" {size:.2g} m, got {path:.2g} m; {cure}"
         )
 
@@ -96,16 +96,16 @@ def _media_row(plan: Plan, medium) -> np.ndarray:
         phase = plan.phase_numbers[medium.phase] if _scatters(medium) else 0
         return layout.row(layout.MEDIA, **values, mfp=math.inf, survival=survival, phase=phase)
     sigma_a, sigma_s = medium.absorption * length, medium.scattering * length
-    values |= {"mfp": _inverse(sigma_s), "sigma_a": sigma_a, "survival": 1.0}
+    values |= {"mfp": _free_path(sigma_s), "sigma_a": sigma_a, "survival": 1.0}
     if plan.tracking.absorption == ANALOG:
         survival = medium.albedo if medium.extinction > 0 else 1.0
-        values |= {"mfp": _inverse(sigma_a + sigma_s), "sigma_a": 0.0, "survival": survival}
+        values |= {"mfp": _free_path(sigma_a + sigma_s), "sigma_a": 0.0, "survival": survival}
     if medium.scattering > 0:
         values |= {"phase": plan.phase_numbers[medium.phase]}
     return layout.row(layout.MEDIA, **values)
 
 
-def _inverse(sigma: float) -> float:
+def _free_path(sigma: float) -> float:
     """Return the mean free path for a coefficient; infinite for 0."""
     return 1.0 / sigma if sigma > 0 else math.inf
 
@@ -119,7 +119,7 @@ def _phase_laws(plan: Plan):
             parts = medium.phase.parts if isinstance(medium.phase, Mixture) else ((medium.phase, 1.0),)
             shares = np.cumsum([share for _, share in parts])
             for (phase, _), share in zip(parts, shares, strict=True):
-                name, values = _law(plan, phase)
+                name, values = _phase_row(plan, phase)
                 yield (
                     name,
                     layout.row(layout.PHASE_LAW, **values, share=share, number=number, parts=len(parts)),
@@ -131,7 +131,7 @@ def _scatters(medium) -> bool:
     return bool(np.any(np.asarray(medium.scattering) > 0))
 
 
-def _law(plan: Plan, phase) -> tuple[str, dict[str, float]]:
+def _phase_row(plan: Plan, phase) -> tuple[str, dict[str, float]]:
     match phase:
         case Isotropic() | HenyeyGreenstein(g=0.0):
             return "scatter_isotropically", {}
@@ -143,12 +143,12 @@ def _law(plan: Plan, phase) -> tuple[str, dict[str, float]]:
             rows = tabulated_rows(phase)
             plan.kept.append(rows)
             return "scatter_by_table", {"rows": rows.ctypes.data, "count": len(rows)}
-    raise SceneError(f"Medium: the engine does not support {shown(phase)}")
+    raise SceneError(f"Medium: the engine does not support {short_repr(phase)}")
 
 
-def glowing_sources(scene: Scene) -> list[Source]:
+def emitting_media(scene: Scene) -> list[Source]:
     """Return media that emit, as sources that fill their bodies."""
-    glowing = [body for body in bodies_of(scene) if body.medium.emission > 0]
+    glowing = [body for body in scene_bodies(scene) if body.medium.emission > 0]
     shapes = [(scene.surfaces[body.surfaces[0]].shape, body.medium.emission) for body in glowing]
     return [Source(shape, Isotropic(power=4 * math.pi * shape.volume * glow)) for shape, glow in shapes]
 
@@ -169,7 +169,7 @@ def importance_row(plan: Plan) -> np.ndarray:
     )
 
 
-HALF = 0.5  # threshold where walls alone reduce weights
+WALL_THRESHOLD = 0.5  # threshold where walls alone reduce weights
 
 
 def roulette_row(plan: Plan) -> np.ndarray:
@@ -178,49 +178,53 @@ def roulette_row(plan: Plan) -> np.ndarray:
     Where media reduce weights, both are those of the plan's Tracking. Survivors as heavy as at birth would be
     rare among light scores, and standard errors would not show it.
     """
-    if not plan.lessens:
-        return layout.row(layout.ROULETTE_LAW, threshold=HALF, level=1.0)
+    if not plan.reduces_weights:
+        return layout.row(layout.ROULETTE_LAW, threshold=WALL_THRESHOLD, level=1.0)
     law = plan.tracking
     return layout.row(layout.ROULETTE_LAW, threshold=law.roulette, level=law.survivors_weight)
 
 
-ALONG = 1e-15  # cosine of a direction within rounding of a plane
-AROUND = np.array([way for way in product((-1.0, -0.37, 0.61, 1.0), repeat=3)])
+PARALLEL_COSINE = 1e-15  # cosine of a direction within rounding of a plane
+PROBE_DIRECTIONS = np.array([way for way in product((-1.0, -0.37, 0.61, 1.0), repeat=3)])
 
 
-def rows_beside(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.ndarray]] | None:
+def boundary_rows(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.ndarray]] | None:
     """Return the row of births at an isotropic point source, and a row per boundary that it lies on.
 
     None where it lies on a boundary whose normal is not known here.
     """
     # Probe the bodies around the point in 64 directions.
-    ways = AROUND / np.linalg.norm(AROUND, axis=1)[:, None]
-    bits = body_bits_around(plan.scene, np.tile(position, (len(ways), 1)), ways)
+    ways = PROBE_DIRECTIONS / np.linalg.norm(PROBE_DIRECTIONS, axis=1)[:, None]
+    bits = body_bits_at(plan.scene, np.tile(position, (len(ways), 1)), ways)
     inside, rows = int(np.bitwise_or.reduce(bits)), []
     for number, body in enumerate(plan.bodies):
         if not inside >> number & 1 or (bits >> number & 1).all():
             continue
         for surface, is_front in body.faces:
-            for piece in pieces(plan.scene.surfaces[surface].shape):
+            for piece in pieces_of(plan.scene.surfaces[surface].shape):
                 if not isinstance(piece, Sphere | FlatShape):
                     return None
                 if is_on_support(position, piece):
                     out = np.array(position) - piece.center if isinstance(piece, Sphere) else piece.normal
                     out = np.array(out) / np.linalg.norm(out) * (-1.0 if is_front else 1.0)
                     normal = dict(zip(("nx", "ny", "nz"), out, strict=True))
-                    rows.append(layout.row(layout.BESIDE, **normal, bit=1 << number))
-    return layout.row(layout.INSIDE, inside=inside), rows
+                    rows.append(layout.row(layout.BIRTH_BOUNDARY, **normal, bit=1 << number))
+    return layout.row(layout.BIRTH_BODIES, inside=inside), rows
 
 
 def runs_along_boundary(plan: Plan, position: Vector, direction: Vector) -> bool:
     """Return whether a ray from a position runs along the boundary of a body."""
     for body in plan.bodies:
         for surface, _ in body.faces:
-            for piece in pieces(plan.scene.surfaces[surface].shape):
-                is_along = isinstance(piece, FlatShape) and abs(dot(piece.normal, direction)) <= ALONG
+            for piece in pieces_of(plan.scene.surfaces[surface].shape):
+                is_along = (
+                    isinstance(piece, FlatShape) and abs(dot(piece.normal, direction)) <= PARALLEL_COSINE
+                )
                 if is_along and is_on_support(position, piece):
-                    aside = AWAY * plan.space.size * np.array([[1.0], [-1.0]]) * np.array(piece.normal)
-                    bits = body_bits_around(plan.scene, np.array(position) + aside)
+                    aside = (
+                        POINT_OFFSET * plan.space.size * np.array([[1.0], [-1.0]]) * np.array(piece.normal)
+                    )
+                    bits = body_bits_at(plan.scene, np.array(position) + aside)
                     if bits[0] != bits[1]:
                         return True
     return False
@@ -240,13 +244,13 @@ def box_rows(plan: Plan) -> list[np.ndarray]:
     return rows
 
 
-def row_inside(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
+def body_row(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
     """Return the row of births at these positions [m]; None where they lie in different bodies."""
-    bits = np.unique(body_bits_around(plan.scene, positions))
+    bits = np.unique(body_bits_at(plan.scene, positions))
     if len(bits) > 1:
         return None
     inside = int(bits[0])
-    return layout.row(layout.INSIDE, inside=inside)
+    return layout.row(layout.BIRTH_BODIES, inside=inside)
 
 
 # ---- Rows of a tabulated phase function: segments of the table, sampled by the alias method.
@@ -259,19 +263,19 @@ def row_inside(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
 # start: 1 - |mu| at the end of a segment nearer to the peak (mu = 1, or mu = -1 where width < 0); |width|:
 # its width in mu.
 # share: the density at that end over the sum of the densities at both ends.
-COLUMNS = ("kept", "start", "width", "share", "other_start", "other_width", "other_share", "unused")
-SEGMENT = np.dtype([(name, "f8") for name in COLUMNS])
-ENDS = ("start", "width", "share")
+SEGMENT_COLUMNS = ("kept", "start", "width", "share", "other_start", "other_width", "other_share", "unused")
+SEGMENT = np.dtype([(name, "f8") for name in SEGMENT_COLUMNS])
+END_COLUMNS = ("start", "width", "share")
 
 
 def tabulated_rows(phase: Tabulated) -> np.ndarray:
     """Return rows of SEGMENT: segments of nonzero weight, padded to a power of two."""
     segments, weights = _segments(phase.mu, phase.values)
     count = 1 << max(len(weights) - 1, 0).bit_length()
-    kept, other = _aliases(np.concatenate([weights, np.zeros(count - len(weights))]))
+    kept, other = _alias_table(np.concatenate([weights, np.zeros(count - len(weights))]))
     rows = np.zeros(count, SEGMENT)
     rows["kept"] = kept
-    for column, values in zip(ENDS, segments, strict=True):
+    for column, values in zip(END_COLUMNS, segments, strict=True):
         rows[column][: len(weights)] = values
         rows[f"other_{column}"] = values[other]
     return rows
@@ -291,7 +295,7 @@ def _segments(mu: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.stack([start, np.where(is_forward, widths, -widths), share])[:, met], (widths * sums)[met]
 
 
-def _aliases(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _alias_table(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (kept, other) per row: rows lighter than average stay whole, and heavier ones fill them up."""
     left = weights * (len(weights) / weights.sum())
     kept, other = np.ones(len(weights)), np.arange(len(weights))
@@ -310,35 +314,38 @@ def _aliases(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 #
 # A particle in a finite body has a surface ahead; one that has none was lost by rounding.
 
-MARGIN = 2.0**-20  # of the size of a body's box: a path that ends that far beyond the box is outside
-FAR = 1e3  # sizes of a body: a distance surely outside its surfaces
+BOX_MARGIN = 2.0**-20  # of the size of a body's box: a path that ends that far beyond the box is outside
+FAR_FACTOR = 1e3  # sizes of a body: a distance surely outside its surfaces
 
 
 def bounded_rows(plan: Plan) -> list[np.ndarray]:
-    """Return a row (layout.BOUNDED) of the surroundings and of each body; 0 where unbounded."""
-    return [layout.row(layout.BOUNDED), *(_row(plan, number) for number in range(len(plan.bodies)))]
+    """Return a row (layout.BODY_BOUNDS) of the surroundings and of each body; 0 where unbounded."""
+    return [
+        layout.row(layout.BODY_BOUNDS),
+        *(_bounds_row(plan, number) for number in range(len(plan.bodies))),
+    ]
 
 
-def _row(plan: Plan, number: int) -> np.ndarray:
-    box = _box_about(plan, plan.bodies[number])
+def _bounds_row(plan: Plan, number: int) -> np.ndarray:
+    box = _bounding_box(plan, plan.bodies[number])
     if box is None:
-        return layout.row(layout.BOUNDED)
+        return layout.row(layout.BODY_BOUNDS)
     low, high = (np.array(plan.space.place(corner)) for corner in box.tolist())
-    margin = MARGIN * float((high - low).max())
+    margin = BOX_MARGIN * float((high - low).max())
     columns = {f"low_{axis}": value for axis, value in zip("xyz", low - margin, strict=True)}
     columns |= {f"high_{axis}": value for axis, value in zip("xyz", high + margin, strict=True)}
-    return layout.row(layout.BOUNDED, **columns, bit=1 << number)
+    return layout.row(layout.BODY_BOUNDS, **columns, bit=1 << number)
 
 
-def _box_about(plan: Plan, body) -> np.ndarray | None:
+def _bounding_box(plan: Plan, body) -> np.ndarray | None:
     """Return the lower and upper corner [m] of a finite body; None for an unbounded one."""
     shapes = [plan.scene.surfaces[number].shape for number in body.surfaces]
     if any(shape.is_infinite for shape in shapes):
         return None
     bounds = np.array([shape.bounds for shape in shapes])
     box = np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
-    far = box.mean(axis=0) + FAR * float(np.ptp(box, axis=0).max()) * np.array(
+    far = box.mean(axis=0) + FAR_FACTOR * float(np.ptp(box, axis=0).max()) * np.array(
         list(product((-1, 1), repeat=3))
     )
-    is_endless = bits_at(plan.scene, far, [plan.bodies.index(body)]).any()
+    is_endless = bits_of_bodies_at(plan.scene, far, [plan.bodies.index(body)]).any()
     return None if is_endless else box

@@ -21,14 +21,14 @@ def mesh_table(plan: Plan, mesh: Mesh) -> MeshTable:
 def mesh_row(plan: Plan, mesh: Mesh) -> np.ndarray:
     """Return a row by which rays are intersected with the mesh."""
     table = mesh_table(plan, mesh)
-    return _pointing(table, layout.row(layout.MESH, **layout.center_columns(tuple(table.center))))
+    return _register_row(table, layout.row(layout.MESH, **layout.center_columns(tuple(table.center))))
 
 
 def areas_row(plan: Plan, mesh: Mesh, side: float) -> np.ndarray:
     """Return a row by which places on the mesh are sampled."""
-    return _pointing(mesh_table(plan, mesh), layout.row(layout.AREAS, side=side))
+    return _register_row(mesh_table(plan, mesh), layout.row(layout.FACET_AREAS, side=side))
 
 
-def _pointing(table: MeshTable, row: np.ndarray) -> np.ndarray:
+def _register_row(table: MeshTable, row: np.ndarray) -> np.ndarray:
     table.rows.append(row)
     return row

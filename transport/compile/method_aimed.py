@@ -12,18 +12,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.scene.checks.overlapping_bodies import glows
+from transport.scene.checks.overlapping_bodies import has_emission
 from transport.scene.detectors import Detector
-from transport.scene.materials import Black, Diffuse, Material, Mirror, Transparent, simple_parts, titled
-from transport.validation import SceneError, shown
+from transport.scene.materials import (
+    Black,
+    Diffuse,
+    Material,
+    Mirror,
+    Transparent,
+    display_name,
+    elementary_materials,
+)
+from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
     from transport.scene.scene import Scene
 
 
-def why_not(scene: Scene) -> str | None:
+def refusal(scene: Scene) -> str | None:
     """Reason why a scene does not allow this estimator, with the cure; None if it does."""
-    return _detectors(scene) or _sources(scene) or _matter(scene) or _refused(scene)
+    return (
+        _detector_refusal(scene)
+        or _source_refusal(scene)
+        or _scattering_refusal(scene)
+        or _aim_refusal(scene)
+    )
 
 
 def aimed_scene(scene: Scene) -> Scene:
@@ -38,7 +51,7 @@ def unaimed_scene(scene: Scene) -> Scene:
     return replace(scene, sources=tuple(replace(source, aim=None) for source in scene.sources))
 
 
-def _detectors(scene: Scene) -> str | None:
+def _detector_refusal(scene: Scene) -> str | None:
     """Reason why the detectors do not allow it."""
     if len(scene.detectors) == 1 and isinstance(scene.detectors[0], Detector):
         return None
@@ -46,44 +59,44 @@ def _detectors(scene: Scene) -> str | None:
     return f"it needs exactly one Detector, got {names}; leave the others out, or aim sources yourself"
 
 
-def _sources(scene: Scene) -> str | None:
+def _source_refusal(scene: Scene) -> str | None:
     """Reason why the sources do not allow it."""
-    if glows(scene):
+    if has_emission(scene):
         return "a medium emits and cannot be aimed; leave its emission out"
     (detector,) = scene.detectors
     shape = scene.shape_of(detector)
     for number, source in enumerate(scene.sources):
         if source.aim is not None:
-            return f"sources[{number}] already has aim={shown(source.aim)}; leave it out"
+            return f"sources[{number}] already has aim={short_repr(source.aim)}; leave it out"
         if scene.shape_of(source) == shape:
             return f"sources[{number}] lies on the shape of detector {detector.name!r}; put it elsewhere"
     return None
 
 
-def _matter(scene: Scene) -> str | None:
+def _scattering_refusal(scene: Scene) -> str | None:
     """Reason why surfaces or media do not allow it: they may redirect light to the detector."""
     for number, surface in enumerate(scene.surfaces):
-        for part in simple_parts(surface.material):
-            if _turns(part):
+        for part in elementary_materials(surface.material):
+            if _redirects_light(part):
                 return (
-                    f"{titled(surface, number)} redirects light, got {shown(part)};"
+                    f"{display_name(surface, number)} redirects light, got {short_repr(part)};"
                     " write estimator='expected' or 'backward'"
                 )
     media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
     for medium in media:
         if medium is not None and np.max(medium.scattering) > 0:
-            return f"a medium scatters, got {shown(medium)}; write estimator='expected' or 'backward'"
+            return f"a medium scatters, got {short_repr(medium)}; write estimator='expected' or 'backward'"
     return None
 
 
-def _turns(part: Material) -> bool:
+def _redirects_light(part: Material) -> bool:
     """Whether a material may send incident light into another direction."""
     if isinstance(part, Mirror):
         return part.reflectance > 0
     return not (isinstance(part, (Black, Transparent)) or part == Diffuse(0.0))
 
 
-def _refused(scene: Scene) -> str | None:
+def _aim_refusal(scene: Scene) -> str | None:
     """Reason why a source cannot be aimed at that shape."""
     try:
         aimed_scene(scene)

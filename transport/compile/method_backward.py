@@ -18,7 +18,7 @@ What each part becomes (all others are unchanged):
     PointDetector             point that emits into all directions
     Camera, EnvironmentMap    point that emits into each pixel or bin
 
-`why_not` refuses what cannot be run backward: sources that no history reaches (a Point, any Beam); particles
+`refusal` refuses what cannot be run backward: sources that no history reaches (a Point, any Beam); particles
 and time; detector options that need a history's past (via, events, times, speeds, moments); volumes; surfaces
 that are not reciprocal (ThinLens, which does not conserve L/eta^2 equally from both sides; a TwoSided whose
 sides transmit differently). Light that leaves a detector has no backward estimate: put a detector on the
@@ -33,7 +33,7 @@ from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Point
 from transport.geometry.solid import Sphere
-from transport.scene.cameras import Camera, EnvironmentMap, Instrument
+from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam
 from transport.scene.materials import (
@@ -45,27 +45,27 @@ from transport.scene.materials import (
     ThinLens,
     Transparent,
     TwoSided,
-    simple_parts,
-    titled,
+    display_name,
+    elementary_materials,
 )
 from transport.scene.points import PointDetector
 from transport.scene.sources import Source
-from transport.validation import shown
+from transport.validation import short_repr
 
 if TYPE_CHECKING:
     from transport.scene.scene import Scene
 
-PLACED = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
-SAME = 1e-12  # tolerance of equal transmittances
-UNKNOWING = ("times", "speeds", "via", "events")  # properties that a backward history does not know
+SHAPES_WITH_POSITIONS = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
+TRANSMITTANCE_TOLERANCE = 1e-12  # tolerance of equal transmittances
+FORWARD_ONLY = ("times", "speeds", "via", "events")  # properties that a backward history does not know
 
 
-def is_instrument(detector: object) -> bool:
+def needs_backward(detector: object) -> bool:
     """Whether only backward histories can reach it."""
     return isinstance(detector, Camera | EnvironmentMap)
 
 
-def why_not(scene: Scene) -> str | None:
+def refusal(scene: Scene) -> str | None:
     """Reason why a scene cannot be run backward, as the end of a message; None if it can."""
     if scene.duration is not None:
         return f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
@@ -74,34 +74,34 @@ def why_not(scene: Scene) -> str | None:
     if not scene.detectors:
         return "it has no detector from which histories could start; write detectors=[...]"
     reasons = (
-        *(_against_detector(scene, detector) for detector in scene.detectors),
-        *(_against_source(scene, source, k) for k, source in enumerate(scene.sources)),
-        *(_against_surface(scene, surface) for surface in scene.surfaces),
+        *(_detector_refusal(scene, detector) for detector in scene.detectors),
+        *(_source_refusal(scene, source, k) for k, source in enumerate(scene.sources)),
+        *(_surface_refusal(scene, surface) for surface in scene.surfaces),
     )
     return next(filter(None, reasons), None)
 
 
-def more_or_backward(scene: Scene) -> str:
+def more_particles_or_backward(scene: Scene) -> str:
     """Cure for a forward run that hardly sampled some light; names "backward" only if the scene allows it."""
-    return "use more particles" + ("" if why_not(scene) else ", or estimator='backward'")
+    return "use more particles" + ("" if refusal(scene) else ", or estimator='backward'")
 
 
-def _against_detector(scene: Scene, detector: object) -> str | None:
+def _detector_refusal(scene: Scene, detector: object) -> str | None:
     """Reason why a detector cannot be run backward; None if it can."""
-    if isinstance(detector, Instrument | PointDetector):
+    if isinstance(detector, PointInstrument | PointDetector):
         return None
     title = f"{type(detector).__name__} {detector.name!r}"
     if not isinstance(detector, Detector):
         return f"no history starts from {title}; use a Detector, an EnvironmentMap or estimator='analog'"
     shape = scene.shape_of(detector)
     if shape.is_infinite:
-        return f"{title} must be finite, got {shown(shape)}; use a Rectangle or Disk in it"
-    for name in UNKNOWING:
+        return f"{title} must be finite, got {short_repr(shape)}; use a Rectangle or Disk in it"
+    for name in FORWARD_ONLY:
         if (value := getattr(detector, name)) is not None:
-            return f"{title} has {name}={shown(value)}, which only forward histories know; leave it out"
+            return f"{title} has {name}={short_repr(value)}, which only forward histories know; leave it out"
     if detector.moments:
         return f"{title} has moments, which only forward histories know; leave moments out"
-    if detector.positions is not None and not isinstance(shape, PLACED):
+    if detector.positions is not None and not isinstance(shape, SHAPES_WITH_POSITIONS):
         return (
             f"{title} has positions on a {type(shape).__name__};"
             " leave them out, or use a Disk, Rectangle or Sphere"
@@ -111,7 +111,7 @@ def _against_detector(scene: Scene, detector: object) -> str | None:
     return None
 
 
-def _against_source(scene: Scene, source: Source, number: int) -> str | None:
+def _source_refusal(scene: Scene, source: Source, number: int) -> str | None:
     """Reason why no history reaches a source; None if histories do."""
     title = f"sources[{number}]"
     if isinstance(source.emission, Beam):
@@ -121,19 +121,19 @@ def _against_source(scene: Scene, source: Source, number: int) -> str | None:
     return None
 
 
-def _against_surface(scene: Scene, surface: Surface) -> str | None:
+def _surface_refusal(scene: Scene, surface: Surface) -> str | None:
     """Reason why a surface is not reciprocal; None if it is."""
-    title = titled(surface, scene.surfaces.index(surface))
-    if any(isinstance(part, ThinLens) for part in simple_parts(surface.material)):
+    title = display_name(surface, scene.surfaces.index(surface))
+    if any(isinstance(part, ThinLens) for part in elementary_materials(surface.material)):
         return f"{title} is a ThinLens, which is not reciprocal; build it from Dielectric surfaces"
     if isinstance(surface.material, TwoSided):
-        sides = [_passing(side) for side in (surface.material.front, surface.material.back)]
-        if any(abs(a - b) > SAME for a, b in zip(*sides, strict=True)):
+        sides = [_transmitted_shares(side) for side in (surface.material.front, surface.material.back)]
+        if any(abs(a - b) > TRANSMITTANCE_TOLERANCE for a, b in zip(*sides, strict=True)):
             return f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
     return None
 
 
-def _passing(material: Material) -> tuple[float, float]:
+def _transmitted_shares(material: Material) -> tuple[float, float]:
     """Shares of incident light that a material transmits diffusely, and straight on."""
     parts = material.parts if isinstance(material, Mixture) else ((material, 1.0),)
     diffuse = sum(share * part.transmission for part, share in parts if isinstance(part, Diffuse))

@@ -13,32 +13,32 @@ if TYPE_CHECKING:
     from transport.scene.scene import Scene
 
 
-def why_not(scene: Scene) -> str | None:
+def refusal(scene: Scene) -> str | None:
     """Reason why a scene cannot be run with estimator "expected", with the cure; None if it can."""
     if scene.duration is not None:
         return f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
     if scene.points:
         name = scene.points[0].name
         return f"PointDetector {name!r} casts its own rays; run it in a separate scene"
-    if not any(expects(scene, meter) for meter in scene.meters):
+    if not any(uses_next_event(scene, meter) for meter in scene.meters):
         got = ", ".join(f"{type(part).__name__} {part.name!r}" for part in scene.detectors) or "no detector"
         cure = "use a Detector on a Rectangle, Disk, Triangle or whole Sphere, without speeds or moments"
         return f"it cannot sample points on {got}; {cure}"
     return None
 
 
-def counted_as_they_come(scene: Scene) -> list[str]:
+def detectors_without_next_event(scene: Scene) -> list[str]:
     """Names of the detectors that score crossings only, without next-event estimation."""
-    return [meter.name for meter in scene.meters if not expects(scene, meter)]
+    return [meter.name for meter in scene.meters if not uses_next_event(scene, meter)]
 
 
-def expects(scene: Scene, detector: Detector) -> bool:
+def uses_next_event(scene: Scene, detector: Detector) -> bool:
     """Whether next-event estimation serves this detector; others score crossings."""
     plain = detector.speeds is None and not detector.moments
-    return plain and can_draw_on(scene.shape_of(detector))
+    return plain and can_sample_points_on(scene.shape_of(detector))
 
 
-def can_draw_on(shape: Shape) -> bool:
+def can_sample_points_on(shape: Shape) -> bool:
     """Whether points are sampled on a shape: flat shapes without holes, and whole spheres."""
     if isinstance(shape, Rectangle):
         return shape.hole is None

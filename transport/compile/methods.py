@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError, name_hint
 
 if TYPE_CHECKING:
     from transport.scene.scene import Scene
@@ -32,17 +32,17 @@ ESTIMATORS = (
     "aimed",
     "expected",
     "backward",
-)  # the simplest first; the module of each defines why_not(scene)
-PARTIAL = (
+)  # the simplest first; the module of each defines refusal(scene)
+ARRIVALS_ONLY = (
     "aimed",
     "backward",
 )  # estimate only light that arrives at detectors: no energy balance of all emitted light
 SAMPLINGS = ("random", "stratified", "sobol")
 AUTO = "auto"  # choose the cheapest of them
-BATCHES = 32  # default number of batches
+DEFAULT_BATCHES = 32  # default number of batches
 # Default number of batches of "stratified" and "sobol" runs: few and large, because the error falls faster
 # than 1/sqrt(N) with the size of a batch.
-NETS = 8
+DEFAULT_QMC_BATCHES = 8
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class Method:
     sampling: str = "random"
 
     @property
-    def usual_batches(self) -> int:
+    def default_batches(self) -> int:
         """Default number of batches."""
-        return BATCHES if self.sampling == "random" else NETS
+        return DEFAULT_BATCHES if self.sampling == "random" else DEFAULT_QMC_BATCHES
 
     @property
     def title(self) -> str:
@@ -66,7 +66,7 @@ class Method:
 ANALOG = Method()
 
 
-def checked_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
+def coerce_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
     """Return the method of a run; SceneError if it is unknown or the scene does not allow it."""
     if estimator is None:
         estimator = "backward" if scene.instruments else "analog"
@@ -75,22 +75,22 @@ def checked_method(scene: Scene, estimator: str | None, sampling: str) -> Method
         if value not in known:
             names = ", ".join(map(repr, known))
             raise SceneError(
-                f"simulate: {what} must be one of {names}, got {value!r}; {suggestion(str(value), known)}"
+                f"simulate: {what} must be one of {names}, got {value!r}; {name_hint(str(value), known)}"
             )
-    if reason := why_not(scene, estimator):
+    if reason := refusal(scene, estimator):
         raise SceneError(f"simulate: estimator {estimator!r} does not go with this scene: {reason}")
-    if not _goes(estimator, sampling):
+    if not _are_compatible(estimator, sampling):
         cure = "leave sampling out"
         raise SceneError(f"simulate: sampling {sampling!r} does not go with estimator {estimator!r}; {cure}")
     return Method(estimator, sampling)
 
 
-def _goes(estimator: str, sampling: str) -> bool:
+def _are_compatible(estimator: str, sampling: str) -> bool:
     """Whether they combine: backward histories are spread over detector bins, which breaks up point nets."""
     return estimator != "backward" or sampling == "random"
 
 
-def why_not(scene: Scene, estimator: str) -> str | None:
+def refusal(scene: Scene, estimator: str) -> str | None:
     """Reason why a scene does not allow an estimator, as the end of a message; None if it does."""
     if scene.instruments and estimator != "backward":
         seen = scene.instruments[0]
@@ -98,13 +98,15 @@ def why_not(scene: Scene, estimator: str) -> str | None:
         return f"only backward histories reach {title}; write estimator='backward'"
     if estimator == "analog":
         return None
-    return import_module(f"transport.compile.method_{estimator}").why_not(scene)
+    return import_module(f"transport.compile.method_{estimator}").refusal(scene)
 
 
 def methods_for(scene: Scene) -> list[Method]:
     """All methods that a scene allows, the simplest first."""
-    allowed = [estimator for estimator in ESTIMATORS if why_not(scene, estimator) is None]
-    return [Method(one, sampling) for one in allowed for sampling in SAMPLINGS if _goes(one, sampling)]
+    allowed = [estimator for estimator in ESTIMATORS if refusal(scene, estimator) is None]
+    return [
+        Method(one, sampling) for one in allowed for sampling in SAMPLINGS if _are_compatible(one, sampling)
+    ]
 
 
 # ---- Estimators of the same quantities, and the choice among them.

@@ -15,34 +15,34 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.method_expected import expects
+from transport.compile.method_expected import uses_next_event
 from transport.compile.points import scatters_anywhere
-from transport.compile.sources import CLOSE, FAINTEST, aim_columns, one_minus_cosine
-from transport.geometry.distances import is_behind, least_distance, least_height
+from transport.compile.sources import MAX_NEAR_WEIGHT, MIN_SOLID_ANGLE, aim_columns, one_minus_cosine
+from transport.geometry.distances import distance_to_shape, is_behind, least_height
 from transport.geometry.flat import Disk, FlatShape, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Point, Shape
 from transport.geometry.solid import Sphere
 from transport.geometry.supports import are_on_one_support
-from transport.scene.bodies import body_bits_around
+from transport.scene.bodies import body_bits_at
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic, Lambertian
-from transport.scene.materials import Diffuse, Mixture, is_specular, simple_parts
-from transport.scene.sheets import pieces
+from transport.scene.materials import Diffuse, Mixture, elementary_materials, is_specular
+from transport.scene.sheets import pieces_of
 from transport.scene.sides import IS_BACK
-from transport.validation import SceneError, refuse, shown
+from transport.validation import SceneError, refuse, short_repr
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
     from transport.scene.sheets import Sheet
 
 # [sr^-1] greatest densities of Lambertian and of isotropic directions
-LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi
-BALL = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
-ALL, FLAT_SHARE, BALL_SHARE = 1, 2, 3  # values of `how` in layout.HELD
-GRID = 1.1  # safety factor over the maximum on a grid of points
-MOST_FACES = 256  # of a mesh whose faces are bounded one by one
-SMALLEST = 1e-12  # of a coordinate: 1000 roundings across a detector
+LAMBERTIAN_DENSITY, ISOTROPIC_DENSITY = 1 / math.pi, 0.25 / math.pi
+MAX_SPHERE_SCORE = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
+ALL_SCORED, FLAT_SHARE, SPHERE_SHARE = 1, 2, 3  # values of `how` in layout.MIS_SHARE
+GRID_SAFETY = 1.1  # safety factor over the maximum on a grid of points
+MAX_FACES = 256  # of a mesh whose faces are bounded one by one
+MIN_RELATIVE_SIZE = 1e-12  # of a coordinate: 1000 roundings across a detector
 
 Row = np.ndarray
 
@@ -58,23 +58,25 @@ class Expectation:
     births: list[Row | None]  # by emitter; None where an emitter sends no shadow rays
     walls: Row | None
     collisions: Row | None
-    held: dict[str, float]  # columns of layout.HELD
+    held: dict[str, float]  # columns of layout.MIS_SHARE
     layer: int  # of its sheet, among the detectors there
     scale: float  # factor by which its rows are scaled up
     # by side: largest score of a shadow ray from a birth or wall, for a particle of weight 1
-    strongest: dict[str, float]
-    nearest: dict[str, float]  # by side: largest share that a particle's own crossing still counts
+    largest_score: dict[str, float]
+    largest_flight_share: dict[
+        str, float
+    ]  # by side: largest share that a particle's own crossing still counts
     # The same share for a flight from a collision at least that far away [m]; None without collisions.
     scattered: Callable[[float], float] | None
 
 
 def fill_expected(plan: Plan) -> None:
     """Fill an Expectation for each detector that shadow rays sample points on."""
-    if not plan.expects:
+    if not plan.sends_shadow_rays:
         return
     scene = plan.scene
     for detector in scene.meters:
-        if expects(scene, detector):
+        if uses_next_event(scene, detector):
             plan.expectations.append(_expectation(plan, detector, len(plan.expectations)))
     by_name = {each.detector.name: each for each in plan.expectations}
     plan.expected_layers = [_expected_layer(plan, layer, by_name) for layer in plan.layers]
@@ -111,7 +113,7 @@ def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
     # Place a sphere around each expected detector, and reserve its cells.
     for each in plan.expectations if found else ():
         shape = scene.shape_of(each.detector)
-        apart = min(least_distance(scene.surfaces[number].shape, shape.middle) for number in specular)
+        apart = min(distance_to_shape(scene.surfaces[number].shape, shape.middle) for number in specular)
         radius = math.sqrt(shape.extent * max(apart, shape.extent))
         place = layout.center_columns(plan.space.place(shape.middle))
         row = layout.row(
@@ -128,7 +130,7 @@ def _expected_layer(plan: Plan, layer: np.ndarray, by_name: dict[str, Expectatio
     copy = layer.copy()
     for row in copy:
         if row["look"] != 0:
-            is_told = plan.meter_names[row["meter"]] in by_name
+            is_told = plan.detector_names[row["meter"]] in by_name
             row["look"] = row["look"] + 2 * plan.half if is_told else 0
     return copy
 
@@ -143,12 +145,12 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     births = {k: kind for k, emitter in enumerate(plan.emitters) if (kind := _birth(emitter, shape))}
     walls, collisions = _walls(plan, shape), _collisions(plan, shape)
     kinds = [kind for kind in (*births.values(), walls, collisions) if kind is not None]
-    is_pure = all(peak * _angle(shape, gap) <= CLOSE for peak, gap in kinds)
-    bound = max((_bound(shape, is_pure, *kind) for kind in kinds), default=1.0)
+    is_pure = all(peak * _max_solid_angle(shape, gap) <= MAX_NEAR_WEIGHT for peak, gap in kinds)
+    bound = max((_max_score(shape, is_pure, *kind) for kind in kinds), default=1.0)
     _check_size(plan, detector, shape, bound)
     # Scale sums by a power of two, so that the largest score is about 1.
     scale = math.ldexp(1.0, -math.frexp(bound)[1])
-    layer, sheet = _place(plan, detector)
+    layer, sheet = _layer_and_sheet(plan, detector)
     values = _columns(plan, detector, shape, sheet) | {"number": number, "scale": scale}
 
     def row(kind: tuple[float, float] | None, **more: float) -> Row | None:
@@ -160,12 +162,12 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     by_emitter = [
         row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
     ]
-    held = _held(shape, values, is_pure, sheet)
+    held = _mis_columns(shape, values, is_pure, sheet)
     # Bound the strongest ray and the largest MIS share per side, which diagnostics compare with the scores.
-    places = {side: _places_of_events(plan, shape, side) for side in ("front", "back")}
-    strongest = {side: _strongest(shape, side, is_pure, kinds) for side, kinds in places.items()}
+    places = {side: _event_shapes(plan, shape, side) for side in ("front", "back")}
+    strongest = {side: _largest_score(shape, side, is_pure, kinds) for side, kinds in places.items()}
     nearest = {
-        side: 0.0 if is_pure else max((_flights_share(shape, *kind) for *_, kind in kinds), default=0.0)
+        side: 0.0 if is_pure else max((_flight_share(shape, *kind) for *_, kind in kinds), default=0.0)
         for side, kinds in places.items()
     }
     scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
@@ -174,12 +176,12 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     )
 
 
-def face_of(detector: Detector) -> str:
+def side_of(detector: Detector) -> str:
     """Return the side of its shape, "front" or "back", that a detector measures on."""
     return "back" if IS_BACK[detector.side] else "front"
 
 
-def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, float, tuple[float, float]]]:
+def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, float, tuple[float, float]]]:
     """Return the emitters and diffuse walls that send shadow rays to one side of a detector.
 
     Each is (shape, greatest weight sent, (greatest density [sr^-1], least distance [m])); those behind the
@@ -193,38 +195,42 @@ def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, 
         if (law := _law(emitter))
     ]
     for surface in plan.scene.surfaces:
-        parts = [part for part in simple_parts(surface.material) if isinstance(part, Diffuse)]
+        parts = [part for part in elementary_materials(surface.material) if isinstance(part, Diffuse)]
         sent = max((part.albedo + part.transmission for part in parts), default=0.0)
-        walls = _triangles(surface.shape) if parts and isinstance(shape, FlatShape) else pieces(surface.shape)
-        places += [(piece, sent, LAMBERTIAN, False) for piece in walls if sent > 0]
+        walls = (
+            _triangles(surface.shape) if parts and isinstance(shape, FlatShape) else pieces_of(surface.shape)
+        )
+        places += [(piece, sent, LAMBERTIAN_DENSITY, False) for piece in walls if sent > 0]
     if isinstance(shape, FlatShape):
         places = [place for place in places if not is_behind(place[0], shape, side)]
-    return [(where, sent, (peak, _gap(where, shape, filled))) for where, sent, peak, filled in places]
+    return [
+        (where, sent, (peak, _min_distance(where, shape, filled))) for where, sent, peak, filled in places
+    ]
 
 
 def _triangles(shape: Shape) -> tuple[Shape, ...]:
     """Return the pieces of a shape; a small mesh by its faces, as those behind a detector do not count."""
-    if not isinstance(shape, Mesh) or len(shape.faces) > MOST_FACES:
-        return pieces(shape)
+    if not isinstance(shape, Mesh) or len(shape.faces) > MAX_FACES:
+        return pieces_of(shape)
     try:
         return tuple(Triangle(vertices=corners) for corners in shape.vertices[shape.faces].tolist())
     except SceneError:  # a face too thin to define a plane
         return (shape,)
 
 
-def _strongest(
+def _largest_score(
     shape: Shape, side: str, is_pure: bool, places: list[tuple[Shape, float, tuple[float, float]]]
 ) -> float:
     """Return the largest score of a shadow ray from one of these places, for a particle of weight 1."""
     most = 0.0
-    bounds = [(sent * _bound(shape, is_pure, *kind), sent, place) for place, sent, kind in places]
+    bounds = [(sent * _max_score(shape, is_pure, *kind), sent, place) for place, sent, kind in places]
     for bound, sent, place in sorted(bounds, key=lambda each: -each[0]):
         if bound > most:  # Skip the costlier bound by angles where it cannot raise the result.
-            most = max(most, min(bound, sent * _slanted(place, shape, side)))
+            most = max(most, min(bound, sent * _bound_by_angles(place, shape, side)))
     return most
 
 
-def _slanted(place: Shape, shape: Shape, side: str) -> float:
+def _bound_by_angles(place: Shape, shape: Shape, side: str) -> float:
     """Bound the score of a ray of weight 1 from a flat place by the angles at both ends.
 
     The score is A cos(there) cos(here) / (pi r^2); of shapes that are not flat the bound is infinite. It is
@@ -258,14 +264,14 @@ def _slanted(place: Shape, shape: Shape, side: str) -> float:
         # A flat detector is equally high above all of these points.
         here = np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
         area = math.pi * shape.radius**2 if isinstance(shape, Sphere) else shape.area
-        return float(np.max(there * here / least**2)) * area * LAMBERTIAN * GRID
+        return float(np.max(there * here / least**2)) * area * LAMBERTIAN_DENSITY * GRID_SAFETY
 
 
 def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:
-    return _flights_share(shape, peak, max(gap, distance))
+    return _flight_share(shape, peak, max(gap, distance))
 
 
-def _flights_share(shape: Shape, peak: float, gap: float) -> float:
+def _flight_share(shape: Shape, peak: float, gap: float) -> float:
     """Return the largest share that a particle's own crossing keeps from that distance [m].
 
     See physics/connections.py.
@@ -279,11 +285,13 @@ def _flights_share(shape: Shape, peak: float, gap: float) -> float:
 
 def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> None:
     """Refuse detectors too small for rounding to resolve their points, or for their scores to be held."""
-    if not bound > FAINTEST:
-        refuse(detector, f"must subtend more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
-    if shape.extent / plan.space.size < SMALLEST * sum(map(abs, plan.space.place(shape.middle))):
-        must = f"must be larger than {SMALLEST:g} times its distance from the smallest shape of the scene"
-        refuse(detector, f"{must}, got {shown(shape)}; run it in a scene of its own")
+    if not bound > MIN_SOLID_ANGLE:
+        refuse(
+            detector, f"must subtend more than {MIN_SOLID_ANGLE:g} sr, got {short_repr(shape)}; come closer"
+        )
+    if shape.extent / plan.space.size < MIN_RELATIVE_SIZE * sum(map(abs, plan.space.place(shape.middle))):
+        must = f"must be larger than {MIN_RELATIVE_SIZE:g} times its distance from the smallest shape of the scene"
+        refuse(detector, f"{must}, got {short_repr(shape)}; run it in a scene of its own")
 
 
 def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
@@ -295,7 +303,7 @@ def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
     if not law:
         return None
     is_filled = isinstance(emitter.source.emission, Isotropic)
-    return max(law.values()), _gap(emitter.shape, shape, is_filled)
+    return max(law.values()), _min_distance(emitter.shape, shape, is_filled)
 
 
 def _law(emitter: Emitter) -> dict[str, float]:
@@ -304,70 +312,74 @@ def _law(emitter: Emitter) -> dict[str, float]:
         return {}
     match emitter.source.emission:
         case Lambertian():
-            return {"lambertian": LAMBERTIAN}
+            return {"lambertian": LAMBERTIAN_DENSITY}
         case Isotropic():
-            return {"isotropic": NEUTRAL}
+            return {"isotropic": ISOTROPIC_DENSITY}
     return {}
 
 
 def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
     """Return the same for diffuse walls; a flat detector on a wall receives nothing from it."""
     scene = plan.scene
-    walls = [s.shape for s in scene.surfaces if any(isinstance(p, Diffuse) for p in simple_parts(s.material))]
+    walls = [
+        s.shape
+        for s in scene.surfaces
+        if any(isinstance(p, Diffuse) for p in elementary_materials(s.material))
+    ]
     if not walls:
         return None
     facing = [s for s in walls if not (isinstance(shape, FlatShape) and are_on_one_support(s, shape))]
-    return LAMBERTIAN, min((_gap(wall, shape) for wall in facing), default=math.inf)
+    return LAMBERTIAN_DENSITY, min((_min_distance(wall, shape) for wall in facing), default=math.inf)
 
 
 def _collisions(plan: Plan, shape: Shape) -> tuple[float, float] | None:
     """Return the same for collisions in media that scatter."""
     if not scatters_anywhere(plan):
         return None
-    return max(map(peak_of, plan.phase_numbers)), nearest_collision(plan, shape)
+    return max(map(max_phase_density, plan.phase_numbers)), min_collision_distance(plan, shape)
 
 
-def peak_of(phase) -> float:
+def max_phase_density(phase) -> float:
     """Return the greatest density of a phase function [sr^-1]; for a mixture the sum over its parts."""
     if isinstance(phase, Mixture):
-        return sum(share * peak_of(part) for part, share in phase.parts)
+        return sum(share * max_phase_density(part) for part, share in phase.parts)
     values = getattr(phase, "values", None)
     return float(np.max(phase.density(np.array([-1.0, 1.0])) if values is None else values))
 
 
-def nearest_collision(plan: Plan, shape: Shape) -> float:
+def min_collision_distance(plan: Plan, shape: Shape) -> float:
     """Return the least distance of collisions from a detector [m]; 0 in a medium that scatters."""
     rows = np.flatnonzero(plan.media["phase"] != 0).tolist()
-    bits = int(body_bits_around(plan.scene, np.array([shape.middle]))[0])
+    bits = int(body_bits_at(plan.scene, np.array([shape.middle]))[0])
     if 0 in rows or any(bits >> (row - 1) & 1 for row in rows):
         return 0.0
     bounds = {number for row in rows for number in plan.bodies[row - 1].surfaces}
     shapes = [plan.scene.surfaces[number].shape for number in sorted(bounds)]
     if isinstance(shape, Point):
-        return min((least_distance(bound, shape.position) for bound in shapes), default=math.inf)
-    return min((_gap(bound, shape) for bound in shapes), default=math.inf)
+        return min((distance_to_shape(bound, shape.position) for bound in shapes), default=math.inf)
+    return min((_min_distance(bound, shape) for bound in shapes), default=math.inf)
 
 
-def _gap(place: Shape, shape: Shape, is_filled: bool = False) -> float:
+def _min_distance(place: Shape, shape: Shape, is_filled: bool = False) -> float:
     """Return a lower bound of the distance between the place of events and a detector [m]."""
     if isinstance(shape, Sphere):
-        return max(0.0, least_distance(place, shape.center, filled=is_filled) - shape.radius)
+        return max(0.0, distance_to_shape(place, shape.center, filled=is_filled) - shape.radius)
     reach = shape.radius if isinstance(shape, Disk) else shape.extent
-    apart = least_distance(place, shape.middle, filled=is_filled) - reach
+    apart = distance_to_shape(place, shape.middle, filled=is_filled) - reach
     return max(apart, least_height(place, shape))
 
 
-def _angle(shape: Shape, gap: float) -> float:
+def _max_solid_angle(shape: Shape, gap: float) -> float:
     """Return an upper bound of a detector's solid angle from that distance [sr]; for a flat one area/r^2."""
     if isinstance(shape, Sphere):
         return 2 * math.pi * one_minus_cosine(shape.radius, shape.radius + gap) if gap > 0 else 4 * math.pi
     return shape.area / gap**2 if gap > 0 else math.inf
 
 
-def _bound(shape: Shape, is_pure: bool, peak: float, gap: float) -> float:
+def _max_score(shape: Shape, is_pure: bool, peak: float, gap: float) -> float:
     """Return the largest score of a ray of weight 1."""
-    bound = peak * _angle(shape, gap)
-    return bound if is_pure else min(bound, BALL if isinstance(shape, Sphere) else 1.0)
+    bound = peak * _max_solid_angle(shape, gap)
+    return bound if is_pure else min(bound, MAX_SPHERE_SCORE if isinstance(shape, Sphere) else 1.0)
 
 
 def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[str, float]:
@@ -381,18 +393,18 @@ def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[s
     return values | aim_columns(shape, plan.space) | {"area": shape.area / size / size, "sheet": sheet}
 
 
-def _place(plan: Plan, detector: Detector) -> tuple[int, int]:
+def _layer_and_sheet(plan: Plan, detector: Detector) -> tuple[int, int]:
     """Return the layer and the sheet of a detector in one piece."""
     return next(
         (layer, int(number))
         for layer, rows in enumerate(plan.layers)
         for number in np.flatnonzero(rows["look"])
-        if plan.meter_names[rows[number]["meter"]] == detector.name
+        if plan.detector_names[rows[number]["meter"]] == detector.name
     )
 
 
-def _held(shape: Shape, values: dict[str, float], is_pure: bool, sheet: int) -> dict[str, float]:
-    """Return the columns of layout.HELD."""
-    how = BALL_SHARE if isinstance(shape, Sphere) else FLAT_SHARE
+def _mis_columns(shape: Shape, values: dict[str, float], is_pure: bool, sheet: int) -> dict[str, float]:
+    """Return the columns of layout.MIS_SHARE."""
+    how = SPHERE_SHARE if isinstance(shape, Sphere) else FLAT_SHARE
     columns = {name: values[name] for name in ("cx", "cy", "cz", "area")}
-    return columns | {"how": ALL if is_pure else how, "sheet": sheet}
+    return columns | {"how": ALL_SCORED if is_pure else how, "sheet": sheet}

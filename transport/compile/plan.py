@@ -12,7 +12,7 @@ from transport.compile.space import Space
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
 from transport.scene.scene import Scene
-from transport.scene.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
+from transport.scene.scene_speeds import max_speed, needs_particle_speeds, scene_speeds
 from transport.scene.sources import Source
 from transport.scene.tracking import Tracking
 
@@ -96,7 +96,7 @@ class Plan:
     bases: dict[str, int] = field(default_factory=dict)  # first row of each detector
     half: int = 1  # number of rows from a detector's arrivals to its departures
     # Index in scene.surfaces of each row of `surfaces` after the first.
-    owners: list[int] = field(default_factory=list)
+    surface_numbers: list[int] = field(default_factory=list)
     axes: set[str] = field(default_factory=set)  # of program.REFINEMENTS: kinds of finer bins in use
     # Subset of "visits", "reflections": conditions of detectors on a particle's path.
     filters: set[str] = field(default_factory=set)
@@ -105,7 +105,7 @@ class Plan:
     moments: np.ndarray | None = None  # extreme speeds, where a detector records moments
     phase_spaces: list[np.ndarray] = field(default_factory=list)  # one row per time
     snapshots: list[np.ndarray] = field(default_factory=list)
-    long_bases: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
+    first_long_rows: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
     long_rows: int = 0  # rows of four limbs: moments of detectors, then of phase spaces
     ways_room: int = 0  # number of paths to record for a picture; 0: none
     volumes: list = field(default_factory=list)  # one compile.volumes.Volume per volume detector
@@ -118,7 +118,7 @@ class Plan:
     guards: list = field(default_factory=list)
     # like `layers`, for shadow rays to these detectors
     expected_layers: list[np.ndarray] = field(default_factory=list)
-    meter_names: list[str] = field(default_factory=list)  # names of the detectors in the rows of `meters`
+    detector_names: list[str] = field(default_factory=list)  # names of the detectors in the rows of `meters`
     # by row of a detector, where its histogram cells of score sizes begin
     size_numbers: np.ndarray | None = None
     # By detector and side (0: arrivals), where its cells of score sizes begin; for an expected detector, then
@@ -136,11 +136,11 @@ class Plan:
     phase_numbers: dict[object, int] = field(default_factory=dict)
     # layout.GRID of bodies of voxels where particles collide.
     grids: list[np.ndarray] = field(default_factory=list)
-    thinning_grids: list[np.ndarray] = field(default_factory=list)  # grids that only reduce weights
+    absorbing_grids: list[np.ndarray] = field(default_factory=list)  # grids that only reduce weights
     kept: list[np.ndarray] = field(default_factory=list)  # keeps arrays alive whose addresses the tables hold
 
     @property
-    def expects(self) -> bool:
+    def sends_shadow_rays(self) -> bool:
         """Return whether events send shadow rays to detectors."""
         return self.method.estimator in ("expected", "backward")
 
@@ -149,14 +149,14 @@ class Plan:
         return self.scene.duration is not None
 
     @property
-    def tempo(self) -> float:
+    def time_unit(self) -> float:
         """Return the unit of time [s]: the duration, or 1 s without a clock."""
         return self.scene.duration if self.has_clock else 1.0
 
     @property
     def speed_unit(self) -> float:
         """Return the unit of speed [m/s]: a scene length per unit of time."""
-        return self.space.size / self.tempo
+        return self.space.size / self.time_unit
 
     @cached_property
     def has_speeds(self) -> bool:
@@ -164,7 +164,7 @@ class Plan:
 
         They do where speeds differ and a clock runs, or where a detector measures speeds.
         """
-        return scene_has_speeds(self.scene)
+        return needs_particle_speeds(self.scene)
 
     @cached_property
     def slowness(self) -> float:
@@ -179,7 +179,7 @@ class Plan:
     @cached_property
     def fastest(self) -> float:
         """Return an upper bound of all speeds [m/s]."""
-        return max(fastest_of(speed) for speed in scene_speeds(self.scene))
+        return max(max_speed(speed) for speed in scene_speeds(self.scene))
 
     @property
     def scatters(self) -> bool:
@@ -192,23 +192,23 @@ class Plan:
         return self.has_media and bool((self.media["sigma_a"] > 0).any())
 
     @property
-    def absorbs_by_chance(self) -> bool:
+    def absorbs_analog(self) -> bool:
         return self.scatters and bool((self.media["survival"] < 1).any())
 
     @property
-    def absorbs_by_share(self) -> bool:
+    def absorbs_weighted(self) -> bool:
         """Return whether collisions in grids reduce weights."""
         is_analog = self.tracking.absorption == "analog"
         return not is_analog and any(row["absorbs"] for row in self.grids)
 
     @property
     def has_roulette_in_flight(self) -> bool:
-        return self.scatters and self.lessens and not self.splits
+        return self.scatters and self.reduces_weights and not self.splits
 
     @property
-    def lessens(self) -> bool:
+    def reduces_weights(self) -> bool:
         """Return whether media reduce weights, along the path or at collisions."""
-        return self.attenuates or self.absorbs_by_share or bool(self.thinning_grids)
+        return self.attenuates or self.absorbs_weighted or bool(self.absorbing_grids)
 
     @property
     def has_bodies(self) -> bool:
@@ -239,7 +239,7 @@ class Plan:
         absorbs = (self.media["sigma_a"] > 0) | (
             (self.media["mfp"] < math.inf) & (self.media["survival"] < 1)
         )
-        absorbs[[row["medium"] for row in (*self.grids, *self.thinning_grids) if row["absorbs"]]] = True
+        absorbs[[row["medium"] for row in (*self.grids, *self.absorbing_grids) if row["absorbs"]]] = True
         return np.flatnonzero(absorbs).tolist()
 
     @property
@@ -251,7 +251,7 @@ class Plan:
         return bool((self.surfaces["parts"] > 1).any())
 
     @property
-    def chooses(self) -> bool:
+    def selects_material(self) -> bool:
         """Return whether the acting material depends on the side or on chance."""
         return self.has_mixtures or bool((self.surfaces["back"] != 0).any())
 
@@ -278,7 +278,7 @@ class Plan:
         return self.has_speeds and bool((self.surfaces["quantiles"] != 0).any())
 
     @property
-    def draws_again(self) -> bool:
+    def needs_more_random_numbers(self) -> bool:
         return self.has_mixtures or self.has_thermal_walls or layout.GLOSSY in self.materials
 
     @property
@@ -286,11 +286,11 @@ class Plan:
         return bool((self.sheets["curvature"] != 0).any())
 
     @property
-    def acts(self) -> bool:
+    def has_acting_surfaces(self) -> bool:
         return len(self.surfaces) > 1
 
     @property
-    def passes_meters(self) -> bool:
+    def crosses_detectors(self) -> bool:
         """Return whether rays go on through detectors, to other sheets or to the same mesh or quadric."""
         meters = [name for name, *_ in self.members if name.startswith(("cover", "bound"))]
         return bool(meters) and (len(self.sheets) > 2 or bool({"cover_mesh", "cover_quadric"} & set(meters)))
@@ -311,25 +311,27 @@ class Plan:
     def has_roulette(self) -> bool:
         """Return whether a particle can go on from a surface at a fraction of its weight."""
         is_grey = bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
-        return (is_grey or ((self.lessens or self.forces) and self.reflects)) and not self.splits
+        return (
+            is_grey or ((self.reduces_weights or self.forces_collisions) and self.reflects)
+        ) and not self.splits
 
     @property
     def splits(self) -> bool:
         return self.scatters and self.tracking.splitting is not None
 
     @property
-    def forces(self) -> bool:
+    def forces_collisions(self) -> bool:
         return self.scatters and self.tracking.forced
 
     @property
     def plays_roulette(self) -> bool:
-        return self.has_roulette or self.has_roulette_in_flight or self.splits or self.forces
+        return self.has_roulette or self.has_roulette_in_flight or self.splits or self.forces_collisions
 
     @property
-    def draws(self) -> bool:
+    def needs_random_numbers(self) -> bool:
         """Return whether crossings need random numbers."""
         is_chancy = bool({layout.DIFFUSE, layout.DIELECTRIC} & self.materials)
-        return self.has_roulette or self.draws_again or is_chancy or self.transmits
+        return self.has_roulette or self.needs_more_random_numbers or is_chancy or self.transmits
 
     @property
     def rows(self) -> int:
@@ -339,7 +341,7 @@ class Plan:
         cells of birth.
         """
         return (
-            2 * self.half * (2 if self.expects else 1)
+            2 * self.half * (2 if self.sends_shadow_rays else 1)
             + self.volume_rows
             + self.point_rows
             + self.cell_rows

@@ -16,7 +16,7 @@ import numpy as np
 from transport.compile import layout
 from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
 from transport.geometry.solid import Box, Sphere
-from transport.scene.bodies import body_bits_around
+from transport.scene.bodies import body_bits_at
 from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.media import Medium
 from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 # Value of a sum of 1 in each row.
 SCALES = np.ldexp(1.0, POINT_OCTAVES * (np.arange(POINT_ROWS) - POINT_MIDDLE + 1))
 # [extents] Within this distance of a volume source's center, lines are sampled from the point instead.
-NEAR = 1.5
+NEAR_EXTENTS = 1.5
 
 
-MOST_POINTS = 255  # values of a detector's number in the random number counter
+MAX_POINTS = 255  # values of a detector's number in the random number counter
 
-Cast = tuple[str, np.ndarray]  # name of a pass, and its row
+RayPass = tuple[str, np.ndarray]  # name of a pass, and its row
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,10 @@ class PointPlan:
 
     detector: PointDetector
     row: np.ndarray
-    births: list[Cast | None]  # direct rays; None for beams
+    births: list[RayPass | None]  # direct rays; None for beams
     # rays scattered once more; None where the medium around the point does not scatter
-    detours: list[Cast | None]
-    by_flights: bool  # whether any other medium scatters
+    detours: list[RayPass | None]
+    has_other_scatterers: bool  # whether any other medium scatters
 
     @property
     def leg(self) -> int:
@@ -56,14 +56,14 @@ class PointPlan:
 
 def fill_points(plan: Plan) -> None:
     """Fill a row per PointDetector; its sums follow those of the volumes."""
-    if len(plan.scene.points) > MOST_POINTS:
-        raise SceneError(f"Scene: at most {MOST_POINTS} PointDetectors, got {len(plan.scene.points)}")
+    if len(plan.scene.points) > MAX_POINTS:
+        raise SceneError(f"Scene: at most {MAX_POINTS} PointDetectors, got {len(plan.scene.points)}")
     for number, detector in enumerate(plan.scene.points):
         plan.bases[detector.name] = plan.rows
         place = dict(zip("xyz", plan.space.place(detector.position), strict=True))
         places = place | {"first": plan.rows, "number": number}
         scatterers = _scatterers(plan)
-        medium = _row_about(plan, detector)
+        medium = _medium_row_at(plan, detector)
         medium = medium if medium in scatterers else -1
         by_flights = bool(scatterers - {medium})
         if by_flights and plan.tracking.forced:
@@ -72,7 +72,7 @@ def fill_points(plan: Plan) -> None:
             )
             refuse(detector, f"{must}; omit forced=True")
         births = [_births(plan, emitter, detector, places) for emitter in plan.emitters]
-        detours = [_detour(emitter, places) if medium >= 0 else None for emitter in plan.emitters]
+        detours = [_scattered_births(emitter, places) if medium >= 0 else None for emitter in plan.emitters]
         row = layout.row(layout.POINT, **places, medium=medium)
         plan.points.append(PointPlan(detector, row, births, detours, by_flights))
         plan.point_rows += POINT_ROWS
@@ -83,37 +83,43 @@ def _scatterers(plan: Plan) -> set[int]:
     return set(np.flatnonzero(plan.media["phase"] != 0).tolist()) if scatters_anywhere(plan) else set()
 
 
-def _row_about(plan: Plan, detector: PointDetector) -> int:
+def _medium_row_at(plan: Plan, detector: PointDetector) -> int:
     """Return the row of the medium around a point."""
-    bits = int(body_bits_around(plan.scene, np.array([detector.position]))[0])
+    bits = int(body_bits_at(plan.scene, np.array([detector.position]))[0])
     return (bits & -bits).bit_length()
 
 
-def _births(plan: Plan, emitter: Emitter, detector: PointDetector, places: dict[str, float]) -> Cast | None:
+def _births(
+    plan: Plan, emitter: Emitter, detector: PointDetector, places: dict[str, float]
+) -> RayPass | None:
     """Return the pass and row of direct rays from births to the point; None for beams."""
     shape = emitter.shape
     match emitter.source.emission:
         case Lambertian():
             return "cast_from_births", layout.row(layout.POINT_EMISSION, **places, lambertian=1 / math.pi)
         case Isotropic():
-            is_near = math.dist(detector.position, shape.middle) < NEAR * shape.extent
+            is_near = math.dist(detector.position, shape.middle) < NEAR_EXTENTS * shape.extent
             if is_near and isinstance(shape, Box | Sphere):
-                return _glow(plan, shape, dict(places))
+                return _volume_births(plan, shape, dict(places))
             return "cast_from_births", layout.row(layout.POINT_EMISSION, **places, isotropic=0.25 / math.pi)
     return None
 
 
-def _detour(emitter: Emitter, places: dict[str, float]) -> Cast:
+def _scattered_births(emitter: Emitter, places: dict[str, float]) -> RayPass:
     """Return the pass and row of rays from births that are scattered once before the point."""
     match emitter.source.emission:
         case Lambertian():
-            return "detour_from_births", layout.row(layout.POINT_EMISSION, **places, lambertian=1 / math.pi)
+            return "first_leg_from_births", layout.row(
+                layout.POINT_EMISSION, **places, lambertian=1 / math.pi
+            )
         case Isotropic():
-            return "detour_from_births", layout.row(layout.POINT_EMISSION, **places, isotropic=0.25 / math.pi)
-    return "detour_along_beams", layout.row(layout.POINT_EMISSION, **places)
+            return "first_leg_from_births", layout.row(
+                layout.POINT_EMISSION, **places, isotropic=0.25 / math.pi
+            )
+    return "first_leg_along_beams", layout.row(layout.POINT_EMISSION, **places)
 
 
-def _glow(plan: Plan, shape, values: dict[str, float]) -> Cast:
+def _volume_births(plan: Plan, shape, values: dict[str, float]) -> RayPass:
     """Return the pass and row of a uniformly emitting volume, sampled along lines through the point."""
     size = plan.space.size
     halves = [side / 2 for side in shape.size] if isinstance(shape, Box) else [shape.radius] * 3
@@ -122,7 +128,7 @@ def _glow(plan: Plan, shape, values: dict[str, float]) -> Cast:
     return f"cast_from_{type(shape).__name__.lower()}", layout.row(layout.POINT_GLOW, **values)
 
 
-def phase_densities(plan: Plan) -> list[Cast]:
+def phase_densities(plan: Plan) -> list[RayPass]:
     """Return the pass that adds the density of each phase function, or part of one, and its row."""
     found = []
     for phase, number in plan.phase_numbers.items():
@@ -135,15 +141,15 @@ def phase_densities(plan: Plan) -> list[Cast]:
 def _density(plan: Plan, phase) -> tuple[str, dict[str, float]]:
     match phase:
         case HenyeyGreenstein(g=g) if g != 0:
-            return "weigh_by_henyey_greenstein", {"g": g}
+            return "add_henyey_greenstein_pdf", {"g": g}
         case Rayleigh():
-            return "weigh_by_rayleigh", {}
+            return "add_rayleigh_pdf", {}
         case Tabulated():
             cosines, values = (np.ascontiguousarray(array) for array in (phase.mu, phase.values))
             plan.kept += [cosines, values]
             columns = {"cosines": cosines.ctypes.data, "values": values.ctypes.data}
-            return "weigh_by_table", columns | {"cells": len(cosines) - 1}
-    return "weigh_isotropically", {}
+            return "add_tabulated_pdf", columns | {"cells": len(cosines) - 1}
+    return "add_isotropic_pdf", {}
 
 
 def scatters_anywhere(plan: Plan) -> bool:
@@ -151,6 +157,6 @@ def scatters_anywhere(plan: Plan) -> bool:
     return plan.scatters and bool(plan.phase_numbers)
 
 
-def dims_anywhere(plan: Plan) -> bool:
+def attenuates_anywhere(plan: Plan) -> bool:
     """Return whether any homogeneous medium attenuates."""
     return any(isinstance(medium, Medium) and medium.extinction > 0 for medium in plan.distinct_media)

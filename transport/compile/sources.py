@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from transport.compile import layout, speeds
-from transport.compile.birthplaces import places_of
-from transport.compile.media import glowing_sources, row_inside, rows_beside, runs_along_boundary
+from transport.compile.birthplaces import birth_points
+from transport.compile.media import body_row, boundary_rows, emitting_media, runs_along_boundary
 from transport.compile.meshes import areas_row
 from transport.compile.plan import Emitter, Plan, Step
 from transport.compile.space import Space
 from transport.compile.surfaces import hole_columns, triangle_columns
-from transport.geometry.distances import least_distance, least_height
+from transport.geometry.distances import distance_to_shape, least_height
 from transport.geometry.flat import Disk, FlatShape, Rectangle, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Paraboloid, Revolved
@@ -23,41 +23,41 @@ from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.checks.refractive_indices import index_around
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
-from transport.scene.materials import Dielectric, simple_parts
+from transport.scene.materials import Dielectric, elementary_materials
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces
+from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
-from transport.validation import refuse, shown
+from transport.validation import refuse, short_repr
 from transport.vectors import dot
 
 # [scene lengths] distance at which births start from a point where three detectors or more meet
-SET_OUT = 2.0**-47
-FAINTEST = 1e-200  # [sr] least solid angle of a target
-BEYOND = 1.0 + 2.0**-40  # of the radius of a sphere that encloses a shape
+POINT_START_OFFSET = 2.0**-47
+MIN_SOLID_ANGLE = 1e-200  # [sr] least solid angle of a target
+ENCLOSING_FACTOR = 1.0 + 2.0**-40  # of the radius of a sphere that encloses a shape
 # Largest weight of a direction towards a target that may be near: half of the directions follow the source's
 # own law.
-CLOSE = 2.0
+MAX_NEAR_WEIGHT = 2.0
 
 
-def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set[int]) -> list[Emitter]:
+def make_emitters(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set[int]) -> list[Emitter]:
     """Return the emitters of all sources, media that emit included.
 
     sheets_of: gives the numbers of the sheets on which a piece lies; acting: numbers of sheets with acting
     surfaces.
     """
     scene, space, emitters = plan.scene, plan.space, []
-    for source in (*scene.sources, *glowing_sources(scene)):
+    for source in (*scene.sources, *emitting_media(scene)):
         shape = scene.shape_of(source)
-        for piece, share in _shares(source, shape):
+        for piece, share in _pieces_with_shares(source, shape):
             place = _place(plan, source, piece)
             law = speeds.drifting_law(plan, source, piece) or _law(source, piece)
             weight, target = _target(source, piece, space)
             volume = isinstance(source.emission, (Gas, Isotropic)) and not isinstance(piece, Point)
             birth = _birth(source, piece, [] if volume else sheets_of(piece), acting)
             amount = source.amount(shape, scene.duration) * share
-            moment, speed = speeds.moment_of(source, scene.duration), speeds.speed_of(plan, source)
-            facing = _facing(source, piece)
-            medium, (inside, beside) = medium_row(scene, source, piece), _inside(plan, source, piece)
+            moment, speed = speeds.birth_time_pass(source, scene.duration), speeds.speed_passes(plan, source)
+            facing = _normal_row(source, piece)
+            medium, (inside, beside) = medium_row(scene, source, piece), _birth_bodies(plan, source, piece)
             emitters.append(
                 Emitter(
                     source,
@@ -88,7 +88,7 @@ def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
     glass = {
         surface.shape: part
         for surface in scene.surfaces
-        for part in simple_parts(surface.material)
+        for part in elementary_materials(surface.material)
         if isinstance(part, Dielectric)
     }
     if not glass:
@@ -97,11 +97,11 @@ def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
     if boundary is not None and source.emission.has_side:
         index = boundary.index_inside if source.is_back else boundary.index_outside
     else:
-        index = index_around(scene, tuple(places_of(source, piece, 1.0)[0]))
+        index = index_around(scene, tuple(birth_points(source, piece, 1.0)[0]))
     return layout.row(layout.MEDIUM, index=0.0 if math.isnan(index) else index)
 
 
-def _inside(plan: Plan, source: Source, piece: Shape) -> tuple[np.ndarray | None, list[np.ndarray]]:
+def _birth_bodies(plan: Plan, source: Source, piece: Shape) -> tuple[np.ndarray | None, list[np.ndarray]]:
     """Return the row of bodies that a source emits into, and rows of boundaries that it lies on.
 
     Refuse sources whose medium is ambiguous.
@@ -109,18 +109,23 @@ def _inside(plan: Plan, source: Source, piece: Shape) -> tuple[np.ndarray | None
     if not plan.has_bodies:
         return None, []
     if isinstance(piece, Point) and not isinstance(source.emission, Beam):
-        found = rows_beside(plan, piece.position)
+        found = boundary_rows(plan, piece.position)
         if found is None:
             refuse(
-                source, f"position must not lie on the boundary of a body, got {shown(piece)}; move it off"
+                source,
+                f"position must not lie on the boundary of a body, got {short_repr(piece)}; move it off",
             )
         return found
     if isinstance(piece, Point) and runs_along_boundary(plan, piece.position, source.emission.direction):
         must = "direction must not lead along the boundary of a body from a point on it"
-        refuse(source, f"{must}, got {source.emission.direction} from {shown(piece)}; move it to one side")
-    row = row_inside(plan, places_of(source, piece, plan.space.size))
+        refuse(
+            source, f"{must}, got {source.emission.direction} from {short_repr(piece)}; move it to one side"
+        )
+    row = body_row(plan, birth_points(source, piece, plan.space.size))
     if row is None:
-        refuse(source, f"shape must lie in one medium, got {shown(piece)}, which lies in several; divide it")
+        refuse(
+            source, f"shape must lie in one medium, got {short_repr(piece)}, which lies in several; divide it"
+        )
     return row, []
 
 
@@ -133,18 +138,20 @@ def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) ->
     if not isinstance(shape, Point):
         sheets = sheets[:1]
     if len(acting.intersection(sheets)) > 1:
-        refuse(source, f"position must not lie where walls meet, got {shown(shape)}; move it to one side")
+        refuse(
+            source, f"position must not lie where walls meet, got {short_repr(shape)}; move it to one side"
+        )
     sheet, other = (*sheets, 0, 0)[:2]
-    start = SET_OUT if len(sheets) > 2 else 0.0
+    start = POINT_START_OFFSET if len(sheets) > 2 else 0.0
     return layout.row(layout.BIRTH, weight=1.0, start=start, sheet=sheet | other << layout.PASSED_SHIFT)
 
 
-def _shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
+def _pieces_with_shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
     """Yield the pieces of a source with their shares of its amount."""
     if not isinstance(shape, Box) or isinstance(source.emission, (Gas, Isotropic)):
         yield shape, 1.0
         return
-    faces = pieces(shape)
+    faces = pieces_of(shape)
     sizes = [face.area for face in faces]
     if isinstance(source.emission, Beam):
         side = -1.0 if source.is_back else 1.0
@@ -197,7 +204,7 @@ def _place(plan: Plan, source: Source, shape: Shape) -> tuple[str, np.ndarray]:
             return "born_in_sphere", layout.row(layout.PATCH, **values)
         case Beam(direction=direction):
             values |= dict(zip(("nx", "ny", "nz"), direction, strict=True))
-            return "born_on_lit_sphere", layout.row(layout.PATCH, **values)
+            return "born_on_sphere_cross_section", layout.row(layout.PATCH, **values)
     return "born_on_sphere", layout.row(layout.PATCH, **values)
 
 
@@ -227,7 +234,7 @@ def _holed(shape: Rectangle, space: Space) -> np.ndarray:
     return layout.row(layout.HOLED, **values | hole_columns(shape, space, 0.0))
 
 
-def _facing(source: Source, shape: Shape) -> np.ndarray | None:
+def _normal_row(source: Source, shape: Shape) -> np.ndarray | None:
     """Return the row of the normal by which a target weighs directions; all 0 for isotropic emission."""
     if isinstance(shape, FlatShape):
         return _plane_patch(source, shape)
@@ -249,7 +256,7 @@ def _law(source: Source, shape: Shape) -> tuple[str, np.ndarray]:
             return "emit_lambertian_from_plane", _plane_patch(source, shape)
         case Isotropic() | Gas(direction=None):
             return "emit_isotropic", nothing
-    return "emit_along", layout.row(
+    return "emit_beam", layout.row(
         layout.BEAM, **dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True))
     )
 
@@ -263,12 +270,14 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     values = {"lambertian": 1.0 / math.pi} if lambertian else {"isotropic": 0.25 / math.pi}
     peak = max(values.values())  # [sr^-1] largest density of directions
     is_volume = shape.is_closed and not lambertian
-    distance = least_distance(shape, aim.middle, filled=is_volume) / space.size
+    distance = distance_to_shape(shape, aim.middle, filled=is_volume) / space.size
     values |= layout.center_columns(space.place(aim.middle))
     is_curved = isinstance(aim, Revolved | Mesh)
     if is_curved:  # Aim at the sphere itself, or at the sphere that encloses another shape.
-        radius = aim.extent / space.size * (1.0 if isinstance(aim, Sphere) and aim.is_closed else BEYOND)
-        weight = _seen(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))
+        radius = (
+            aim.extent / space.size * (1.0 if isinstance(aim, Sphere) and aim.is_closed else ENCLOSING_FACTOR)
+        )
+        weight = _checked_weight(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))
         row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
         return weight, (("aim_at_sphere", row),)
     # Directions towards the hole count as well: aim at the whole rectangle.
@@ -278,20 +287,21 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
         gap = max(gap, least_height(shape, aim) / space.size)
     weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
     # Sample near targets from a mixture of the target's density and the source's own law.
-    far = weight < CLOSE
-    weight = _seen(source, weight if far else CLOSE)
-    values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}
+    far = weight < MAX_NEAR_WEIGHT
+    weight = _checked_weight(source, weight if far else MAX_NEAR_WEIGHT)
+    values |= {"area": area, "natural": 0.0 if far else 1.0 / MAX_NEAR_WEIGHT, "unit": 1.0 / weight}
     row = layout.row(layout.TARGET, **(values | aim_columns(aim, space)))
     if isinstance(aim, Box):
         return weight, (("aim_at_box", row),)
-    return weight, ((f"pick_on_{type(aim).__name__.lower()}", row), ("aim_at_picked", row))
+    return weight, ((f"sample_target_{type(aim).__name__.lower()}", row), ("aim_at_sampled_point", row))
 
 
-def _seen(source: Source, weight: float) -> float:
+def _checked_weight(source: Source, weight: float) -> float:
     """Return the largest weight; refuse one too small to scale sums by."""
-    if not weight > FAINTEST:
+    if not weight > MIN_SOLID_ANGLE:
         refuse(
-            source, f"aim must be seen under more than {FAINTEST:g} sr, got {shown(source.aim)}; come closer"
+            source,
+            f"aim must be seen under more than {MIN_SOLID_ANGLE:g} sr, got {short_repr(source.aim)}; come closer",
         )
     return weight
 

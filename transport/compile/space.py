@@ -12,12 +12,12 @@ import numpy as np
 
 from transport.geometry.flat import Slab
 from transport.geometry.shape import Point, Shape
-from transport.scene.bodies import media_of
+from transport.scene.bodies import scene_media
 from transport.scene.scene import Scene
 from transport.validation import SceneError
 from transport.vectors import Vector
 
-SMALLEST, LARGEST = 1e-140, 1e140  # [m] sizes whose squares are still normal numbers
+MIN_SIZE, MAX_SIZE = 1e-140, 1e140  # [m] sizes whose squares are still normal numbers
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Space:
         return tuple((p - o) / self.size for p, o in zip(point, self.origin, strict=True))
 
 
-def space_of(scene: Scene) -> Space:
+def make_space(scene: Scene) -> Space:
     """Return the coordinates in which a scene is simulated."""
     shapes = [piece for surface in scene.surfaces for piece in _pieces(surface.shape)]
     shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters, *scene.volumes)]
@@ -40,13 +40,13 @@ def space_of(scene: Scene) -> Space:
     shapes += [Point(position=detector.position) for detector in scene.points]
     origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
     largest = float(np.abs(np.array([_corners(shape) for shape in shapes]) - np.array(origin)).max())
-    if not SMALLEST < largest < LARGEST and largest != 0:
+    if not MIN_SIZE < largest < MAX_SIZE and largest != 0:
         raise SceneError(
-            f"Scene: size must be between {SMALLEST:g} and {LARGEST:g} m, got {largest:.3g}; use another unit"
+            f"Scene: size must be between {MIN_SIZE:g} and {MAX_SIZE:g} m, got {largest:.3g}; use another unit"
         )
     if largest == 0:  # All is in one place: the mean free path is the only length.
-        thickest = max((float(np.max(medium.extinction)) for medium in media_of(scene)), default=0.0)
-        largest = 1.0 / thickest if SMALLEST < thickest < LARGEST else 1.0
+        thickest = max((float(np.max(medium.extinction)) for medium in scene_media(scene)), default=0.0)
+        largest = 1.0 / thickest if MIN_SIZE < thickest < MAX_SIZE else 1.0
     return Space(origin, math.ldexp(1.0, math.frexp(largest)[1]))
 
 

@@ -26,10 +26,10 @@ from transport.validation import refuse
 from transport.vectors import dot
 
 TOLERANCE = 1e-13  # of the largest value in a cell
-ROUGH = 1e-6  # relative error above which a polynomial is replaced by a split cell
-MOST_LEVELS = 10
+MAX_SMOOTH_ERROR = 1e-6  # relative error above which a polynomial is replaced by a split cell
+MAX_LEVELS = 10
 # SPLIT: column of a cell's split; NEVER: its value without a split, outside [-1, 1].
-SPLIT, NEVER, HALVINGS = 6, 2.0, 45
+SPLIT_COLUMN, NO_SPLIT, BISECTIONS = 6, 2.0, 45
 TERMS = 6
 NODES = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
 CHECKS = np.linspace(-1.0, 1.0, 9)[:-1]
@@ -52,13 +52,13 @@ def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
     }
     # Refine octaves until every cell is accurate; split the cells that stay rough at the last level.
     fitted, open_octaves = halves, [n for n in range(2 * layout.OCTAVES) if n not in halves]
-    for level in range(MOST_LEVELS + 1):
+    for level in range(MAX_LEVELS + 1):
         rows, errors = _fitted(quantile, open_octaves, level)
         for number, of_octave, error in zip(open_octaves, rows, errors, strict=True):
             is_upper, k = divmod(number, layout.OCTAVES)
             known = 2.0 ** (k - 51) if is_upper else 0.0  # accuracy to which 1 - u resolves the octave
-            if (error <= max(TOLERANCE, known)).all() or level == MOST_LEVELS:
-                rough = np.flatnonzero(error > max(ROUGH, known))
+            if (error <= max(TOLERANCE, known)).all() or level == MAX_LEVELS:
+                rough = np.flatnonzero(error > max(MAX_SMOOTH_ERROR, known))
                 of_octave[rough] = _split(quantile, number, level, rough)
                 fitted[number] = level, of_octave
         open_octaves = [number for number in open_octaves if number not in fitted]
@@ -75,7 +75,7 @@ def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
 
 def _constant(quantile: Quantile) -> tuple[int, np.ndarray]:
     """Return level 0 with one constant cell: the median."""
-    return 0, _smooth(np.array([[float(quantile(np.array([0.5]))[0]), 0, 0, 0, 0, 0]]))
+    return 0, _unsplit_rows(np.array([[float(quantile(np.array([0.5]))[0]), 0, 0, 0, 0, 0]]))
 
 
 def _fitted(quantile: Quantile, numbers: list[int], level: int) -> tuple[np.ndarray, np.ndarray]:
@@ -89,7 +89,7 @@ def _fitted(quantile: Quantile, numbers: list[int], level: int) -> tuple[np.ndar
     coefficients = values[..., :TERMS] @ TO_COEFFICIENTS.T
     wanted, found = values[..., TERMS:], coefficients @ (CHECKS[:, None] ** POWERS).T
     errors, sizes = np.abs(found - wanted).max(axis=-1), np.abs(wanted).max(axis=-1)
-    return _smooth(coefficients), errors / np.where(sizes > 0, sizes, 1.0)
+    return _unsplit_rows(coefficients), errors / np.where(sizes > 0, sizes, 1.0)
 
 
 def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np.ndarray:
@@ -101,7 +101,7 @@ def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np
     left, right = np.full(len(cells), -1.0), np.full(len(cells), 1.0)
     start, at_end = at(left), at(right)
     low, high = start, at_end
-    for _ in range(HALVINGS if len(cells) else 0):
+    for _ in range(BISECTIONS if len(cells) else 0):
         middle = 0.5 * (left + right)
         value = at(middle)
         steeper_left = np.abs(value - low) > np.abs(high - value)
@@ -111,12 +111,12 @@ def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np
     for first, end, value, steep in ((0, -1.0, start, low), (3, 1.0, at_end, high)):
         way = np.abs(end - right)
         half = at(right + 0.25 * (end - right))  # at half the square root of the distance
-        rows[:, first : first + 3] = _in_roots(np.sqrt(way), steep, half, value)
-    rows[:, SPLIT] = right
+        rows[:, first : first + 3] = _root_polynomial(np.sqrt(way), steep, half, value)
+    rows[:, SPLIT_COLUMN] = right
     return rows
 
 
-def _in_roots(root: np.ndarray, steep: np.ndarray, half: np.ndarray, value: np.ndarray) -> np.ndarray:
+def _root_polynomial(root: np.ndarray, steep: np.ndarray, half: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Return the coefficients of c0 + c1 s + c2 s² through values at s = 0, root/2 and root.
 
     It is linear in s² where it would not be monotone.
@@ -139,10 +139,10 @@ def _values(
     return np.asarray(quantile(u.ravel()), float).reshape(u.shape)
 
 
-def _smooth(coefficients: np.ndarray) -> np.ndarray:
+def _unsplit_rows(coefficients: np.ndarray) -> np.ndarray:
     """Return rows of polynomials without a split."""
     rows = np.zeros((*coefficients.shape[:-1], layout.CELL_TERMS))
-    rows[..., :TERMS], rows[..., SPLIT] = coefficients, NEVER
+    rows[..., :TERMS], rows[..., SPLIT_COLUMN] = coefficients, NO_SPLIT
     return rows
 
 
@@ -152,9 +152,9 @@ def constant_quantile(speed: float) -> Quantile:
     return lambda u: np.full(np.shape(u), speed)
 
 
-def has_steps(quantile: Quantile) -> bool:
+def has_split_cells(quantile: Quantile) -> bool:
     """Return whether some cells are split, because the function has jumps or kinks."""
-    return bool((quantile_table(quantile)[1][:, SPLIT] <= 1.0).any())
+    return bool((quantile_table(quantile)[1][:, SPLIT_COLUMN] <= 1.0).any())
 
 
 def quantile_columns(plan, quantile: Quantile, unit: float | None = None) -> dict[str, int]:
@@ -164,7 +164,7 @@ def quantile_columns(plan, quantile: Quantile, unit: float | None = None) -> dic
     """
     octaves, cells = quantile_table(quantile)
     cells = cells.copy()
-    cells[:, :SPLIT] /= plan.speed_unit if unit is None else unit
+    cells[:, :SPLIT_COLUMN] /= plan.speed_unit if unit is None else unit
     plan.kept += [octaves, cells]
     return {
         "octaves": octaves.ctypes.data,
@@ -184,25 +184,27 @@ def quantile_row(plan, quantile: Quantile, unit: float | None = None) -> np.ndar
 AT_REST = (0.0, 0.0, 0.0)
 
 
-def moment_of(source: Source, duration: float | None) -> Step | None:
+def birth_time_pass(source: Source, duration: float | None) -> Step | None:
     """Return the pass and row of the time of birth [durations]; None without a clock."""
     if duration is None:
         return None
     match source.pulse:
         case Instant(time=time):
-            return "start_at", layout.row(layout.MOMENT, start=time / duration)
+            return "set_birth_time", layout.row(layout.BIRTH_TIME, start=time / duration)
         case BoxPulse(start=start, stop=stop):
-            return "start_within", layout.row(
-                layout.MOMENT, start=start / duration, width=(stop - start) / duration
+            return "sample_birth_time", layout.row(
+                layout.BIRTH_TIME, start=start / duration, width=(stop - start) / duration
             )
         case GaussianPulse(time=time, sigma=sigma):
-            return "start_about", layout.row(layout.MOMENT, start=time / duration, width=sigma / duration)
+            return "sample_pulse_time", layout.row(
+                layout.BIRTH_TIME, start=time / duration, width=sigma / duration
+            )
     if isinstance(source.emission, Gas):
-        return "start_at", layout.row(layout.MOMENT, start=0.0)
-    return "start_within", layout.row(layout.MOMENT, start=0.0, width=1.0)
+        return "set_birth_time", layout.row(layout.BIRTH_TIME, start=0.0)
+    return "sample_birth_time", layout.row(layout.BIRTH_TIME, start=0.0, width=1.0)
 
 
-def speed_of(plan: Plan, source: Source) -> tuple[Step, ...]:
+def speed_passes(plan: Plan, source: Source) -> tuple[Step, ...]:
     """Return the passes that sample the speed and add the drift, after the direction is sampled."""
     emission, nothing = source.emission, layout.row(layout.NO_TABLE)
     unit = plan.speed_unit
@@ -210,7 +212,7 @@ def speed_of(plan: Plan, source: Source) -> tuple[Step, ...]:
         speed = emission.speed / unit
         if not math.isfinite(speed):
             refuse(source, f"speed must cross the scene in a finite part of its duration, got {speed}")
-        return (("take_speed", layout.row(layout.VELOCITY, vx=speed)),)
+        return (("set_speed", layout.row(layout.VELOCITY, vx=speed)),)
     drift = getattr(emission.speed, "drift", AT_REST)
     if isinstance(emission, Effusive):
         if drift != AT_REST:
@@ -218,8 +220,8 @@ def speed_of(plan: Plan, source: Source) -> tuple[Step, ...]:
         quantile = emission.speed.flux_quantile
     else:
         quantile = emission.speed.quantile if emission.direction is None else emission.speed.line_quantile
-    take = "take_stepped_quantile" if has_steps(quantile) else "take_quantile"
-    steps = [("draw_speed", nothing), (take, quantile_row(plan, quantile))]
+    take = "set_speed_by_stepped_quantile" if has_split_cells(quantile) else "set_speed_by_quantile"
+    steps = [("draw_speed_uniform", nothing), (take, quantile_row(plan, quantile))]
     if drift != AT_REST or getattr(emission, "direction", None) is not None:
         steps.append(("add_drift", layout.row(layout.VELOCITY, **_velocity(drift, unit))))
     return tuple(steps)
@@ -239,7 +241,7 @@ def drifting_law(plan: Plan, source: Source, shape: Shape) -> Step | None:
     values = layout.frame_columns((e_u, e_v, normal)) | {"side": side, "sigma": emission.speed.sigma / unit}
     values |= {"drift_u": dot(drift, e_u) / unit, "drift_v": dot(drift, e_v) / unit}
     values |= quantile_columns(plan, _normal_quantile(emission.speed, side * dot(drift, normal)))
-    return "emit_from_drifting_gas", layout.row(layout.DRIFTING, **values)
+    return "emit_from_drifting_gas", layout.row(layout.DRIFTING_GAS, **values)
 
 
 @lru_cache(maxsize=64)

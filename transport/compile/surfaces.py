@@ -29,10 +29,10 @@ from transport.scene.materials import (
     Transparent,
     TwoSided,
 )
-from transport.scene.sheets import Member, Sheet
+from transport.scene.sheets import Sheet, SheetMember
 from transport.scene.speeds import SpeedDistribution
 from transport.theory.microfacets import lobe_quantile
-from transport.validation import SceneError, refuse, shown
+from transport.validation import SceneError, refuse, short_repr
 from transport.vectors import dot
 
 if TYPE_CHECKING:
@@ -41,65 +41,70 @@ if TYPE_CHECKING:
 
 # [scene lengths] A point nearer to an edge is clamped inside it. This is 2000 roundings of a coordinate,
 # which clears a neighbour that meets the edge at an angle of 0.001 as well.
-SETBACK = 2.0**-42
-KINDS = {Rectangle: "rectangle", Disk: "disk", Triangle: "triangle", Plane: "plane", Mesh: "mesh"}
+EDGE_MARGIN = 2.0**-42
+PASS_NAMES = {Rectangle: "rectangle", Disk: "disk", Triangle: "triangle", Plane: "plane", Mesh: "mesh"}
 
 
-def piece_row(plan: Plan, member: Member, sheet: Sheet, code: int, number: int) -> tuple[str, np.ndarray]:
+def shape_row(
+    plan: Plan, member: SheetMember, sheet: Sheet, code: int, number: int
+) -> tuple[str, np.ndarray]:
     """Return the name of the shape's passes, without their verb, and its row."""
     shape = member.shape
     row = (
-        layout.row(_kind(shape), code=code, sheet=number)
+        layout.row(_row_type(shape), code=code, sheet=number)
         if not isinstance(shape, Mesh)
         else mesh_row(plan, shape)
     )
     row["code"], row["sheet"] = code, number
-    for name, value in _columns(member, plan.space).items():
+    for name, value in _shape_columns(member, plan.space).items():
         row[name] = value
     _share_plane(row, member, sheet, plan.space)
-    return name_of(shape), row
+    return pass_name(shape), row
 
 
-def name_of(shape: Shape) -> str:
+def pass_name(shape: Shape) -> str:
     """Return the name of a shape's passes, without their verb."""
     if isinstance(shape, Revolved):
         return "sphere" if shape.is_closed else "quadric"
-    return "holed" if isinstance(shape, Rectangle) and shape.hole is not None else KINDS[type(shape)]
+    return "holed" if isinstance(shape, Rectangle) and shape.hole is not None else PASS_NAMES[type(shape)]
 
 
-def _kind(shape: Shape) -> np.dtype:
+def _row_type(shape: Shape) -> np.dtype:
     """Return the record type of a shape's row."""
-    return getattr(layout, name_of(shape).upper())
+    return getattr(layout, pass_name(shape).upper())
 
 
-def _columns(member: Member, space: Space) -> dict[str, float]:
+def _shape_columns(member: SheetMember, space: Space) -> dict[str, float]:
     """Return the columns of a member's shape, in scene lengths."""
     shape = member.shape
-    slack = slack_of(member, space)
+    slack = edge_slack(member, space)
     match shape:
         case Mesh():
             return {}
         case Revolved():
-            return _sphere(shape, space) if shape.is_closed else quadric_columns(shape, space, slack)
+            return _sphere_columns(shape, space) if shape.is_closed else quadric_columns(shape, space, slack)
         case Triangle():
-            return _triangle(shape, space, slack)
+            return _triangle_columns(shape, space, slack)
         case Disk():
-            return _disk(shape, space, slack)
+            return _disk_columns(shape, space, slack)
         case Plane():
-            return layout.center_columns(space.place(shape.center)) | _vector("n", shape.normal)
+            return layout.center_columns(space.place(shape.center)) | _vector_columns("n", shape.normal)
     values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
     for axis, length in (("u", shape.width), ("v", shape.height)):
         half = 0.5 * length / space.size
-        values |= {f"half_{axis}": half + slack, f"inner_{axis}": half - min(SETBACK + slack, half / 1024)}
+        values |= {
+            f"half_{axis}": half + slack,
+            f"inner_{axis}": half - min(EDGE_MARGIN + slack, half / 1024),
+        }
     return values | hole_columns(shape, space, slack)
 
 
-def bounds_bodies(member: Member) -> bool:
+def bounds_bodies(member: SheetMember) -> bool:
     """Return whether the member is a boundary of media."""
     return member.bodies[0] != member.bodies[1]
 
 
-def slack_of(member: Member, space: Space) -> float:
+def edge_slack(member: SheetMember, space: Space) -> float:
     """Return how far a member reaches over its edges [scene lengths], so that closed boxes do not leak.
 
     It bounds the rounding of a crossing's coordinates and of the coordinates given by the user; 0 for members
@@ -112,15 +117,15 @@ def slack_of(member: Member, space: Space) -> float:
     return rounding + 2.0**-52 * sum(map(abs, shape.middle)) / space.size
 
 
-def _sphere(shape: Sphere, space: Space) -> dict[str, float]:
+def _sphere_columns(shape: Sphere, space: Space) -> dict[str, float]:
     return layout.center_columns(space.place(shape.center)) | {"radius": shape.radius / space.size}
 
 
-def _disk(shape: Disk, space: Space, slack: float) -> dict[str, float]:
+def _disk_columns(shape: Disk, space: Space, slack: float) -> dict[str, float]:
     """Return the columns of a disk: squared radii for hits, and squared radii clear of the edges."""
     outer, inner = shape.radius / space.size, shape.inner_radius / space.size
     most, least = disk_margins(shape, space, slack)
-    values = layout.center_columns(space.place(shape.center)) | _vector("n", shape.normal)
+    values = layout.center_columns(space.place(shape.center)) | _vector_columns("n", shape.normal)
     inner, outer = max(inner - slack, 0.0), outer + slack
     values |= {"inner2": inner * inner, "outer2": outer * outer, "breadth": 2 * outer}
     return values | {"most2": most * most, "least2": least * least if least > 0 else -1.0}
@@ -129,16 +134,16 @@ def _disk(shape: Disk, space: Space, slack: float) -> dict[str, float]:
 def disk_margins(shape: Disk, space: Space, slack: float) -> tuple[float, float]:
     """Return the outer and the inner radius [scene lengths] between which a point is clear of the edges."""
     outer, inner = shape.radius / space.size, shape.inner_radius / space.size
-    margin = min(SETBACK + slack, (outer - inner) / 1024)
+    margin = min(EDGE_MARGIN + slack, (outer - inner) / 1024)
     return outer - margin, inner + margin if inner > 0 else 0.0
 
 
-def _triangle(shape: Triangle, space: Space, slack: float) -> dict[str, float]:
+def _triangle_columns(shape: Triangle, space: Space, slack: float) -> dict[str, float]:
     """Return the columns of a triangle: dual vectors, and the least weights clear of the edges."""
     columns = triangle_columns(shape, space)
     values = {name: columns[name] for name in layout.TRIANGLE.names if name in columns}
     for name, reach in zip("abc", triangle_reaches(columns), strict=True):
-        values |= {f"reach_{name}": reach, f"least_{name}": min((SETBACK + slack) * reach, 1 / 64)}
+        values |= {f"reach_{name}": reach, f"least_{name}": min((EDGE_MARGIN + slack) * reach, 1 / 64)}
     return values | {"slack": slack}
 
 
@@ -160,9 +165,9 @@ def triangle_reaches(columns: dict[str, float]) -> tuple[float, float, float]:
 def quadric_columns(shape: Revolved, space: Space, slack: float = 0.0) -> dict[str, float]:
     """Return the columns of a surface of revolution, in scene lengths; a pole has no edge."""
     profile, size = shape.profile, space.size
-    values = layout.center_columns(space.place(profile.origin)) | _vector("a", shape.axis)
+    values = layout.center_columns(space.place(profile.origin)) | _vector_columns("a", shape.axis)
     values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
-    margin = min(SETBACK + slack, (profile.high - profile.low) / size / 1024)
+    margin = min(EDGE_MARGIN + slack, (profile.high - profile.low) / size / 1024)
     for name, end, outwards in (("low", profile.low, -1.0), ("high", profile.high, 1.0)):
         is_pole = isinstance(shape, Sphere | Paraboloid) and profile.radius_at(end) == 0
         values[name] = outwards * math.inf if is_pole else end / size + outwards * slack
@@ -180,19 +185,19 @@ def hole_columns(shape: Rectangle, space: Space, slack: float) -> dict[str, floa
     values = {"hole_u": dot(way, e_u) / size, "hole_v": dot(way, e_v) / size, "hole_cos": 1.0}
     if isinstance(hole, Disk):
         half = hole.radius / size
-        return values | {"half_p": half - min(slack, half / 2), "margin": SETBACK + 2 * slack}
+        return values | {"half_p": half - min(slack, half / 2), "margin": EDGE_MARGIN + 2 * slack}
     p, q = hole.frame[0], (0.5 * hole.width / size, 0.5 * hole.height / size)
-    values |= {"hole_cos": dot(p, e_u), "hole_sin": dot(p, e_v), "margin": SETBACK + 2 * slack}
+    values |= {"hole_cos": dot(p, e_u), "hole_sin": dot(p, e_v), "margin": EDGE_MARGIN + 2 * slack}
     return values | {f"half_{name}": half - min(slack, half / 2) for name, half in zip("pq", q, strict=True)}
 
 
-def rim_row(plan: Plan, member: Member) -> np.ndarray:
+def rim_row(plan: Plan, member: SheetMember) -> np.ndarray:
     """Return the row of a member's edges, which clamp points that landed within rounding of them."""
     shape, space = member.shape, plan.space
-    slack = slack_of(member, space)
+    slack = edge_slack(member, space)
     match shape:
         case Rectangle():
-            values = _columns(member, space)
+            values = _shape_columns(member, space)
             kept = {name: values[name] for name in layout.RIM.names if name in values}
             return layout.row(layout.RIM, **kept, form=layout.RECTANGLE_RIM)
         case Disk():
@@ -202,7 +207,7 @@ def rim_row(plan: Plan, member: Member) -> np.ndarray:
         case Triangle():
             values = triangle_columns(shape, space)
             reaches = zip("abc", triangle_reaches(values), strict=True)
-            values |= {f"least_{name}": min((SETBACK + slack) * reach, 1 / 64) for name, reach in reaches}
+            values |= {f"least_{name}": min((EDGE_MARGIN + slack) * reach, 1 / 64) for name, reach in reaches}
             kept = {name: values[name] for name in layout.RIM.names if name in values}
             return layout.row(layout.RIM, **kept, form=layout.TRIANGLE_RIM)
         case Revolved() if not shape.is_closed:
@@ -215,14 +220,14 @@ def rim_row(plan: Plan, member: Member) -> np.ndarray:
     return np.zeros((), layout.RIM)
 
 
-def outward_of(member: Member, flat: Shape) -> float:
+def outward_sign(member: SheetMember, flat: Shape) -> float:
     """Return +1 (-1) where a box's face points along (against) a normal; 0 for other members."""
     if not isinstance(member.whole, Box) or member.surface is not None:
         return 0.0
     return math.copysign(1.0, dot(member.shape.normal, flat.normal))
 
 
-def covers_alike(one: Member, other: Member) -> bool:
+def covers_same_points(one: SheetMember, other: SheetMember) -> bool:
     """Return whether two members of a sheet cover the same points, so that one pass finds both.
 
     Two acting members never do.
@@ -235,7 +240,7 @@ def covers_alike(one: Member, other: Member) -> bool:
     return same and one.surface is None and bounds_bodies(one) == bounds_bodies(other)
 
 
-def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) -> None:
+def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Space) -> None:
     """Give all flat members of a sheet the point of the smallest one, and detectors its normal.
 
     With planes of their own they would lie a rounding apart, and a particle that crosses there could miss
@@ -245,23 +250,23 @@ def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) ->
         finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
         row["sx"], row["sy"], row["sz"] = space.place(finest.center)
         if "outward" in row.dtype.names:
-            row["outward"] = outward_of(member, finest)
+            row["outward"] = outward_sign(member, finest)
         is_meter = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
         if is_meter:
             row["nx"], row["ny"], row["nz"] = finest.normal
 
 
-def _vector(name: str, vector: tuple[float, float, float]) -> dict[str, float]:
+def _vector_columns(name: str, vector: tuple[float, float, float]) -> dict[str, float]:
     """Return a vector as columns."""
     return dict(zip((f"{name}x", f"{name}y", f"{name}z"), vector, strict=True))
 
 
 # ---- Find the empty sides of sheets: a particle that leaves there has escaped without another flight.
 
-PARALLEL = 1e-15
+PARALLEL_TOLERANCE = 1e-15
 
 
-def empty_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
+def exterior_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
     """Return whether the front and the back side of a sheet are empty (exact, without tolerance)."""
     others = [other.support for other in sheets if other is not sheet]
     others += [member.shape for other in sheets if other is not sheet for member in other.members[1:]]
@@ -277,7 +282,9 @@ def _is_behind(flat: FlatShape, shape: Shape, side: float) -> bool:
     """Return whether a shape lies behind a plane (side 1), or on the normal's side (side -1)."""
     normal, center = np.array(flat.normal), np.array(flat.center)
     if shape.is_infinite:
-        is_parallel = isinstance(shape, Plane) and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL
+        is_parallel = (
+            isinstance(shape, Plane) and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL_TOLERANCE
+        )
         return is_parallel and side * (np.array(shape.center) - center) @ normal <= 0.0
     return bool((side * ((_corners(shape) - center) @ normal) <= 0.0).all())
 
@@ -301,13 +308,13 @@ def _corners(shape: Shape) -> np.ndarray:
 Rows = list[tuple[np.ndarray, np.ndarray]]  # rows of layout.SURFACE and layout.OPTICS
 
 
-def nothing() -> tuple[np.ndarray, np.ndarray]:
+def transparent_rows() -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of a transparent surface."""
     surface = layout.row(layout.SURFACE, material=layout.TRANSPARENT, albedo=1.0)
     return surface, layout.row(layout.OPTICS, side=1.0, ratio=1.0)
 
 
-def coat_rows(plan: Plan, member: Member) -> Rows:
+def surface_rows(plan: Plan, member: SheetMember) -> Rows:
     """Return the rows of an acting member: front, then back where the two differ."""
     material = member.surface.material
     front, back = (material.front, material.back) if isinstance(material, TwoSided) else (material, None)
@@ -318,19 +325,19 @@ def coat_rows(plan: Plan, member: Member) -> Rows:
     return rows
 
 
-def _part_rows(plan: Plan, material: Material, member: Member) -> Rows:
+def _part_rows(plan: Plan, material: Material, member: SheetMember) -> Rows:
     """Return one row per part of a mixture, with cumulative shares; one row for any other material."""
     if not isinstance(material, Mixture):
-        return [_rows(plan, material, member)]
+        return [_material_rows(plan, material, member)]
     shares = np.cumsum([share for _, share in material.parts])
-    rows = [_rows(plan, part, member) for part, _ in material.parts]
+    rows = [_material_rows(plan, part, member) for part, _ in material.parts]
     for (surface, _), share in zip(rows, shares, strict=True):
         surface["share"], surface["parts"] = share, len(rows)
     return rows
 
 
-def _rows(plan: Plan, material: Material, member: Member) -> tuple[np.ndarray, np.ndarray]:
-    surface, optics = nothing()
+def _material_rows(plan: Plan, material: Material, member: SheetMember) -> tuple[np.ndarray, np.ndarray]:
+    surface, optics = transparent_rows()
     optics["side"] = member.orientation
     match material:
         case Transparent():
@@ -341,7 +348,7 @@ def _rows(plan: Plan, material: Material, member: Member) -> tuple[np.ndarray, n
             surface["material"], surface["albedo"] = layout.DIFFUSE, share + passed
             optics["through"] = passed / (share + passed)
             if speed is not None and plan.has_speeds:
-                surface["quantiles"] = _wall_speeds(plan, speed)
+                surface["quantiles"] = _wall_speed_table(plan, speed)
         case Mirror(reflectance=share, transmission=passed):
             surface["material"], surface["albedo"] = layout.MIRROR, share + passed
             optics["through"] = passed / (share + passed)
@@ -353,29 +360,29 @@ def _rows(plan: Plan, material: Material, member: Member) -> tuple[np.ndarray, n
         case Glossy(roughness=roughness, albedo=albedo):
             surface["material"], surface["albedo"] = layout.GLOSSY, albedo
             optics["roughness"] = roughness
-            optics["lobe"] = _address(plan, quantile_row(plan, _lobe(roughness), unit=1.0))
+            optics["lobe"] = _keep_row(plan, quantile_row(plan, _microfacet_quantile(roughness), unit=1.0))
         case ThinLens(focal_length=length):
             surface["material"] = layout.LENS
             optics["cx"], optics["cy"], optics["cz"] = plan.space.place(member.shape.center)
             optics["power"] = plan.space.size / length
         case _:
-            raise SceneError(f"Surface: the engine does not support {shown(material)}")
+            raise SceneError(f"Surface: the engine does not support {short_repr(material)}")
     return surface, optics
 
 
-def _wall_speeds(plan: Plan, speed: float | SpeedDistribution) -> int:
+def _wall_speed_table(plan: Plan, speed: float | SpeedDistribution) -> int:
     """Return the address of the quantile table of speeds leaving a wall (weighted by the speed)."""
     quantile = constant_quantile(speed) if isinstance(speed, float) else speed.flux_quantile
-    return _address(plan, quantile_row(plan, quantile))
+    return _keep_row(plan, quantile_row(plan, quantile))
 
 
 @lru_cache(maxsize=64)
-def _lobe(roughness: float) -> Quantile:
+def _microfacet_quantile(roughness: float) -> Quantile:
     """Return the quantile function of the microfacet lobe's cosine; one object per roughness."""
     return lambda u: lobe_quantile(u, roughness)
 
 
-def _address(plan: Plan, row: np.ndarray) -> int:
+def _keep_row(plan: Plan, row: np.ndarray) -> int:
     """Keep a row alive in the plan, and return its address."""
     plan.kept.append(row)
     return row.ctypes.data
@@ -384,15 +391,15 @@ def _address(plan: Plan, row: np.ndarray) -> int:
 # ---- Refuse surfaces so thin that rounding would distort them.
 #
 # An acting surface reaches over its edges by the rounding of what lands there, so that closed boxes do not leak
-# (surfaces.slack_of).
+# (surfaces.edge_slack).
 # For a flat surface of aspect ratio 1e8 that is 1e-7 of its width; for 1e14 it would be one half, unnoticed.
 # Light along a thin fibre meets its sides at an angle of radius over length, which magnifies the rounding of a
 # position along the fibre. Once that reaches the fibre's length, light may be in or out of the glass by chance.
 
-WIDENED = 2.0**-11  # of the width on each side: a flux that is 0.1 % off
+MAX_WIDENING = 2.0**-11  # of the width on each side: a flux that is 0.1 % off
 
 
-def check_slivers(sheets: list[Sheet], space: Space) -> None:
+def check_thin_shapes(sheets: list[Sheet], space: Space) -> None:
     """Raise SceneError for a surface too narrow for its position.
 
     Faces of a box bound one another and need no check.
@@ -400,26 +407,26 @@ def check_slivers(sheets: list[Sheet], space: Space) -> None:
     for sheet in sheets:
         for member in sheet.members:
             if member.surface is not None and member.whole in (None, member.shape):
-                _check(member, space)
+                _check_width(member, space)
 
 
-def _check(member: Member, space: Space) -> None:
+def _check_width(member: SheetMember, space: Space) -> None:
     if isinstance(member.shape, Cylinder | Cone | Paraboloid) and isinstance(
         member.surface.material, Dielectric
     ):
         _check_fibre(member, space)
-    width, slack = _width(member.shape), slack_of(member, space) * space.size
-    if slack > WIDENED * width:
+    width, slack = _width(member.shape), edge_slack(member, space) * space.size
+    if slack > MAX_WIDENING * width:
         cure = "make it wider, cut it into shorter ones, or bring far objects nearer"
-        must = f"a flat surface here must be wider than {slack / WIDENED:.2g} m because of rounding"
+        must = f"a flat surface here must be wider than {slack / MAX_WIDENING:.2g} m because of rounding"
         refuse(member.surface, f"{must}, got {width:.3g} m; {cure}")
 
 
-def _check_fibre(member: Member, space: Space) -> None:
+def _check_fibre(member: SheetMember, space: Space) -> None:
     """Refuse a dielectric tube so thin that rounding along it reaches its length."""
     profile, length = member.shape.profile, member.shape.extent
     radius = max(map(profile.radius_at, (profile.low, profile.high)))
-    least = math.sqrt(slack_of(member, space) * space.size * length)
+    least = math.sqrt(edge_slack(member, space) * space.size * length)
     if radius < least:
         cure = "make it thicker or shorter, or bring far objects nearer"
         must = f"glass {length:.3g} m long must have a radius above {least:.2g} m here because of rounding"

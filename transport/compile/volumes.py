@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
 
-LOOKS = 9  # sample points per axis of a shape at which its media are checked
+SAMPLES_PER_AXIS = 9  # sample points per axis of a shape at which its media are checked
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
     # Reserve rows: per cell its direction bins, then one per cell for absorbed weight.
     cells = detector.volumes(shape).size
     absorbs, first = bool(plan.absorbing_media), plan.rows
-    values = layout.center_columns(plan.space.place(shape.center)) | _cells(plan, detector, shape)
-    values |= _directions(plan, detector) | {"first": first}
+    values = layout.center_columns(plan.space.place(shape.center)) | _cell_columns(plan, detector, shape)
+    values |= _direction_columns(plan, detector) | {"first": first}
     rows = values.get("rows", 1)
     plan.volume_rows += cells * rows
     if absorbs:
@@ -97,7 +97,7 @@ def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
     return plan.space.size / (2 * shape.extent)
 
 
-def _cells(plan: Plan, detector: VolumeDetector, shape: Shape) -> dict[str, float]:
+def _cell_columns(plan: Plan, detector: VolumeDetector, shape: Shape) -> dict[str, float]:
     """Return the columns of the cells of a box, or of the shells of a sphere."""
     size, edges = plan.space.size, detector.edges(shape)
     if not isinstance(shape, Box):
@@ -112,7 +112,7 @@ def _cells(plan: Plan, detector: VolumeDetector, shape: Shape) -> dict[str, floa
     return values
 
 
-def _directions(plan: Plan, detector: VolumeDetector) -> dict[str, float]:
+def _direction_columns(plan: Plan, detector: VolumeDetector) -> dict[str, float]:
     """Return the columns of the direction bins."""
     if detector.directions is None:
         return {}
@@ -138,7 +138,7 @@ def _widened(cosines: np.ndarray) -> np.ndarray:
 
 def _grids(plan: Plan, shape: Shape, volume: np.ndarray) -> Iterator[np.ndarray]:
     """Yield rows of the grids that absorb and may overlap the volume."""
-    for fades, grids in enumerate((plan.grids, plan.thinning_grids)):
+    for fades, grids in enumerate((plan.grids, plan.absorbing_grids)):
         for grid in grids:
             box = plan.bodies[int(grid["medium"]) - 1].medium.box
             sides = zip(*shape.bounds, *box.bounds, strict=True)
@@ -154,7 +154,7 @@ def _check_media(plan: Plan, detector: VolumeDetector, shape: Shape) -> None:
         return
     is_weighted = plan.tracking.absorption == "weighted"
     cure = "use estimator='track'"
-    for medium in dict.fromkeys(media_at(plan.scene, _places(shape))):
+    for medium in dict.fromkeys(media_at(plan.scene, _sample_points(shape))):
         if not _collides_everywhere(medium, is_weighted):
             what = "scatter (tracking is weighted)" if is_weighted else "absorb or scatter"
             must = f"all media in it must {what} for estimator 'collision'"
@@ -167,9 +167,9 @@ def _collides_everywhere(medium: AnyMedium, is_weighted: bool) -> bool:
     return (medium.scattering if is_weighted else medium.extinction) > 0
 
 
-def _places(shape: Shape) -> np.ndarray:
+def _sample_points(shape: Shape) -> np.ndarray:
     """Return points [m] spread over a shape and off its symmetries, shape (n, 3)."""
-    steps = (np.arange(LOOKS) + 0.4817) / LOOKS * 2 - 1
+    steps = (np.arange(SAMPLES_PER_AXIS) + 0.4817) / SAMPLES_PER_AXIS * 2 - 1
     offsets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
     if isinstance(shape, Box):
         return np.array(shape.center) + offsets * np.array(shape.size) / 2
@@ -189,8 +189,8 @@ def _places(shape: Shape) -> np.ndarray:
 
 # Edges of the cells [largest birth weight]: SIZE_PARTS per octave, equally spaced within it. The first and
 # the last cell include everything beyond them.
-EVERY = 8  # a power of two
-LARGE = 0.25  # of the largest score: larger scores show that the largest ones occur
+COUNTED_EVERY = 8  # a power of two
+LARGE_SHARE = 0.25  # of the largest score: larger scores show that the largest ones occur
 EDGES = np.array(
     [
         math.ldexp(1 + k % SIZE_PARTS / SIZE_PARTS, SIZE_OCTAVE + k // SIZE_PARTS)
@@ -201,18 +201,18 @@ EDGES = np.array(
 
 def sizes_differ(plan: Plan) -> bool:
     """Return whether scores of detectors differ by more than roulette at walls allows."""
-    return bool(plan.meters.size) and (weights_vary(plan) or plan.lessens)
+    return bool(plan.meters.size) and (weights_vary(plan) or plan.reduces_weights)
 
 
 def weights_vary(plan: Plan) -> bool:
     """Return whether anything but a medium makes scores differ."""
     is_aimed = any(emitter.target is not None for emitter in plan.emitters)
-    return is_aimed or plan.expects or plan.splits or plan.forces
+    return is_aimed or plan.sends_shadow_rays or plan.splits or plan.forces_collisions
 
 
 def is_dense(plan: Plan, layer: np.ndarray) -> bool:
     """Return whether nearly every lane that lands on a surface scores in this layer."""
-    return plan.acts and bool((layer[1:]["look"] != 0).all())
+    return plan.has_acting_surfaces and bool((layer[1:]["look"] != 0).all())
 
 
 def fill_sizes(plan: Plan) -> None:
@@ -222,7 +222,7 @@ def fill_sizes(plan: Plan) -> None:
     """
     if not sizes_differ(plan):
         return
-    halves = 4 if plan.expects else 2
+    halves = 4 if plan.sends_shadow_rays else 2
     plan.size_numbers, plan.size_cells = np.zeros(halves * plan.half, np.int64), SIZE_CELLS
     firsts = [*(plan.bases[detector.name] for detector in plan.scene.meters), plan.half]
     for detector, (first, end) in zip(plan.scene.meters, itertools.pairwise(firsts), strict=True):
@@ -236,4 +236,4 @@ def size_row(plan: Plan) -> np.ndarray:
     """Return the table of the pass that counts scores by size."""
     is_costly = not weights_vary(plan) and any(is_dense(plan, layer) for layer in plan.layers)
     numbers = {"numbers": plan.size_numbers.ctypes.data, "count": len(plan.size_numbers)}
-    return layout.row(SIZES, **numbers, cells=plan.size_cells, resting=EVERY - 1 if is_costly else 0)
+    return layout.row(SIZES, **numbers, cells=plan.size_cells, resting=COUNTED_EVERY - 1 if is_costly else 0)

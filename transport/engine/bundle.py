@@ -27,7 +27,7 @@ HEADER = (
     "recorded",  # number of states recorded so far
     "stride",  # one in `stride` histories is recorded ...
     "phase",  # ... namely those with history % stride == phase
-    "ways",  # address of the recorded flight segments of tracks (layout.WAY)
+    "ways",  # address of the recorded flight segments of tracks (layout.PATH_SEGMENT)
     "ways_room",  # number of segments that fit there
     "walked",  # number of segments flown, recorded or not
     "ledger",  # address of the batch's energy balance (rows of four int64)
@@ -36,22 +36,22 @@ HEADER = (
     "seed_high",  # upper 32 bits of the seed
     "batch",  # number of the batch: part of every random counter
     "next_history",  # number of the history that the next newborn lane begins
-    "worth",  # bits of a float64: factor of the birth weights of the current emitter (driver._dealt)
+    "worth",  # bits of a float64: factor of the birth weights of the current emitter (driver._deal_histories)
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",  # surface crossings so far
     "collisions",  # collisions in media so far
-    "first",  # first lane of those that reached a surface (lanes.part); 0 where all did
+    "first",  # first lane of those that reached a surface (lanes.compact_and_sort); 0 where all did
     "bank",  # address of the particle bank: copies that wait for a free lane
     "banked",  # number of copies in the bank
     "bank_room",  # capacity of the bank in copies
     "overfull",  # 1: the bank overflowed; > 1: the number of copies made, where these are too many; else 0
     "colliding",  # lanes that collided in the last pass over flights and fly on
     "grazes",  # 1 if the last binning pass scored a crossing with |mu| below the grazing cut, else 0
-    "scored",  # bound of the sums of volume, point and expected-crossing scores (driver.MOST_SCORED)
+    "scored",  # bound of the sums of volume, point and expected-crossing scores (driver.MAX_SCORED)
     "shadow",  # address of the bundle of shadow rays, where point or expected detectors exist
     "cast",  # number of rays that the last casting pass listed ...
     "taken",  # ... and how many of these are already in the shadow bundle
-    "given_up",  # histories ended after too many events (surfaces.give_up)
+    "given_up",  # histories ended after too many events (surfaces.kill_endless)
     "patience",  # crossings within which some history must end or lose weight (driver.PATIENCE) ...
     "patience_in_media",  # ... and collisions
     "trapped",  # number of lanes if none has ended or lost weight for so long, else 0
@@ -75,7 +75,10 @@ CARRIED = (
         "i8",
     ),  # number within the batch; a copy has a hash with bit 55 set (engine/passes/variance_reduction.py)
     ("event", "i8"),  # events that drew random numbers so far: a word of the random counter
-    ("sheet", "i8"),  # sheet that the lane stands on, and the detector's sheet passed last (layout.STANDING)
+    (
+        "sheet",
+        "i8",
+    ),  # sheet that the lane stands on, and the detector's sheet passed last (layout.STANDING_SHEET_MASK)
     ("start", "f8"),  # ray parameter of the particle: 0, or < 0 for an aimed particle whose x is its target
     ("distance", "f8"),  # ray parameter of the next surface or collision
     ("hit", "i8"),  # packed word of the next sheet, acting surface and detectors (layout.py)
@@ -142,7 +145,7 @@ SCRATCH = (
     ("collides", "i8"),  # 0: no collision; else number of the phase function (from 1)
     ("look", "i8"),  # packed word of the detector at this crossing (layout.py); 0: none
     ("home", "i8"),  # first row of that detector on the side that is scored
-    ("meter", "i8"),  # index of the detector's row in layout.METER
+    ("meter", "i8"),  # index of the detector's row in layout.DETECTOR
     ("bin", "i8"),  # tally row to score into; 0: none
     ("high", "i8"),  # weight to score in units of 2^-32 ...
     ("low", "i8"),  # ... its remainder in units of 2^-63 ...

@@ -45,12 +45,12 @@ def kernel_folder() -> Path:
             # Test that the folder is writable.
             with tempfile.TemporaryFile(dir=folder):
                 pass
-            _forget_others(root, keep=name.split("-")[0])
+            _remove_stale(root, keep=name.split("-")[0])
             return folder
     return Path(tempfile.mkdtemp(prefix="transport-kernels-"))
 
 
-def _forget_others(root: Path, keep: str) -> None:
+def _remove_stale(root: Path, keep: str) -> None:
     """Remove machine code of other sources that has not been used for a week."""
     long_ago = time.time() - 7 * 86400
     for folder in root.iterdir():

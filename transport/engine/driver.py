@@ -10,37 +10,39 @@ from itertools import chain
 import numpy as np
 from numba import config, float64, int64, njit
 
-from transport.compile.layout import ABSORBED, BORN, RECORD, SURFACE_MASK, SURFACE_SHIFT, WAY
+from transport.compile.layout import ABSORBED, BORN, PATH_SEGMENT, RECORD, SURFACE_MASK, SURFACE_SHIFT
 from transport.compile.limits_exceeded import (
-    endless,
-    too_many_copies,
-    too_many_crossings,
-    too_many_scores,
-    too_many_waiting,
+    endless_particles_error,
+    full_bank_error,
+    too_many_copies_error,
+    too_many_crossings_error,
+    too_many_scores_error,
 )
 from transport.compile.plan import Plan
 from transport.engine.bundle import LANES, PlainRecord, call_pass, empty_bundle
 from transport.engine.cache import cached_kernels
 from transport.engine.passes.lanes import FIELDS
-from transport.engine.passes.variance_reduction import ROOM
+from transport.engine.passes.variance_reduction import BANK_CAPACITY
 from transport.engine.program import Program
 from transport.physics.bits import bits_of
 from transport.physics.streams import SHARES, random_words, uniform
 
-REST = 0.5  # cost of a pass at a surface over that of a pass in flight: it serves only part of the lanes
-MOST_ROUNDS = 64  # rounds of flight and collision before lanes at a surface go on
-MOST_COPIES_EACH = 20_000  # copies per history on average, and as many per lane
-MOST_CROSSINGS = 1 << 30  # per batch: below it no sum can overflow its 64 bits (engine/tally.py)
+SURFACE_PASS_COST = (
+    0.5  # cost of a pass at a surface over that of a pass in flight: it serves only part of the lanes
+)
+MAX_ROUNDS = 64  # rounds of flight and collision before lanes at a surface go on
+MAX_COPIES_PER_HISTORY = 20_000  # copies per history on average, and as many per lane
+MAX_CROSSINGS = 1 << 30  # per batch: below it no sum can overflow its 64 bits (engine/tally.py)
 # A bundle in which no history ends and no weight is lost for so many crossings or collisions never ends: 1e6
-# crossings per lane of a full bundle. Fewer than 16 histories end before as lost (surfaces.MOST_EVENTS).
-PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62
+# crossings per lane of a full bundle. Fewer than 16 histories end before as lost (surfaces.MAX_EVENTS).
+PATIENCE, PATIENCE_IN_MEDIA, UNLIMITED = 256 * 10**6, 1 << 30, 1 << 62
 ROUNDING = 2.0**-40  # relative: a number of histories this close to an integer is that integer
 # Golden section: its multiples modulo 1 are as evenly spread as possible (Knuth, TAOCP, 6.4).
 GOLDEN = 0.6180339887498949
-LEFT = (
+MIN_BRIGHTEST_SHARE = (
     0.95  # least share of its due histories that the brightest emitter keeps when the others are rounded up
 )
-MOST_SCORED = 1 << 60  # the same for the sums of volume detectors [2^-32], to which each score adds 2^28
+MAX_SCORED = 1 << 60  # the same for the sums of volume detectors [2^-32], to which each score adds 2^28
 
 
 @dataclass(frozen=True)
@@ -72,8 +74,10 @@ class Sums:
         self.sizes = np.zeros(plan.size_cells, np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // max(1, wanted))
-        self.bank = np.zeros((ROOM, FIELDS) if plan.splits or plan.forces else (1, 1), np.int64)
-        self.ways = np.zeros(plan.ways_room, WAY)
+        self.bank = np.zeros(
+            (BANK_CAPACITY, FIELDS) if plan.splits or plan.forces_collisions else (1, 1), np.int64
+        )
+        self.ways = np.zeros(plan.ways_room, PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
 
     def enter(self, bundle: np.ndarray) -> None:
@@ -93,11 +97,11 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
 
     flow: entries and tables of the steps, the number of steps before a flight, and the number after these
     that are repeated for lanes that collide in a medium. births: entries and tables of birth steps, the first
-    of these per emitter, the emitters' cumulative shares of the histories, and the two arrays of `_dealt`.
+    of these per emitter, the emitters' cumulative shares of the histories, and the two arrays of `_deal_histories`.
     sight: bundle of shadow rays, its handle, entries and tables of its steps. copies: entry and table of the
     pass that takes copies from the bank.
 
-    Histories are dealt to emitters in proportion to their power, as one run of numbers each: as `_dealt`
+    Histories are dealt to emitters in proportion to their power, as one run of numbers each: as `_deal_histories`
     gives, else by systematic sampling, whose random offset makes the probability of each history exact. The
     offset advances by the golden section from batch to batch, so all batches together give each emitter its
     share to within about one history, and batches differ where shares are not integers.
@@ -113,61 +117,61 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     b.phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
     copied, live, history, emitter = 0, 0, 0, 0
-    end = dealt[0] if len(dealt) > 0 else _last_of(histories, shares[0], offset, count == 1)
+    end = dealt[0] if len(dealt) > 0 else _end_of_emitter(histories, shares[0], offset, count == 1)
     calm = (int64(0), int64(0), -1.0)
     while True:
         # Fill free lanes: with copies from the bank first, then with newborn particles.
         before, begun, given_up = live, history + copied, b.given_up
-        live = _fill_line(b, live)
+        live = _pad_lanes(b, live)
         while b.banked > 0 and live < LANES:
             taken = min(LANES - live, b.banked)
             call_pass(withdrawal[0], handle, withdrawn[0], live, live + taken)
             copied += taken
-            live = _fill_line(b, live + taken)
+            live = _pad_lanes(b, live + taken)
         while live < LANES and emitter < count:
             born = min(LANES - live, end - history)
             if born > 0:
                 b.next_history, b.worth = history, bits_of(worths[emitter])
                 for p in range(emitters[emitter], emitters[emitter + 1]):
                     call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
-                    _trace(b, handle, sight)
-            live, history = _fill_line(b, live + born), history + born
+                    _trace_shadow_rays(b, handle, sight)
+            live, history = _pad_lanes(b, live + born), history + born
             if history == end:
                 emitter += 1
                 if emitter < count and len(dealt) > 0:
                     end = dealt[emitter]
                 elif emitter < count:
-                    end = _last_of(histories, shares[emitter], offset, emitter == count - 1)
+                    end = _end_of_emitter(histories, shares[emitter], offset, emitter == count - 1)
         b.started = history
-        if copied > MOST_COPIES_EACH * (history + LANES):
+        if copied > MAX_COPIES_PER_HISTORY * (history + LANES):
             b.overfull = copied
         if live == 0:
-            _trace_last(b, handle, sight)
+            _trace_waiting_rays(b, handle, sight)
             return
         # Fly and collide in media until few lanes still do, then run the steps at surfaces.
         b.first = 0
         if inner > 0:
-            _fly_on(b, handle, flow, sight, live)
+            _fly_until_few(b, handle, flow, sight, live)
         for p in range(ready + inner if inner > 0 else 0, len(entries)):
             live = call_pass(entries[p], handle, tables[p], b.first, live)
-            _trace(b, handle, sight)
+            _trace_shadow_rays(b, handle, sight)
             if live == 0:
                 break
         # Detect endless histories; stop on request or before a sum overflows.
         new = history + copied - begun
-        calm = _watch(b, calm, live, before + new - live - (b.given_up - given_up), new)
+        calm = _detect_endless(b, calm, live, before + new - live - (b.given_up - given_up), new)
         if (
             b.stop != 0
             or b.trapped != 0
             or b.overfull != 0
-            or b.crossings >= MOST_CROSSINGS
-            or max(b.scored, sight[0][0].scored) >= MOST_SCORED
+            or b.crossings >= MAX_CROSSINGS
+            or max(b.scored, sight[0][0].scored) >= MAX_SCORED
         ):
             return
 
 
 @njit(inline="always")
-def _fly_on(b, handle, flow, sight, live):
+def _fly_until_few(b, handle, flow, sight, live):
     """Fly and collide repeatedly while the lanes at a surface wait.
 
     A round costs the same however many lanes still fly; the rest of the program, which costs as much as
@@ -177,20 +181,20 @@ def _fly_on(b, handle, flow, sight, live):
     entries, tables, ready, inner = flow
     for p in range(ready):
         call_pass(entries[p], handle, tables[p], 0, live)
-    others = REST * float64(len(entries) - inner) / float64(inner)
+    others = SURFACE_PASS_COST * float64(len(entries) - inner) / float64(inner)
     flights, rounds = float64(live), 1.0
     while True:
         for p in range(ready, ready + inner):
             call_pass(entries[p], handle, tables[p], 0, live)
-            _trace(b, handle, sight)
-        if b.colliding * (rounds + others) <= flights or rounds >= MOST_ROUNDS:
+            _trace_shadow_rays(b, handle, sight)
+        if b.colliding * (rounds + others) <= flights or rounds >= MAX_ROUNDS:
             return
         flights += float64(b.colliding)
         rounds += 1.0
 
 
 @njit(inline="always")
-def _trace(b, handle, sight):
+def _trace_shadow_rays(b, handle, sight):
     """Trace shadow rays of the last pass while they fill their bundle; the rest wait there."""
     _, shadow, entries, tables = sight
     while b.cast > 0:
@@ -200,7 +204,7 @@ def _trace(b, handle, sight):
 
 
 @njit(inline="always")
-def _trace_last(b, handle, sight):
+def _trace_waiting_rays(b, handle, sight):
     """Trace the waiting shadow rays at the end of a batch."""
     _, shadow, entries, tables = sight
     while len(entries) > 0 and call_pass(entries[0], handle, tables[0], 0, LANES) > 0:
@@ -209,7 +213,7 @@ def _trace_last(b, handle, sight):
 
 
 @njit(inline="always")
-def _watch(b, calm, live, ended, new):
+def _detect_endless(b, calm, live, ended, new):
     """Set `trapped` if no history ended and no weight was lost within the bundle's patience.
 
     calm: crossings and collisions at the last end or birth, and the total weight halfway from there (-1: not
@@ -220,15 +224,15 @@ def _watch(b, calm, live, ended, new):
     if ended != 0 or new != 0:
         return b.crossings, b.collisions, -1.0
     if weight < 0.0 and (2 * crossed >= b.patience or 2 * collided >= b.patience_in_media):
-        return since, since_in_media, _weight(b, live)
+        return since, since_in_media, _total_weight(b, live)
     if crossed >= b.patience or collided >= b.patience_in_media:
-        b.trapped = live if _weight(b, live) == weight else 0
+        b.trapped = live if _total_weight(b, live) == weight else 0
         return b.crossings, b.collisions, -1.0
     return calm
 
 
 @njit(inline="always")
-def _weight(b, live):
+def _total_weight(b, live):
     """Return the total weight of the lanes."""
     total = 0.0
     for k in range(live):
@@ -237,7 +241,7 @@ def _weight(b, live):
 
 
 @njit(inline="always")
-def _fill_line(b, live):
+def _pad_lanes(b, live):
     """Pad the live lanes to whole vectors of eight with idle lanes (weight 0); returns their number."""
     full = (live + 7) // 8 * 8
     for k in range(live, full):
@@ -246,7 +250,7 @@ def _fill_line(b, live):
 
 
 @njit(inline="always")
-def _last_of(histories, share, offset, is_last):
+def _end_of_emitter(histories, share, offset, is_last):
     """Return one past the last history of an emitter with cumulative share `share` (systematic sampling)."""
     return histories if is_last else min(histories, max(0, int(math.ceil(histories * share - offset))))
 
@@ -256,11 +260,11 @@ with cached_kernels():
 
 
 @dataclass(frozen=True)
-class Machine:
+class CompiledProgram:
     """A compiled program: entries and tables in the form of `_drive`. Threads share it."""
 
     program: Program
-    flow: tuple
+    step_table: tuple
     births: tuple
     sight: tuple
     copies: tuple
@@ -268,7 +272,7 @@ class Machine:
     bounds: np.ndarray
 
 
-def machine_of(program: Program, progress=None) -> Machine:
+def compile_program(program: Program, progress=None) -> CompiledProgram:
     """Compile the passes that are not compiled yet, and return the program ready to run.
 
     progress: called as progress(done, of, name) before each pass and before the driver.
@@ -280,12 +284,12 @@ def machine_of(program: Program, progress=None) -> Machine:
         _ = lane_pass.entry
     bounds = np.array([e.bound for e in program.plan.emitters])
     starts = np.cumsum([0, *map(len, program.births)])
-    machine = Machine(
+    machine = CompiledProgram(
         program,
-        flow=(*_wired(program.steps), program.ready, program.inner),
-        births=(*_wired(chain(*program.births)), starts, np.cumsum(bounds) / bounds.sum()),
-        sight=_wired(program.sight),
-        copies=_wired(program.withdrawal),
+        step_table=(*_entry_table(program.steps), program.setup_count, program.inner),
+        births=(*_entry_table(chain(*program.births)), starts, np.cumsum(bounds) / bounds.sum()),
+        sight=_entry_table(program.sight),
+        copies=_entry_table(program.withdrawal),
         bounds=bounds,
     )
     if not (config.DISABLE_JIT or drive.signatures):
@@ -296,7 +300,7 @@ def machine_of(program: Program, progress=None) -> Machine:
     return machine
 
 
-def _dealt(machine: Machine, histories: int) -> tuple[np.ndarray, np.ndarray]:
+def _deal_histories(machine: CompiledProgram, histories: int) -> tuple[np.ndarray, np.ndarray]:
     """Return (one past the last history of each emitter, factors of the birth weights).
 
     The first array is empty where systematic sampling deals. That would deal the points of a net so evenly
@@ -312,13 +316,13 @@ def _dealt(machine: Machine, histories: int) -> tuple[np.ndarray, np.ndarray]:
     numbers = np.ceil(due * (1.0 - ROUNDING)).astype(np.int64)
     brightest = int(np.argmax(due))
     numbers[brightest] += histories - numbers.sum()
-    if numbers[brightest] < LEFT * due[brightest]:
+    if numbers[brightest] < MIN_BRIGHTEST_SHARE * due[brightest]:
         return by_chance
     is_whole = np.abs(due - numbers) <= ROUNDING * due
     return np.cumsum(numbers), np.where(is_whole, 1.0, due / np.maximum(numbers, 1))
 
 
-def _sent(plan: Plan, without_aim: int, dealt: np.ndarray, worths: np.ndarray) -> int:
+def _total_birth_weight(plan: Plan, without_aim: int, dealt: np.ndarray, worths: np.ndarray) -> int:
     """Return the total birth weight [2^-63] of histories without an aim."""
     if not len(dealt):
         return without_aim << 63
@@ -330,7 +334,7 @@ def _sent(plan: Plan, without_aim: int, dealt: np.ndarray, worths: np.ndarray) -
     )
 
 
-def _wired(steps):
+def _entry_table(steps):
     """Return entries and tables of steps: addresses, or functions and records without compilation."""
     steps = list(steps)
     entries = [lane_pass.entry for lane_pass, _ in steps]
@@ -340,7 +344,7 @@ def _wired(steps):
 
 
 def run_batch(
-    machine: Machine,
+    machine: CompiledProgram,
     seed: int,
     batch: int,
     histories: int,
@@ -368,25 +372,27 @@ def run_batch(
         "collisions": 0,
         "scored": 0,
         "banked": 0,
-        "bank_room": ROOM,
+        "bank_room": BANK_CAPACITY,
         "overfull": 0,
         "given_up": 0,
-        "patience": FOR_EVER if plan.has_clock else PATIENCE,
-        "patience_in_media": FOR_EVER if plan.has_clock else PATIENCE_IN_MEDIA,
+        "patience": UNLIMITED if plan.has_clock else PATIENCE,
+        "patience_in_media": UNLIMITED if plan.has_clock else PATIENCE_IN_MEDIA,
         "trapped": 0,
     }
     for name, value in header.items():
         bundle[name] = value
-    lanes, handle = _handled(bundle)
+    lanes, handle = _handle(bundle)
     # Prepare the bundle of shadow rays; without point or expected detectors the bundle itself stands for it.
     shadows = empty_bundle() if machine.program.sight else bundle
     sums.enter(shadows)
     for name in ("seed_low", "seed_high", "batch"):
         shadows[name] = bundle[name]
     bundle["shadow"], bundle["cast"], bundle["taken"] = shadows["address"], 0, 0
-    sight = (*_handled(shadows), *machine.sight)
-    dealt, worths = _dealt(machine, histories)
-    drive(lanes, handle, machine.flow, (*machine.births, dealt, worths), sight, machine.copies, histories)
+    sight = (*_handle(shadows), *machine.sight)
+    dealt, worths = _deal_histories(machine, histories)
+    drive(
+        lanes, handle, machine.step_table, (*machine.births, dealt, worths), sight, machine.copies, histories
+    )
     # Raise if the batch was stopped, cannot end, or exceeds a limit.
     if bundle["stop"][0]:
         raise Stopped
@@ -395,19 +401,19 @@ def run_batch(
     is_all_given_up = 0 < given_up == histories and not sums.ledger[ABSORBED:, :2].any()
     if trapped or is_all_given_up:
         particles = trapped or given_up
-        raise endless(plan, _surfaces_met(plan, bundle, particles), particles)
+        raise endless_particles_error(plan, _last_surfaces(plan, bundle, particles), particles)
     if copies > 1:
-        raise too_many_copies(plan, copies, started)
+        raise too_many_copies_error(plan, copies, started)
     if copies:
-        raise too_many_waiting(plan, ROOM)
-    if crossings >= MOST_CROSSINGS:
-        raise too_many_crossings(plan, crossings, started)
-    if max(int(bundle["scored"][0]), int(shadows["scored"][0])) >= MOST_SCORED:
-        raise too_many_scores(histories)
+        raise full_bank_error(plan, BANK_CAPACITY)
+    if crossings >= MAX_CROSSINGS:
+        raise too_many_crossings_error(plan, crossings, started)
+    if max(int(bundle["scored"][0]), int(shadows["scored"][0])) >= MAX_SCORED:
+        raise too_many_scores_error(histories)
     records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
     return RawSums(
         histories,
-        _sent(plan, histories - int(sums.ledger[BORN, 2]), dealt, worths),
+        _total_birth_weight(plan, histories - int(sums.ledger[BORN, 2]), dealt, worths),
         sums.tallies,
         sums.ledger,
         sums.moments,
@@ -422,13 +428,13 @@ def run_batch(
     )
 
 
-def _surfaces_met(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
+def _last_surfaces(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
     """Return the sorted numbers of the surfaces that the lanes hit last."""
     rows = (bundle["hit"][0][:lanes] >> SURFACE_SHIFT) & SURFACE_MASK
-    return sorted({plan.owners[row - 1] for row in rows.tolist() if row > 0})
+    return sorted({plan.surface_numbers[row - 1] for row in rows.tolist() if row > 0})
 
 
-def _handled(bundle: np.ndarray):
+def _handle(bundle: np.ndarray):
     """Return a bundle in the form of the driver, and its handle for passes.
 
     The handle is the bundle's address, or its record without compilation.

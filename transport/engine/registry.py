@@ -26,68 +26,71 @@ from transport.physics.device import ARITHMETIC
 # transport.engine.passes import collisions` and an editor's jump to a definition work as usual.
 
 FOLDER = Path(__file__).parent / "passes"
-MARK = "\n@lane_pass("
-KNOWN = ("__name__", "__spec__")  # attributes that the import system reads before a module is executed
-BEING_READ = []
-READING = RLock()
+PASS_MARK = "\n@lane_pass("
+IMPORT_ATTRIBUTES = (
+    "__name__",
+    "__spec__",
+)  # attributes that the import system reads before a module is executed
+EXECUTING = []
+EXECUTION_LOCK = RLock()
 
 
 def _passes_in(path: Path) -> list[str]:
     """Return the names of the passes of a file, from its text alone."""
-    after = path.read_text(encoding="utf-8").split(MARK)[1:]
+    after = path.read_text(encoding="utf-8").split(PASS_MARK)[1:]
     return [text.partition("\ndef ")[2].partition("(")[0] for text in after]
 
 
-class Unread(ModuleType):
+class LazyModule(ModuleType):
     """A module that is executed at the first attribute access, by one thread, while other threads wait.
 
     (importlib's LazyLoader of Python 3.11 exposes half-executed modules to other threads.)
     """
 
     def __getattribute__(self, name: str) -> object:
-        if name not in KNOWN:
-            with READING:
-                _read(self)
+        if name not in IMPORT_ATTRIBUTES:
+            with EXECUTION_LOCK:
+                _execute(self)
         return ModuleType.__getattribute__(self, name)
 
     def __setattr__(self, name: str, value: object) -> None:
-        with READING:
-            _read(self)  # so that executing it later does not undo this
+        with EXECUTION_LOCK:
+            _execute(self)  # so that executing it later does not undo this
         ModuleType.__setattr__(self, name, value)
 
 
-def _read(module: ModuleType) -> None:
+def _execute(module: ModuleType) -> None:
     """Execute a module that has not been executed yet; it may access itself meanwhile."""
-    if object.__getattribute__(module, "__class__") is Unread and module.__spec__ not in BEING_READ:
-        BEING_READ.append(module.__spec__)
+    if object.__getattribute__(module, "__class__") is LazyModule and module.__spec__ not in EXECUTING:
+        EXECUTING.append(module.__spec__)
         try:
             module.__spec__.loader.exec_module(module)
             module.__class__ = ModuleType
         finally:
-            BEING_READ.remove(module.__spec__)
+            EXECUTING.remove(module.__spec__)
 
 
-def _unread(path: Path) -> ModuleType:
+def _lazy_module(path: Path) -> ModuleType:
     """Return the module of a file, executed at the first access of an attribute."""
     name = f"transport.engine.passes.{path.stem}"
     spec = spec_from_file_location(name, path)
     module = sys.modules[name] = module_from_spec(spec)
-    module.__class__ = Unread
+    module.__class__ = LazyModule
     return module
 
 
-def _families() -> tuple[dict[str, ModuleType], dict[str, str]]:
+def _lazy_modules() -> tuple[dict[str, ModuleType], dict[str, str]]:
     """Return {module name: module} and {pass name: module name}."""
     modules, homes = {}, {}
     for path in sorted(FOLDER.glob("*.py")):
         names = _passes_in(path)
         if names:
-            modules[path.stem] = _unread(path)
+            modules[path.stem] = _lazy_module(path)
             homes |= dict.fromkeys(names, path.stem)
     return modules, homes
 
 
-FAMILIES, HOMES = _families()
+MODULES, MODULE_OF_PASS = _lazy_modules()
 
 
 # ---- A pass: one physical step as a loop over lanes [first, live), with one signature and its own table.
@@ -154,38 +157,38 @@ class _Passes(Mapping):
     """Mapping from a name to its pass; the module of a pass is loaded on first access."""
 
     def __getitem__(self, name: str) -> Pass:
-        return getattr(FAMILIES[HOMES[name]], name)
+        return getattr(MODULES[MODULE_OF_PASS[name]], name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(HOMES)
+        return iter(MODULE_OF_PASS)
 
     def __len__(self) -> int:
-        return len(HOMES)
+        return len(MODULE_OF_PASS)
 
 
 PASSES = _Passes()
-NOTHING = layout.row(layout.NO_TABLE)
+EMPTY_TABLE = layout.row(layout.NO_TABLE)
 
 
-def step(lane_pass: Pass, table: np.ndarray = NOTHING) -> Step:
+def step(lane_pass: Pass, table: np.ndarray = EMPTY_TABLE) -> Step:
     """Return the pair (pass, table); raise TypeError if the table's dtype is not that of the pass."""
     if table.dtype != lane_pass.table:
         raise TypeError(f"pass {lane_pass.name} reads a {lane_pass.table}, got {table.dtype}")
     return lane_pass, table
 
 
-def named(called: tuple[str, np.ndarray]) -> Step:
+def step_by_name(called: tuple[str, np.ndarray]) -> Step:
     """Return the step of a pass given by name: (name, table) -> (pass, table)."""
     name, table = called
     return step(PASSES[name], table)
 
 
-def rows_of(array: np.ndarray) -> np.ndarray:
+def table_of_rows(array: np.ndarray) -> np.ndarray:
     """Return a table that points to an array, which the plan keeps alive."""
     return layout.row(layout.ROWS, rows=array.ctypes.data, count=len(array))
 
 
-def layer_of(plan: Plan, layer: int, rows: np.ndarray | None = None) -> np.ndarray:
+def table_of_layer(plan: Plan, layer: int, rows: np.ndarray | None = None) -> np.ndarray:
     """Return the table of the detectors of one layer.
 
     rows: other rows of layout.LAYER than those that flights use.

@@ -21,26 +21,26 @@ from transport.physics.device import device
 # cut/sqrt(2) over those above it is counted in the upper bits of a row's number of scores. This costs nothing
 # where none comes: one in 10^6 for isotropic light.
 
-HALFWAY = GRAZING_CUT * 0.5**0.5
+HALF_CUT = GRAZING_CUT * 0.5**0.5
 
 
 @device
-def grazes(here, mu):
+def is_grazing(here, mu):
     """Return 1 for a scored crossing below the cut, else 0."""
     return 1 if here & (abs(mu) <= GRAZING_CUT) else 0
 
 
 @device
-def balance_grazing(b, first, live):
+def count_grazing(b, first, live):
     """Count lanes that have just scored below the cut: +1 below cut/sqrt(2), -1 above it.
 
-    Fields: reads `mu`, `bin`, `grazes`.
+    Fields: reads `mu`, `bin`, `is_grazing`.
     """
     if b.grazes != 0:
         for k in range(first, live):
             mu = abs(b.mu[k])
             if b.bin[k] != 0 and mu <= GRAZING_CUT:
-                side = 1 if mu < HALFWAY else -1
+                side = 1 if mu < HALF_CUT else -1
                 add_to_row(b.tallies + 32 * b.bin[k], 0, 0, side << COUNT_BITS, 0)
 
 
@@ -51,7 +51,7 @@ LOWEST = (1023 + SIZE_OCTAVE) * SIZE_PARTS  # those bits of the least size that 
 
 
 @device
-def cell_of_size(weight):
+def size_cell(weight):
     """Return the size cell of a score; the first and last cells take all beyond them."""
     return min(max((bits_of(weight) >> SHIFT) - LOWEST, 0), SIZE_CELLS - 1)
 
@@ -62,7 +62,7 @@ def score_and_size(b, table, first, live):
 
     A batch whose number has a bit of `resting` counts none.
 
-    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `grazes`.
+    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
     n, one = 0, 1 if b.batch & table.resting == 0 else 0
@@ -72,8 +72,8 @@ def score_and_size(b, table, first, live):
     for j in range(n):
         k = uint64(b.listed[j])
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-        sizes[uint64(numbers[uint64(b.home[k])] + cell_of_size(b.weight[k]))] += one
-    balance_grazing(b, first, live)
+        sizes[uint64(numbers[uint64(b.home[k])] + size_cell(b.weight[k]))] += one
+    count_grazing(b, first, live)
     return live
 
 
@@ -83,21 +83,21 @@ def score_all_and_size(b, table, first, live):
 
     Row 0 and the first cells take the others and are never read.
 
-    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `grazes`.
+    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
     if b.batch & table.resting != 0:
         for k in range(first, live):
             add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-        balance_grazing(b, first, live)
+        count_grazing(b, first, live)
         return live
     for k in range(first, live):
-        cell = numbers[uint64(b.home[k])] + cell_of_size(b.weight[k])
+        cell = numbers[uint64(b.home[k])] + size_cell(b.weight[k])
         b.listed[k] = cell if b.bin[k] != 0 else 0
     for k in range(first, live):  # one loop for both, whose memory accesses overlap
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
         sizes[uint64(b.listed[k])] += 1
-    balance_grazing(b, first, live)
+    count_grazing(b, first, live)
     return live
 
 
@@ -118,7 +118,7 @@ def limbs(weight):
 
 
 @device
-def fair_limbs(weight, chance):
+def unbiased_limbs(weight, chance):
     """The same, but a weight below FAINT, of which limbs would keep few digits or none, is unbiased.
 
     It is rounded up with the probability of its remainder. chance: uniform in [0, 1). Zero stays zero.
@@ -130,7 +130,7 @@ def fair_limbs(weight, chance):
 
 
 @device
-def chance_of(bits, salt):
+def hashed_uniform(bits, salt):
     """Return a pseudo-random number in [0, 1): Fibonacci hash of the score's bits, salted by history."""
     return float64(((bits ^ salt) * HASH >> 12) & MANTISSA) * 2.0**-52
 
@@ -160,8 +160,8 @@ def slant(weight, mu, chance):
 
 
 @device
-def salt_of(seed_low, batch):
-    """Return the salt of `chance_of` for a run and batch; history numbers are added to it."""
+def hash_salt(seed_low, batch):
+    """Return the salt of `hashed_uniform` for a run and batch; history numbers are added to it."""
     return (seed_low * SALT ^ batch) * SALT
 
 
@@ -169,7 +169,7 @@ def salt_of(seed_low, batch):
 
 
 @device
-def enter(b, row, high, low):
+def add_to_ledger(b, row, high, low):
     """Add limbs to a row of the ledger."""
     ledger = view(b.ledger, b.ledger_words, np.int64)
     ledger[4 * row] += high
@@ -177,8 +177,8 @@ def enter(b, row, high, low):
 
 
 @device
-def lose(b, weight):
+def add_lost(b, weight):
     """Add one lost history to the ledger, with its weight if that is not NaN."""
     high, low = limbs(weight if weight == weight else 0.0)
-    enter(b, LOST, high, low)
+    add_to_ledger(b, LOST, high, low)
     view(b.ledger, b.ledger_words, np.int64)[4 * LOST + 2] += 1

@@ -14,17 +14,17 @@ from transport.geometry.flat import FlatShape, Plane
 from transport.geometry.revolved import Profile, Revolved
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
-from transport.geometry.supports import place_about_axis, rounding_of
+from transport.geometry.supports import cylindrical_coordinates, rounding_tolerance
 from transport.vectors import Vector, dot
 
-ROUNDINGS = 64  # allowed gap between touching shapes, in roundings of their coordinates
+GAP_IN_ROUNDINGS = 64  # allowed gap between touching shapes, in roundings of their coordinates
 # Sine of the angle at which two shapes cross, and for each shape a test whether it has the ring when widened
 # by a length.
 Ring = tuple[float, tuple[Callable[[float], bool], Callable[[float], bool]]]
 
 
 @dataclass(frozen=True)
-class Turned:
+class AxisProfile:
     """A profile on a shared axis: the height on its own axis is sign (w - shift)."""
 
     profile: Profile
@@ -64,23 +64,25 @@ def ring_contact(hit: Shape, other: Shape, is_inside: bool, tolerance: float) ->
     is_inside: count only contacts away from the edge of `hit`. Return None where the shapes do not share an
     axis, or where neither is a surface of revolution with an edge.
     """
-    turned = [shape for shape in (hit, other) if isinstance(shape, Revolved) and not _is_ball(shape)]
+    turned = [shape for shape in (hit, other) if isinstance(shape, Revolved) and not _is_whole_sphere(shape)]
     if not turned:
         return None
     base = turned[0]
     guest = other if base is hit else hit
-    tolerance = max(tolerance, ROUNDINGS * rounding_of(hit, other))
+    tolerance = max(tolerance, GAP_IN_ROUNDINGS * rounding_tolerance(hit, other))
     # Find the rings in which the profiles cross.
-    if isinstance(guest, FlatShape) and _is_square_to(base, guest, tolerance):
-        found = _in_plane(base, guest, tolerance)
-    elif isinstance(guest, Revolved) and _is_about(base, guest, tolerance):
-        found = _in_common(base, guest, tolerance)
+    if isinstance(guest, FlatShape) and _is_perpendicular(base, guest, tolerance):
+        found = _rings_in_plane(base, guest, tolerance)
+    elif isinstance(guest, Revolved) and _is_coaxial(base, guest, tolerance):
+        found = _common_rings(base, guest, tolerance)
     else:
         return None
     for sine, holders in found:
         # Rounding moves the ring of profiles that cross at a small angle; the shift is bounded where they are
         # tangent.
-        lost = min(tolerance / sine if sine > 0 else math.inf, tolerance * math.sqrt(2.0**52 / ROUNDINGS))
+        lost = min(
+            tolerance / sine if sine > 0 else math.inf, tolerance * math.sqrt(2.0**52 / GAP_IN_ROUNDINGS)
+        )
         inner = -tolerance - lost if is_inside else tolerance
         slacks = (inner, tolerance) if base is hit else (tolerance, inner)
         if all(holds(slack) for holds, slack in zip(holders, slacks, strict=True)):
@@ -88,20 +90,20 @@ def ring_contact(hit: Shape, other: Shape, is_inside: bool, tolerance: float) ->
     return False
 
 
-def _is_ball(shape: Shape) -> bool:
+def _is_whole_sphere(shape: Shape) -> bool:
     return isinstance(shape, Sphere) and shape.is_closed
 
 
-def _is_square_to(shape: Revolved, flat: FlatShape, tolerance: float) -> bool:
+def _is_perpendicular(shape: Revolved, flat: FlatShape, tolerance: float) -> bool:
     """Return whether a flat shape is perpendicular to the axis, within the tolerance."""
     reach = shape.extent + (0.0 if isinstance(flat, Plane) else flat.extent)
     return _chord(shape.axis, flat.normal) * reach <= tolerance
 
 
-def _is_about(shape: Revolved, other: Revolved, tolerance: float) -> bool:
+def _is_coaxial(shape: Revolved, other: Revolved, tolerance: float) -> bool:
     """Return whether two shapes share an axis; a sphere shares all through its center."""
-    tilt = 0.0 if _is_ball(other) else _chord(shape.axis, other.axis) * (shape.extent + other.extent)
-    return place_about_axis(shape, other.profile.origin)[0] + tilt <= tolerance
+    tilt = 0.0 if _is_whole_sphere(other) else _chord(shape.axis, other.axis) * (shape.extent + other.extent)
+    return cylindrical_coordinates(shape, other.profile.origin)[0] + tilt <= tolerance
 
 
 def _chord(a: Vector, b: Vector) -> float:
@@ -110,11 +112,11 @@ def _chord(a: Vector, b: Vector) -> float:
     return math.hypot(*(p - sign * q for p, q in zip(a, b, strict=True)))
 
 
-def _in_plane(base: Revolved, flat: FlatShape, tolerance: float) -> Iterator[Ring]:
+def _rings_in_plane(base: Revolved, flat: FlatShape, tolerance: float) -> Iterator[Ring]:
     """Yield the ring that a perpendicular plane cuts from the shape; a point at a pole."""
-    profile, w = base.profile, place_about_axis(base, flat.center)[1]
+    profile, w = base.profile, cylindrical_coordinates(base, flat.center)[1]
     if profile.low - tolerance <= w <= profile.high + tolerance:
-        turned, at = Turned(profile), min(max(w, profile.low), profile.high)
+        turned, at = AxisProfile(profile), min(max(w, profile.low), profile.high)
         rho = profile.radius_at(at)
         foot = tuple(o + w * a for o, a in zip(profile.origin, base.axis, strict=True))
         sine = rho / math.hypot(rho, turned.slope(at)) if rho > 0 else 0.0
@@ -129,23 +131,23 @@ def _has_ring(flat: FlatShape, foot: Vector, rho: float, slack: float) -> bool:
     return (nearest == 0 or nearest - slack <= rho) and rho <= farthest + slack
 
 
-def _in_common(base: Revolved, guest: Revolved, tolerance: float) -> Iterator[Ring]:
+def _common_rings(base: Revolved, guest: Revolved, tolerance: float) -> Iterator[Ring]:
     """Yield the rings in which two unbounded profiles cross, or come within the tolerance."""
-    sign = 1.0 if _is_ball(guest) else math.copysign(1.0, dot(base.axis, guest.axis))
-    one = Turned(base.profile)
-    other = Turned(guest.profile, sign, place_about_axis(base, guest.profile.origin)[1])
-    for w in _heights_of_crossing(one, other, tolerance):
+    sign = 1.0 if _is_whole_sphere(guest) else math.copysign(1.0, dot(base.axis, guest.axis))
+    one = AxisProfile(base.profile)
+    other = AxisProfile(guest.profile, sign, cylindrical_coordinates(base, guest.profile.origin)[1])
+    for w in _crossing_heights(one, other, tolerance):
         rho, slopes = one.radius(w), (one.slope(w), other.slope(w))
         lengths = math.hypot(rho, slopes[0]) * math.hypot(rho, slopes[1])
         sine = rho * abs(slopes[0] - slopes[1]) / lengths if lengths > 0 else 0.0
-        yield sine, tuple(_holder(turned, w) for turned in (one, other))
+        yield sine, tuple(_ring_test(turned, w) for turned in (one, other))
 
 
-def _holder(turned: Turned, w: float) -> Callable[[float], bool]:
+def _ring_test(turned: AxisProfile, w: float) -> Callable[[float], bool]:
     return lambda slack: turned.holds(w, slack)
 
 
-def _heights_of_crossing(one: Turned, other: Turned, tolerance: float) -> Iterator[float]:
+def _crossing_heights(one: AxisProfile, other: AxisProfile, tolerance: float) -> Iterator[float]:
     """Yield heights of equal radius: roots of a quadratic, and the height of closest approach."""
     c, b, a = (p - q for p, q in zip(_coefficients(one), _coefficients(other), strict=True))
     discriminant = b * b - 4 * a * c
@@ -158,7 +160,7 @@ def _heights_of_crossing(one: Turned, other: Turned, tolerance: float) -> Iterat
         yield nearest
 
 
-def _coefficients(turned: Turned) -> tuple[float, float, float]:
+def _coefficients(turned: AxisProfile) -> tuple[float, float, float]:
     """Return the coefficients of rho^2 in powers of the common height."""
     profile, sign, shift = turned.profile, turned.sign, turned.shift
     linear = profile.beta * sign - 2 * profile.gamma * shift

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.geometry.distances import least_distance
+from transport.geometry.distances import distance_to_shape
 from transport.geometry.flat import Plane, Slab
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import ROUNDING, Shape
@@ -36,7 +36,7 @@ def half_space(plane: Plane, is_front: bool) -> HalfSpace:
     return HalfSpace(normal, dot(normal, plane.center))
 
 
-def magnitude(solid: Solid | Shape) -> float:
+def coordinate_scale(solid: Solid | Shape) -> float:
     """Sum of the absolute coordinates and lengths [m] that define a solid: the scale of its rounding."""
     match solid:
         case HalfSpace():
@@ -50,7 +50,7 @@ def magnitude(solid: Solid | Shape) -> float:
     return sum(map(abs, solid.middle)) + solid.extent
 
 
-def holds(solid: Solid, points: np.ndarray) -> np.ndarray:
+def contains_points(solid: Solid, points: np.ndarray) -> np.ndarray:
     """Which points (n, 3) [m] lie in a solid, its surface included."""
     match solid:
         case HalfSpace():
@@ -68,32 +68,40 @@ def is_within(a: Solid, b: Solid) -> bool:
     """Whether one solid lies wholly in another; their surfaces may touch."""
     tolerance = _tolerance(a, b)
     if isinstance(b, Sphere):
-        return _farthest(a, b.center) <= b.radius + tolerance
-    return all(_reach(a, normal) <= level + tolerance for normal, level in _walls(b))
+        return _max_distance(a, b.center) <= b.radius + tolerance
+    return all(
+        _support_function(a, normal) <= level + tolerance for normal, level in _bounding_half_spaces(b)
+    )
 
 
 def contains(shell: Shape, place: Shape | Vector) -> bool:
     """Whether a shape or a point [m] surely lies in a closed Box, Sphere, Slab or Mesh, surface included."""
     if not isinstance(place, Shape):
-        return shell.holds(place) if isinstance(shell, Mesh) else bool(holds(shell, np.array([place]))[0])
+        return (
+            shell.holds(place)
+            if isinstance(shell, Mesh)
+            else bool(contains_points(shell, np.array([place]))[0])
+        )
     if place.is_infinite:
         return False
     if isinstance(shell, Mesh):
-        return shell.holds(place.middle) and least_distance(shell, place.middle) >= place.extent
+        return shell.holds(place.middle) and distance_to_shape(shell, place.middle) >= place.extent
     if isinstance(place, Box | Sphere) and place.is_closed:
         return is_within(place, shell)
     corners, middle = np.array(list(product(*zip(*place.bounds, strict=True)))), np.array(place.middle)
-    margin = ROUNDING * (magnitude(shell) + magnitude(place))  # a shape in the wall counts as inside
-    return bool(holds(shell, corners + np.clip(middle - corners, -margin, margin)).all())
+    margin = ROUNDING * (
+        coordinate_scale(shell) + coordinate_scale(place)
+    )  # a shape in the wall counts as inside
+    return bool(contains_points(shell, corners + np.clip(middle - corners, -margin, margin)).all())
 
 
-def do_meet(a: Solid, b: Solid) -> bool:
+def solids_overlap(a: Solid, b: Solid) -> bool:
     """Whether two solids have a common volume."""
     tolerance = _tolerance(a, b)
     # Look for a face of either solid that separates them.
     for one, other in ((a, b), (b, a)):
-        for normal, level in _walls(one):
-            if -_reach(other, tuple(-x for x in normal)) >= level - tolerance:
+        for normal, level in _bounding_half_spaces(one):
+            if -_support_function(other, tuple(-x for x in normal)) >= level - tolerance:
                 return False
     if isinstance(a, Sphere) and isinstance(b, Sphere):
         return math.dist(a.center, b.center) < a.radius + b.radius - tolerance
@@ -107,11 +115,11 @@ def do_meet(a: Solid, b: Solid) -> bool:
 
 def _tolerance(a: Solid, b: Solid) -> float:
     """Rounding [m] of two solids."""
-    return ROUNDING * (magnitude(a) + magnitude(b))
+    return ROUNDING * (coordinate_scale(a) + coordinate_scale(b))
 
 
 @lru_cache(maxsize=256)
-def _walls(solid: Solid) -> tuple[HalfSpace, ...]:
+def _bounding_half_spaces(solid: Solid) -> tuple[HalfSpace, ...]:
     """Half spaces whose intersection is the solid; none for a sphere."""
     match solid:
         case HalfSpace():
@@ -126,20 +134,20 @@ def _walls(solid: Solid) -> tuple[HalfSpace, ...]:
     return ()
 
 
-def _reach(solid: Solid, way: Vector) -> float:
+def _support_function(solid: Solid, way: Vector) -> float:
     """Largest projection [m] of a solid on a unit vector; infinite unless a face is perpendicular to it."""
     match solid:
         case Box():
             return sum((high if x > 0 else low) * x for x, low, high in zip(way, *solid.bounds, strict=True))
         case Sphere():
             return dot(solid.center, way) + solid.radius
-    for normal, level in _walls(solid):
+    for normal, level in _bounding_half_spaces(solid):
         if math.dist(normal, way) <= ROUNDING:
             return level
     return math.inf
 
 
-def _farthest(solid: Solid, point: Vector) -> float:
+def _max_distance(solid: Solid, point: Vector) -> float:
     """Largest distance [m] of a solid's points from a point; infinite for infinite solids."""
     match solid:
         case Sphere():

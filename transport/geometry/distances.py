@@ -6,18 +6,18 @@ from itertools import product
 
 import numpy as np
 
-from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Slab, Triangle, distance_beside
+from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Slab, Triangle, distance_to_triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Paraboloid, Profile, Revolved
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import are_on_one_support, place_about_axis, rounding_of
+from transport.geometry.supports import are_on_one_support, cylindrical_coordinates, rounding_tolerance
 from transport.vectors import Vector, dot
 
-BESIDE = 256  # offset from a flat shape, in units of the rounding of coordinates
+OFFSET_IN_ROUNDINGS = 256  # offset from a flat shape, in units of the rounding of coordinates
 
 
-def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
+def distance_to_shape(shape: Shape, point: Vector, filled: bool = False) -> float:
     """Distance [m] from a point to the nearest point of a shape; filled: to the volume of a closed shape."""
     offset = tuple(p - q for p, q in zip(point, shape.middle, strict=True))
     match shape:
@@ -25,7 +25,7 @@ def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
             beyond = math.hypot(*offset) - radius
             return max(beyond, 0.0) if filled else abs(beyond)
         case Revolved():
-            return _distance_to_profile(shape, *place_about_axis(shape, point))
+            return _distance_to_profile(shape, *cylindrical_coordinates(shape, point))
         case Box():
             beyond = [abs(x) - size / 2 for x, size in zip(offset, shape.size, strict=True)]
             if filled or max(beyond) > 0:
@@ -36,7 +36,7 @@ def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
             return max(beyond, 0.0) if filled else abs(beyond)
         case FlatShape():
             u, v, height = (dot(offset, axis) for axis in shape.frame)
-            return math.hypot(height, *_beside(shape, u, v))
+            return math.hypot(height, *_offset_from_flat(shape, u, v))
         case Mesh():
             return (
                 0.0 if filled and shape.is_closed and shape.holds(point) else _distance_to_mesh(shape, point)
@@ -54,7 +54,7 @@ def least_height(shape: Shape, plane: FlatShape) -> float:
     return max(0.0, min(heights), -max(heights))
 
 
-def least_gap(first: Shape, second: Shape) -> float:
+def gap_lower_bound(first: Shape, second: Shape) -> float:
     """Lower bound [m] of the distance between two shapes; 0 where nothing is known.
 
     It follows from bounding spheres and boxes, and from the planes of flat shapes.
@@ -73,7 +73,9 @@ def least_gap(first: Shape, second: Shape) -> float:
 
 def point_beside(flat: FlatShape, is_back: bool, others: Iterable[Shape]) -> Vector:
     """Point in front of (or behind) the middle of a flat shape, off all other shapes in spite of rounding."""
-    step = BESIDE * max((rounding_of(flat, other) for other in others), default=rounding_of(flat, flat))
+    step = OFFSET_IN_ROUNDINGS * max(
+        (rounding_tolerance(flat, other) for other in others), default=rounding_tolerance(flat, flat)
+    )
     step = -step if is_back else step
     return tuple(p + step * n for p, n in zip(flat.middle, flat.normal, strict=True))
 
@@ -95,14 +97,14 @@ def is_behind(shape: Shape, flat: FlatShape, side: str) -> bool:
         return False
     reach = shape.radius if isinstance(shape, Sphere) and shape.is_closed else shape.extent
     highest = max(map(height, product(*zip(*shape.bounds, strict=True))))
-    return min(highest, height(shape.middle) + reach) <= rounding_of(shape, flat)
+    return min(highest, height(shape.middle) + reach) <= rounding_tolerance(shape, flat)
 
 
 def in_plane_distances(shape: Rectangle | Disk | Triangle, point: Vector) -> tuple[float, float]:
     """Least and greatest distance [m] from a point of the plane to the points of a shape in that plane."""
     offset = tuple(p - q for p, q in zip(point, shape.center, strict=True))
     u, v = (dot(offset, axis) for axis in shape.frame[:2])
-    nearest = math.hypot(*_beside(shape, u, v))
+    nearest = math.hypot(*_offset_from_flat(shape, u, v))
     if isinstance(shape, Disk):
         return nearest, math.hypot(u, v) + shape.radius
     if isinstance(shape, Triangle):
@@ -110,12 +112,12 @@ def in_plane_distances(shape: Rectangle | Disk | Triangle, point: Vector) -> tup
     return nearest, math.hypot(abs(u) + shape.width / 2, abs(v) + shape.height / 2)
 
 
-def _beside(shape: FlatShape, u: float, v: float) -> tuple[float, ...]:
+def _offset_from_flat(shape: FlatShape, u: float, v: float) -> tuple[float, ...]:
     """Components [m] of the vector from a point of the plane to the nearest point of a flat shape."""
     if isinstance(shape, Plane):
         return (0.0,)
     if isinstance(shape, Triangle):
-        return (distance_beside(shape.corners, u, v),)
+        return (distance_to_triangle(shape.corners, u, v),)
     if isinstance(shape, Disk):
         apart = math.hypot(u, v)
         return (max(0.0, apart - shape.radius, shape.inner_radius - apart),)

@@ -9,18 +9,18 @@ from itertools import pairwise
 from transport.geometry.shape import ROUNDING, Shape
 from transport.validation import (
     Converted,
-    OptionalVector,
+    OptionalVectorField,
     VectorField,
     as_floats,
     check_type,
+    coerce_direction,
+    coerce_nonnegative,
+    coerce_positive,
+    coerce_vector,
     refuse,
     scene_object,
-    settle_direction,
-    settle_nonnegative,
-    settle_positive,
-    settle_vector,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 from transport.vectors import Frame, Vector, are_parallel, dot, local_frame, unit_vector
 
@@ -43,11 +43,11 @@ def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
         return unit_vector(scaled), math.inf
 
 
-def is_on_a_line(vertices: Vertices) -> bool:
+def is_collinear(vertices: Vertices) -> bool:
     """Whether the vertices are collinear within the rounding of their coordinates."""
     twice, size = _twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
-    longest2 = max(_square(_way(a, b)) for a, b in pairwise((*vertices, vertices[0])))
-    return _square(twice) <= (TRIANGLE_ROUNDING * size) ** 2 * longest2
+    longest2 = max(_exact_square(_exact_vector(a, b)) for a, b in pairwise((*vertices, vertices[0])))
+    return _exact_square(twice) <= (TRIANGLE_ROUNDING * size) ** 2 * longest2
 
 
 def centroid(vertices: Vertices) -> Vector:
@@ -55,21 +55,21 @@ def centroid(vertices: Vertices) -> Vector:
     return tuple(math.fsum(0.25 * x for x in axis) / 0.75 for axis in zip(*vertices, strict=True))
 
 
-def frame_of(vertices: Vertices) -> Frame:
+def triangle_frame(vertices: Vertices) -> Frame:
     """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
     normal, _ = normal_and_area(vertices)
     e_u = unit_vector(tuple(q - p for p, q in zip(*vertices[:2], strict=True)))
     return e_u, local_frame(e_u, normal)[0], normal
 
 
-def corners_of(vertices: Vertices) -> tuple[Corner, ...]:
+def triangle_corners(vertices: Vertices) -> tuple[Corner, ...]:
     """Coordinates (u, v) [m] of the vertices in the triangle's frame, from the centroid."""
-    (e_u, e_v, _), center = frame_of(vertices), centroid(vertices)
+    (e_u, e_v, _), center = triangle_frame(vertices), centroid(vertices)
     ways = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in vertices]
     return tuple((dot(way, e_u), dot(way, e_v)) for way in ways)
 
 
-def distance_beside(corners: tuple[Corner, ...], u: float, v: float) -> float:
+def distance_to_triangle(corners: tuple[Corner, ...], u: float, v: float) -> float:
     """Distance [m] of a point of the plane from a triangle with counterclockwise corners (u, v); 0 inside."""
     sides = list(pairwise((*corners, corners[0])))
     if all((q - p) * (v - s) >= (t - s) * (u - p) for (p, s), (q, t) in sides):
@@ -88,16 +88,16 @@ def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
 def _twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
     """Cross product of two edges, exact."""
     a, b, c = vertices
-    (ux, uy, uz), (vx, vy, vz) = _way(a, b), _way(a, c)
+    (ux, uy, uz), (vx, vy, vz) = _exact_vector(a, b), _exact_vector(a, c)
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-def _way(a: Vector, b: Vector) -> tuple[Fraction, ...]:
+def _exact_vector(a: Vector, b: Vector) -> tuple[Fraction, ...]:
     """Exact vector from a to b."""
     return tuple(Fraction(q) - Fraction(p) for p, q in zip(a, b, strict=True))
 
 
-def _square(vector: tuple[Fraction, ...]) -> Fraction:
+def _exact_square(vector: tuple[Fraction, ...]) -> Fraction:
     """Exact squared length."""
     return sum(component * component for component in vector)
 
@@ -108,16 +108,17 @@ def _square(vector: tuple[Fraction, ...]) -> Fraction:
 class FlatShape(Shape):
     """Base class of flat shapes: unit normal, and `up`, which fixes the frame's rotation."""
 
-    def _settle_plane(self) -> None:
+    def _coerce_plane(self) -> None:
         """Check and store centre, normal and `up`."""
-        settle_vector(self, "center")
-        settle_direction(self, "normal")
+        coerce_vector(self, "center")
+        coerce_direction(self, "normal")
         if self.up is not None:
             up = self.up
-            settle_direction(self, "up")
+            coerce_direction(self, "up")
             if are_parallel(self.up, self.normal):
                 refuse(
-                    self, f"up must not be parallel to normal {self.normal}, got {shown(up)}; leave it out"
+                    self,
+                    f"up must not be parallel to normal {self.normal}, got {short_repr(up)}; leave it out",
                 )
 
     @property
@@ -182,12 +183,12 @@ class Rectangle(FlatShape):
     normal: VectorField = (0.0, 0.0, 1.0)
     width: float
     height: float
-    up: OptionalVector = None
+    up: OptionalVectorField = None
     hole: "Disk | Rectangle | None" = None
 
     def __post_init__(self) -> None:
-        self._settle_plane()
-        settle_positive(self, "width", "height")
+        self._coerce_plane()
+        coerce_positive(self, "width", "height")
         if self.hole is not None:
             self._check_hole()
         self._check_size("width", "height", *(() if self.hole is None else ("hole",)))
@@ -221,30 +222,32 @@ class Rectangle(FlatShape):
         check_type(self, "hole", (Disk, Rectangle), must)
         island = hole.hole if isinstance(hole, Rectangle) else hole.inner_radius
         if island:
-            refuse(self, f"hole must be {must}, got {shown(hole)}; add the island as a separate shape")
+            refuse(self, f"hole must be {must}, got {short_repr(hole)}; add the island as a separate shape")
         # Check that the hole lies in the plane.
         tolerance = ROUNDING * sum((*map(abs, (*self.center, *hole.center)), self.extent, hole.extent))
         place = tuple(p - q for p, q in zip(hole.center, self.center, strict=True))
         u, v, height = (dot(place, axis) for axis in self.frame)
         tilt = math.hypot(dot(hole.normal, self.frame[0]), dot(hole.normal, self.frame[1])) * hole.extent
         if abs(height) + tilt > tolerance:
-            cure = f"give it center={shown(self.center)} and normal={shown(self.normal)}"
+            cure = f"give it center={short_repr(self.center)} and normal={short_repr(self.normal)}"
             refuse(
-                self, f"hole must lie in its plane, got {shown(hole)}, {abs(height) + tilt:.3g} m off; {cure}"
+                self,
+                f"hole must lie in its plane, got {short_repr(hole)}, {abs(height) + tilt:.3g} m off; {cure}",
             )
         # Check that the hole lies within the edges.
         beyond = max(
-            abs(x) + hole.reach_along(axis) - length / 2
+            abs(x) + hole.half_width_along(axis) - length / 2
             for x, axis, length in zip((u, v), self.frame[:2], (self.width, self.height), strict=True)
         )
         if beyond > tolerance:
             refuse(
-                self, f"hole must lie within it, got {shown(hole)}, {beyond:.3g} m beyond; make it smaller"
+                self,
+                f"hole must lie within it, got {short_repr(hole)}, {beyond:.3g} m beyond; make it smaller",
             )
         if self.area <= 0:
-            refuse(self, f"hole must be smaller than the rectangle, got {shown(hole)}; make it smaller")
+            refuse(self, f"hole must be smaller than the rectangle, got {short_repr(hole)}; make it smaller")
 
-    def reach_along(self, direction: Vector) -> float:
+    def half_width_along(self, direction: Vector) -> float:
         """Half width [m] of the rectangle along a unit direction, from its centre."""
         e_u, e_v, _ = self.frame
         return abs(dot(direction, e_u)) * self.width / 2 + abs(dot(direction, e_v)) * self.height / 2
@@ -286,12 +289,12 @@ class Disk(FlatShape):
     normal: VectorField = (0.0, 0.0, 1.0)
     radius: float
     inner_radius: float = 0.0
-    up: OptionalVector = None
+    up: OptionalVectorField = None
 
     def __post_init__(self) -> None:
-        self._settle_plane()
-        settle_positive(self, "radius")
-        settle_nonnegative(self, "inner_radius")
+        self._coerce_plane()
+        coerce_positive(self, "radius")
+        coerce_nonnegative(self, "inner_radius")
         if self.inner_radius >= self.radius:
             refuse(self, f"inner_radius must be below radius {self.radius}, got {self.inner_radius}")
         self._check_size("radius", "inner_radius")
@@ -311,7 +314,7 @@ class Disk(FlatShape):
         x, y, z = self.normal
         return tuple(self.radius * min(1.0, math.hypot(*others)) for others in ((y, z), (x, z), (x, y)))
 
-    def reach_along(self, direction: Vector) -> float:
+    def half_width_along(self, direction: Vector) -> float:
         """Radius [m]: the half width along any unit direction of the plane."""
         return self.radius
 
@@ -344,10 +347,13 @@ class Triangle(FlatShape):
         given = self.vertices if isinstance(self.vertices, Iterable) else ()
         vertices = tuple(as_floats(vertex) for vertex in given)
         if len(vertices) != 3 or any(vertex is None or len(vertex) != 3 for vertex in vertices):
-            refuse(self, f"vertices must be three points of three finite numbers, got {shown(self.vertices)}")
-        if is_on_a_line(vertices):
-            refuse(self, f"vertices must not lie on one line, got {shown(vertices)}; move one of them")
-        store(self, vertices=vertices)
+            refuse(
+                self,
+                f"vertices must be three points of three finite numbers, got {short_repr(self.vertices)}",
+            )
+        if is_collinear(vertices):
+            refuse(self, f"vertices must not lie on one line, got {short_repr(vertices)}; move one of them")
+        set_fields(self, vertices=vertices)
         self._check_size("vertices")
 
     @property
@@ -363,12 +369,12 @@ class Triangle(FlatShape):
     @property
     def frame(self) -> Frame:
         """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
-        return frame_of(self.vertices)
+        return triangle_frame(self.vertices)
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
         """Vertices in the frame, (u, v) from the centroid [m], counterclockwise."""
-        return corners_of(self.vertices)
+        return triangle_corners(self.vertices)
 
     @property
     def area(self) -> float:
@@ -420,12 +426,12 @@ class Plane(FlatShape):
     is_infinite = True
 
     def __post_init__(self) -> None:
-        self._settle_plane()
+        self._coerce_plane()
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
         """Corners [m] of the bounding box: finite only along a normal that is a coordinate axis."""
-        return _bounds(self.center, self.normal, 0.0)
+        return _infinite_bounds(self.center, self.normal, 0.0)
 
 
 @scene_object(kw_only=True)
@@ -461,14 +467,14 @@ class Slab(Shape):
     is_closed = is_infinite = True
 
     def __post_init__(self) -> None:
-        settle_vector(self, "center")
-        settle_direction(self, "normal")
-        settle_positive(self, "thickness")
+        coerce_vector(self, "center")
+        coerce_direction(self, "normal")
+        coerce_positive(self, "thickness")
         faces = [face.center for face in self.planes()]
         apart = math.dist(*faces)
         if not 0.5 < apart / self.thickness < 2:
             must = f"thickness must not vanish in the rounding of center {self.center}"
-            refuse(self, f"{must}, got {shown(self.thickness)}; move center towards the origin")
+            refuse(self, f"{must}, got {short_repr(self.thickness)}; move center towards the origin")
 
     @property
     def frame(self) -> Frame:
@@ -478,7 +484,7 @@ class Slab(Shape):
     @property
     def bounds(self) -> tuple[Vector, Vector]:
         """Corners [m] of the bounding box: finite only along a normal that is a coordinate axis."""
-        return _bounds(self.center, self.normal, self.thickness / 2)
+        return _infinite_bounds(self.center, self.normal, self.thickness / 2)
 
     def planes(self) -> tuple[Plane, Plane]:
         """Return the two faces as planes with outward normals.
@@ -494,7 +500,7 @@ class Slab(Shape):
         return tuple(Plane(center=c, normal=way) for c, way in zip(centers, ways, strict=True))
 
 
-def _bounds(center: Vector, normal: Vector, half: float) -> tuple[Vector, Vector]:
+def _infinite_bounds(center: Vector, normal: Vector, half: float) -> tuple[Vector, Vector]:
     """Corners [m] of the bounding box of a plane or slab with half thickness `half`."""
     reach = [half if abs(x) == 1 else math.inf for x in normal]
     lower, upper = (tuple(c + s * r for c, r in zip(center, reach, strict=True)) for s in (-1, 1))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.geometry.containment import magnitude
+from transport.geometry.containment import coordinate_scale
 from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Revolved
@@ -42,7 +42,7 @@ def crossings(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> Cros
         np.atleast_2d(np.asarray(directions, float)),
     )
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        distances, sides = _crossed(shape, origins, directions)
+        distances, sides = _candidates(shape, origins, directions)
     # Sort each line's crossings by distance and cut the columns that hold none.
     distances = np.where(np.isfinite(distances), distances, math.nan)
     order = np.argsort(distances, axis=1, kind="stable")  # nan comes last
@@ -53,12 +53,12 @@ def crossings(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> Cros
 
 
 @singledispatch
-def _crossed(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _candidates(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Distances [m] and sides of all candidate crossings; nan where there is none."""
     raise TypeError(f"{type(shape).__name__} has no surface")
 
 
-@_crossed.register
+@_candidates.register
 def _(shape: FlatShape, origins, directions):
     """The intersection with the plane, if it lies on the shape."""
     along = directions @ np.array(shape.normal)
@@ -68,14 +68,14 @@ def _(shape: FlatShape, origins, directions):
     return distances[:, None], np.sign(along)[:, None]
 
 
-@_crossed.register
+@_candidates.register
 def _(shape: Slab, origins, directions):
     """The intersections with both planes."""
-    both = [_crossed(plane, origins, directions) for plane in shape.planes()]
+    both = [_candidates(plane, origins, directions) for plane in shape.planes()]
     return tuple(np.concatenate(parts, axis=1) for parts in zip(*both, strict=True))
 
 
-@_crossed.register
+@_candidates.register
 def _(shape: Box, origins, directions):
     """Entry at the last of the three planes towards the origin, exit at the first of the others."""
     low, high = (np.array(corner) for corner in shape.bounds)
@@ -91,7 +91,7 @@ def _(shape: Box, origins, directions):
     return distances, np.broadcast_to([-1.0, 1.0], distances.shape)
 
 
-@_crossed.register
+@_candidates.register
 def _(shape: Revolved, origins, directions):
     """Roots of |x|^2 + |y|^2 - (alpha + beta w + gamma w^2) along the line.
 
@@ -99,7 +99,7 @@ def _(shape: Revolved, origins, directions):
     cancellation.
     """
     profile, frame = shape.profile, np.array(shape.frame)
-    center = np.array(profile.origin if profile.narrowing() else shape.middle)
+    center = np.array(profile.origin if profile.taper_sign() else shape.middle)
     nearest = ((center - origins) * directions).sum(axis=1)
     x, y, w = frame @ (origins + nearest[:, None] * directions - np.array(profile.origin)).T
     p, q, r = frame @ directions.T
@@ -115,10 +115,10 @@ def _(shape: Revolved, origins, directions):
     return np.where(within, steps + nearest[:, None], math.nan), np.sign(a[:, None] * steps + b[:, None])
 
 
-@_crossed.register
+@_candidates.register
 def _(shape: Mesh, origins, directions):
     """The crossings of each line with the mesh, one line after the other."""
-    found = [_through_mesh(shape, o, u) for o, u in zip(origins, directions, strict=True)]
+    found = [_cross_mesh(shape, o, u) for o, u in zip(origins, directions, strict=True)]
     most = max((len(distances) for distances, _ in found), default=0)
     distances, sides = np.full((len(found), most), math.nan), np.full((len(found), most), math.nan)
     for row, (hits, ways) in enumerate(found):
@@ -126,7 +126,7 @@ def _(shape: Mesh, origins, directions):
     return distances, sides
 
 
-def _through_mesh(mesh: Mesh, origin: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _cross_mesh(mesh: Mesh, origin: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Crossings of one line with a mesh.
 
     A triangle is hit if its edges, projected along the line, all turn the same way around the line. Both
@@ -168,14 +168,16 @@ def _covers(shape: FlatShape, points: np.ndarray) -> np.ndarray:
 
 # ---- Fixed set of straight lines through shapes, along which the media of a scene are checked.
 
-LINES = 256  # default number of lines
-FACETS = 1_000_000  # most lines times triangles of meshes
-CLOSE = 1e-9  # relative to the scene's size: lines this close to an edge or a tangent are ignored
-FLUSH = 1e-11  # relative to the scene's size: surfaces this close count as coincident
-STEPS = 2.0 ** -(np.arange(1, 6) / 6)  # increments of an evenly distributed sequence in five dimensions
+DEFAULT_LINES = 256  # default number of lines
+MAX_LINE_FACETS = 1_000_000  # most lines times triangles of meshes
+EDGE_TOLERANCE = 1e-9  # relative to the scene's size: lines this close to an edge or a tangent are ignored
+COINCIDENCE_TOLERANCE = 1e-11  # relative to the scene's size: surfaces this close count as coincident
+KRONECKER_STRIDES = 2.0 ** -(
+    np.arange(1, 6) / 6
+)  # increments of an evenly distributed sequence in five dimensions
 
 
-def size_of(shapes: list[Shape]) -> float:
+def scene_size(shapes: list[Shape]) -> float:
     """Length scale [m] of a scene: diagonal of the box around finite shapes and middles of infinite ones."""
     corners = np.array([c for shape in shapes for c in (*shape.bounds, *_middles(shape))])
     corners = corners[np.isfinite(corners).all(axis=1)]
@@ -193,21 +195,21 @@ def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndar
     boxes = np.array([_box(shape, size) for shape in shapes])
     number = np.arange(count)
     owner = number * len(shapes) // count
-    u = np.modf((number[:, None] + 1) * STEPS)[0]
-    origins = _within(boxes[owner], u[:, :3])
+    u = np.modf((number[:, None] + 1) * KRONECKER_STRIDES)[0]
+    origins = _points_in_boxes(boxes[owner], u[:, :3])
     rise, turn = 2 * u[:, 3] - 1, 2 * math.pi * u[:, 4]
     across = np.sqrt((1 - rise) * (1 + rise))
     directions = np.stack([across * np.cos(turn), across * np.sin(turn), rise], axis=1)
     # Aim every second line at a point in another shape's box.
     target = (owner + 1 + number // 2 % max(len(shapes) - 1, 1)) % len(shapes)
-    ways = _within(boxes[target], u[:, 2:]) - origins
+    ways = _points_in_boxes(boxes[target], u[:, 2:]) - origins
     lengths = np.linalg.norm(ways, axis=1)
     is_aimed = (number % 2 == 1) & (lengths > 0)
     directions[is_aimed] = ways[is_aimed] / lengths[is_aimed, None]
     return origins, directions
 
 
-def _within(boxes: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _points_in_boxes(boxes: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Points at fractions u of boxes."""
     return boxes[:, 0] + u * (boxes[:, 1] - boxes[:, 0])
 
@@ -222,7 +224,9 @@ def _box(shape: Shape, size: float) -> np.ndarray:
     )
 
 
-def along_lines(origins: np.ndarray, directions: np.ndarray, close: float) -> tuple[np.ndarray, np.ndarray]:
+def with_neighbour_lines(
+    origins: np.ndarray, directions: np.ndarray, close: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Origins and directions (4 n, 3) of n lines, then of three neighbours of each, `close` [m] away."""
     e_u = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
     e_u /= np.linalg.norm(e_u, axis=1)[:, None]
@@ -232,20 +236,20 @@ def along_lines(origins: np.ndarray, directions: np.ndarray, close: float) -> tu
     return np.concatenate([origins + shift for shift in shifts]), np.tile(directions, (4, 1))
 
 
-def crossed_in_turn(shapes: list[Shape], origins, ways, size: float) -> tuple[np.ndarray, np.ndarray]:
+def sorted_crossings(shapes: list[Shape], origins, ways, size: float) -> tuple[np.ndarray, np.ndarray]:
     """Crossings of each line in order: places [m] and keys; -1 for lines that pass close to an edge.
 
     A key is 2 shapes group + 2 shape + (1: along its normal); coincident crossings have the same group.
     """
     # Cross all shapes with each line and its three neighbours, and sort the crossings.
-    neighbours = along_lines(origins, ways, CLOSE * size)
+    neighbours = with_neighbour_lines(origins, ways, EDGE_TOLERANCE * size)
     found = [crossings(shape, *neighbours) for shape in shapes]
     places = np.concatenate([f.distances for f in found], axis=1)
     codes = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)
     order = np.argsort(places, axis=1, kind="stable")  # nan comes last
     places, codes = (np.take_along_axis(array, order, axis=1) for array in (places, codes))
     # Number groups of coincident crossings.
-    flush = FLUSH * size + 256 * ROUNDING * max(map(magnitude, shapes))
+    flush = COINCIDENCE_TOLERANCE * size + 256 * ROUNDING * max(map(coordinate_scale, shapes))
     group = np.cumsum(np.diff(places, axis=1, prepend=places[:, :1]) > flush, axis=1)
     keys = np.where(np.isnan(places), -1, 2 * len(shapes) * group + codes).astype(np.int64)
     places, keys = (array.reshape(4, len(origins), -1) for array in (places, keys))

@@ -18,22 +18,22 @@ from transport.geometry.mesh_checks import (
     MeshWarning,
     check_facets,
     check_size,
-    settled_faces,
-    settled_factor,
-    settled_tolerance,
-    settled_vertices,
-    warn,
-    warn_of_edges,
+    coerce_faces,
+    coerce_factor,
+    coerce_tolerance,
+    coerce_vertices,
+    warn_about_edges,
+    warn_mesh,
     warn_of_volume,
 )
 from transport.geometry.mesh_topology import (
     Edges,
+    drop_unused_vertices,
     edges_of,
     facets,
     signed_volume,
     weld,
     winding_number,
-    without_unused,
 )
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
@@ -44,13 +44,13 @@ from transport.validation import (
     as_floats,
     refuse,
     scene_object,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 from transport.vectors import Frame, Vector, local_frame
 
-MOST_TRIANGLES = 20_000_000  # of Mesh.sphere: about 2 GB
-HELD = 1 - 2.0**-10  # least winding number of a point inside; points on the surface have less
+MAX_TRIANGLES = 20_000_000  # of Mesh.sphere: about 2 GB
+MIN_WINDING_INSIDE = 1 - 2.0**-10  # least winding number of a point inside; points on the surface have less
 
 __all__ = ["Mesh", "MeshWarning"]
 
@@ -113,16 +113,16 @@ class Mesh(Shape):
     digest: bytes = field(init=False)  # hash of the arrays' bytes, for == and hash()
 
     def __post_init__(self) -> None:
-        vertices = settled_vertices(self, self.vertices)
-        faces = settled_faces(self, self.faces, len(vertices))
+        vertices = coerce_vertices(self, self.vertices)
+        faces = coerce_faces(self, self.faces, len(vertices))
         check_size(self, vertices)
         found = facets(vertices, faces)
         check_facets(self, vertices, faces, found)
-        vertices, faces = without_unused(vertices, faces)
+        vertices, faces = drop_unused_vertices(vertices, faces)
         arrays = {"vertices": vertices, "faces": faces, "normals": found.normals, "areas": found.areas}
-        store(self, **arrays, edges=edges_of(faces), digest=_digest(vertices, faces))
+        set_fields(self, **arrays, edges=edges_of(faces), digest=_digest(vertices, faces))
         self._freeze()
-        warn_of_edges(self.edges)
+        warn_about_edges(self.edges)
         if self.edges.are_paired and not self.is_closed:
             warn_of_volume(self.volume, self.volume_rounding, self.triangles)
 
@@ -204,9 +204,9 @@ class Mesh(Shape):
         """
         shape = Sphere(center=center, radius=radius)
         number = as_float(triangles)
-        if number is None or number != int(number) or not 1 <= number <= MOST_TRIANGLES:
-            must = f"triangles must be a whole number from 1 to {MOST_TRIANGLES}"
-            raise SceneError(f"Mesh.sphere: {must}, got {shown(triangles)}; write triangles=1280")
+        if number is None or number != int(number) or not 1 <= number <= MAX_TRIANGLES:
+            must = f"triangles must be a whole number from 1 to {MAX_TRIANGLES}"
+            raise SceneError(f"Mesh.sphere: {must}, got {short_repr(triangles)}; write triangles=1280")
         vertices, faces = sphere_arrays(shape.center, shape.radius, int(number))
         return cls(vertices=vertices, faces=faces)
 
@@ -316,9 +316,9 @@ class Mesh(Shape):
         """
         position = as_floats(point)
         if position is None or len(position) != 3:
-            refuse(self, f"point must be three finite numbers, got {shown(point)}")
-        self._refuse_open("an inside")
-        return abs(winding_number(self.vertices, self.faces, np.array(position))) > HELD
+            refuse(self, f"point must be three finite numbers, got {short_repr(point)}")
+        self._require_closed("an inside")
+        return abs(winding_number(self.vertices, self.faces, np.array(position))) > MIN_WINDING_INSIDE
 
     def flipped(self) -> Mesh:
         """Return the mesh with all normals reversed.
@@ -351,7 +351,7 @@ class Mesh(Shape):
         """
         way = as_floats(by)
         if way is None or len(way) != 3:
-            refuse(self, f"by must be three finite lengths, got {shown(by)}")
+            refuse(self, f"by must be three finite lengths, got {short_repr(by)}")
         return self._changed(self.vertices + way, self.faces)
 
     def scaled(self, by: float) -> Mesh:
@@ -373,7 +373,7 @@ class Mesh(Shape):
         >>> f"{tp.Mesh.box(size=2.0).scaled(by=0.5).volume:g}"
         '1'
         """
-        return self._changed(self.vertices * settled_factor(self, "by", by), self.faces)
+        return self._changed(self.vertices * coerce_factor(self, "by", by), self.faces)
 
     def merged(self, tolerance: float = 0.0) -> Mesh:
         """Return the mesh with coincident vertices merged.
@@ -409,10 +409,10 @@ class Mesh(Shape):
     @functools.cached_property
     def _volume(self) -> tuple[float, float]:
         """Volume [m^3] and the bound on its rounding error."""
-        self._refuse_open("a volume")
+        self._require_closed("a volume")
         return signed_volume(self.vertices, self.faces, self.normals, self.areas)
 
-    def _refuse_open(self, what: str) -> None:
+    def _require_closed(self, what: str) -> None:
         """Raise SceneError if the mesh is open."""
         if not self.edges.are_paired:
             cure = "close the holes and orient all triangles alike"
@@ -426,12 +426,12 @@ class Mesh(Shape):
     @classmethod
     def _welded(cls, vertices: np.ndarray, faces: np.ndarray, scale: float, tolerance: float) -> Mesh:
         """Mesh of scaled vertices after merging; warns of triangles that collapsed."""
-        scale = settled_factor(cls, "scale", scale)
-        tolerance = settled_tolerance(cls, tolerance)
+        scale = coerce_factor(cls, "scale", scale)
+        tolerance = coerce_tolerance(cls, tolerance)
         found = weld(vertices * scale, faces, tolerance)
         if found.collapsed:
             many = "1 triangle" if found.collapsed == 1 else f"{found.collapsed} triangles"
-            warn(
+            warn_mesh(
                 f"{many} of {len(faces)} left out: two of their vertices coincide;"
                 " repair the file if they matter"
             )

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from transport.geometry.mesh_checks import why_not_whole
+from transport.geometry.mesh_checks import truncation_reason
 from transport.geometry.mesh_topology import weld
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 
 SUFFIXES = (".stl", ".ply", ".obj", ".vtp")
 
@@ -21,7 +21,7 @@ def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
 
     Raises SceneError if the file is missing, empty or holds no triangles, or if pyvista is not installed.
     """
-    file = _existing(path)
+    file = _check_file(path)
     try:
         import pyvista
     except ImportError as error:
@@ -38,12 +38,12 @@ def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
                 reader.reader.MergingOff()  # merging would silently drop collapsed triangles
             polydata = reader.read()
     except Exception as error:
-        raise _unreadable(file, heard.events[0].alert if heard.events else error) from error
+        raise _unreadable_error(file, heard.events[0].alert if heard.events else error) from error
     if heard.events:
-        raise _unreadable(file, heard.events[0].alert)
+        raise _unreadable_error(file, heard.events[0].alert)
     arrays = _triangles_of(polydata)
     if arrays is None:
-        raise _unreadable(file, "no triangles")
+        raise _unreadable_error(file, "no triangles")
     return arrays
 
 
@@ -69,11 +69,11 @@ def _triangles_of(polydata: Any) -> tuple[np.ndarray, np.ndarray] | None:
     return np.asarray(surface.points, dtype=np.float64), np.asarray(faces[:, 1:], dtype=np.int64)
 
 
-def _existing(path: str | os.PathLike) -> Path:
+def _check_file(path: str | os.PathLike) -> Path:
     """The file at that path; raises SceneError if it is missing, empty, cut off or not a mesh format."""
     if not isinstance(path, str | os.PathLike):
         raise SceneError(
-            f"Mesh.from_file: path must be a text or a Path, got {shown(path)}; write 'part.stl'"
+            f"Mesh.from_file: path must be a text or a Path, got {short_repr(path)}; write 'part.stl'"
         )
     file = Path(path).expanduser()
     if file.suffix.lower() not in SUFFIXES:
@@ -84,22 +84,22 @@ def _existing(path: str | os.PathLike) -> Path:
     if not file.is_file():
         what = "a folder" if file.is_dir() else "no such file"
         raise SceneError(
-            f"Mesh.from_file: path must be a file, got {what} {str(path)!r}; look in {_near(file)}"
+            f"Mesh.from_file: path must be a file, got {what} {str(path)!r}; look in {_nearest_folder(file)}"
         )
     if file.stat().st_size == 0:
-        raise _unreadable(file, "an empty file, 0 bytes")
-    found = why_not_whole(file)
+        raise _unreadable_error(file, "an empty file, 0 bytes")
+    found = truncation_reason(file)
     if found is not None:
-        raise _unreadable(file, found)
+        raise _unreadable_error(file, found)
     return file
 
 
-def _near(file: Path) -> str:
+def _nearest_folder(file: Path) -> str:
     """Quoted path of the nearest existing parent folder."""
     return repr(str(next(folder for folder in file.absolute().parents if folder.is_dir())))
 
 
-def _unreadable(file: Path, found: object) -> SceneError:
+def _unreadable_error(file: Path, found: object) -> SceneError:
     """SceneError for a file that cannot be read."""
     return SceneError(
         f"Mesh.from_file: {file.name!r} cannot be read as {file.suffix},"
@@ -109,11 +109,11 @@ def _unreadable(file: Path, found: object) -> SceneError:
 
 # ---- Triangulated solids: a sphere (subdivided icosahedron) and a box.
 
-GOLDEN = (1 + math.sqrt(5)) / 2
+GOLDEN_RATIO = (1 + math.sqrt(5)) / 2
 CORNERS = np.array(
-    [(0, s, t * GOLDEN) for s in (-1, 1) for t in (-1, 1)]
-    + [(s, t * GOLDEN, 0) for s in (-1, 1) for t in (-1, 1)]
-    + [(t * GOLDEN, 0, s) for s in (-1, 1) for t in (-1, 1)]
+    [(0, s, t * GOLDEN_RATIO) for s in (-1, 1) for t in (-1, 1)]
+    + [(s, t * GOLDEN_RATIO, 0) for s in (-1, 1) for t in (-1, 1)]
+    + [(t * GOLDEN_RATIO, 0, s) for s in (-1, 1) for t in (-1, 1)]
 )
 
 
@@ -152,7 +152,7 @@ def box_arrays(low: tuple[float, ...], high: tuple[float, ...]) -> tuple[np.ndar
 def _icosahedron() -> np.ndarray:
     """The 20 triples of adjacent corners, with outward normals."""
     # Adjacent corners, at edge length 2, have the scalar product phi.
-    near = np.abs(CORNERS @ CORNERS.T - GOLDEN) < 0.1
+    near = np.abs(CORNERS @ CORNERS.T - GOLDEN_RATIO) < 0.1
     faces = [
         (a, b, c)
         for a in range(12)

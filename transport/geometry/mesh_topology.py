@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-MIXERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+HASH_MULTIPLIERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
 
 
 class Edges(NamedTuple):
@@ -51,12 +51,12 @@ def edges_of(faces: np.ndarray) -> Edges:
     return Edges(*counts, example(crowded), example(turned))
 
 
-def equal_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def unique_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First occurrence of each distinct row of three int64, and for each row the index of its equal.
 
     First occurrences are in ascending order.
     """
-    keys = (rows.view(np.uint64) * MIXERS).sum(axis=1, dtype=np.uint64)
+    keys = (rows.view(np.uint64) * HASH_MULTIPLIERS).sum(axis=1, dtype=np.uint64)
     _, first, label = np.unique(keys, return_index=True, return_inverse=True)
     if not np.array_equal(rows[first][label], rows):  # hash collision: compare the rows themselves
         _, first, label = np.unique(rows, axis=0, return_index=True, return_inverse=True)
@@ -68,7 +68,7 @@ def equal_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def repeated_triangles(faces: np.ndarray) -> tuple[int, tuple[int, int] | None]:
     """Number of triangles with the same three vertices as an earlier one, and the first such pair."""
-    first, label = equal_rows(np.sort(faces, axis=1))
+    first, label = unique_rows(np.sort(faces, axis=1))
     if len(first) == len(faces):
         return 0, None
     earlier = first[label]
@@ -76,7 +76,7 @@ def repeated_triangles(faces: np.ndarray) -> tuple[int, tuple[int, int] | None]:
     return len(faces) - len(first), (int(earlier[again]), again)
 
 
-def without_unused(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def drop_unused_vertices(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Vertices that triangles use, in their order, and the triangles with the new indices."""
     used = np.zeros(len(vertices), dtype=bool)
     used[faces] = True
@@ -93,7 +93,7 @@ def without_unused(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray,
 # represent.
 
 ROUNDING = 2.0**-51  # relative to coordinates: triangles of smaller height count as lines
-SPLITTER = 2.0**27 + 1
+DEKKER_SPLITTER = 2.0**27 + 1
 EPSILON = 2.0**-52
 
 
@@ -102,17 +102,17 @@ class Facets(NamedTuple):
 
     normals: np.ndarray
     areas: np.ndarray
-    on_a_line: np.ndarray
+    is_collinear: np.ndarray
 
 
 def facets(vertices: np.ndarray, faces: np.ndarray) -> Facets:
     """Unit normals (right-hand rule over the vertex order) and areas [m^2], accurate to a few roundings."""
     a, b, c = (np.ascontiguousarray(vertices[faces[:, i]].T) for i in range(3))
-    (u, u_low), (v, v_low) = _difference(b, a), _difference(c, a)
+    (u, u_low), (v, v_low) = _two_difference(b, a), _two_difference(c, a)
     # Scale each triangle by a power of two, so that squares neither overflow nor underflow.
     _, exponent = np.frexp(np.maximum(np.abs(u), np.abs(v)).max(axis=0))
     u, u_low, v, v_low = (np.ldexp(part, -exponent) for part in (u, u_low, v, v_low))
-    twice = np.stack([_minor(u, u_low, v, v_low, i, j) for i, j in ((1, 2), (2, 0), (0, 1))])
+    twice = np.stack([_cross_component(u, u_low, v, v_low, i, j) for i, j in ((1, 2), (2, 0), (0, 1))])
     # Compare the height with the rounding of the coordinates.
     length = np.sqrt((twice * twice).sum(axis=0))
     longest = np.sqrt(np.maximum.reduce([(way * way).sum(axis=0) for way in (u, v, v - u)]))
@@ -151,31 +151,31 @@ def winding_number(vertices: np.ndarray, faces: np.ndarray, point: np.ndarray) -
     return math.fsum(2 * np.arctan2(above, below)[above != 0]) / (4 * math.pi)
 
 
-def _minor(u, u_low, v, v_low, i: int, j: int) -> np.ndarray:
+def _cross_component(u, u_low, v, v_low, i: int, j: int) -> np.ndarray:
     """u_i v_j - u_j v_i of vectors given as sums of two doubles."""
-    (plus, plus_low), (minus, minus_low) = _product(u[i], v[j]), _product(u[j], v[i])
-    high, low = _difference(plus, minus)
+    (plus, plus_low), (minus, minus_low) = _two_product(u[i], v[j]), _two_product(u[j], v[i])
+    high, low = _two_difference(plus, minus)
     mixed = (u[i] * v_low[j] - u[j] * v_low[i]) + (u_low[i] * v[j] - u_low[j] * v[i])
     return high + (low + ((plus_low - minus_low) + mixed))
 
 
-def _difference(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _two_difference(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """a - b as a double and its rounding error."""
     high = a - b
     b_seen = a - high
     return high, (a - (high + b_seen)) + (b_seen - b)
 
 
-def _product(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _two_product(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """a b as a double and its rounding error."""
     high = a * b
-    (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
+    (a_high, a_low), (b_high, b_low) = _split(a), _split(b)
     return high, ((a_high * b_high - high) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-def _halves(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _split(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Split a double into the sum of two 26-bit numbers (Dekker)."""
-    spread = SPLITTER * a
+    spread = DEKKER_SPLITTER * a
     high = spread - (spread - a)
     return high, a - high
 
@@ -198,17 +198,17 @@ def weld(vertices: np.ndarray, faces: np.ndarray, tolerance: float = 0.0) -> Wel
     A merged vertex is the first of its group: no new positions arise.
     """
     vertices = np.ascontiguousarray(vertices, dtype=np.float64) + 0.0  # -0.0 equals 0.0
-    first, label = equal_rows(vertices.view(np.int64))
+    first, label = unique_rows(vertices.view(np.int64))
     welded, faces = vertices[first], label[np.asarray(faces)]
     if tolerance > 0:
-        group = _groups(welded, tolerance)
+        group = _cluster_points(welded, tolerance)
         welded, faces = welded[np.unique(group, return_index=True)[1]], group[faces]
     a, b, c = faces.T
     keeps = (a != b) & (b != c) & (c != a)
     return Welded(welded, faces[keeps], len(vertices) - len(welded), int((~keeps).sum()))
 
 
-def _groups(points: np.ndarray, tolerance: float) -> np.ndarray:
+def _cluster_points(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Group number of each point, in the order of the groups' first points."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

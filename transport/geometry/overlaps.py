@@ -8,7 +8,7 @@ from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Triangle
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Sphere
-from transport.geometry.supports import rounding_of
+from transport.geometry.supports import rounding_tolerance
 from transport.vectors import Vector, are_parallel, dot
 
 
@@ -19,11 +19,11 @@ def overlap(a: Shape, b: Shape) -> bool:
     as an overlap.
     """
     if isinstance(a, FlatShape) and isinstance(b, FlatShape):
-        return _overlap_on_plane(a, b, rounding_of(a, b))
+        return _overlap_on_plane(a, b, rounding_tolerance(a, b))
     if isinstance(a, Sphere) and isinstance(b, Sphere) and not are_parallel(a.axis, b.axis):
         return _overlap_on_sphere(a, b)
     if isinstance(a, Revolved) and isinstance(b, Revolved):
-        return _overlap_along_axis(a, b, rounding_of(a, b))
+        return _overlap_along_axis(a, b, rounding_tolerance(a, b))
     return True
 
 
@@ -31,16 +31,18 @@ def _overlap_on_plane(a: FlatShape, b: FlatShape, tolerance: float) -> bool:
     """Whether two flat shapes on one plane overlap."""
     if isinstance(a, Plane) or isinstance(b, Plane):
         return True
-    if _hole_holds(a, b, tolerance) or _hole_holds(b, a, tolerance):
+    if _hole_contains(a, b, tolerance) or _hole_contains(b, a, tolerance):
         return False
     if not isinstance(a, Disk) and not isinstance(b, Disk):
-        return all(_gap_along(across, a, b) < -tolerance for shape in (a, b) for across in _across(shape))
+        return all(
+            _projected_gap(across, a, b) < -tolerance for shape in (a, b) for across in _edge_normals(shape)
+        )
     disk, other = (a, b) if isinstance(a, Disk) else (b, a)
     nearest, farthest = in_plane_distances(other, disk.center)
     return nearest < disk.radius - tolerance and farthest > disk.inner_radius + tolerance
 
 
-def _hole_holds(shape: FlatShape, other: FlatShape, tolerance: float) -> bool:
+def _hole_contains(shape: FlatShape, other: FlatShape, tolerance: float) -> bool:
     """Whether the other shape lies within the hole of a rectangle."""
     hole = shape.hole if isinstance(shape, Rectangle) else None
     if hole is None:
@@ -48,14 +50,14 @@ def _hole_holds(shape: FlatShape, other: FlatShape, tolerance: float) -> bool:
     if isinstance(hole, Disk):
         return in_plane_distances(other, hole.center)[1] <= hole.radius + tolerance
     for axis, length in zip(hole.frame[:2], (hole.width, hole.height), strict=True):
-        low, high = _shadow(axis, other)
+        low, high = _projection(axis, other)
         middle = dot(axis, hole.center)
         if low < middle - length / 2 - tolerance or high > middle + length / 2 + tolerance:
             return False
     return True
 
 
-def _across(shape: Rectangle | Triangle) -> list[Vector]:
+def _edge_normals(shape: Rectangle | Triangle) -> list[Vector]:
     """Unit vectors in the plane, perpendicular to the edges."""
     e_u, e_v, _ = shape.frame
     if isinstance(shape, Rectangle):
@@ -64,18 +66,18 @@ def _across(shape: Rectangle | Triangle) -> list[Vector]:
     return [tuple((v * p - u * q) / math.hypot(u, v) for p, q in zip(e_u, e_v, strict=True)) for u, v in ways]
 
 
-def _gap_along(axis: Vector, a: FlatShape, b: FlatShape) -> float:
+def _projected_gap(axis: Vector, a: FlatShape, b: FlatShape) -> float:
     """Distance [m] between projections of two shapes on an axis; negative if they overlap."""
-    (low_a, high_a), (low_b, high_b) = _shadow(axis, a), _shadow(axis, b)
+    (low_a, high_a), (low_b, high_b) = _projection(axis, a), _projection(axis, b)
     return max(low_a, low_b) - min(high_a, high_b)
 
 
-def _shadow(axis: Vector, shape: FlatShape) -> tuple[float, float]:
+def _projection(axis: Vector, shape: FlatShape) -> tuple[float, float]:
     """Interval [m] that a shape's projection covers on an axis."""
     if isinstance(shape, Triangle):
         heights = [dot(axis, vertex) for vertex in shape.vertices]
         return min(heights), max(heights)
-    middle, reach = dot(axis, shape.center), shape.reach_along(axis)
+    middle, reach = dot(axis, shape.center), shape.half_width_along(axis)
     return middle - reach, middle + reach
 
 

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 from transport.geometry.shape import Shape
 from transport.validation import (
     VectorField,
+    coerce_direction,
+    coerce_nonnegative,
+    coerce_positive,
+    coerce_vector,
     refuse,
     scene_object,
-    settle_direction,
-    settle_nonnegative,
-    settle_positive,
-    settle_vector,
 )
 from transport.vectors import Frame, Vector, local_frame
 
-BLUNT = 0.5  # cones with a smaller ratio of radii are described from the apex
-THINNEST = 2.0**-40  # least ratio of radius and length: below it, rounding merges the two sides
+MIN_RADIUS_RATIO = 0.5  # cones with a smaller ratio of radii are described from the apex
+MIN_ASPECT = 2.0**-40  # least ratio of radius and length: below it, rounding merges the two sides
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Profile:
         The mean is computed from the end values without a difference, so that narrow bands and near-cylinders
         keep all digits.
         """
-        lower, upper = self._steepness(low), self._steepness(high)
+        lower, upper = self._area_density(low), self._area_density(high)
         if self.gamma * (1 + self.gamma) != 0:
             return (lower + upper) / 2
         return (lower * lower + lower * upper + upper * upper) / (lower + upper) / 1.5
@@ -61,7 +61,7 @@ class Profile:
         """Area per azimuth [m^2/rad] between two heights [m] from `origin`; also for arrays."""
         return (high - low) * self.area_per_height(low, high)
 
-    def height_over(self, rho: float, w: float) -> float:
+    def signed_distance(self, rho: float, w: float) -> float:
         """Signed distance [m] of a point from the infinite surface, positive outside.
 
         Exact for spheres and cylinders, else to first order near the surface.
@@ -71,7 +71,7 @@ class Profile:
         scale = math.hypot(rho, slope) + math.sqrt(max(steepness2, 0.0))
         return (rho * rho - self.alpha - curve) / scale if scale > 0 else 0.0
 
-    def has_branch_at(self, w: float, tolerance: float) -> bool:
+    def is_on_branch(self, w: float, tolerance: float) -> bool:
         """Whether a height [m] is on the cone itself rather than on its mirror image beyond the apex."""
         if self.gamma <= 0:
             return True
@@ -81,7 +81,7 @@ class Profile:
             else self.alpha + self.beta * w / 2 >= 0
         )
 
-    def narrowing(self) -> float:
+    def taper_sign(self) -> float:
         """For a cone described from its apex: 1 if it narrows along its axis, -1 if it widens; else 0."""
         if self.gamma <= 0 or self.alpha != 0:
             return 0.0
@@ -102,17 +102,17 @@ class Profile:
 
         along, across: cosine and sine of the direction to the axis.
         """
-        heights = (self.low, self.high, min(max(self._summit(along, across), self.low), self.high))
+        heights = (self.low, self.high, min(max(self._stationary_height(along, across), self.low), self.high))
         return max(along * w + across * self.radius_at(w) for w in heights)
 
-    def _steepness(self, w: float) -> float:
+    def _area_density(self, w: float) -> float:
         """rho sqrt(1 + (drho/dw)^2) [m]."""
         slope = self.beta / 2 + self.gamma * w  # rho drho/dw
         if self.gamma < 0:
             return math.sqrt(self.alpha) + 0.0 * w
         return (self.radius_at(w) ** 2 + slope * slope) ** 0.5
 
-    def _summit(self, along: float, across: float) -> float:
+    def _stationary_height(self, along: float, across: float) -> float:
         """Height [m] at which along w + across rho is stationary and largest; an end if there is none."""
         if self.gamma < 0:
             return math.sqrt(self.alpha) * along / math.hypot(along, across)
@@ -139,7 +139,7 @@ class Revolved(Shape):
     def middle(self) -> Vector:
         """Centre of the smallest sphere that holds the surface [m]."""
         profile = self.profile
-        return _along(profile.origin, self.axis, profile.middle_height())
+        return _point_along(profile.origin, self.axis, profile.middle_height())
 
     @property
     def extent(self) -> float:
@@ -161,19 +161,19 @@ class Revolved(Shape):
         profile = self.profile
         return 2 * math.pi * profile.area_per_radian(profile.low, profile.high)
 
-    def _settle_axis(self) -> None:
+    def _coerce_axis(self) -> None:
         """Check and store centre and axis."""
-        settle_vector(self, "center")
-        settle_direction(self, "axis")
+        coerce_vector(self, "center")
+        coerce_direction(self, "axis")
 
     def _check_aspect(self, radius: float, height: float) -> None:
         """Raise for shapes so thin or flat that rounding cannot separate their two sides."""
         thin, wide = sorted((radius, height))
         if thin * thin == 0:
             refuse(self, f"squares of its lengths must not vanish, got {thin:.3g} m; change the unit")
-        if thin < THINNEST * wide:
+        if thin < MIN_ASPECT * wide:
             cure = "make it thicker, or use a Disk for a flat shape"
-            must = f"its radius and its length must not differ by more than 1 : {1 / THINNEST:.2g}"
+            must = f"its radius and its length must not differ by more than 1 : {1 / MIN_ASPECT:.2g}"
             refuse(self, f"{must}, got {radius:.3g} m and {height:.3g} m; {cure}")
 
 
@@ -210,8 +210,8 @@ class Cylinder(Revolved):
     height: float
 
     def __post_init__(self) -> None:
-        self._settle_axis()
-        settle_positive(self, "radius", "height")
+        self._coerce_axis()
+        coerce_positive(self, "radius", "height")
         self._check_aspect(self.radius, self.height)
         self._check_size("radius", "height")
 
@@ -263,9 +263,9 @@ class Cone(Revolved):
     height: float
 
     def __post_init__(self) -> None:
-        self._settle_axis()
-        settle_nonnegative(self, "radius", "top_radius")
-        settle_positive(self, "height")
+        self._coerce_axis()
+        coerce_nonnegative(self, "radius", "top_radius")
+        coerce_positive(self, "height")
         if self.radius == self.top_radius == 0:
             refuse(
                 self, "radius and top_radius must not both be 0, got 0.0 and 0.0; make one of them positive"
@@ -287,12 +287,12 @@ class Cone(Revolved):
         would.
         """
         slope, radii = self.slope, (self.radius, self.top_radius)
-        if min(radii) >= BLUNT * max(radii):
+        if min(radii) >= MIN_RADIUS_RATIO * max(radii):
             mean, half = (self.radius + self.top_radius) / 2, self.height / 2
             return Profile(mean * mean, 2 * mean * slope, slope * slope, -half, half, self.center)
         low, high = self.radius / slope + 0.0, self.top_radius / slope + 0.0
         lift = self.height / 2 - high if slope < 0 else -self.height / 2 - low
-        return Profile(0.0, 0.0, slope * slope, low, high, _along(self.center, self.axis, lift), lift)
+        return Profile(0.0, 0.0, slope * slope, low, high, _point_along(self.center, self.axis, lift), lift)
 
     @property
     def area(self) -> float:
@@ -339,9 +339,9 @@ class Paraboloid(Revolved):
     inner_radius: float = 0.0
 
     def __post_init__(self) -> None:
-        self._settle_axis()
-        settle_positive(self, "focal_length", "radius")
-        settle_nonnegative(self, "inner_radius")
+        self._coerce_axis()
+        coerce_positive(self, "focal_length", "radius")
+        coerce_nonnegative(self, "inner_radius")
         if self.inner_radius >= self.radius:
             refuse(self, f"inner_radius must be below radius {self.radius}, got {self.inner_radius}")
         self._check_aspect(self.radius, self.radius / self.focal_length * self.radius / 4)
@@ -350,7 +350,7 @@ class Paraboloid(Revolved):
     @property
     def focus(self) -> Vector:
         """Focus [m]."""
-        return _along(self.center, self.axis, self.focal_length)
+        return _point_along(self.center, self.axis, self.focal_length)
 
     @property
     def profile(self) -> Profile:
@@ -360,6 +360,6 @@ class Paraboloid(Revolved):
         return Profile(0.0, slope, 0.0, low, high, self.center)
 
 
-def _along(point: Vector, axis: Vector, length: float) -> Vector:
+def _point_along(point: Vector, axis: Vector, length: float) -> Vector:
     """Point at a distance [m] from `point` along the axis."""
     return tuple(p + length * a + 0.0 for p, a in zip(point, axis, strict=True))

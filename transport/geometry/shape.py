@@ -2,17 +2,17 @@
 
 import math
 
-from transport.statistics.normal import REACH
+from transport.statistics.normal import MAX_DEVIATION
 from transport.validation import (
-    Lengths,
+    LengthsField,
     VectorField,
     as_float,
     as_floats,
+    coerce_vector,
     refuse,
     scene_object,
-    settle_vector,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 from transport.vectors import Vector
 
@@ -35,9 +35,9 @@ class Shape:
     @property
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
-        return self._box(self._reach())
+        return self._bounds_around(self._reach())
 
-    def _box(self, reach: Vector) -> tuple[Vector, Vector]:
+    def _bounds_around(self, reach: Vector) -> tuple[Vector, Vector]:
         """Lower and upper corner [m] at distances `reach` from the middle."""
         reach = list(zip(self.middle, reach, strict=True))
         return tuple(c - r for c, r in reach), tuple(c + r for c, r in reach)
@@ -52,7 +52,7 @@ class Shape:
         sizes = {"area": self.area} | ({"volume": self.volume} if self.is_closed else {})
         for quantity, size in sizes.items():
             if not 0 < size < math.inf:
-                values = ", ".join(f"{name}={shown(getattr(self, name))}" for name in names)
+                values = ", ".join(f"{name}={short_repr(getattr(self, name))}" for name in names)
                 refuse(
                     self, f"{quantity} must be positive and finite, got {size} from {values}; change the unit"
                 )
@@ -83,7 +83,7 @@ class Point(Shape):
     extent = 0.0
 
     def __post_init__(self) -> None:
-        settle_vector(self, "position")
+        coerce_vector(self, "position")
 
     @property
     def middle(self) -> Vector:
@@ -118,16 +118,16 @@ class Cloud(Shape):
     """
 
     center: VectorField = (0.0, 0.0, 0.0)
-    sigma: Lengths
+    sigma: LengthsField
 
     def __post_init__(self) -> None:
-        settle_vector(self, "center")
+        coerce_vector(self, "center")
         every = as_float(self.sigma)
         sigma = as_floats(self.sigma if every is None else (every,) * 3)
         if sigma is None or len(sigma) != 3 or min(sigma) < 0 or not 0 < max(sigma) < 1e300:
-            must = f"one or three lengths, 0 or more and not all 0, got {shown(self.sigma)}"
+            must = f"one or three lengths, 0 or more and not all 0, got {short_repr(self.sigma)}"
             refuse(self, f"sigma must be {must}; for a source without extent write Point(position=...)")
-        store(self, sigma=sigma)
+        set_fields(self, sigma=sigma)
 
     @property
     def volume(self) -> float:
@@ -136,4 +136,4 @@ class Cloud(Shape):
 
     def _reach(self) -> Vector:
         """Half extents [m] along the axes."""
-        return tuple(REACH * length for length in self.sigma)
+        return tuple(MAX_DEVIATION * length for length in self.sigma)

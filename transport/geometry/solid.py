@@ -6,16 +6,16 @@ from transport.geometry.flat import Rectangle
 from transport.geometry.revolved import Profile, Revolved
 from transport.geometry.shape import Shape
 from transport.validation import (
-    Lengths,
+    LengthsField,
     VectorField,
     as_float,
     as_floats,
+    coerce_positive,
+    coerce_vector,
     refuse,
     scene_object,
-    settle_positive,
-    settle_vector,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 from transport.vectors import Vector, dot
 
@@ -60,13 +60,13 @@ class Sphere(Revolved):
     mu_max: float = 1.0
 
     def __post_init__(self) -> None:
-        self._settle_axis()
-        settle_positive(self, "radius")
+        self._coerce_axis()
+        coerce_positive(self, "radius")
         for name in ("mu_min", "mu_max"):
             cosine = as_float(getattr(self, name))
             if cosine is None or not -1 <= cosine <= 1:
-                refuse(self, f"{name} must be a number in [-1, 1], got {shown(getattr(self, name))}")
-            store(self, **{name: cosine})
+                refuse(self, f"{name} must be a number in [-1, 1], got {short_repr(getattr(self, name))}")
+            set_fields(self, **{name: cosine})
         if self.mu_min >= self.mu_max:
             refuse(self, f"mu_min must be below mu_max {self.mu_max}, got {self.mu_min}; exchange them")
         self._check_size("radius", "mu_min", "mu_max")
@@ -113,7 +113,7 @@ class Sphere(Revolved):
     @property
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
-        return super().bounds if self.is_zone else self._box((self.radius,) * 3)
+        return super().bounds if self.is_zone else self._bounds_around((self.radius,) * 3)
 
     def projected_area(self, direction: Vector) -> float:
         """Area [m^2] of the whole sphere seen along any direction: a quarter of its surface.
@@ -158,16 +158,18 @@ class Box(Shape):
     """
 
     center: VectorField = (0.0, 0.0, 0.0)
-    size: Lengths
+    size: LengthsField
     is_closed = True
 
     def __post_init__(self) -> None:
-        settle_vector(self, "center")
+        coerce_vector(self, "center")
         edge = as_float(self.size)
         size = as_floats(self.size if edge is None else (edge,) * 3)
         if size is None or len(size) != 3 or min(size) <= 0:
-            refuse(self, f"size must be one or three lengths, positive and finite, got {shown(self.size)}")
-        store(self, size=size)
+            refuse(
+                self, f"size must be one or three lengths, positive and finite, got {short_repr(self.size)}"
+            )
+        set_fields(self, size=size)
         self._check_size("size")
 
     @property

@@ -71,7 +71,7 @@ def projected_solid_angles(mu_edges, phi_edges, normal) -> np.ndarray:
     length = math.hypot(across, n[2])
     start = np.remainder(phi[:-1] - math.atan2(n[1], n[0]) + math.pi, 2 * math.pi) - math.pi
     bins = start, np.diff(phi)
-    breaks = _breaks(n[2], across, phi - math.atan2(n[1], n[0]))
+    breaks = _breakpoints(n[2], across, phi - math.atan2(n[1], n[0]))
     tilt = n[2] / length, across / length
     return np.array([_row(low, high, tilt, bins, breaks) for low, high in zip(mu[:-1], mu[1:], strict=True)])
 
@@ -81,7 +81,7 @@ def _require(condition: bool, message: str) -> None:
         raise ValueError(message)
 
 
-def _breaks(along: float, across: float, psi: np.ndarray) -> np.ndarray:
+def _breakpoints(along: float, across: float, psi: np.ndarray) -> np.ndarray:
     """Polar angles at which the horizon touches a parallel or crosses an edge of azimuth."""
     touch = math.atan2(abs(along), across)
     cross = np.arctan2(abs(along), -math.copysign(1.0, along) * across * np.cos(psi))
@@ -210,12 +210,14 @@ def projected_cone(sine: float, cosine: float, mu: float) -> float:
     sin_psi = np.minimum(np.sqrt((s - g) * (s + g)) / q, 1.0)
     sin_chi = np.minimum(sin_psi / s, 1.0)
     cut = np.where(
-        (g < 0) & (sin_chi**2 < 0.5), _grazing(s, c, g, sin_chi), _cut(s, c, g, q, sin_psi, sin_chi)
+        (g < 0) & (sin_chi**2 < 0.5),
+        _grazing(s, c, g, sin_chi),
+        _cut_at_horizon(s, c, g, q, sin_psi, sin_chi),
     )
     return np.where(above, math.pi * np.square(sine) * mu, np.where(below, 0.0, cut))[()]
 
 
-def _cut(s, c, g, q, sin_psi, sin_chi):
+def _cut_at_horizon(s, c, g, q, sin_psi, sin_chi):
     """Return seg(psi) + g s^2 seg(chi), accurate unless both terms are small and of opposite sign."""
     cos_psi, cos_chi = c / q, -c * g / (s * q)
     small = 2 / 3 * sin_psi**3 * _series(np.minimum(sin_psi**2, 0.5), lambda m: 1.0)

@@ -12,7 +12,7 @@ from transport.geometry.solid import Sphere
 from transport.vectors import Vector, dot
 
 # Cosine and sine of five azimuths, none along a symmetry axis.
-AROUND = [(math.cos(turn), math.sin(turn)) for turn in (2 * math.pi * (k + 0.3) / 5 for k in range(5))]
+AZIMUTHS = [(math.cos(turn), math.sin(turn)) for turn in (2 * math.pi * (k + 0.3) / 5 for k in range(5))]
 
 
 def are_on_one_support(a: Shape, b: Shape) -> bool:
@@ -22,7 +22,7 @@ def are_on_one_support(a: Shape, b: Shape) -> bool:
             return _has_vertices_on(a, b) or _has_vertices_on(b, a)
         return _are_on_one_plane(a, b)
     if isinstance(a, Sphere) and isinstance(b, Sphere):
-        tolerance = rounding_of(a, b)
+        tolerance = rounding_tolerance(a, b)
         return math.dist(a.center, b.center) <= tolerance and abs(a.radius - b.radius) <= tolerance
     if isinstance(a, Revolved) and isinstance(b, Revolved):
         return _has_rings_on(a, b) or _has_rings_on(b, a)
@@ -34,19 +34,19 @@ def is_on_support(position: Vector, shape: Shape) -> bool:
     return _is_near_support(position, shape, ROUNDING * (_magnitude(shape) + sum(map(abs, position))))
 
 
-def orientation(support: Shape, shape: Shape) -> float:
+def relative_orientation(support: Shape, shape: Shape) -> float:
     """-1 if the normals of two shapes on one support are opposite, else +1."""
     if isinstance(support, FlatShape) and isinstance(shape, FlatShape):
         return math.copysign(1.0, dot(support.normal, shape.normal))
     return 1.0
 
 
-def rounding_of(a: Shape, b: Shape) -> float:
+def rounding_tolerance(a: Shape, b: Shape) -> float:
     """Distance [m] that rounding of coordinates can leave between two shapes that are meant to touch."""
     return ROUNDING * (_magnitude(a) + _magnitude(b))
 
 
-def place_about_axis(shape: Revolved, position: Vector) -> tuple[float, float]:
+def cylindrical_coordinates(shape: Revolved, position: Vector) -> tuple[float, float]:
     """Distance [m] of a point from the axis, and its height [m] along the axis from the profile's origin."""
     offset = tuple(p - o for p, o in zip(position, shape.profile.origin, strict=True))
     e_u, e_v, axis = shape.frame
@@ -56,9 +56,9 @@ def place_about_axis(shape: Revolved, position: Vector) -> tuple[float, float]:
 def _are_on_one_plane(a: FlatShape, b: FlatShape) -> bool:
     # Compare the offset between the planes and the effect of their tilt over both shapes.
     """Whether two flat shapes lie on one plane, within rounding."""
-    tolerance = rounding_of(a, b)
+    tolerance = rounding_tolerance(a, b)
     apart = math.dist(a.center, b.center)
-    sign = orientation(a, b)
+    sign = relative_orientation(a, b)
     tilt = math.hypot(*(p - q * sign for p, q in zip(a.normal, b.normal, strict=True)))
     offset = abs(dot(tuple(p - q for p, q in zip(a.center, b.center, strict=True)), a.normal))
     if isinstance(a, Plane) and isinstance(b, Plane):
@@ -78,10 +78,10 @@ def _has_rings_on(support: Revolved, shape: Revolved) -> bool:
     Different quadrics intersect in a curve of degree 4, so they share two circles at most. A circle that is
     not on a quadric meets it in four points at most, so five points per ring decide.
     """
-    profile, frame, tolerance = shape.profile, shape.frame, rounding_of(support, shape)
+    profile, frame, tolerance = shape.profile, shape.frame, rounding_tolerance(support, shape)
     for w in (profile.low, profile.low / 2 + profile.high / 2, profile.high):
         rho = profile.radius_at(w)
-        for cosine, sine in AROUND:
+        for cosine, sine in AZIMUTHS:
             steps = zip(profile.origin, *frame, strict=True)
             point = tuple(o + rho * (cosine * u + sine * v) + w * n for o, u, v, n in steps)
             if not _is_near_support(point, support, tolerance):
@@ -97,9 +97,10 @@ def _is_near_support(position: Vector, shape: Shape, tolerance: float) -> bool:
     if isinstance(shape, Sphere):
         return abs(math.dist(position, shape.center) - shape.radius) <= tolerance
     if isinstance(shape, Revolved):
-        rho, w = place_about_axis(shape, position)
+        rho, w = cylindrical_coordinates(shape, position)
         return (
-            shape.profile.has_branch_at(w, tolerance) and abs(shape.profile.height_over(rho, w)) <= tolerance
+            shape.profile.is_on_branch(w, tolerance)
+            and abs(shape.profile.signed_distance(rho, w)) <= tolerance
         )
     return False
 

@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 from transport.validation import SceneError
 
-_numbers = itertools.count()
+_counter = itertools.count()
 
 
 class FileError(SceneError, OSError):
@@ -22,15 +22,15 @@ class FileError(SceneError, OSError):
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[BinaryIO]:
+def atomic_write(path: Path) -> Iterator[BinaryIO]:
     """Yield a file to write to, which replaces `path` once it is on disk; on an error the old file stays.
 
     Raises FileError if the disk is full or the file cannot be written.
     """
     path = Path(os.path.realpath(path))  # keep a symbolic link
-    aside = _beside(path)
+    aside = _temporary_path(path)
     try:
-        _remove_left_over(path)
+        _remove_leftovers(path)
         try:
             with aside.open("w+b") as file:
                 yield file
@@ -40,7 +40,7 @@ def written_whole(path: Path) -> Iterator[BinaryIO]:
         except BaseException:
             aside.unlink(missing_ok=True)
             raise
-        _bring_names_to_disk(path.parent)
+        _sync_folder(path.parent)
     except FileError:
         raise
     except OSError as error:
@@ -50,7 +50,7 @@ def written_whole(path: Path) -> Iterator[BinaryIO]:
 
 def check_writable(path: Path) -> None:
     """Raise OSError if the file could not be replaced, e.g. in a read-only folder or with too long a name."""
-    aside = _beside(Path(os.path.realpath(path)))
+    aside = _temporary_path(Path(os.path.realpath(path)))
     try:
         aside.open("w+b").close()
     finally:
@@ -58,9 +58,9 @@ def check_writable(path: Path) -> None:
             aside.unlink(missing_ok=True)
 
 
-def _beside(path: Path) -> Path:
+def _temporary_path(path: Path) -> Path:
     """Return the temporary path beside the file."""
-    return path.with_name(f".{path.name}.{_mine()}-{next(_numbers)}.part")
+    return path.with_name(f".{path.name}.{_process_name()}-{next(_counter)}.part")
 
 
 def _cure(path: Path) -> str:
@@ -73,21 +73,21 @@ def _cure(path: Path) -> str:
     )
 
 
-def _mine() -> str:
+def _process_name() -> str:
     """Return a name of this process, unique among all that may write into one folder."""
     return f"{socket.gethostname()}-{os.getpid()}"
 
 
-def _remove_left_over(path: Path) -> None:
+def _remove_leftovers(path: Path) -> None:
     """Remove temporary files that killed processes of this machine left."""
     host = socket.gethostname()
-    for left in path.parent.glob(f".{_literal(path.name)}.{_literal(host)}-*-*.part"):
+    for left in path.parent.glob(f".{_escape_glob(path.name)}.{_escape_glob(host)}-*-*.part"):
         process = left.name.rsplit("-", 2)[1]
         if process.isdigit() and not _is_alive(int(process)):
             left.unlink(missing_ok=True)
 
 
-def _literal(name: str) -> str:
+def _escape_glob(name: str) -> str:
     """Escape the special characters of a glob pattern."""
     return "".join(f"[{letter}]" if letter in "[]*?" else letter for letter in name)
 
@@ -104,7 +104,7 @@ def _is_alive(process: int) -> bool:
     return True
 
 
-def _bring_names_to_disk(folder: Path) -> None:
+def _sync_folder(folder: Path) -> None:
     """Sync a folder, so that a new name survives a power loss, if the system can."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
@@ -121,12 +121,12 @@ try:
 except ImportError:  # the system has no such locks
     fcntl = None
 
-MOST_SAID = 200  # bytes of the text that names the holder
-_open: set[int] = set()  # descriptors of the locks of this process
+MAX_HOLDER_BYTES = 200  # bytes of the text that names the holder
+_open_locks: set[int] = set()  # descriptors of the locks of this process
 
 
 @contextmanager
-def held(path: Path) -> Iterator[None]:
+def locked(path: Path) -> Iterator[None]:
     """Hold a lock on the file until the context ends.  Raises FileError if another run holds it.
 
     The lock is on a file beside it, because each checkpoint replaces the file itself.  A lock file left by a
@@ -134,19 +134,19 @@ def held(path: Path) -> Iterator[None]:
     """
     real = Path(os.path.realpath(path))
     beside = real.with_name(f".{real.name}.lock")
-    descriptor = None if fcntl is None else _taken(path, beside)
+    descriptor = None if fcntl is None else _acquire(path, beside)
     try:
         yield
     finally:
-        if descriptor in _open:
+        if descriptor in _open_locks:
             with suppress(OSError):
                 # Remove before release: afterwards it might belong to another run.
                 beside.unlink(missing_ok=True)
-            _open.remove(descriptor)
+            _open_locks.remove(descriptor)
             os.close(descriptor)
 
 
-def _taken(path: Path, beside: Path) -> int | None:
+def _acquire(path: Path, beside: Path) -> int | None:
     """Return the descriptor that holds the lock; None without locks.
 
     Raises FileError if another run holds it.
@@ -159,7 +159,7 @@ def _taken(path: Path, beside: Path) -> int | None:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except (BlockingIOError, PermissionError):
-            holder = _who(descriptor)
+            holder = _read_holder(descriptor)
             os.close(descriptor)
             cure = "wait for it, stop it, or name another file"
             raise FileError(f"simulate: checkpoint {path} is in use by another run{holder}; {cure}") from None
@@ -168,40 +168,40 @@ def _taken(path: Path, beside: Path) -> int | None:
             with suppress(OSError):
                 beside.unlink()
             return None
-        if _is_there(descriptor, beside):
-            _sign(descriptor)
-            _open.add(descriptor)
+        if _is_same_file(descriptor, beside):
+            _write_holder(descriptor)
+            _open_locks.add(descriptor)
             return descriptor
         os.close(descriptor)  # its last holder has removed it meanwhile
 
 
-def _is_there(descriptor: int, beside: Path) -> bool:
+def _is_same_file(descriptor: int, beside: Path) -> bool:
     with suppress(OSError):
         return os.path.samestat(os.fstat(descriptor), os.stat(beside))
     return False
 
 
-def _sign(descriptor: int) -> None:
+def _write_holder(descriptor: int) -> None:
     """Write the holder into the lock file, for the error message of other runs."""
     with suppress(OSError):
         os.ftruncate(descriptor, 0)
-        os.write(descriptor, f", process {os.getpid()} on {socket.gethostname()}".encode()[:MOST_SAID])
+        os.write(descriptor, f", process {os.getpid()} on {socket.gethostname()}".encode()[:MAX_HOLDER_BYTES])
 
 
-def _who(descriptor: int) -> str:
+def _read_holder(descriptor: int) -> str:
     with suppress(OSError):
-        return os.pread(descriptor, MOST_SAID, 0).decode(errors="replace")
+        return os.pread(descriptor, MAX_HOLDER_BYTES, 0).decode(errors="replace")
     return ""
 
 
-def _let_go() -> None:
+def _close_in_child() -> None:
     """Close the locks in a forked child: they belong to the parent, and would outlive it in the child."""
-    while _open:
-        os.close(_open.pop())
+    while _open_locks:
+        os.close(_open_locks.pop())
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_let_go)
+    os.register_at_fork(after_in_child=_close_in_child)
 
 
 # ---- A checksum of all bytes, appended to a file and verified before anything else is read.
@@ -210,12 +210,12 @@ if hasattr(os, "register_at_fork"):
 # or causes an endless loop.  HDF5, and other programs that read the file, ignore bytes after the end of its own
 # data.
 
-MARK = b"\ntransport crc32 "  # then eight digits
-LENGTH = len(MARK) + 8
-STRETCH = 1 << 22  # bytes per read
+CHECKSUM_MARK = b"\ntransport crc32 "  # then eight digits
+CHECKSUM_LENGTH = len(CHECKSUM_MARK) + 8
+READ_SIZE = 1 << 22  # bytes per read
 
 
-def seal(file: BinaryIO) -> None:
+def append_checksum(file: BinaryIO) -> None:
     """Append the checksum to the file."""
     length = file.seek(0, io.SEEK_END)
     told = _checksum(file, length)
@@ -223,12 +223,12 @@ def seal(file: BinaryIO) -> None:
     file.write(told)
 
 
-def check_seal(file: BinaryIO) -> None:
+def verify_checksum(file: BinaryIO) -> None:
     """Raise ValueError if the checksum is missing or wrong; otherwise rewind the file."""
-    length = max(0, file.seek(0, io.SEEK_END) - LENGTH)
+    length = max(0, file.seek(0, io.SEEK_END) - CHECKSUM_LENGTH)
     file.seek(length)
     found = file.read()
-    if not found.startswith(MARK):
+    if not found.startswith(CHECKSUM_MARK):
         raise ValueError("its checksum is missing: it was cut off, or rewritten by another program")
     if found != _checksum(file, length):
         raise ValueError("its checksum is wrong: bytes were damaged or changed")
@@ -238,6 +238,6 @@ def check_seal(file: BinaryIO) -> None:
 def _checksum(file: BinaryIO, length: int) -> bytes:
     found, left = 0, length
     file.seek(0)
-    while left and (piece := file.read(min(STRETCH, left))):
+    while left and (piece := file.read(min(READ_SIZE, left))):
         found, left = zlib.crc32(piece, found), left - len(piece)
-    return MARK + f"{found:08x}".encode()
+    return CHECKSUM_MARK + f"{found:08x}".encode()

@@ -22,7 +22,7 @@ from transport.run.settings import Limits
 from transport.run.state import State
 from transport.run.stopping import Look, Standing
 from transport.scene.tracking import Splitting, Tracking
-from transport.statistics.chunked import let_go, put_aside, room_for
+from transport.statistics.chunked import empty_memmap, release_pages, to_memmap
 
 
 @dataclass(frozen=True)
@@ -38,45 +38,48 @@ Columns = dict[str, Column]
 Pieces = Callable[[str, Sequence[int]], Iterator[np.ndarray]]  # (name of a column, lengths) -> its pieces
 
 
-def columns_of(name: str, values: list, columns: Columns) -> dict[str, object]:
+def describe_columns(name: str, values: list, columns: Columns) -> dict[str, object]:
     """Return the description of the values of one field, and add their numbers to `columns`."""
     values = [value.item() if isinstance(value, np.generic) else value for value in values]
     first, kinds = values[0], {type(value) for value in values}
     if len(kinds) > 1:
-        return _each(name, values, columns)
+        return _describe_each(name, values, columns)
     if isinstance(first, np.ndarray):
-        return _of_arrays(name, values, columns)
+        return _describe_arrays(name, values, columns)
     if dataclasses.is_dataclass(first):
         names = [field.name for field in dataclasses.fields(first) if field.init]
-        return {"kind": type(first).__name__, "fields": _of_parts(name, names, values, getattr, columns)}
+        return {
+            "kind": type(first).__name__,
+            "fields": _describe_parts(name, names, values, getattr, columns),
+        }
     if isinstance(first, dict) and len({tuple(value) for value in values}) == 1:
-        return {"keys": _of_parts(name, list(first), values, dict.__getitem__, columns)}
+        return {"keys": _describe_parts(name, list(first), values, dict.__getitem__, columns)}
     if isinstance(first, (list, tuple)) and len({len(value) for value in values}) == 1:
         parts = [
-            columns_of(f"{name}.{place}", [value[place] for value in values], columns)
+            describe_columns(f"{name}.{place}", [value[place] for value in values], columns)
             for place in range(len(first))
         ]
         return {type(first).__name__: parts}
     if isinstance(first, (int, float)) and not isinstance(first, bool):
-        return _of_numbers(name, values, columns)
+        return _describe_numbers(name, values, columns)
     if first is None or isinstance(first, (bool, str)):
         return {"values": values}
-    return _each(name, values, columns)
+    return _describe_each(name, values, columns)
 
 
-def values_of(
+def read_values(
     description: dict, name: str, count: int, pieces: Pieces, kinds: dict[str, type]
 ) -> list[object]:
     """Return the values of one field of `count` batches from their description and the columns."""
 
     def part(of: dict, named: str) -> list[object]:
-        return values_of(of, f"{name}.{named}".lstrip("."), count, pieces, kinds)
+        return read_values(of, f"{name}.{named}".lstrip("."), count, pieces, kinds)
 
     match description:
         case {"values": values}:
             return values
         case {"each": each}:
-            return [values_of(of, f"{name}.{place}", 1, pieces, kinds)[0] for place, of in enumerate(each)]
+            return [read_values(of, f"{name}.{place}", 1, pieces, kinds)[0] for place, of in enumerate(each)]
         case {"kind": kind, "fields": fields}:
             parts = {key: part(of, key) for key, of in fields.items()}
             return [
@@ -93,7 +96,7 @@ def values_of(
                 [make(row) for row in zip(*parts, strict=True)] if parts else [make() for _ in range(count)]
             )
         case {"record": fields, "lengths": lengths}:
-            return _records(fields, lengths, {key: part(of, key) for key, (of, _) in fields.items()})
+            return _make_records(fields, lengths, {key: part(of, key) for key, (of, _) in fields.items()})
         case {"numbers": dtype}:
             return np.concatenate(list(pieces(name, [count]))).astype(dtype).tolist()
         case {"rows": dtype, "shape": shape}:
@@ -102,11 +105,11 @@ def values_of(
         case {"lengths": lengths, "dtype": dtype, "shape": shape}:
             is_there = sum(lengths) > 0 and 0 not in shape
             found = pieces(name, lengths) if is_there else (np.zeros((length, *shape)) for length in lengths)
-            return [put_aside(piece.astype(dtype, copy=False)) for piece in found]
+            return [to_memmap(piece.astype(dtype, copy=False)) for piece in found]
     raise KeyError(f"{name}: {sorted(description)}")
 
 
-def gathered(pieces: Iterable[np.ndarray], numbers: int) -> Iterator[np.ndarray]:
+def join_small_pieces(pieces: Iterable[np.ndarray], numbers: int) -> Iterator[np.ndarray]:
     """Join small pieces, so that each has at least `numbers` numbers or is a single piece."""
     held, size = [], 0
     for piece in pieces:
@@ -118,71 +121,77 @@ def gathered(pieces: Iterable[np.ndarray], numbers: int) -> Iterator[np.ndarray]
         yield np.concatenate(held)
 
 
-def _of_parts(name: str, keys: list[str], values: list, get: Callable, columns: Columns) -> dict[str, object]:
+def _describe_parts(
+    name: str, keys: list[str], values: list, get: Callable, columns: Columns
+) -> dict[str, object]:
     return {
-        key: columns_of(f"{name}.{key}".lstrip("."), [get(value, key) for value in values], columns)
+        key: describe_columns(f"{name}.{key}".lstrip("."), [get(value, key) for value in values], columns)
         for key in keys
     }
 
 
-def _each(name: str, values: list, columns: Columns) -> dict[str, object]:
+def _describe_each(name: str, values: list, columns: Columns) -> dict[str, object]:
     """Describe values without a common form one by one."""
     if len(values) == 1:
         raise TypeError(f"{name} is a {type(values[0]).__name__}, which cannot be stored as a column")
-    return {"each": [columns_of(f"{name}.{place}", [value], columns) for place, value in enumerate(values)]}
+    return {
+        "each": [describe_columns(f"{name}.{place}", [value], columns) for place, value in enumerate(values)]
+    }
 
 
-def _of_numbers(name: str, values: list, columns: Columns) -> dict[str, object]:
-    dtype = np.dtype(float if isinstance(values[0], float) else np.int64 if _fit(values) else np.uint64)
+def _describe_numbers(name: str, values: list, columns: Columns) -> dict[str, object]:
+    dtype = np.dtype(
+        float if isinstance(values[0], float) else np.int64 if _fits_int64(values) else np.uint64
+    )
     columns[name] = Column(dtype, (len(values),), [np.array(values, dtype)])
     return {"numbers": dtype.str}
 
 
-def _fit(values: list[int]) -> bool:
+def _fits_int64(values: list[int]) -> bool:
     return max(values) < 2**63
 
 
-def _of_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[str, object]:
+def _describe_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[str, object]:
     first = values[0]
     if first.dtype.names is not None:
         fields = {
             key: (
-                columns_of(f"{name}.{key}", [value[key] for value in values], columns),
+                describe_columns(f"{name}.{key}", [value[key] for value in values], columns),
                 first.dtype[key].str,
             )
             for key in first.dtype.names
         }
         return {"record": fields, "lengths": [len(value) for value in values]}
     if len({value.dtype for value in values}) > 1 or len({value.shape[1:] for value in values}) > 1:
-        return _each(name, values, columns)
+        return _describe_each(name, values, columns)
     stored = np.dtype(np.uint8) if first.dtype == bool else first.dtype  # NetCDF has no booleans
     if len({value.shape for value in values}) == 1:
         if first.size:
-            rows = (piece[None] for piece in _pieces_of(values, stored))
+            rows = (piece[None] for piece in _array_pieces(values, stored))
             columns[name] = Column(stored, (len(values), *first.shape), rows)
         return {"rows": first.dtype.str, "shape": list(first.shape)}
     lengths, shape = [len(value) for value in values], first.shape[1:]
     if sum(lengths) and 0 not in shape:
-        columns[name] = Column(stored, (sum(lengths), *shape), _pieces_of(values, stored))
+        columns[name] = Column(stored, (sum(lengths), *shape), _array_pieces(values, stored))
     return {"lengths": lengths, "dtype": first.dtype.str, "shape": list(shape)}
 
 
-def _pieces_of(values: list[np.ndarray], stored: np.dtype) -> Iterator[np.ndarray]:
+def _array_pieces(values: list[np.ndarray], stored: np.dtype) -> Iterator[np.ndarray]:
     """Yield the arrays one by one; release the pages of a memory-mapped array once it is written."""
     for value in values:
         yield value.astype(stored, copy=False)
-        let_go(value)
+        release_pages(value)
 
 
-def _records(fields: dict, lengths: list[int], parts: dict[str, list]) -> list[np.ndarray]:
+def _make_records(fields: dict, lengths: list[int], parts: dict[str, list]) -> list[np.ndarray]:
     """Return arrays of records from their fields."""
     dtype = np.dtype([(key, of) for key, (_, of) in fields.items()])
     found = []
     for place, length in enumerate(lengths):
-        records = room_for(length, dtype)
+        records = empty_memmap(length, dtype)
         for key, values in parts.items():
             records[key] = values[place]
-        let_go(records)
+        release_pages(records)
         found.append(records)
     return found
 
@@ -192,7 +201,7 @@ def _records(fields: dict, lengths: list[int], parts: dict[str, list]) -> list[n
 # Each type is tagged, {"tuple": [...]}, {"Look": {"particles": ...}}, so that reading restores it.  Batches are
 # stored as numbers only: {"batch": 3}.
 
-_ALL = (
+_STATE_TYPES = (
     Choice,
     Cost,
     Forecast,
@@ -207,10 +216,10 @@ _ALL = (
     State,
     Tracking,
 )
-KINDS = {kind.__name__: kind for kind in _ALL}
+STATE_TYPES = {kind.__name__: kind for kind in _STATE_TYPES}
 
 
-class Pool:
+class BatchPool:
     """Numbered batches, each stored once."""
 
     def __init__(self) -> None:
@@ -225,34 +234,34 @@ class Pool:
         return self._numbers[id(batch)]
 
 
-def plain(value: object, pool: Pool) -> object:
+def to_json(value: object, pool: BatchPool) -> object:
     """Return the value as JSON data.  Raises TypeError for a type outside KINDS."""
     match value:
         case None | bool() | int() | str():
             return value
         case np.generic():
-            return plain(value.item(), pool)
+            return to_json(value.item(), pool)
         case float():
             return value if math.isfinite(value) else {"float": repr(value)}
         case Batch():
             return {"batch": pool.number_of(value)}
         case list():
-            return [plain(item, pool) for item in value]
+            return [to_json(item, pool) for item in value]
         case tuple():
-            return {"tuple": [plain(item, pool) for item in value]}
+            return {"tuple": [to_json(item, pool) for item in value]}
         case Mapping():
-            return {"table": [[plain(key, pool), plain(item, pool)] for key, item in value.items()]}
+            return {"table": [[to_json(key, pool), to_json(item, pool)] for key, item in value.items()]}
     kind = type(value).__name__
-    if KINDS.get(kind) is not type(value):
+    if STATE_TYPES.get(kind) is not type(value):
         raise TypeError(f"{kind} cannot be stored in the file of a run: saved.plain.KINDS lists the types")
     names = [field.name for field in dataclasses.fields(value) if field.init]
-    return {kind: {name: plain(getattr(value, name), pool) for name in names}}
+    return {kind: {name: to_json(getattr(value, name), pool) for name in names}}
 
 
-def meant(data: object, batches: list[Batch]) -> object:
-    """Return the value of JSON data that `plain` wrote.  Raises KeyError or TypeError for other data."""
+def from_json(data: object, batches: list[Batch]) -> object:
+    """Return the value of JSON data that `to_json` wrote.  Raises KeyError or TypeError for other data."""
     if isinstance(data, list):
-        return [meant(item, batches) for item in data]
+        return [from_json(item, batches) for item in data]
     if not isinstance(data, dict):
         return data
     ((kind, content),) = data.items()
@@ -262,7 +271,7 @@ def meant(data: object, batches: list[Batch]) -> object:
         case "batch":
             return batches[content]
         case "tuple":
-            return tuple(meant(item, batches) for item in content)
+            return tuple(from_json(item, batches) for item in content)
         case "table":
-            return {meant(key, batches): meant(item, batches) for key, item in content}
-    return KINDS[kind](**{name: meant(item, batches) for name, item in content.items()})
+            return {from_json(key, batches): from_json(item, batches) for key, item in content}
+    return STATE_TYPES[kind](**{name: from_json(item, batches) for name, item in content.items()})

@@ -8,18 +8,18 @@ from __future__ import annotations
 from os import PathLike
 
 from transport.io.json.differences import differences
-from transport.io.runs import given_scene, load, state_of
+from transport.io.runs import load, original_scene, state_of
 from transport.results.batches import Batch
 from transport.results.record import Cost
 from transport.results.result import Result
-from transport.run.provenance import doubts_of, joined
-from transport.run.schedules import Schedule, batches_in, no_more_than, schedule_for
+from transport.run.provenance import distinct_origins, warnings_of
+from transport.run.schedules import Schedule, batches_in, merge_to_at_most, schedule_for
 from transport.run.settings import Limits
 from transport.run.state import State
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 
-MISSING = "are in none of these runs"  # identifies the warning about missing batches
-MERGED = "Merged"  # a schedule kind that no run has: the merged run continues from its batches alone
+MISSING_BATCHES = "are in none of these runs"  # identifies the warning about missing batches
+MERGED_SCHEDULE = "Merged"  # a schedule kind that no run has: the merged run continues from its batches alone
 
 
 def merge(*runs: Result | str | PathLike) -> Result:
@@ -33,40 +33,42 @@ def merge(*runs: Result | str | PathLike) -> Result:
     if len(results) < 2:
         raise SceneError(f"merge: needs two runs or more, got {len(results)}; write merge('a.nc', 'b.nc')")
     for title, result in zip(titles[1:], results[1:], strict=True):
-        _check_alike(titles[0], results[0], title, result)
+        _check_same_setup(titles[0], results[0], title, result)
     _check_disjoint(titles, results)
-    batches = sorted((batch for result in results for batch in result.batches), key=_place)
+    batches = sorted((batch for result in results for batch in result.batches), key=_batch_key)
     seed = batches[0].seed
-    first, limits = results[0], _limits(results)
-    batches = _bounded(batches, schedule_for(limits, first.plan))
-    state = _state(results, batches, seed, limits)
-    warnings = _unlike_parts(titles, results) or _missing(results, batches)
-    warnings += doubts_of(state.origins)
+    first, limits = results[0], _merged_limits(results)
+    batches = _limit_batches(batches, schedule_for(limits, first.plan))
+    state = _merged_state(results, batches, seed, limits)
+    warnings = _inconsistent_parts(titles, results) or _missing_batches(results, batches)
+    warnings += warnings_of(state.origins)
     is_complete = all(result.is_complete for result in results)
-    return Result(first.plan, batches, seed, _cost(results), is_complete, warnings, first.asked, None, state)
+    return Result(
+        first.plan, batches, seed, _total_cost(results), is_complete, warnings, first.asked, None, state
+    )
 
 
-def _place(batch: Batch) -> tuple[int, int]:
+def _batch_key(batch: Batch) -> tuple[int, int]:
     return batch.seed, batch.first
 
 
-def _check_alike(first: str, one: Result, title: str, other: Result) -> None:
+def _check_same_setup(first: str, one: Result, title: str, other: Result) -> None:
     """Raise SceneError for a different scene, method or tracking."""
-    if unlike := differences(given_scene(other), given_scene(one)):
+    if unlike := differences(original_scene(other), original_scene(one)):
         raise SceneError(f"merge: the scene of {title} differs from that of {first}: {'; '.join(unlike)}")
     cures = {"method": "name the same estimator and sampling for both", "tracking": "use the same tracking"}
     for name, cure in cures.items():
         ours, others = getattr(one.plan, name), getattr(other.plan, name)
         if ours != others:
             raise SceneError(
-                f"merge: the {name} of {title} is {shown(others)}, that of {first} is {shown(ours)}; {cure}"
+                f"merge: the {name} of {title} is {short_repr(others)}, that of {first} is {short_repr(ours)}; {cure}"
             )
 
 
 def _check_disjoint(titles: list[str], results: list[Result]) -> None:
     """Raise SceneError for batches that share random numbers."""
     owned = sorted(
-        (*_place(batch), batch.past, title)
+        (*_batch_key(batch), batch.past, title)
         for title, result in zip(titles, results, strict=True)
         for batch in result.batches
     )
@@ -87,7 +89,7 @@ def _check_disjoint(titles: list[str], results: list[Result]) -> None:
         raise SceneError(f"merge: {told} in {' and in '.join(sorted(owners))}; {cure}")
 
 
-def _missing(results: list[Result], batches: list[Batch]) -> list[str]:
+def _missing_batches(results: list[Result], batches: list[Batch]) -> list[str]:
     """Return a warning that names missing batches of runs in parts, so that a failed job is noticed."""
     told = []
     for seed in dict.fromkeys(result.seed for result in results if state_of(result).limits.part != (1, 1)):
@@ -102,10 +104,10 @@ def _missing(results: list[Result], batches: list[Batch]) -> list[str]:
         if one < of:
             told.append(f"the batches of seed {seed} after part {one} of {of}")
     cure = "merge these parts too, or the result has fewer particles than planned"
-    return [f"{', '.join(told)} {MISSING}: {cure}"] if told else []
+    return [f"{', '.join(told)} {MISSING_BATCHES}: {cure}"] if told else []
 
 
-def _unlike_parts(titles: list[str], results: list[Result]) -> list[str]:
+def _inconsistent_parts(titles: list[str], results: list[Result]) -> list[str]:
     """Return a warning for parts of one seed with different numbers of particles, batches or parts."""
     known: dict[int, tuple] = {}
     for title, result in zip(titles, results, strict=True):
@@ -126,7 +128,7 @@ def _unlike_parts(titles: list[str], results: list[Result]) -> list[str]:
     return []
 
 
-def _limits(results: list[Result]) -> Limits:
+def _merged_limits(results: list[Result]) -> Limits:
     """Return the limits of the merged run: all particles together."""
     limits = [state_of(result).limits for result in results]
     said = {each.batches for each in limits}
@@ -135,39 +137,39 @@ def _limits(results: list[Result]) -> Limits:
     return Limits(particles, {}, None, max(said), is_free)
 
 
-def _bounded(batches: list[Batch], schedule: Schedule) -> list[Batch]:
+def _limit_batches(batches: list[Batch], schedule: Schedule) -> list[Batch]:
     """Combine batches to the number that a resumed run keeps; a single run has no more than that."""
     schedule.make_room()
-    return no_more_than(schedule.most_kept, batches, schedule.most_records(2))
+    return merge_to_at_most(schedule.max_stored, batches, schedule.max_records(2))
 
 
-def _state(results: list[Result], batches: list[Batch], seed: int, limits: Limits) -> State:
+def _merged_state(results: list[Result], batches: list[Batch], seed: int, limits: Limits) -> State:
     """Return the state of the merged run; it continues with batches of the first seed that no run owns."""
     states = [state_of(result) for result in results]
     return State(
         limits,
-        MERGED,
+        MERGED_SCHEDULE,
         {"issued": limits.particles},
         batches,
         [],
         [],
         0,
-        _next(results, batches, seed),
+        _next_batch(results, batches, seed),
         particles=sum(state.particles for state in states),
         crossings=sum(state.crossings for state in states),
         collisions=sum(state.collisions for state in states),
         seconds=sum(state.seconds for state in states),
-        origins=joined(*(state.origins for state in states)),
+        origins=distinct_origins(*(state.origins for state in states)),
     )
 
 
-def _next(results: list[Result], batches: list[Batch], seed: int) -> int:
+def _next_batch(results: list[Result], batches: list[Batch], seed: int) -> int:
     """Return the first batch number of this seed that is neither run nor reserved by a missing part."""
     done = max(batch.past for batch in batches if batch.seed == seed)
-    return max(done, *(_planned(result) for result in results if result.seed == seed))
+    return max(done, *(_planned_batches(result) for result in results if result.seed == seed))
 
 
-def _planned(result: Result) -> int:
+def _planned_batches(result: Result) -> int:
     """Return the number of batches of the whole run that a result is part of."""
     state = state_of(result)
     if state.limits.part == (1, 1):
@@ -175,7 +177,7 @@ def _planned(result: Result) -> int:
     return batches_in(schedule_for(state.limits, result.plan).next_leg([]))
 
 
-def _cost(results: list[Result]) -> Cost | None:
+def _total_cost(results: list[Result]) -> Cost | None:
     """Return the sum of the costs; None if none is known."""
     costs = [result.cost for result in results if result.cost is not None]
     if not costs:

@@ -21,9 +21,9 @@ from typing import BinaryIO
 
 import numpy as np
 
-from transport.io.atomic import FileError, check_seal, seal
-from transport.io.columns import Column, Columns, Pieces, gathered
-from transport.results.report import head_of, title_of
+from transport.io.atomic import FileError, append_checksum, verify_checksum
+from transport.io.columns import Column, Columns, Pieces, join_small_pieces
+from transport.results.report import run_line, title_of
 from transport.results.result import Result
 from transport.scene.phase_space import Snapshot
 from transport.statistics.quantities import AXIS_UNITS
@@ -35,9 +35,9 @@ from transport.validation import SceneError
 # xarray.open_dataset("run.nc", engine="h5netcdf")                     the ledger xarray.open_dataset("run.nc",
 # engine="h5netcdf", group="run")        batches, and the scene as the text of its JSON
 
-OWN = "run"  # group of the state of the run
+RUN_GROUP = "run"  # group of the state of the run
 COMPLETE, INTERRUPTED = "complete", "incomplete: interrupted"
-GOES_ON = (
+CHECKPOINT_NOTE = (
     "incomplete: a checkpoint, for transport.load and resume=; ledger and detectors are written at the end"
 )
 BOUNDS = ("_low", "_high")
@@ -61,19 +61,19 @@ class Table:
     variables: Iterator[tuple[str, Variable]]
 
 
-def tables_of(result: Result, is_over: bool) -> Iterator[Table]:
+def result_tables(result: Result, is_over: bool) -> Iterator[Table]:
     """Yield the ledger, then each detector; for a checkpoint (not `is_over`) only attributes."""
     written = datetime.now(UTC).isoformat(timespec="seconds")
-    told = {"title": head_of(result), "seed": str(result.seed), "method": result.plan.method.title}
+    told = {"title": run_line(result), "seed": str(result.seed), "method": result.plan.method.title}
     told["history"] = f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # NetCDF convention
     if not is_over:
-        yield Table("", told | {"completeness": GOES_ON}, iter(()))
+        yield Table("", told | {"completeness": CHECKPOINT_NOTE}, iter(()))
         return
     told["completeness"] = COMPLETE if result.is_complete else INTERRUPTED
     told["warnings"] = "\n".join(result.warnings)
-    ledger = list(_ledger(result))
+    ledger = list(_ledger_variables(result))
     yield Table("", told, iter(ledger))
-    taken = {OWN, *dict(ledger)}  # a group must not have the name of a variable
+    taken = {RUN_GROUP, *dict(ledger)}  # a group must not have the name of a variable
     for detector in result.scene.detectors:
         group = detector.name.replace("/", "|")  # HDF5 names have no slash
         while group in taken:
@@ -83,11 +83,11 @@ def tables_of(result: Result, is_over: bool) -> Iterator[Table]:
             title_of(detector, result[detector.name]) if not isinstance(detector, Snapshot) else "snapshot"
         )
         told = {"title": title, "name": detector.name}
-        made = _sample if isinstance(detector, Snapshot) else _quantities
+        made = _snapshot_variables if isinstance(detector, Snapshot) else _detector_variables
         yield Table(group, told, made(result, detector))
 
 
-def _ledger(result: Result) -> Iterator[tuple[str, Variable]]:
+def _ledger_variables(result: Result) -> Iterator[tuple[str, Variable]]:
     ledger = result._own_ledger
     for name, estimate in ledger.items():
         yield from _with_error(name, (), estimate)
@@ -101,7 +101,7 @@ def _ledger(result: Result) -> Iterator[tuple[str, Variable]]:
             yield f"absorbed_by{end}", Variable(("by",), values, units)
 
 
-def _quantities(result: Result, detector: object) -> Iterator[tuple[str, Variable]]:
+def _detector_variables(result: Result, detector: object) -> Iterator[tuple[str, Variable]]:
     """Yield all quantities of a detector from a new reading; each is freed before the next is made."""
     reading = result._read(detector)
     axes: dict[str, np.ndarray] = {}
@@ -113,10 +113,10 @@ def _quantities(result: Result, detector: object) -> Iterator[tuple[str, Variabl
             continue
         dims = []
         for axis, edges in quantity.coords.items():
-            named = _named(axis, edges, axes)
+            named = _axis_name(axis, edges, axes)
             if named not in axes:
                 axes[named] = edges
-                places = _places(edges, quantity.shape[quantity.dims.index(axis)])
+                places = _axis_values(edges, quantity.shape[quantity.dims.index(axis)])
                 bounded |= {named} if len(places) > 1 else set()
                 known = AXIS_UNITS | dict(quantity.axis_units)
                 units = {"units": known[axis]} if axis in known else {}
@@ -127,14 +127,14 @@ def _quantities(result: Result, detector: object) -> Iterator[tuple[str, Variabl
         vars(reading).pop(name, None)
 
 
-def _named(axis: str, edges: np.ndarray, axes: dict[str, np.ndarray]) -> str:
+def _axis_name(axis: str, edges: np.ndarray, axes: dict[str, np.ndarray]) -> str:
     """Return the name of an axis; a new one if the name is taken by an axis with other bins."""
     while axis in axes and not np.array_equal(axes[axis], edges):
         axis += "_"
     return axis
 
 
-def _places(edges: np.ndarray, bins: int) -> dict[str, np.ndarray]:
+def _axis_values(edges: np.ndarray, bins: int) -> dict[str, np.ndarray]:
     """Return instants unchanged, and bins as centres and bounds."""
     if len(edges) == bins:
         return {"": edges}
@@ -149,7 +149,7 @@ def _with_error(
     bounds = [dim + end for dim in dims if dim in bounded for end in BOUNDS]
     units |= {"coordinates": " ".join(bounds)} if bounds else {}
     # judging very many bins would need all of their errors at once
-    is_judged = not quantity._replicates.is_in_parts
+    is_judged = not quantity._replicates.is_chunked
     judged = {}
     if not dims:
         judged = {
@@ -164,7 +164,7 @@ def _with_error(
     yield f"{name}_error", Variable(dims, np.asarray(quantity.error), units)
 
 
-def _sample(result: Result, snapshot: Snapshot) -> Iterator[tuple[str, Variable]]:
+def _snapshot_variables(result: Result, snapshot: Snapshot) -> Iterator[tuple[str, Variable]]:
     """Yield the particles of a snapshot."""
     reading = result[snapshot.name]
     unit = "1" if result.scene.measured_in == "particles" else "J"
@@ -179,10 +179,10 @@ def _sample(result: Result, snapshot: Snapshot) -> Iterator[tuple[str, Variable]
 
 # ---- A run as NetCDF-4 (HDF5): one group per detector, for xarray, and one group with the state of the run.
 
-CHUNK = 1 << 16  # numbers per compressed chunk
+CHUNK_SIZE = 1 << 16  # numbers per compressed chunk
 
 
-def h5netcdf_for(path: Path):
+def require_h5netcdf(path: Path):
     """Return the package h5netcdf.  Raises FileError if it is not installed."""
     try:
         import h5netcdf
@@ -194,17 +194,17 @@ def h5netcdf_for(path: Path):
     return h5netcdf
 
 
-def write(
+def write_run(
     file: BinaryIO, path: Path, texts: dict[str, str], columns: Columns, tables: Iterable[Table], batches: int
 ) -> None:
     """Write a run: JSON texts by name, columns, and tables of results.
 
     Raises OSError if the disk is full.
     """
-    patient = _PatientFile(file)
-    written = h5netcdf_for(path).File(patient, "w")
+    patient = _ErrorStoringFile(file)
+    written = require_h5netcdf(path).File(patient, "w")
     try:
-        group = written.create_group(OWN)
+        group = written.create_group(RUN_GROUP)
         group.dimensions["batch"] = batches
         for name, text in texts.items():
             _write_variable(patient, group, name, Variable((), np.array(text, dtype=object)))
@@ -217,23 +217,26 @@ def write(
     finally:
         written.close()
     patient.check()
-    seal(file)
+    append_checksum(file)
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
+def open_run(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
     """Yield functions that read the texts and the columns of a file.  Raises ValueError if it is damaged."""
-    h5netcdf_for(path)
+    require_h5netcdf(path)
     import h5py  # h5netcdf reads through it; of a damaged file only h5py closes without a warning
 
     with path.open("rb") as file:
-        check_seal(file)
+        verify_checksum(file)
         with h5py.File(file, "r") as written:
-            group = written[OWN]
-            yield lambda name: group[name].asstr()[()], lambda name, lengths: _pieces(group[name], lengths)
+            group = written[RUN_GROUP]
+            yield (
+                lambda name: group[name].asstr()[()],
+                lambda name, lengths: _read_pieces(group[name], lengths),
+            )
 
 
-class _PatientFile(io.RawIOBase):
+class _ErrorStoringFile(io.RawIOBase):
     """A file object whose writes always succeed; it stores the first error and then drops all writes."""
 
     def __init__(self, file: BinaryIO) -> None:
@@ -280,19 +283,19 @@ class _PatientFile(io.RawIOBase):
     readable = writable = seekable
 
 
-def _write_table(patient: _PatientFile, written, table: Table) -> None:
+def _write_table(patient: _ErrorStoringFile, written, table: Table) -> None:
     group = written.create_group(table.group) if table.group else written
     group.attrs.update(table.attributes)
     for name, variable in table.variables:
         _write_variable(patient, group, name, variable)
 
 
-def _write_variable(patient: _PatientFile, group, name: str, variable: Variable) -> None:
+def _write_variable(patient: _ErrorStoringFile, group, name: str, variable: Variable) -> None:
     values = variable.values
-    if values.dtype == object or values.size < CHUNK:
+    if values.dtype == object or values.size < CHUNK_SIZE:
         import h5py
 
-        _settle_axes(group, variable.dims, values.shape)
+        _create_dimensions(group, variable.dims, values.shape)
         dtype = h5py.string_dtype() if values.dtype == object else values.dtype
         made = group.create_variable(name, variable.dims, dtype)
         made[...] = values
@@ -304,47 +307,47 @@ def _write_variable(patient: _PatientFile, group, name: str, variable: Variable)
     patient.check()
 
 
-def _write_pieces(patient: _PatientFile, group, name: str, axes: Sequence[str], column: Column):
+def _write_pieces(patient: _ErrorStoringFile, group, name: str, axes: Sequence[str], column: Column):
     """Write a compressed variable piece by piece."""
-    _settle_axes(group, axes, column.shape)
+    _create_dimensions(group, axes, column.shape)
     made = group.create_variable(
         name,
         tuple(axes),
         column.dtype,
-        chunks=_chunks(column.shape),
+        chunks=_chunk_shape(column.shape),
         compression="gzip",
         compression_opts=1,
         shuffle=True,
     )
     begin = 0
-    for piece in gathered(column.pieces, CHUNK):
+    for piece in join_small_pieces(column.pieces, CHUNK_SIZE):
         made[begin : begin + len(piece)] = piece
         begin += len(piece)
         patient.check()
     return made
 
 
-def _settle_axes(group, axes: Sequence[str], shape: tuple[int, ...]) -> None:
+def _create_dimensions(group, axes: Sequence[str], shape: tuple[int, ...]) -> None:
     for axis, size in zip(axes, shape, strict=True):
         if axis not in group.dimensions:
             group.dimensions[axis] = size
 
 
-def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
+def _chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
     """Return the shape of a chunk: as much of the last axes as CHUNK numbers hold."""
-    chunks, left = [], CHUNK
+    chunks, left = [], CHUNK_SIZE
     for size in reversed(shape):
         chunks.insert(0, max(1, min(size, left)))
         left //= chunks[0]
     return tuple(chunks)
 
 
-def _pieces(variable, lengths: Sequence[int]) -> Iterator[np.ndarray]:
+def _read_pieces(variable, lengths: Sequence[int]) -> Iterator[np.ndarray]:
     """Yield the pieces of these lengths; small ones are read together."""
     each, begin, place = max(1, math.prod(variable.shape[1:])), 0, 0
     while place < len(lengths):
         past, size = place, 0
-        while past < len(lengths) and (past == place or size * each < CHUNK):
+        while past < len(lengths) and (past == place or size * each < CHUNK_SIZE):
             past, size = past + 1, size + lengths[past]
         read = np.asarray(variable[begin : begin + size])
         yield from np.split(read, np.cumsum(lengths[place:past])[:-1])

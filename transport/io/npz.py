@@ -13,18 +13,18 @@ from typing import BinaryIO
 import numpy as np
 
 from transport.io.columns import Column, Columns, Pieces
-from transport.io.netcdf import OWN, Table, Variable
+from transport.io.netcdf import RUN_GROUP, Table, Variable
 
-LEVEL = 1  # of compression; higher levels save little and take long
+COMPRESSION_LEVEL = 1  # of compression; higher levels save little and take long
 
 
-def write(file: BinaryIO, texts: dict[str, str], columns: Columns, tables: Iterable[Table]) -> None:
+def write_run(file: BinaryIO, texts: dict[str, str], columns: Columns, tables: Iterable[Table]) -> None:
     """Write a run: JSON texts by name, columns, and tables of results."""
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=LEVEL) as archive:
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=COMPRESSION_LEVEL) as archive:
         for name, text in texts.items():
             archive.writestr(f"{name}.json", text)
         for name, column in columns.items():
-            _write_column(archive, f"{OWN}/{name}", column)
+            _write_column(archive, f"{RUN_GROUP}/{name}", column)
         told = {}
         for table in tables:
             variables = {}
@@ -37,7 +37,7 @@ def write(file: BinaryIO, texts: dict[str, str], columns: Columns, tables: Itera
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
+def open_run(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
     """Yield functions that read the texts and the columns of a file.
 
     Raises the errors of zipfile if damaged.
@@ -45,7 +45,7 @@ def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
     with zipfile.ZipFile(path) as archive:
         yield (
             lambda name: archive.read(f"{name}.json").decode(),
-            lambda name, lengths: _pieces(archive, f"{OWN}/{name}", lengths),
+            lambda name, lengths: _read_pieces(archive, f"{RUN_GROUP}/{name}", lengths),
         )
 
 
@@ -67,7 +67,7 @@ def _write_column(archive: zipfile.ZipFile, name: str, column: Column) -> None:
             entry.write(np.ascontiguousarray(piece).reshape(-1).view(np.uint8).data)
 
 
-def _pieces(archive: zipfile.ZipFile, name: str, lengths: Sequence[int]) -> Iterator[np.ndarray]:
+def _read_pieces(archive: zipfile.ZipFile, name: str, lengths: Sequence[int]) -> Iterator[np.ndarray]:
     with archive.open(f"{name}.npy") as entry:
         np.lib.format.read_magic(entry)
         shape, _, dtype = np.lib.format.read_array_header_2_0(entry)

@@ -16,22 +16,24 @@ from os import PathLike
 from transport.compile.methods import AUTO
 from transport.io.atomic import FileError
 from transport.io.json.differences import differences
-from transport.io.merging import MISSING
-from transport.io.runs import checked_path, checked_place, given_scene, load, save, scene_text
+from transport.io.merging import MISSING_BATCHES
+from transport.io.runs import checked_destination, checked_path, load, original_scene, save, scene_text
 from transport.results.result import Result
 from transport.run.run import Run
-from transport.run.settings import Asked, Limits, Way, checked_limits
+from transport.run.settings import Limits, RunRequest, RunSettings, checked_limits
 from transport.scene.scene import Scene
-from transport.validation import SceneError, as_float, shown
+from transport.validation import SceneError, as_float, short_repr
 
 
-def run_to_go_on_with(resume: object, checkpoint: object) -> Result | None:
+def run_to_resume(resume: object, checkpoint: object) -> Result | None:
     """Return the saved run, or None for a new one: if no run is named, or this call will create the file.
 
     Raises SceneError if the call would overwrite another run.
     """
     if not (resume is None or isinstance(resume, Result | str | PathLike)):
-        raise SceneError(f"simulate: resume must be a file or a Result, got {shown(resume)}; write 'run.nc'")
+        raise SceneError(
+            f"simulate: resume must be a file or a Result, got {short_repr(resume)}; write 'run.nc'"
+        )
     path = None if checkpoint is None else checked_path("checkpoint", checkpoint)
     is_file = not (resume is None or isinstance(resume, Result))
     is_same = path is not None and is_file and os.path.realpath(path) == os.path.realpath(resume)
@@ -43,58 +45,62 @@ def run_to_go_on_with(resume: object, checkpoint: object) -> Result | None:
     return None if is_same and not path.exists() else load(resume)
 
 
-def lasting_warnings(saved: Result) -> list[str]:
+def kept_warnings(saved: Result) -> list[str]:
     """Return the warnings that a resumed run keeps: those about missing batches of a merged run."""
-    return [warning for warning in saved._warnings if MISSING in warning]
+    return [warning for warning in saved._warnings if MISSING_BATCHES in warning]
 
 
-def way_of(saved: Result, scene: Scene, asked: Asked) -> Way:
+def resumed_settings(saved: Result, scene: Scene, asked: RunRequest) -> RunSettings:
     """Return the settings of a resumed run.  Raises SceneError that names the first argument that differs."""
-    _check_alike(saved, scene, asked)
-    return Way(saved.plan.method, _limits(saved, asked), saved.seed, saved.asked, saved.choice)
+    _check_same_setup(saved, scene, asked)
+    return RunSettings(
+        saved.plan.method, _resumed_limits(saved, asked), saved.seed, saved.asked, saved.choice
+    )
 
 
-def _check_alike(saved: Result, scene: Scene, asked: Asked) -> None:
+def _check_same_setup(saved: Result, scene: Scene, asked: RunRequest) -> None:
     if saved.state is None:
         raise SceneError(
             "simulate: resume must be a run that can continue; pass a result of simulate, load or merge"
         )
-    if unlike := differences(scene, given_scene(saved)):
+    if unlike := differences(scene, original_scene(saved)):
         raise SceneError(f"simulate: the scene differs from that of the saved run: {'; '.join(unlike)}")
     method, limits = saved.plan.method, saved.state.limits
-    _check("seed", asked.seed, saved.seed)
-    _check("estimator", None if asked.estimator == AUTO else asked.estimator, method.estimator)
-    _check("sampling", asked.sampling, method.sampling)
-    _check("tracking", asked.tracking, saved.plan.tracking)
-    _check("batches", asked.batches, limits.batches)
-    _check("part", tuple(asked.part) if isinstance(asked.part, list) else asked.part, limits.part)
+    _check_same("seed", asked.seed, saved.seed)
+    _check_same("estimator", None if asked.estimator == AUTO else asked.estimator, method.estimator)
+    _check_same("sampling", asked.sampling, method.sampling)
+    _check_same("tracking", asked.tracking, saved.plan.tracking)
+    _check_same("batches", asked.batches, limits.batches)
+    _check_same("part", tuple(asked.part) if isinstance(asked.part, list) else asked.part, limits.part)
 
 
-def _limits(saved: Result, asked: Asked) -> Limits:
+def _resumed_limits(saved: Result, asked: RunRequest) -> Limits:
     """Return the limits of the resumed run; those of the saved run if the call has none."""
     was = saved.state.limits
     if asked.particles is None and not asked.error and asked.seconds is None:
         return was
     if was.part != (1, 1):
-        _check("particles", asked.particles, was.particles)
+        _check_same("particles", asked.particles, was.particles)
         for name in ("error", "seconds"):
-            _check(name, getattr(asked, name) or None, None)
+            _check_same(name, getattr(asked, name) or None, None)
     batches = None if was.is_free else was.batches
-    limits = checked_limits(given_scene(saved), *asked.limits, batches, saved.plan.method)
+    limits = checked_limits(original_scene(saved), *asked.limits, batches, saved.plan.method)
     return replace(limits, is_free=was.is_free, part=was.part)
 
 
-def _check(name: str, said: object, was: object) -> None:
+def _check_same(name: str, said: object, was: object) -> None:
     if said is not None and said != was:
         raise SceneError(
-            f"simulate: {name} must be that of the saved run, {shown(was)}, got {shown(said)}; leave it out"
+            f"simulate: {name} must be that of the saved run, {short_repr(was)}, got {short_repr(said)}; leave it out"
         )
 
 
 # ---- Checkpoints: a run is saved while it runs, and continues from the last complete file after a crash.
 
 NOT_SAVED = "not saved"  # begins the warning of a run whose end was not saved
-SHARE = 0.1  # largest fraction of the time spent on writing: large runs are saved less often than requested
+MAX_WRITE_FRACTION = (
+    0.1  # largest fraction of the time spent on writing: large runs are saved less often than requested
+)
 
 
 class CheckpointWarning(UserWarning):
@@ -106,11 +112,13 @@ class Checkpoints:
 
     def __init__(self, path: object, every: object, scene: Scene) -> None:
         """Raise SceneError for an invalid path or interval, and for a scene that no file can hold."""
-        self.path = checked_place("checkpoint", path).absolute()  # in case the script changes its folder
-        self.every = _checked(every)
+        self.path = checked_destination(
+            "checkpoint", path
+        ).absolute()  # in case the script changes its folder
+        self.every = _checked_interval(every)
         self.scene, self.due, self.failures = scene_text(scene), time.perf_counter() + self.every, []
 
-    def if_due(self, run: Run, result_of: Callable[[Run, bool], Result]) -> None:
+    def save_if_due(self, run: Run, result_of: Callable[[Run, bool], Result]) -> None:
         """Save the run between two batches if it is due; `result_of(run, is_complete)` returns its result."""
         if time.perf_counter() < self.due or not run.batches:
             return
@@ -118,7 +126,7 @@ class Checkpoints:
         run.state = run.now()
         self._save(result_of(run, False), is_over=False)
         ended = time.perf_counter()
-        self.due = ended + max(self.every, (ended - begun) / SHARE)
+        self.due = ended + max(self.every, (ended - begun) / MAX_WRITE_FRACTION)
 
     def end(self, result: Result) -> None:
         """Save the run at its end, and add a warning for each failure to save."""
@@ -142,10 +150,10 @@ class Checkpoints:
         return True
 
 
-def _checked(every: object) -> float:
+def _checked_interval(every: object) -> float:
     seconds = as_float(every)
     if seconds is None or not 0 < seconds < math.inf:
         raise SceneError(
-            f"simulate: every must be a positive, finite time in seconds, got {shown(every)}; write every=60"
+            f"simulate: every must be a positive, finite time in seconds, got {short_repr(every)}; write every=60"
         )
     return seconds

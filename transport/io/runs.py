@@ -16,23 +16,23 @@ from zipfile import BadZipFile
 from transport.compile.method_aimed import unaimed_scene
 from transport.compile.plan import Plan
 from transport.io import netcdf, npz
-from transport.io.atomic import FileError, check_writable, written_whole
-from transport.io.columns import Columns, Pool, columns_of, meant, plain, values_of
-from transport.io.netcdf import tables_of
+from transport.io.atomic import FileError, atomic_write, check_writable
+from transport.io.columns import BatchPool, Columns, describe_columns, from_json, read_values, to_json
+from transport.io.netcdf import result_tables
 from transport.results.batches import Batch
 from transport.results.result import Result
 from transport.run.programs import plan_for
 from transport.run.provenance import this_origin
 from transport.run.state import State
 from transport.scene.scene import Scene
-from transport.statistics.packed import Packed
-from transport.validation import SceneError, shown
+from transport.statistics.packed import PackedColumn
+from transport.validation import SceneError, short_repr
 
 FORMAT, VERSION = "transport run", 1
 NUL = "\0"
 SUFFIXES = (".nc", ".npz")
-KINDS = {"Batch": Batch, "Packed": Packed}  # types stored as columns
-NOT_WHOLE = (
+COLUMN_TYPES = {"Batch": Batch, "Packed": PackedColumn}  # types stored as columns
+READ_ERRORS = (
     OSError,
     KeyError,
     ValueError,
@@ -55,16 +55,16 @@ def save(result: Result, path: str | PathLike, scene: str | None = None, is_over
     FileError if the file cannot be written, SceneError for a scene that no file can hold.
     """
     path = checked_path("save", path)
-    scene = scene_text(given_scene(result)) if scene is None else scene
+    scene = scene_text(original_scene(result)) if scene is None else scene
     columns: Columns = {}
-    about, batches = _about(result, columns)
+    about, batches = _metadata(result, columns)
     texts = {"run": about, "scene": scene}
-    tables = tables_of(result, is_over)
-    with written_whole(path) as file:
+    tables = result_tables(result, is_over)
+    with atomic_write(path) as file:
         if path.suffix == ".nc":
-            netcdf.write(file, path, texts, columns, tables, batches)
+            netcdf.write_run(file, path, texts, columns, tables, batches)
         else:
-            npz.write(file, texts, columns, tables)
+            npz.write_run(file, texts, columns, tables)
 
 
 def load(path: str | PathLike) -> Result:
@@ -73,22 +73,22 @@ def load(path: str | PathLike) -> Result:
     Raises FileError for a missing or damaged file, and for a file of another version.
     """
     path = checked_path("load", path)
-    opened = netcdf.opened if path.suffix == ".nc" else npz.opened
+    opened = netcdf.open_run if path.suffix == ".nc" else npz.open_run
     try:
         with opened(path) as (text, pieces):
-            about, scene = _checked(path, json.loads(text("run"))), text("scene")
-            kept = about["columns"], "", about["batches"], pieces, KINDS
-            batches = values_of(*kept)
-            run = {name: meant(value, batches) for name, value in about["run"].items()}
+            about, scene = _checked_metadata(path, json.loads(text("run"))), text("scene")
+            kept = about["columns"], "", about["batches"], pieces, COLUMN_TYPES
+            batches = read_values(*kept)
+            run = {name: from_json(value, batches) for name, value in about["run"].items()}
     except SceneError:
         raise
     except FileNotFoundError:
         raise FileError(f"no file {path}") from None
-    except NOT_WHOLE as error:
+    except READ_ERRORS as error:
         raise FileError(
             f"{path} is not a complete file of a run ({type(error).__name__}: {error})"
         ) from error
-    return _result(path, about["rows"], scene, run)
+    return _make_result(path, about["rows"], scene, run)
 
 
 def scene_text(scene: Scene) -> str:
@@ -105,7 +105,7 @@ def checked_path(what: str, path: object) -> Path:
     """Return the path.  Raises SceneError for a wrong suffix, FileError if a package is missing."""
     if not isinstance(path, str | PathLike):
         raise SceneError(
-            f"{what}: must be the path of a file, got {shown(path)}; write 'run.nc' or 'run.npz'"
+            f"{what}: must be the path of a file, got {short_repr(path)}; write 'run.nc' or 'run.npz'"
         )
     path = Path(path)
     if path.suffix not in SUFFIXES:
@@ -116,11 +116,11 @@ def checked_path(what: str, path: object) -> Path:
         )
         raise SceneError(f"{what}: the file of a run ends in .nc or .npz, got {str(path)!r}; {cure}")
     if path.suffix == ".nc":
-        netcdf.h5netcdf_for(path)
+        netcdf.require_h5netcdf(path)
     return path
 
 
-def checked_place(what: str, path: object) -> Path:
+def checked_destination(what: str, path: object) -> Path:
     """Return the path if a run can be saved there; checked before the run starts, not after a day.
 
     Raises like `checked_path`, and FileError if the folder is missing or not writable.
@@ -136,15 +136,15 @@ def checked_place(what: str, path: object) -> Path:
     return path
 
 
-def check_new(what: str, path: Path, overwrite: bool) -> None:
+def check_not_existing(what: str, path: Path, overwrite: bool) -> None:
     """Raise FileError if the file exists and must not be replaced."""
     if path.exists() and not overwrite:
         raise FileError(f"{what}: {path} exists; pass --overwrite to replace it, or name another file")
 
 
-def _about(result: Result, columns: Columns) -> tuple[str, int]:
+def _metadata(result: Result, columns: Columns) -> tuple[str, int]:
     """Return the run without columns and scene as JSON text, and its number of batches."""
-    pool = Pool()
+    pool = BatchPool()
     run = {
         "seed": result.seed,
         "method": result.plan.method,
@@ -156,23 +156,23 @@ def _about(result: Result, columns: Columns) -> tuple[str, int]:
         "batches": result.batches,
         "state": state_of(result),
     }
-    told = {name: plain(value, pool) for name, value in run.items()}
+    told = {name: to_json(value, pool) for name, value in run.items()}
     about = {
         "format": FORMAT,
         "version": VERSION,
-        "rows": rows_of(result.plan),
+        "rows": sum_layout(result.plan),
         "run": told,
         "batches": len(pool.batches),
-        "columns": columns_of("", pool.batches, columns),
+        "columns": describe_columns("", pool.batches, columns),
     }
     return json.dumps(about, ensure_ascii=False), len(pool.batches)
 
 
-def _checked(path: Path, about: dict) -> dict:
+def _checked_metadata(path: Path, about: dict) -> dict:
     """Return the data of a file.  Raises FileError if it is not the file of a run, or of a newer version."""
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise FileError(
-            f"{path} is not the file of a run: its format is {shown(about.get('format'))}, not {FORMAT!r}"
+            f"{path} is not the file of a run: its format is {short_repr(about.get('format'))}, not {FORMAT!r}"
         )
     if about["version"] > VERSION:
         raise FileError(
@@ -182,13 +182,13 @@ def _checked(path: Path, about: dict) -> dict:
     return about
 
 
-def _result(path: Path, rows: dict, scene: str, run: dict) -> Result:
+def _make_result(path: Path, rows: dict, scene: str, run: dict) -> Result:
     try:
         scene = Scene.from_json(scene)
     except SceneError as error:
         raise FileError(f"{path}: scene: {error}") from error
     plan = plan_for(scene, run["tracking"], run["method"])
-    if rows != rows_of(plan):
+    if rows != sum_layout(plan):
         made = ", ".join(f"{origin.version} ({origin.sources})" for origin in run["state"].origins)
         cure = "load it with that version, or read its results with xarray or numpy"
         raise FileError(f"{path} was made by transport {made}, which lays out its sums differently; {cure}")
@@ -205,12 +205,12 @@ def _result(path: Path, rows: dict, scene: str, run: dict) -> Result:
     )
 
 
-def given_scene(result: Result) -> Scene:
+def original_scene(result: Result) -> Scene:
     """Return the scene as it was passed to `simulate`."""
     return unaimed_scene(result.scene) if result.plan.method.estimator == "aimed" else result.scene
 
 
-def rows_of(plan: Plan) -> dict[str, object]:
+def sum_layout(plan: Plan) -> dict[str, object]:
     """Return the layout of a batch's sums."""
     numbers = ("rows", "half", "long_rows", "volume_rows", "point_rows", "cell_rows", "size_cells")
     return {name: int(getattr(plan, name)) for name in numbers} | {"bases": dict(plan.bases)}

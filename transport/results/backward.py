@@ -14,34 +14,34 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile.adjoint import Part
-from transport.compile.volumes import LARGE
+from transport.compile.adjoint import SensorPart
+from transport.compile.volumes import LARGE_SHARE
 from transport.results.detectors import Reading
-from transport.results.diagnostics.empty_detector import cannot_arrive, why_dark
-from transport.results.diagnostics.path_classes import Met, chances_of_sensor
+from transport.results.diagnostics.empty_detector import cannot_arrive, no_light_message
+from transport.results.diagnostics.path_classes import LampScores, sensor_path_findings
 from transport.results.diagnostics.proofs import events_of
-from transport.results.reading import Note, Quantified, note_of
-from transport.results.score_sizes import scores_alike, scores_of_cell
+from transport.results.reading import Note, ReadingBase, empty_note
+from transport.results.score_sizes import equal_scores, single_cell_scores
 from transport.results.solid_angles import solid_angles_of
-from transport.results.tally import ARRIVALS, CellSums, MeterSums, sum_of
+from transport.results.tally import ARRIVALS, CellSums, DetectorSums, grand_total
 from transport.scene.bins import DirectionCone
-from transport.scene.cameras import Camera, Instrument
+from transport.scene.cameras import Camera, PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.points import PointDetector
-from transport.statistics.chunked import Stacked, counts_told, totals_of
+from transport.statistics.chunked import ChunkedArray, batch_totals, summed_counts
 from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.statistics.findings import Finding
 from transport.statistics.quality import Scores
 from transport.units import Unit
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
 IMAGE_QUANTITIES = ("radiance", "fluence_rate", "counts")
-ALIKE = 1e-9  # relative difference below which weights of cells are equal
+EQUAL_WEIGHTS_TOLERANCE = 1e-9  # relative difference below which weights of cells are equal
 PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
 
 
-def backward_reading(result, sensor: Detector | PointDetector | Instrument) -> Quantified:
+def backward_reading(result, sensor: Detector | PointDetector | PointInstrument) -> ReadingBase:
     """The reading of a detector at which histories start."""
     kind = BackwardReading if isinstance(sensor, Detector) else ViewReading
     return kind(result, sensor)
@@ -70,7 +70,7 @@ class BackwardReading(Reading):
     def __init__(self, result, detector: Detector, lamps: tuple[int, ...] | None = None) -> None:
         super().__init__(result, detector)
         self._result, self._cell_sums = result, CellSums(result, detector, lamps)
-        self.sums = ArrivedSums(result, detector, self._cell_sums)
+        self.sums = BackwardSums(result, detector, self._cell_sums)
 
     @cached_property
     def by_source(self) -> dict[str, BackwardReading]:
@@ -91,8 +91,8 @@ class BackwardReading(Reading):
         """The scores by size; counted as if they had one size if the sizes are not known."""
         number = int(sum(counts.sum() for counts in self._cell_sums.counts))
         is_whole = len(self._cell_sums.lamps) == len(self._plan.turned.lamps)
-        found = scores_of_cell(self._plan, self._cell_sums.batches, number) if is_whole else None
-        return scores_alike(number) if found is None else found
+        found = single_cell_scores(self._plan, self._cell_sums.batches, number) if is_whole else None
+        return equal_scores(number) if found is None else found
 
     @property
     def is_blind(self) -> bool:
@@ -108,26 +108,28 @@ class BackwardReading(Reading):
         """
         scene, shape = self._result.scene, self.sums.shape
         return (
-            self.is_blind and not self._why_dark and cannot_arrive(scene, shape, self.detector, is_blind=True)
+            self.is_blind
+            and not self._dark_reason
+            and cannot_arrive(scene, shape, self.detector, is_blind=True)
         )
 
     @cached_property
     def note(self) -> Note | None:
         """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
         if not self.is_blind:
-            return thin_note(self._cell_sums, self.name)
-        return note_of(self._why_dark)
+            return thin_batches_note(self._cell_sums, self.name)
+        return empty_note(self._dark_reason)
 
-    def _classes(self, side: int) -> Iterator[Finding]:
+    def _path_findings(self, side: int) -> Iterator[Finding]:
         """Findings about sources that histories reach only by chance."""
         if side != ARRIVALS or self.is_dark(side):
             return
-        unit = self._extent / self._plan.unit
+        unit = self._total_extent / self._plan.unit
         for finding in missing_of_cells(self._cell_sums, self.detector, self._title, self._extents):
             yield replace(finding, bound=finding.bound * unit)
 
     @cached_property
-    def _extent(self) -> float:
+    def _total_extent(self) -> float:
         """Area times projected solid angle of all cells [m^2 sr]."""
         return sum(float(extents.sum()) for extents in self._extents)
 
@@ -140,17 +142,17 @@ class BackwardReading(Reading):
         return self.scores
 
     @cached_property
-    def _why_dark(self) -> str | None:
-        return why_dark(self._result.scene, f"detector {self.name!r}", self.sums.shape, self.detector)
+    def _dark_reason(self) -> str | None:
+        return no_light_message(self._result.scene, f"detector {self.name!r}", self.sums.shape, self.detector)
 
     def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
         self._check(side, "weights")
-        self._need_all(whole=True)
+        self._require_full_coverage(whole=True)
         return super()._whole(side, per_second)
 
     def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
         self._check(side, kind)
-        self._need_all(whole=not self.sums.place_axes)
+        self._require_full_coverage(whole=not self.sums.position_axes)
         return super()._per_area(kind, side, per_second)
 
     def _by_direction(self, side: int, projected: bool, *more, **named) -> EstimateOrArray:
@@ -165,11 +167,11 @@ class BackwardReading(Reading):
                 f"read one of {', '.join(self.known)}, or pass estimator='analog'",
             )
 
-    def _need_all(self, whole: bool) -> None:
+    def _require_full_coverage(self, whole: bool) -> None:
         """Refuse sums over a hemisphere or a shape of which the bins cover only a part."""
         detector = self.detector
         if not _covers_directions(detector):
-            got = shown(detector.directions)
+            got = short_repr(detector.directions)
             self._refuse(
                 "a sum over all directions",
                 f"bins that cover all of them, got {got}",
@@ -178,7 +180,7 @@ class BackwardReading(Reading):
         if whole and detector.positions is not None:
             areas = float(np.sum(detector.positions.areas(self.sums.shape)))
             if not math.isclose(areas, self.sums.shape.area, rel_tol=1e-9):
-                got = shown(detector.positions)
+                got = short_repr(detector.positions)
                 self._refuse(
                     "a sum over the shape", f"bins that cover all of it, got {got}", "leave positions out"
                 )
@@ -200,7 +202,7 @@ def _covers_directions(detector: Detector) -> bool:
     return all(math.isclose(e[-1] - e[0], spans[name], rel_tol=1e-9) for name, e in edges.items())
 
 
-class ArrivedSums(MeterSums):
+class BackwardSums(DetectorSums):
     """The cells' means in the form of a detector's sums over the run: fluxes in bins [W]."""
 
     is_large = False  # its sums are always made at once
@@ -219,7 +221,7 @@ class ArrivedSums(MeterSums):
             values = flux * self.run.sizes[:, None] / self.plan.unit
         return np.concatenate([np.zeros_like(values[:, :1]), values], axis=1)[:, None, None, :]
 
-    def _extents(self, part: Part) -> np.ndarray:
+    def _extents(self, part: SensorPart) -> np.ndarray:
         """Area times solid angle of each cell [m^2 sr], (cells,), in the measure of its sampling."""
         positions = self.detector.positions
         areas = part.shape.area if positions is None else positions.areas(part.shape)
@@ -236,7 +238,7 @@ class ArrivedSums(MeterSums):
         return (angles[::-1] if "theta" in self.direction_axes else angles).T.ravel()
 
 
-class ViewReading(Quantified):
+class ViewReading(ReadingBase):
     """The quantities of a Camera, an EnvironmentMap or a PointDetector in a backward run.
 
     A Camera or an EnvironmentMap has `radiance`; a sensor of all directions has `fluence_rate`.
@@ -254,7 +256,7 @@ class ViewReading(Quantified):
     known, title = IMAGE_QUANTITIES, "detector "
 
     def __init__(
-        self, result, sensor: Instrument | PointDetector, lamps: tuple[int, ...] | None = None
+        self, result, sensor: PointInstrument | PointDetector, lamps: tuple[int, ...] | None = None
     ) -> None:
         self.detector, self.name = sensor, sensor.name
         self._result, self._sums = result, CellSums(result, sensor, lamps)
@@ -279,7 +281,7 @@ class ViewReading(Quantified):
         if isinstance(self.detector, Camera):
             values = values * (self._plane_area / self.detector.solid_angles())
         edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
-        counts = counts_told(counts)
+        counts = summed_counts(counts)
         made = EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
         return self._with_findings(made, 1.0)
 
@@ -298,7 +300,7 @@ class ViewReading(Quantified):
             If the sensor does not cover all directions.
         """
         unit, run = Unit.parse("W m^-2"), self._sums.run
-        counts = int(sum_of(self._sums.counts[0]))
+        counts = int(grand_total(self._sums.counts[0]))
         if isinstance(self.detector, PointDetector):
             made = Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)
             return self._with_findings(made, 4 * math.pi)
@@ -309,7 +311,7 @@ class ViewReading(Quantified):
                 f"{type(self.detector).__name__} {self.name!r}: fluence_rate needs all directions; {cure}"
             )
         values = self._arranged(self._sums.means[0]) * angles
-        values = totals_of(values) if isinstance(values, Stacked) else values.sum(axis=(1, 2))
+        values = batch_totals(values) if isinstance(values, ChunkedArray) else values.sum(axis=(1, 2))
         return self._with_findings(Estimate(values, run, unit, counts=counts), 4 * math.pi)
 
     @cached_property
@@ -326,7 +328,7 @@ class ViewReading(Quantified):
         if isinstance(self.detector, PointDetector):
             return Estimate(values[:, 0], run, Unit.parse("1"), counts=int(counts.sum()))
         edges = self.detector.edges()
-        totals = counts_told(self._arranged(counts))
+        totals = summed_counts(self._arranged(counts))
         values, unit = self._arranged(values), Unit.parse("1")
         return EstimateArray(values, run, unit, tuple(edges), edges, totals, axis_units=PLANE)
 
@@ -343,7 +345,7 @@ class ViewReading(Quantified):
         Columns of an EnvironmentMap are in the order of `radiance`, by increasing azimuth.  Seen from inside,
         azimuth increases to the left: draw the columns in reverse order, as `viz.seen` does.
         """
-        return self._upright(self.radiance.value)
+        return self._top_row_first(self.radiance.value)
 
     def errors(self) -> np.ndarray:
         """One standard error of each pixel [W m^-2 sr^-1], in the layout of `image`.
@@ -353,7 +355,7 @@ class ViewReading(Quantified):
         numpy.ndarray
             nan where there is no score.
         """
-        return self._upright(self.radiance.error)
+        return self._top_row_first(self.radiance.error)
 
     @cached_property
     def by_source(self) -> dict[str, ViewReading]:
@@ -381,8 +383,8 @@ class ViewReading(Quantified):
     def note(self) -> Note | None:
         """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
         if not self.is_blind:
-            return thin_note(self._sums, self.name)
-        return note_of(why_dark(self._result.scene, self._title, self.detector.position))
+            return thin_batches_note(self._sums, self.name)
+        return empty_note(no_light_message(self._result.scene, self._title, self.detector.position))
 
     def _with_findings(self, made: EstimateOrArray, factor: float) -> EstimateOrArray:
         """Attach findings to a quantity; factor: the quantity for a mean radiance of 1."""
@@ -405,12 +407,12 @@ class ViewReading(Quantified):
     def totals(self) -> Iterator[tuple[str, Estimate]]:
         """Yield the mean over all its cells, with findings."""
         means = self._sums.means[0]
-        mean = totals_of(means) / means.shape[1] if isinstance(means, Stacked) else means.mean(axis=1)
+        mean = batch_totals(means) / means.shape[1] if isinstance(means, ChunkedArray) else means.mean(axis=1)
         name = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
         yield (
             name,
             self._with_findings(
-                Estimate(mean, self._sums.run, Unit(), counts=int(sum_of(self._sums.counts[0]))), 1.0
+                Estimate(mean, self._sums.run, Unit(), counts=int(grand_total(self._sums.counts[0]))), 1.0
             ),
         )
 
@@ -428,7 +430,7 @@ class ViewReading(Quantified):
         v, u = self.detector.edges().values()
         return float((v[1] - v[0]) * (u[1] - u[0]))
 
-    def _arranged(self, cells: np.ndarray | Stacked) -> np.ndarray | Stacked:
+    def _arranged(self, cells: np.ndarray | ChunkedArray) -> np.ndarray | ChunkedArray:
         """Reshape (B, cells) with the first axis of the sensor's bins slowest.
 
         Pixels keep their order; cosines and azimuths become (theta, phi).
@@ -436,16 +438,16 @@ class ViewReading(Quantified):
         sizes = [len(edges) - 1 for edges in self.detector.edges().values()]
         is_image = isinstance(self.detector, Camera)
         bins = tuple(sizes if is_image else sizes[::-1])
-        if isinstance(cells, Stacked):
+        if isinstance(cells, ChunkedArray):
             return cells.split(bins) if is_image else cells.split(bins).swapped()
         values = cells.reshape(-1, *bins)
         return values if is_image else values.swapaxes(1, 2)[:, ::-1]
 
-    def _upright(self, rows: np.ndarray) -> np.ndarray:
+    def _top_row_first(self, rows: np.ndarray) -> np.ndarray:
         return rows[::-1] if isinstance(self.detector, Camera) else rows
 
 
-def thin_note(sums: CellSums, name: str) -> Note | None:
+def thin_batches_note(sums: CellSums, name: str) -> Note | None:
     """A note about a sensor with too few histories for its cells."""
     if not sums.is_thin:
         return None
@@ -465,24 +467,24 @@ def missing_of_cells(
     histories = sum(part.share for part in sums.parts) * sums.run.sizes.sum()
     heaviest, chosen = 1.0, [None] * len(sums.parts)
     if extents is not None:
-        weights = _weights_of_cells(sums, extents)
+        weights = _relative_cell_weights(sums, extents)
         most = max(float(each.max()) for each in weights)
-        if most > 1 + ALIKE:  # scores in small cells do not represent those in large ones
-            heaviest, chosen = most, [each >= LARGE * most for each in weights]
-    met = {lamp: _met_by(sums, lamp, chosen) for lamp in sums.lamps}
+        if most > 1 + EQUAL_WEIGHTS_TOLERANCE:  # scores in small cells do not represent those in large ones
+            heaviest, chosen = most, [each >= LARGE_SHARE * most for each in weights]
+    met = {lamp: _lamp_scores(sums, lamp, chosen) for lamp in sums.lamps}
     error = 0.0
     if not sums.is_view:
         each = sum(part.share * mean.mean(axis=1) for part, mean in zip(sums.parts, sums.means, strict=True))
         error = float(np.std(each) / np.sqrt(len(each))) / sum(part.share for part in sums.parts)
     events = events_of(sums.batches)
     return list(
-        chances_of_sensor(
+        sensor_path_findings(
             sums.plan, title, sensor, sums.parts, met, histories, error, heaviest, events=events
         )
     )
 
 
-def _met_by(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> Met:
+def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> LampScores:
     """How often flights and rays of the chosen cells (None: all) reached a lamp.
 
     Rays only if it has any.
@@ -492,18 +494,18 @@ def _met_by(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> Met:
         rows = (sums.rows_of(part, kind, block) for part in sums.parts)
         return round(
             sum(
-                sum_of(each if which is None else each[:, which])
+                grand_total(each if which is None else each[:, which])
                 for each, which in zip(rows, chosen, strict=True)
             )
         )
 
     flights, block = number("counts", 1 + lamp), sums.block_of(lamp)
     if lamp not in sums.turned.scales:
-        return Met(flights, 0, 0)
-    return Met(flights, number("counts", block), number("slants", block))
+        return LampScores(flights, 0, 0)
+    return LampScores(flights, number("counts", block), number("slants", block))
 
 
-def _weights_of_cells(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
+def _relative_cell_weights(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
     """For each part's cells, the effect of a score on the mean over all, relative to equal cells."""
     shares, whole = sum(part.share for part in sums.parts), sum(float(each.sum()) for each in extents)
     return [

@@ -7,8 +7,8 @@ import numpy as np
 from transport.compile import layout
 from transport.compile.layout import RECORD
 from transport.compile.plan import Plan
-from transport.statistics.chunked import let_go, put_aside, room_for
-from transport.statistics.packed import MOST_PLAIN, STRETCH, Packed, columns
+from transport.statistics.chunked import empty_memmap, release_pages, to_memmap
+from transport.statistics.packed import CHUNK_ROWS, MAX_UNPACKED_ROWS, PackedColumn, make_columns
 
 # ---- The samples of snapshots: recorded particles, of histories chosen by their numbers alone.
 #
@@ -21,7 +21,7 @@ SAMPLED = np.dtype([*RECORD.descr, ("identity", "i8"), ("place", "f8"), ("below"
 
 def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
     """Convert a batch's records to SAMPLED; each weight is multiplied by the histories that it stands for."""
-    records = room_for(len(raw), SAMPLED)
+    records = empty_memmap(len(raw), SAMPLED)
     if not len(raw):
         return records
     for name in RECORD.names:
@@ -29,10 +29,10 @@ def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
     records["weight"] *= stride
     records["identity"] = (raw["batch"] << 32) | raw["history"]
     records["place"] = (
-        _mixed(records["identity"].astype(np.uint64) ^ _mixed(np.array([seed], np.uint64))) * 2.0**-64
+        _hashed(records["identity"].astype(np.uint64) ^ _hashed(np.array([seed], np.uint64))) * 2.0**-64
     )
     records["below"] = 1.0
-    let_go(records)
+    release_pages(records)
     return records
 
 
@@ -41,7 +41,7 @@ def merged_records(one: np.ndarray, other: np.ndarray, most: int) -> np.ndarray:
     records = np.concatenate([one, other])
     if len(records) > most:
         records = thinned(records, 0.5 * records["below"].min())
-    return put_aside(records)
+    return to_memmap(records)
 
 
 def thinned(records: np.ndarray, below: float) -> np.ndarray:
@@ -52,7 +52,7 @@ def thinned(records: np.ndarray, below: float) -> np.ndarray:
     return kept
 
 
-def chance_alike(records: list[np.ndarray], snapshots: list[int], most: int) -> float:
+def common_probability(records: list[np.ndarray], snapshots: list[int], most: int) -> float:
     """The probability for choosing histories so that no snapshot has more than `most` records.
 
     It is the place of the first history that is left out; sums with weights of one over it are unbiased
@@ -60,29 +60,29 @@ def chance_alike(records: list[np.ndarray], snapshots: list[int], most: int) -> 
     """
     limit = 1.0
     for number in snapshots:
-        own = np.concatenate([_places(of_batch[of_batch["snapshot"] == number]) for of_batch in records])
+        own = np.concatenate([_priorities(of_batch[of_batch["snapshot"] == number]) for of_batch in records])
         if len(own) > most:
             own.sort()
             limit = min(limit, float(own[most]))
     return limit
 
 
-def chosen_of(records: np.ndarray, snapshot: int, chance: float) -> np.ndarray:
+def chosen_records(records: np.ndarray, snapshot: int, chance: float) -> np.ndarray:
     """Which records belong to a snapshot and to histories chosen with this probability, (N,) of bool."""
-    return (records["snapshot"] == snapshot) & (_places(records) < chance)
+    return (records["snapshot"] == snapshot) & (_priorities(records) < chance)
 
 
-def _places(records: np.ndarray) -> np.ndarray:
+def _priorities(records: np.ndarray) -> np.ndarray:
     return records["place"] / records["below"]
 
 
-def told_apart(identities: np.ndarray, seeds: np.ndarray, seed: int) -> np.ndarray:
+def distinct_identities(identities: np.ndarray, seeds: np.ndarray, seed: int) -> np.ndarray:
     """Numbers of histories that are distinct for different seeds, (N,); unchanged for histories of `seed`."""
-    own = _mixed(np.array([seed], np.uint64))
-    return (identities.astype(np.uint64) ^ _mixed(seeds) ^ own).astype(np.int64)
+    own = _hashed(np.array([seed], np.uint64))
+    return (identities.astype(np.uint64) ^ _hashed(seeds) ^ own).astype(np.int64)
 
 
-def _mixed(numbers: np.ndarray) -> np.ndarray:
+def _hashed(numbers: np.ndarray) -> np.ndarray:
     """A hash of 64 bits for each number (SplitMix64: Steele, Lea, Flood 2014)."""
     z = numbers + np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -92,9 +92,9 @@ def _mixed(numbers: np.ndarray) -> np.ndarray:
 
 # ---- From a batch's integer sums to numbers: mean weights per history; the energy balance is checked exactly.
 
-HIGH, LOW, SLANT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
+HIGH_UNIT, LOW_UNIT, SLANT_UNIT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
 
-LIMBS = np.array([HIGH, LOW, 2.0**-94, 2.0**-125])  # of a row of velocity sums
+MOMENT_LIMB_UNITS = np.array([HIGH_UNIT, LOW_UNIT, 2.0**-94, 2.0**-125])  # of a row of velocity sums
 
 
 class LedgerError(AssertionError):
@@ -109,9 +109,9 @@ class Batch:
     """
 
     histories: int
-    weights: np.ndarray | Packed  # (rows,) sums
-    counts: np.ndarray | Packed  # (rows,) scores
-    slants: np.ndarray | Packed  # (rows,) sums of weight/|mu|
+    weights: np.ndarray | PackedColumn  # (rows,) sums
+    counts: np.ndarray | PackedColumn  # (rows,) scores
+    slants: np.ndarray | PackedColumn  # (rows,) sums of weight/|mu|
     # (detectors,) crossings below the grazing cut: excess of those in its inner half over those in the outer
     # half
     grazing: np.ndarray
@@ -124,7 +124,7 @@ class Batch:
     unseen: int  # crossings out of a body by particles that were not recorded as entering it
     crossings: int
     collisions: int
-    moments: np.ndarray | Packed  # (long rows,) sums of velocities
+    moments: np.ndarray | PackedColumn  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (batches.py)
     sizes: np.ndarray  # (cells,) number of scores of each size (compile/volumes.py)
     seed: int  # key of its random numbers, together with the numbers of the batch:
@@ -181,26 +181,26 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
     }
     # Convert the sums of the detectors' rows to floats; pack them if they are long.
     meters, moments, most = raw.meters, raw.moments, (1 << layout.COUNT_BITS) - 1
-    weights, counts, slants = columns(
+    weights, counts, slants = make_columns(
         [
-            lambda a, b: meters[a:b, 0] * HIGH + meters[a:b, 1] * LOW,
+            lambda a, b: meters[a:b, 0] * HIGH_UNIT + meters[a:b, 1] * LOW_UNIT,
             lambda a, b: meters[a:b, 2] & most,
-            lambda a, b: meters[a:b, 3] * SLANT,
+            lambda a, b: meters[a:b, 3] * SLANT_UNIT,
         ],
-        [1, 1, SLANT],
+        [1, 1, SLANT_UNIT],
         meters,
     )
-    (velocities,) = columns([lambda a, b: moments[a:b] @ LIMBS], [1], moments)
+    (velocities,) = make_columns([lambda a, b: moments[a:b] @ MOMENT_LIMB_UNITS], [1], moments)
     return Batch(
         raw.histories,
         weights,
         counts,
         slants,
-        _grazing(plan, raw.meters[:, 2]),
-        born * LOW,
+        _grazing_excess(plan, raw.meters[:, 2]),
+        born * LOW_UNIT,
         float(raw.ledger[layout.BORN, 3].view(np.float64)),
-        {name: whole[row] * LOW for name, row in rows.items()},
-        np.array([value * LOW for value in whole[layout.ABSORBED + 1 :]]),
+        {name: whole[row] * LOW_UNIT for name, row in rows.items()},
+        np.array([value * LOW_UNIT for value in whole[layout.ABSORBED + 1 :]]),
         int(ledger[layout.LOST, 2]),
         int(ledger[layout.LOST, 3]),
         int(ledger[layout.ESCAPED, 3]),
@@ -215,23 +215,25 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
     )
 
 
-def _grazing(plan: Plan, counts: np.ndarray) -> np.ndarray:
+def _grazing_excess(plan: Plan, counts: np.ndarray) -> np.ndarray:
     """Grazing excess of each detector, both sides together, from the upper bits of the counts of scores."""
     firsts = [plan.bases[detector.name] for detector in plan.scene.meters]
     if not firsts:
         return np.zeros(0, np.int64)
-    if plan.half > MOST_PLAIN:  # unwritten rows take no memory, but a copy of them would
+    if plan.half > MAX_UNPACKED_ROWS:  # unwritten rows take no memory, but a copy of them would
         ends = [*firsts[1:], plan.half]
-        return np.array([_excess(plan, counts, *rows) for rows in zip(firsts, ends, strict=True)])
+        return np.array(
+            [_grazing_excess_of_rows(plan, counts, *rows) for rows in zip(firsts, ends, strict=True)]
+        )
     excess = counts[: 2 * plan.half] >> layout.COUNT_BITS
     return sum(np.add.reduceat(side, firsts) for side in excess.reshape(2, -1))
 
 
-def _excess(plan: Plan, counts: np.ndarray, first: int, past: int) -> int:
+def _grazing_excess_of_rows(plan: Plan, counts: np.ndarray, first: int, past: int) -> int:
     """The grazing excess of one detector, computed in stretches of rows."""
     sides = (counts[: plan.half], counts[plan.half : 2 * plan.half])
     return sum(
-        int((side[a : min(a + STRETCH, past)] >> layout.COUNT_BITS).sum())
+        int((side[a : min(a + CHUNK_ROWS, past)] >> layout.COUNT_BITS).sum())
         for side in sides
-        for a in range(first, past, STRETCH)
+        for a in range(first, past, CHUNK_ROWS)
     )

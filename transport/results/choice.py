@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 
 from transport.compile.methods import Method
-from transport.statistics.findings import MORE
-from transport.statistics.notation import times_text
+from transport.statistics.findings import MORE_PARTICLES
+from transport.statistics.notation import ratio_text
 
-MUCH_CHEAPER = 0.5  # cost relative to the chosen method, below which the report recommends another
-ONLY_WAY = "the only method that this scene allows"
-MISSES = ", so it misses light"
-KNOWS_PART = "estimates only arrivals at detectors"
-LARGER = "use more particles or a larger detector"
+RECOMMENDATION_RATIO = 0.5  # cost relative to the chosen method, below which the report recommends another
+ONLY_METHOD = "the only method that this scene allows"
+MISSES_LIGHT = ", so it misses light"
+PARTIAL_REASON = "estimates only arrivals at detectors"
+LARGER_DETECTOR = "use more particles or a larger detector"
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Pilot:
     price: CPU time [s] to the requested errors, or to a relative error of 1; infinite if unknown. rate:
     batches with a score, summed over bins, per second [s^-1]. note: why it could not be run. seconds: time it
     took. foretold, unseen: factor by which the run must grow until nothing is doubtful any more, from scores
-    seen and from possible scores not seen (findings.times_needed);  doubt: the doubtful finding.
+    seen and from possible scores not seen (findings.particle_factors_needed);  doubt: the doubtful finding.
     """
 
     method: Method
@@ -65,7 +65,7 @@ class Choice:
     pilots: tuple[Pilot, ...]
     reasons: tuple[str, ...] = ()
     is_trusted: bool = True
-    why: str = ONLY_WAY
+    why: str = ONLY_METHOD
 
     @property
     def lines(self) -> list[str]:
@@ -73,17 +73,17 @@ class Choice:
         taken = next(pilot for pilot in self.pilots if pilot.method == self.method)
         reasons = self.reasons or ("",) * len(self.pilots)
         others = [
-            _against(pilot, taken, reason)
+            _why_not_chosen(pilot, taken, reason)
             for pilot, reason in zip(self.pilots, reasons, strict=True)
             if pilot is not taken
         ]
         why = f"by pilots: {'; '.join(others)}" if others else self.why
-        which = "no method for all quantities can" if KNOWS_PART in reasons else "no method can"
+        which = "no method for all quantities can" if PARTIAL_REASON in reasons else "no method can"
         what = f": {taken.doubt}" if taken.doubt else ""
         doubt = f"; {which} be trusted here, and this is the least doubtful{what}"
         return [
             f"chosen: {self.method.title}{'' if self.is_trusted else doubt}, {why}",
-            f"repeat: simulate(..., {_named(self.method)}) gives the same digits",
+            f"repeat: simulate(..., {_as_arguments(self.method)}) gives the same digits",
         ]
 
     @property
@@ -93,33 +93,33 @@ class Choice:
         found = [
             pilot.method.estimator
             for pilot, reason in zip(self.pilots, reasons, strict=True)
-            if not pilot.note and MISSES not in reason
+            if not pilot.note and MISSES_LIGHT not in reason
         ]
         return [name for name in dict.fromkeys(found) if name != self.method.estimator]
 
 
-def more_of(choice: Choice | None) -> str:
+def more_particles_cure(choice: Choice | None) -> str:
     """The cure of a run with too few scores: MORE, without estimators that its pilots already compared."""
     if choice is None:
-        return MORE
+        return MORE_PARTICLES
     others = " or ".join(map(repr, choice.others))
-    return f"{LARGER.replace(' or', ',')}, or estimator={others}" if others else LARGER
+    return f"{LARGER_DETECTOR.replace(' or', ',')}, or estimator={others}" if others else LARGER_DETECTOR
 
 
-def _named(method: Method) -> str:
+def _as_arguments(method: Method) -> str:
     """The method as arguments of `simulate`."""
     return f"estimator={method.estimator!r}, sampling={method.sampling!r}"
 
 
-def _against(pilot: Pilot, taken: Pilot, reason: str) -> str:
+def _why_not_chosen(pilot: Pilot, taken: Pilot, reason: str) -> str:
     """Why a method was not chosen: the reason against it, or its cost."""
-    if reason not in ("", KNOWS_PART):
+    if reason not in ("", PARTIAL_REASON):
         return f"{pilot.method.title} {reason}"
-    is_less = reason == KNOWS_PART and pilot.cost < taken.cost
-    return _compared(pilot, taken) + f", but {reason}" * is_less
+    is_less = reason == PARTIAL_REASON and pilot.cost < taken.cost
+    return _relative_cost(pilot, taken) + f", but {reason}" * is_less
 
 
-def _compared(pilot: Pilot, taken: Pilot) -> str:
+def _relative_cost(pilot: Pilot, taken: Pilot) -> str:
     """Cost of a method relative to the chosen one, in words."""
     title = pilot.method.title
     if pilot.note:
@@ -129,8 +129,6 @@ def _compared(pilot: Pilot, taken: Pilot) -> str:
     if taken.cost == 0:
         return f"{title} no cheaper"
     ratio = pilot.cost / taken.cost
-    if ratio < MUCH_CHEAPER:
-        return (
-            f"{title} is {times_text(1 / ratio) if ratio else 'many'} times cheaper ({_named(pilot.method)})"
-        )
-    return f"{title} costs {times_text(ratio)} times as much"
+    if ratio < RECOMMENDATION_RATIO:
+        return f"{title} is {ratio_text(1 / ratio) if ratio else 'many'} times cheaper ({_as_arguments(pilot.method)})"
+    return f"{title} costs {ratio_text(ratio)} times as much"

@@ -16,25 +16,30 @@ from functools import cached_property
 import numpy as np
 
 from transport.geometry.mesh import Mesh
-from transport.results.choice import more_of
-from transport.results.diagnostics.depth import roulette_survivors, why_so_deep
-from transport.results.diagnostics.empty_detector import cannot_arrive, is_on_surface, none_crosses, why_dark
-from transport.results.diagnostics.path_classes import chances_of_detector
-from transport.results.diagnostics.rays import (
-    forward_peaks_of_detector,
-    grazing_of_detector,
-    unvisited_walls_of_detector,
+from transport.results.choice import more_particles_cure
+from transport.results.diagnostics.depth import detector_survivor_findings, optical_depth_message
+from transport.results.diagnostics.empty_detector import (
+    cannot_arrive,
+    is_on_surface,
+    no_light_departs,
+    no_light_message,
 )
-from transport.results.reading import Note, Quantified, note_of
-from transport.results.score_sizes import scores_of_meter
+from transport.results.diagnostics.path_classes import detector_path_findings
+from transport.results.diagnostics.rays import (
+    detector_forward_peaks,
+    detector_unvisited_findings,
+    grazing_findings,
+)
+from transport.results.reading import Note, ReadingBase, empty_note
+from transport.results.score_sizes import detector_scores
 from transport.results.solid_angles import solid_angles_of
-from transport.results.tally import ARRIVALS, DEPARTURES, MeterSums
+from transport.results.tally import ARRIVALS, DEPARTURES, DetectorSums
 from transport.scene.detectors import Detector
-from transport.scene.scene_speeds import scene_mass, scene_speeds, speeds_differ, why_no_mass
-from transport.statistics.batches import MIN_SCORES
+from transport.scene.scene_speeds import has_several_speeds, missing_mass_message, scene_mass, scene_speeds
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import Finding
-from transport.statistics.quality import Scores, advising, findings_of_error
+from transport.statistics.quality import Scores, findings_of_error, with_cure
 from transport.units import Unit
 from transport.validation import SceneError, refuse
 
@@ -47,13 +52,13 @@ QUANTITIES = (
 )  # fmt: skip
 
 BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
-CLOCKED = ("energy_in", "energy_out", "fluence")
+TIME_INTEGRATED = ("energy_in", "energy_out", "fluence")
 # Score of a crossing in a fluence rate, relative to its weight: the mean of 1/|mu| for constant radiance.
-SLANT = 2.0
-OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
+MEAN_INVERSE_COSINE = 2.0
+MOMENT_QUANTITIES = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
-class Reading(Quantified):
+class Reading(ReadingBase):
     """The quantities of one Detector, from `result["name"]`.
 
     Parameters
@@ -97,11 +102,11 @@ class Reading(Quantified):
         plan = result.plan
         self.detector, self.name = detector, detector.name
         self._scene, self._plan = plan.scene, plan
-        self.sums = MeterSums(plan, result.batches, result.run, detector)
+        self.sums = DetectorSums(plan, result.batches, result.run, detector)
         self._is_light = plan.scene.measured_in == "watts"
         self._rate = Unit.parse("W" if self._is_light else "s^-1")
-        self._is_exact_out = _leaves_once(plan, detector)
-        self._allowed, self._more = result.allowed_of(detector.name), more_of(result.choice)
+        self._is_exact_out = _departs_exactly_once(plan, detector)
+        self._allowed, self._more = result.allowed_of(detector.name), more_particles_cure(result.choice)
         self._found: dict[int, tuple[list[Finding], list[Finding]]] = {}
         self._dark: dict[int, bool] = {}
 
@@ -153,8 +158,8 @@ class Reading(Quantified):
         sums, title = self.sums, self._title
         if any(sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
             return None
-        deep = why_so_deep(self._plan, title, sums.shape, int(sums.run.sizes.sum()))
-        return note_of(self._why_dark, deep)
+        deep = optical_depth_message(self._plan, title, sums.shape, int(sums.run.sizes.sum()))
+        return empty_note(self._dark_reason, deep)
 
     @cached_property
     def cannot_arrive(self) -> bool:
@@ -164,7 +169,7 @@ class Reading(Quantified):
         -------
         bool
         """
-        if self.sums.whole("counts", ARRIVALS).any() or (self.is_blind and self._why_dark):
+        if self.sums.whole("counts", ARRIVALS).any() or (self.is_blind and self._dark_reason):
             return False
         return cannot_arrive(self._scene, self.sums.shape, self.detector, self.is_blind)
 
@@ -178,8 +183,8 @@ class Reading(Quantified):
         return not is_on and not self.is_dark(ARRIVALS)
 
     @cached_property
-    def _why_dark(self) -> str | None:
-        return why_dark(self._scene, f"detector {self.name!r}", self.sums.shape, self.detector)
+    def _dark_reason(self) -> str | None:
+        return no_light_message(self._scene, f"detector {self.name!r}", self.sums.shape, self.detector)
 
     @cached_property
     def flux_in(self) -> EstimateOrArray:
@@ -327,7 +332,7 @@ class Reading(Quantified):
         Estimate or EstimateArray
             [1]
         """
-        sums, inner = self.sums, self.sums.place_axes | self.sums.direction_axes
+        sums, inner = self.sums, self.sums.position_axes | self.sums.direction_axes
         values = sums.by_direction("counts", ARRIVALS) if inner else sums.whole("counts", ARRIVALS)
         return sums.estimate(values * float(sums.run.sizes.sum()), Unit.parse("1"), inner, values)
 
@@ -403,7 +408,7 @@ class Reading(Quantified):
             volumes = np.diff(edges**4) / 4.0
             return self._by_direction(ARRIVALS, projected=True, volumes=volumes, per="m^4 s^-4 sr^-1")
         speeds = scene_speeds(self._scene)
-        if speeds_differ(speeds):
+        if has_several_speeds(speeds):
             self._refuse("phase_density", "bins of speed where speeds differ", "write speeds=edges in m/s")
         return self._by_direction(ARRIVALS, projected=True, volumes=np.array([speeds.pop()]), per="m s^-1")
 
@@ -523,36 +528,36 @@ class Reading(Quantified):
     def _missing(self, side: int, is_whole: bool = True) -> list[Finding]:
         """Findings on a side, with bounds as mean weights of a history; is_whole: for all bins together."""
         if side not in self._found:
-            found = self._classes(side), self._of_scores(side)
-            self._found[side] = tuple([*advising(each, self._more)] for each in found)
+            found = self._path_findings(side), self._score_findings(side)
+            self._found[side] = tuple([*with_cure(each, self._more)] for each in found)
         classes, of_scores = self._found[side]
         return classes + of_scores if is_whole else classes
 
-    def _classes(self, side: int) -> Iterator[Finding]:
+    def _path_findings(self, side: int) -> Iterator[Finding]:
         """Findings about classes of paths found by chance, and from geometry and the energy balance."""
         sums = self.sums
         if self.is_sure(side):
             return
         scores = int(sums.whole("counts", side).sum())
         total = self._total(side)
-        yield from chances_of_detector(
+        yield from detector_path_findings(
             self._plan, sums.batches, self._title, self.name, side, scores, total.value, total.error
         )
-        yield from roulette_survivors(sums, side, total)
+        yield from detector_survivor_findings(sums, side, total)
         if side == ARRIVALS:
-            yield from unvisited_walls_of_detector(sums, total)
-            yield from forward_peaks_of_detector(sums, total)
+            yield from detector_unvisited_findings(sums, total)
+            yield from detector_forward_peaks(sums, total)
 
-    def _of_scores(self, side: int) -> Iterator[Finding]:
+    def _score_findings(self, side: int) -> Iterator[Finding]:
         """Findings from the sizes of the scores and from the batches."""
         total = self._total(side)
         if not self.is_sure(side) and total.error > 0:
             particles = int(self.sums.run.sizes.sum())
             yield from findings_of_error(self._title, total, self.scores_on(side), particles)
 
-    def of_slants(self) -> Iterator[Finding]:
+    def grazing_findings(self) -> Iterator[Finding]:
         """Findings about the fluence rate alone."""
-        return grazing_of_detector(self.sums, self._title)
+        return grazing_findings(self.sums, self._title)
 
     def total(self, side: int) -> Estimate:
         """Mean weight that arrives (side 0) or departs (1) per history, over all bins, with findings."""
@@ -572,9 +577,9 @@ class Reading(Quantified):
     def _is_dark(self, side: int) -> bool:
         if self.sums.whole("counts", side).any():
             return False
-        if side == DEPARTURES and none_crosses(self._scene, self.sums.shape, self.detector):
+        if side == DEPARTURES and no_light_departs(self._scene, self.sums.shape, self.detector):
             return True
-        return (self.is_blind and bool(self._why_dark)) or (side == ARRIVALS and self.cannot_arrive)
+        return (self.is_blind and bool(self._dark_reason)) or (side == ARRIVALS and self.cannot_arrive)
 
     def why_unscored(self) -> Iterator[Finding]:
         """Findings that explain why the detector has no score."""
@@ -587,9 +592,9 @@ class Reading(Quantified):
             (ARRIVALS, ("radiance", "irradiance", "flux_in")),
             (DEPARTURES, ("radiance_out", "exitance", "flux_out")),
         ):
-            axes = sums.direction_axes, sums.place_axes, sums.outer_axes
+            axes = sums.direction_axes, sums.position_axes, sums.outer_axes
             name = next((name for name, of_it in zip(names, axes, strict=True) if of_it), None)
-            is_of_area = bool(sums.direction_axes or sums.place_axes)
+            is_of_area = bool(sums.direction_axes or sums.position_axes)
             if name not in self.known or (is_of_area and sums.shape.is_infinite):
                 continue
             if sums.whole("weights", side).any():
@@ -597,7 +602,7 @@ class Reading(Quantified):
 
     def scores_on(self, side: int) -> Scores | None:
         """Scores of one side by size; None if their sizes are not known."""
-        found = scores_of_meter(self.sums, side)
+        found = detector_scores(self.sums, side)
         # Sobol points leave no gaps: the error is far below the spacing of single scores; no larger score is
         # due.
         is_even = self._plan.method.sampling == "sobol"
@@ -624,15 +629,19 @@ class Reading(Quantified):
         return self._with_findings(made, side, scale, values.shape[1:])
 
     def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
-        values, counts = (self.sums.by_place(k, side) for k in (kind, "counts"))
-        exact = (self.is_sure(side) and kind == "weights" and not self.sums.place_axes) or self.is_dark(side)
+        values, counts = (self.sums.by_position(k, side) for k in (kind, "counts"))
+        exact = (self.is_sure(side) and kind == "weights" and not self.sums.position_axes) or self.is_dark(
+            side
+        )
         values = values * self._scale(per_second, values.ndim) / self._areas
         unit = self._unit(per_second) / Unit.parse("m^2")
-        made = self.sums.estimate(values, unit, self.sums.place_axes, counts, exact)
+        made = self.sums.estimate(values, unit, self.sums.position_axes, counts, exact)
         factor = self._scale(per_second, values.ndim) / self._areas
         if kind != "slants":
             return self._with_findings(made, side, factor, values.shape[1:])
-        return self._with_findings(made, side, SLANT * factor, values.shape[1:], self.of_slants)
+        return self._with_findings(
+            made, side, MEAN_INVERSE_COSINE * factor, values.shape[1:], self.grazing_findings
+        )
 
     def _by_direction(
         self,
@@ -659,19 +668,25 @@ class Reading(Quantified):
         if volumes is not None:
             volumes = np.reshape(volumes, (-1, *(1,) * (values.ndim - 3)))
             values, unit, sizes = values / volumes, unit / Unit.parse(per), sizes * volumes
-        made = sums.estimate(values, unit, sums.place_axes | sums.direction_axes, counts, self.is_dark(side))
+        made = sums.estimate(
+            values, unit, sums.position_axes | sums.direction_axes, counts, self.is_dark(side)
+        )
         return self._with_findings(made, side, self._scale(True, values.ndim) / sizes, values.shape[1:])
 
     def _momentum(self, side: int) -> EstimateOrArray:
         self._need_moments("pressure")
-        values, counts = (self.sums.by_place(kind, side) for kind in ("momentum", "counts"))
+        values, counts = (self.sums.by_position(kind, side) for kind in ("momentum", "counts"))
         if self._is_light:
             one = 1.0 / (float(self._plan.moments["slowest"]) * self._plan.speed_unit)
         else:
             one = self._mass("pressure") * self._plan.fastest
         scale = self._scale(True, values.ndim) * one
         made = self.sums.estimate(
-            values * scale / self._areas, Unit.parse("Pa"), self.sums.place_axes, counts, self.is_dark(side)
+            values * scale / self._areas,
+            Unit.parse("Pa"),
+            self.sums.position_axes,
+            counts,
+            self.is_dark(side),
         )
         return self._with_findings(made, side, scale / self._areas, values.shape[1:])
 
@@ -690,9 +705,9 @@ class Reading(Quantified):
         came = self._with_findings(came, side, 1.0, weight.shape[1:])
         mean = brought / came
         indices = {medium.index for medium in self._plan.distinct_media}
-        if not speeds_differ(scene_speeds(self._scene)) and len(indices) == 1:
+        if not has_several_speeds(scene_speeds(self._scene)) and len(indices) == 1:
             mean = mean._with_findings(())  # all have one speed, so missing particles do not matter
-        return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < MIN_SCORES)
+        return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < MIN_SCORES_FOR_ERROR)
 
     def _kinetic(self, quantity: str, square: EstimateOrArray) -> EstimateOrArray:
         mass = self._mass(quantity)
@@ -708,7 +723,7 @@ class Reading(Quantified):
     def _mass(self, quantity: str) -> float:
         mass = None if self._is_light else scene_mass(self._scene)
         if mass is None:
-            self._refuse(quantity, *why_no_mass(self._scene))
+            self._refuse(quantity, *missing_mass_message(self._scene))
         return mass
 
     def _need_moments(self, quantity: str) -> None:
@@ -723,13 +738,13 @@ class Reading(Quantified):
         raise SceneError(f"Detector {self.name!r}: {quantity} needs {need}; {cure}")
 
 
-def _leaves_once(plan, detector: Detector) -> bool:
+def _departs_exactly_once(plan, detector: Detector) -> bool:
     """Whether by construction every history leaves the detector's side exactly once."""
     scene, shape = plan.scene, plan.scene.shape_of(detector)
     is_picky = any(getattr(detector, name) is not None for name in ("times", "speeds", "via", "events"))
     return (
         not is_picky
-        and not plan.acts
+        and not plan.has_acting_surfaces
         and not plan.has_media
         and not isinstance(shape, Mesh)
         and all(

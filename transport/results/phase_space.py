@@ -7,15 +7,23 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile.detectors import bins_of, fastest_about, reference_velocity
+from transport.compile.detectors import count_bins, max_relative_speed, reference_velocity
 from transport.compile.layout import VELOCITY_SUMS
 from transport.renderers import function_for
-from transport.results.batches import Batch, chance_alike, chosen_of, told_apart
-from transport.results.reading import Quantified
+from transport.results.batches import Batch, chosen_records, common_probability, distinct_identities
+from transport.results.reading import ReadingBase
 from transport.scene.phase_space import COORDINATES, PhaseSpace, Snapshot
-from transport.scene.scene_speeds import scene_mass, why_no_mass
-from transport.statistics.batches import MIN_SCORES
-from transport.statistics.chunked import Box, Stacked, counts_told, in_box, is_large, let_go, over_batches
+from transport.scene.scene_speeds import missing_mass_message, scene_mass
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR
+from transport.statistics.chunked import (
+    Box,
+    ChunkedArray,
+    is_large,
+    over_batches,
+    release_pages,
+    rows_in_chunk,
+    summed_counts,
+)
 from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.units import BOLTZMANN, Unit
 from transport.validation import SceneError
@@ -28,7 +36,7 @@ PHASE_QUANTITIES = (
 OF_PHASE_MOMENTS = PHASE_QUANTITIES[PHASE_QUANTITIES.index("mean_vx") :]
 
 
-class PhaseReading(Quantified):
+class PhaseReading(ReadingBase):
     """The quantities of one PhaseSpace, from `result["name"]`.
 
     Parameters
@@ -57,7 +65,7 @@ class PhaseReading(Quantified):
         self._is_light = result.plan.scene.measured_in == "watts"
         self._unit = Unit.parse("J" if self._is_light else "1")
         self._times = len(phase_space.times)
-        self._bins = bins_of(phase_space)
+        self._bins = count_bins(phase_space)
 
     @cached_property
     def number(self) -> EstimateArray:
@@ -68,7 +76,7 @@ class PhaseReading(Quantified):
         EstimateArray
             [1 or J]
         """
-        return self._binned(self._in_bins("weights") * self._plan.unit, self._unit)
+        return self._binned_estimate(self._in_bins("weights") * self._plan.unit, self._unit)
 
     @cached_property
     def density(self) -> EstimateArray:
@@ -79,7 +87,7 @@ class PhaseReading(Quantified):
         EstimateArray
             [1 or J, per product of the coordinates' units]
         """
-        return self._binned(
+        return self._binned_estimate(
             self._in_bins("weights") * self._plan.unit / self._measure, self._unit / self._measure_unit
         )
 
@@ -92,7 +100,9 @@ class PhaseReading(Quantified):
         Estimate or EstimateArray
             [1 or J]
         """
-        return self._by_time(self._in_all("weights"), self._in_all("counts"), _all_stay(self._plan))
+        return self._by_time(
+            self._in_all("weights"), self._in_all("counts"), _are_all_alive_always(self._plan)
+        )
 
     @cached_property
     def outside(self) -> EstimateOrArray:
@@ -191,7 +201,7 @@ class PhaseReading(Quantified):
         EstimateArray
             [unit of `density` times m s^-1]
         """
-        return self._binned(self._moment("speed") / self._measure, self._unit_of("speed"))
+        return self._binned_estimate(self._moment("speed") / self._measure, self._unit_of("speed"))
 
     @cached_property
     def temperature(self) -> EstimateArray:
@@ -240,7 +250,7 @@ class PhaseReading(Quantified):
         """Number of times, and of bins along each coordinate."""
         return (self._times, *(len(edges) - 1 for edges in self.phase_space.axes.values()))
 
-    def _in_bins(self, kind: str) -> np.ndarray | Stacked:
+    def _in_bins(self, kind: str) -> np.ndarray | ChunkedArray:
         """Weights or counts in the bins, (B, times, *bins)."""
         return self._arranged(lambda batch, first, many: self._rows(batch, kind, first, many))
 
@@ -260,29 +270,29 @@ class PhaseReading(Quantified):
         begin = self._plan.bases[self.name] + first
         return getattr(batch, kind)[begin : begin + many]
 
-    def _moment(self, name: str) -> np.ndarray | Stacked:
+    def _moment(self, name: str) -> np.ndarray | ChunkedArray:
         """Sums of one velocity moment, (B, times, *bins), in SI units."""
         if not self.phase_space.moments:
             raise SceneError(
                 f"PhaseSpace {self.name!r}: it has no moments; write PhaseSpace(..., moments=True)"
             )
-        base, each = self._plan.long_bases[self.name], len(VELOCITY_SUMS)
+        base, each = self._plan.first_long_rows[self.name], len(VELOCITY_SUMS)
 
         def rows(batch: Batch, first: int, many: int) -> np.ndarray:
             sums = batch.moments[base + each * first : base + each * (first + many)]
             return sums.reshape(-1, each)[:, VELOCITY_SUMS.index(name)]
 
         power = 2 if name.endswith("2") else 1
-        return self._arranged(rows) * (self._plan.unit * fastest_about(self._plan) ** power)
+        return self._arranged(rows) * (self._plan.unit * max_relative_speed(self._plan) ** power)
 
-    def _arranged(self, rows: Callable[[Batch, int, int], np.ndarray]) -> np.ndarray | Stacked:
+    def _arranged(self, rows: Callable[[Batch, int, int], np.ndarray]) -> np.ndarray | ChunkedArray:
         """Arrange rows, in which each time starts with one row for outside the bins, as (B, times, *bins)."""
         shape = (len(self._batches), *self._shape)
 
         def part(box: Box) -> np.ndarray:
             def at(time: int) -> np.ndarray:
                 begin = time * (1 + self._bins) + 1
-                return in_box(
+                return rows_in_chunk(
                     lambda first, many: np.array([rows(b, begin + first, many) for b in self._batches]),
                     box[1:],
                     self._shape[1:],
@@ -291,15 +301,15 @@ class PhaseReading(Quantified):
             return np.stack([at(time) for time in range(self._times)[box[0]]], axis=1)
 
         if is_large(shape):
-            return Stacked(shape, tuple(range(len(self._shape))), part)
+            return ChunkedArray(shape, tuple(range(len(self._shape))), part)
         return part(tuple(slice(0, count) for count in self._shape))
 
-    def _binned(self, values: np.ndarray | Stacked, unit: Unit) -> EstimateArray:
+    def _binned_estimate(self, values: np.ndarray | ChunkedArray, unit: Unit) -> EstimateArray:
         axes, counts = self._axes, self._in_bins("counts")
         shape = self._shape if self.phase_space.is_series else self._shape[1:]
         values = values / self._run.sizes.reshape(-1, *(1,) * len(self._shape))
         values, counts = (each.reshape(len(self._batches), *shape) for each in (values, counts))
-        counts = counts_told(counts)
+        counts = summed_counts(counts)
         return EstimateArray(values, self._run, unit, tuple(axes), axes, counts=counts)
 
     def _by_time(self, values: np.ndarray, counts: np.ndarray, exact: bool = False) -> EstimateOrArray:
@@ -350,8 +360,8 @@ class PhaseReading(Quantified):
     def _mean(self, name: str) -> EstimateArray:
         """Mean of one velocity moment: of the speed, or of a component about the reference velocity."""
         unit = Unit.parse("m s^-1") ** (2 if name.endswith("2") else 1)
-        mean = self._binned(self._moment(name), self._unit * unit) / self.number
-        return mean.unless(over_batches(self._in_bins("counts")).reshape(mean.shape) < MIN_SCORES)
+        mean = self._binned_estimate(self._moment(name), self._unit * unit) / self.number
+        return mean.unless(over_batches(self._in_bins("counts")).reshape(mean.shape) < MIN_SCORES_FOR_ERROR)
 
     def _reference(self, axis: str) -> Estimate:
         """Component of the velocity relative to which moments are taken."""
@@ -373,20 +383,20 @@ class PhaseReading(Quantified):
     def _mass(self, quantity: str) -> float:
         mass = None if self._is_light else scene_mass(self._plan.scene)
         if mass is None:
-            need, cure = why_no_mass(self._plan.scene)
+            need, cure = missing_mass_message(self._plan.scene)
             raise SceneError(f"PhaseSpace {self.name!r}: {quantity} needs {need}; {cure}")
         return mass
 
 
-def _all_stay(plan) -> bool:
+def _are_all_alive_always(plan) -> bool:
     """Whether by construction every history exists at all times: born at 0, with nothing that ends it."""
     moments = [emitter.moment for emitter in plan.emitters]
-    born_at_once = all(name == "start_at" and row["start"] == 0 for name, row in moments)
-    stays = not plan.acts and not plan.absorbing_media
+    born_at_once = all(name == "set_birth_time" and row["start"] == 0 for name, row in moments)
+    stays = not plan.has_acting_surfaces and not plan.absorbing_media
     return born_at_once and stays and all(emitter.target is None for emitter in plan.emitters)
 
 
-class SnapshotReading(Quantified):
+class SnapshotReading(ReadingBase):
     """A sample of the particles alive at one instant, weighted so that sums over it are unbiased.
 
     Parameters
@@ -418,8 +428,8 @@ class SnapshotReading(Quantified):
         self.snapshot, self.name = snapshot, snapshot.name
         plan, batches = result.plan, result.batches
         alike = [k for k, other in enumerate(plan.scene.snapshots) if other.particles == snapshot.particles]
-        chance = chance_alike([batch.records for batch in batches], alike, snapshot.particles)
-        chosen = [chosen_of(batch.records, number, chance) for batch in batches]
+        chance = common_probability([batch.records for batch in batches], alike, snapshot.particles)
+        chosen = [chosen_records(batch.records, number, chance) for batch in batches]
         many = [np.count_nonzero(of_batch) for of_batch in chosen]
         self.time, self.batches = snapshot.time, np.repeat(np.arange(len(batches)), many)
         self.positions, self.velocities = np.empty((2, sum(many), 3))
@@ -427,7 +437,7 @@ class SnapshotReading(Quantified):
         ends = np.cumsum(many)
         for batch, of_batch, past, length in zip(batches, chosen, ends, many, strict=True):
             self._fill(slice(past - length, past), batch.records[of_batch], batch.seed, result)
-            let_go(batch.records)
+            release_pages(batch.records)
         self.weights *= plan.unit / result.particles / chance
 
     def _fill(self, rows: slice, records: np.ndarray, seed: int, result) -> None:
@@ -437,7 +447,9 @@ class SnapshotReading(Quantified):
             self.positions[rows, axis] = records[x] * space.size + origin
             self.velocities[rows, axis] = records[f"v{x}"] * plan.speed_unit
         self.weights[rows] = records["weight"]
-        self.histories[rows] = told_apart(records["identity"], np.array([seed], np.uint64), result.seed)
+        self.histories[rows] = distinct_identities(
+            records["identity"], np.array([seed], np.uint64), result.seed
+        )
 
     def _cure(self, name: str) -> str:
         return (

@@ -10,23 +10,23 @@ import numpy as np
 from transport.compile.layout import DIFFUSE, POINT_ROWS
 from transport.compile.points import SCALES, scatters_anywhere
 from transport.geometry.shape import Point
-from transport.results.choice import more_of
-from transport.results.diagnostics.depth import why_so_deep
-from transport.results.diagnostics.empty_detector import why_dark
-from transport.results.diagnostics.rays import forward_peaks_of_point, unvisited_walls
-from transport.results.diagnostics.sources import near_walls_of_point
-from transport.results.reading import Note, Quantified, note_of
-from transport.results.score_sizes import scores_of_point
+from transport.results.choice import more_particles_cure
+from transport.results.diagnostics.depth import optical_depth_message
+from transport.results.diagnostics.empty_detector import no_light_message
+from transport.results.diagnostics.rays import point_forward_peaks, unvisited_surface_findings
+from transport.results.diagnostics.sources import near_emitter_findings
+from transport.results.reading import Note, ReadingBase, empty_note
+from transport.results.score_sizes import point_detector_scores
 from transport.scene.points import PointDetector
 from transport.statistics.estimates import Estimate
 from transport.statistics.findings import Finding
-from transport.statistics.quality import Scores, advising, findings_of_error
+from transport.statistics.quality import Scores, findings_of_error, with_cure
 from transport.units import Unit
 
 POINT_QUANTITIES = ("fluence_rate", "counts")
 
 
-class PointReading(Quantified):
+class PointReading(ReadingBase):
     """The quantities of one PointDetector, each an Estimate, from `result["name"]`.
 
     Parameters
@@ -42,7 +42,7 @@ class PointReading(Quantified):
     def __init__(self, result, detector: PointDetector) -> None:
         self.detector, self.name = detector, detector.name
         self._plan, self._run, self._allowed = result.plan, result.run, result.allowed_of(detector.name)
-        self._more = more_of(result.choice)
+        self._more = more_particles_cure(result.choice)
         first = self._plan.bases[detector.name]
         rows = slice(first, first + POINT_ROWS)
         self._batches = result.batches
@@ -63,7 +63,7 @@ class PointReading(Quantified):
         It excludes the direct light of a Beam.  `PointDetector` explains how its error falls.
         """
         unit, counts = Unit.parse("W m^-2"), int(self._counts.sum())
-        made = Estimate(self.batch_values, self._run, unit, exact=self._is_sure, counts=counts)
+        made = Estimate(self.batch_values, self._run, unit, exact=self._is_exact, counts=counts)
         return made._with_findings(self._missing, self._allowed)
 
     @property
@@ -103,7 +103,7 @@ class PointReading(Quantified):
     @cached_property
     def scores(self) -> Scores:
         """The scores by size."""
-        return scores_of_point(self._weights.sum(axis=0), self._counts.sum(axis=0))
+        return point_detector_scores(self._weights.sum(axis=0), self._counts.sum(axis=0))
 
     @cached_property
     def note(self) -> Note | None:
@@ -121,8 +121,8 @@ class PointReading(Quantified):
             self.detector.position,
             int(self._run.sizes.sum()),
         )
-        dark = why_dark(self._plan.scene, title, position)
-        return note_of(dark, why_so_deep(self._plan, title, position, particles))
+        dark = no_light_message(self._plan.scene, title, position)
+        return empty_note(dark, optical_depth_message(self._plan, title, position, particles))
 
     def _missing(self) -> Iterator[Finding]:
         """Findings about the fluence rate, with bounds in W m^-2."""
@@ -135,17 +135,17 @@ class PointReading(Quantified):
         fluence = self.fluence_rate
         if self.is_blind or fluence.exact:
             return
-        yield from near_walls_of_point(plan, name, place, fluence, particles)
-        yield from unvisited_walls(
+        yield from near_emitter_findings(plan, name, place, fluence, particles)
+        yield from unvisited_surface_findings(
             plan, self._batches, f"point detector {name!r}", place, 0.0, fluence.value / 4
         )
-        yield from forward_peaks_of_point(plan, name, place, particles)
+        yield from point_forward_peaks(plan, name, place, particles)
         if fluence.error > 0:
             found = findings_of_error(f"point detector {name!r}", fluence, self.scores, particles)
-            yield from advising(found, self._more)
+            yield from with_cure(found, self._more)
 
     @property
-    def _is_sure(self) -> bool:
+    def _is_exact(self) -> bool:
         """Whether all histories score the same.
 
         They start at one point, and nothing scatters or reflects them.

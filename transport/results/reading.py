@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 from transport.renderers import function_for
 from transport.statistics.estimates import EstimateOrArray
 from transport.statistics.findings import Finding
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError, name_hint
 
 Note = tuple[str, str]  # name of a diagnostic, and its text
 
 
-def note_of(dark: str | None, deep: str | None = None) -> Note | None:
+def empty_note(dark: str | None, deep: str | None = None) -> Note | None:
     """The note about a detector that no light can reach, or that lies behind too much optical depth."""
     return ("enclosed detector", dark) if dark else ("optical depth", deep) if deep else None
 
 
-class Quantified:
+class ReadingBase:
     """Base class of readings.
 
     Attributes
@@ -79,4 +79,4 @@ class Quantified:
             raise AttributeError(f"{self.title}{self.name!r} has no quantity {name!r}; {self._cure(name)}")
 
     def _cure(self, name: str) -> str:
-        return suggestion(name, self.known)
+        return name_hint(name, self.known)

@@ -12,10 +12,10 @@ from transport.compile.plan import Plan
 from transport.results.batches import Batch
 from transport.results.choice import Choice
 from transport.scene.tracking import Tracking
-from transport.statistics.findings import ALLOWED
+from transport.statistics.findings import DEFAULT_ALLOWED_BOUND
 from transport.statistics.replicates import Batches
 
-BY_CHANCE = -0.5  # logarithmic slope of the error of independent histories against time
+RANDOM_SLOPE = -0.5  # logarithmic slope of the error of independent histories against time
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Cost:
         float
             [s]
         """
-        return self.seconds * 10 ** (-1 / max(self.slopes.values(), default=BY_CHANCE))
+        return self.seconds * 10 ** (-1 / max(self.slopes.values(), default=RANDOM_SLOPE))
 
 
 class Record:
@@ -142,4 +142,4 @@ class Record:
             self.wanted if self.wanted is not None else {} if self.state is None else self.state.limits.error
         )
         errors = [error for quantity, error in asked.items() if quantity.partition(".")[0] == name]
-        return min(errors, default=ALLOWED)
+        return min(errors, default=DEFAULT_ALLOWED_BOUND)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile.method_expected import counted_as_they_come
+from transport.compile.method_expected import detectors_without_next_event
 from transport.compile.methods import ANALOG, Method, methods_for
-from transport.results.footprint import batches_that_fit, bytes_of_a_batch
-from transport.results.record import BY_CHANCE, Cost, Record
-from transport.scene.cameras import Camera, Instrument
+from transport.results.footprint import batches_that_fit, bytes_of_batch
+from transport.results.record import RANDOM_SLOPE, Cost, Record
+from transport.scene.cameras import Camera, PointInstrument
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.points import PointDetector
 from transport.scene.volumes import VolumeDetector
@@ -20,7 +20,7 @@ from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.findings import BOUNDED
 from transport.statistics.notation import duration, percent
 from transport.statistics.quantities import Quantity
-from transport.validation import listed
+from transport.validation import join_names
 
 if TYPE_CHECKING:
     from transport.results.choice import Choice
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 # ---- The price of accuracy, predicted from the cost of a finished run: time ~ error^(1 / slope).
 
-DECADES = 2  # below the present error, in a report
+PRICED_DIGITS = 2  # below the present error, in a report
 
 
-def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = BY_CHANCE) -> float:
+def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = RANDOM_SLOPE) -> float:
     """Seconds of a run for a relative error of the quantity, in its worst known bin that is not doubtful.
 
     nan if there is no such bin.  For the whole run, not its rest, on the same machine with as many threads.
@@ -55,12 +55,12 @@ def price_lines(result: Record, name: str) -> list[str]:
     known = (each for each in (*asked, *found) if _has_error(found[each]))
     if (quantity := next(known, None)) is None:
         return []
-    present = price_of(found[quantity], result.cost, 1.0, BY_CHANCE)
+    present = price_of(found[quantity], result.cost, 1.0, RANDOM_SLOPE)
     if not 0 < present < math.inf:
         return []
     relative = math.sqrt(present / result.cost.seconds)
     first = math.ceil(-math.log10(relative) + 1e-9)
-    errors = [10.0**-k for k in range(max(1, first), max(1, first) + DECADES)]
+    errors = [10.0**-k for k in range(max(1, first), max(1, first) + PRICED_DIGITS)]
     told = [f"{percent(e)} in {duration(result.price(f'{name}.{quantity}', e))}" for e in errors]
     sound = " that is not doubtful" if np.any(found[quantity]._is_known_but_doubtful) else ""
     worst = f" in its worst bin{sound}" if np.size(found[quantity].value) > 1 else ""
@@ -77,17 +77,17 @@ def _has_error(quantity: object) -> bool:
 
 # ---- A result as text: energy balance, detectors, cost, price of the next digit, warnings.
 
-MOST_SEEDS = 6  # listed one by one
-SELDOM = 0.1  # scores per history, below which another estimator may be better
+MAX_LISTED_SEEDS = 6  # listed one by one
+FEW_SCORES_PER_HISTORY = 0.1  # scores per history, below which another estimator may be better
 
 
 def report_of(result) -> str:
     """The text of `result.report()`."""
     lines = [
-        head_of(result),
+        run_line(result),
         *memory_lines(result),
         *method_lines(result),
-        *better_lines(result),
+        *advice_lines(result),
         *tracking_lines(result),
         "",
         ledger_title(result),
@@ -101,11 +101,11 @@ def report_of(result) -> str:
         lines += [f"  {line}" for line in price_lines(result, detector.name)]
     lines += ["", *cost_lines(result)]
     warnings = result.warnings
-    lines += [f"warning: {warning}" for warning in warnings] or [all_is_well(result)]
+    lines += [f"warning: {warning}" for warning in warnings] or [error_bar_line(result)]
     return "\n".join(lines)
 
 
-def all_is_well(result) -> str:
+def error_bar_line(result) -> str:
     """The line about error bars without warnings; it makes no claim about unknown ones."""
     quantities = [q for look in result.scene.detectors for q in result[look.name].quantities.values()]
     unscored = any(isinstance(q, Estimate) and q.reason == "no score" for q in quantities)
@@ -117,7 +117,7 @@ def all_is_well(result) -> str:
         return f"error bars: no finding against {'those that are known' if unscored else 'them'}"
     totals = f"those of the totals{' that are known' * unscored}"
     are = "is" if len(bins) == 1 and bins[0].startswith("1 ") else "are"
-    return f"error bars: no finding against {totals}; {listed(bins)} {are} doubtful"
+    return f"error bars: no finding against {totals}; {join_names(bins)} {are} doubtful"
 
 
 def _doubtful_bins(reading) -> str:
@@ -147,7 +147,7 @@ def ledger_title(result) -> str:
     )
 
 
-def share_of(result) -> str:
+def part_text(result) -> str:
     """The part of a run that a result covers, such as "; part 1 of 4 of a run of 2e8"; "" for a whole run."""
     if result.state is None or result.state.limits.particles is None:
         return ""
@@ -167,7 +167,7 @@ def title_of(detector, reading) -> str:
             return f"volume detector {name!r}"
         case PointDetector(name=name):
             return f"point detector {name!r}"
-        case Instrument(name=name):
+        case PointInstrument(name=name):
             return f"{'camera' if isinstance(detector, Camera) else 'environment map'} {name!r}"
     return f"detector {detector.name!r}, {detector.side}"
 
@@ -176,17 +176,17 @@ def ledger_lines(ledger) -> list[str]:
     """One line per entry of the energy balance; the absorption of each surface follows `absorbed`."""
     return [
         f"  {name:11s} {estimate}" if is_part else f"{name:10s} {estimate}"
-        for name, estimate, is_part in told_entries(ledger)
+        for name, estimate, is_part in printed_entries(ledger)
     ]
 
 
-def told_entries(ledger) -> Iterator[tuple[str, Estimate, bool]]:
+def printed_entries(ledger) -> Iterator[tuple[str, Estimate, bool]]:
     """The nonzero entries: name, estimate, and whether it is a part of `absorbed`."""
     for name, estimate in ledger.items():
-        if _is_told(name, estimate):
+        if _is_printed(name, estimate):
             yield name, estimate, False
             if name == "absorbed" and len(ledger.absorbed_by) > 1:
-                shares = {by: share for by, share in ledger.absorbed_by.items() if _is_told(by, share)}
+                shares = {by: share for by, share in ledger.absorbed_by.items() if _is_printed(by, share)}
                 yield from ((f"by {by}", share, True) for by, share in shares.items())
 
 
@@ -199,26 +199,26 @@ def cost_lines(result) -> list[str]:
     collisions = f" {cost.collisions:.3g} collisions," if cost.collisions else ""
     return [
         f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''}"
-        f"{_of_workers(cost)}, {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions}"
+        f"{_worker_text(cost)}, {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions}"
         f" {rate:.3g} M particles/s",
-        *_pilots(result),
-        *_foretold(cost),
+        *_pilot_lines(result),
+        *_forecast_lines(cost),
         f"next digit: a tenth of every error costs about {duration(cost.next_digit)}",
     ]
 
 
-def _of_workers(cost) -> str:
+def _worker_text(cost) -> str:
     """The workers to which the threads belong, if they are not of this process."""
     return f" of {cost.workers} worker{'s' if cost.workers > 1 else ''}" if cost.workers else ""
 
 
-def _pilots(result) -> list[str]:
+def _pilot_lines(result) -> list[str]:
     """The number of particles of pilots and earlier rounds, which only chose settings, if any."""
     earlier = result.cost.particles - result.particles
     return [f"pilots: {earlier:.3g} of them, which are not part of the result"] if earlier > 0 else []
 
 
-def _foretold(cost) -> list[str]:
+def _forecast_lines(cost) -> list[str]:
     """The forecast of a pilot for the run, if there was one."""
     if cost.forecast is None:
         return []
@@ -229,11 +229,11 @@ def _foretold(cost) -> list[str]:
 def method_lines(result) -> list[str]:
     """The estimator, unless it is the default, and the reasons of its choice by pilots."""
     method = result.plan.method
-    told = [f"estimator: {method.title}{_as_they_come(result)}"] if method != ANALOG else []
+    told = [f"estimator: {method.title}{_analog_detectors(result)}"] if method != ANALOG else []
     return told if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
 
 
-def better_lines(result) -> list[str]:
+def advice_lines(result) -> list[str]:
     """A line with estimators that suit the scene better, if few histories reach a detector."""
     scene = result.scene
     if result.plan.method != ANALOG or result.choice is not None:
@@ -242,15 +242,15 @@ def better_lines(result) -> list[str]:
         meter.name
         for meter in scene.meters
         if not result[meter.name].is_blind
-        and result[meter.name].sums.whole("counts", 0).sum() < SELDOM * result.particles
+        and result[meter.name].sums.whole("counts", 0).sum() < FEW_SCORES_PER_HISTORY * result.particles
     ]
-    others = better_than(scene, ANALOG, None) if seldom else ""
+    others = other_estimators(scene, ANALOG, None) if seldom else ""
     return [
-        f"estimator: analog; few histories reach {listed(list(map(repr, seldom)))}, for which {others}"
+        f"estimator: analog; few histories reach {join_names(list(map(repr, seldom)))}, for which {others}"
     ] * bool(others)
 
 
-def better_than(scene: Scene, taken: Method, choice: Choice | None) -> str:
+def other_estimators(scene: Scene, taken: Method, choice: Choice | None) -> str:
     """The other estimators that suit a scene, as a clause; "" if there are none or pilots compared them."""
     names = [each.estimator for each in methods_for(scene) if each.sampling == taken.sampling]
     others = [repr(name) for name in names if name != taken.estimator]
@@ -263,16 +263,20 @@ def better_than(scene: Scene, taken: Method, choice: Choice | None) -> str:
 
 def memory_lines(result) -> list[str]:
     """A line that explains why there are fewer batches than usual, if the user did not set their number."""
-    state, usual = result.state, result.plan.method.usual_batches
+    state, usual = result.state, result.plan.method.default_batches
     if state is None or not state.limits.is_free or batches_that_fit(result.plan) >= usual:
         return []
-    size = bytes_of_a_batch(result.plan) / 1e6
+    size = bytes_of_batch(result.plan) / 1e6
     return [f"batches: fewer than the usual {usual}, because the sums of one take up to {size:.3g} MB"]
 
 
-def _as_they_come(result) -> str:
+def _analog_detectors(result) -> str:
     """The detectors with analog scores in a run with next-event estimation, in words."""
-    names = counted_as_they_come(result.scene) if result.plan.expects and result.plan.turned is None else []
+    names = (
+        detectors_without_next_event(result.scene)
+        if result.plan.sends_shadow_rays and result.plan.turned is None
+        else []
+    )
     return f" ({', '.join(map(repr, names))} by analog scores)" if names else ""
 
 
@@ -280,30 +284,30 @@ def tracking_lines(result) -> list[str]:
     """Lines about the tracking of histories through media, and about options without effect."""
     plan = result.plan
     tracking = plan.tracking
-    if not (plan.scatters or plan.lessens):
+    if not (plan.scatters or plan.reduces_weights):
         idle = "tracking: without effect, because no medium here absorbs or scatters"
         return [idle] if result.asked is not None else []
     how = {"analog": "analog absorption", "weighted": "absorption by weight"}[tracking.absorption]
-    extras = ["first collisions forced"] * plan.forces
+    extras = ["first collisions forced"] * plan.forces_collisions
     if plan.splits:
         extras.append(f"split by importance, gain {tracking.splitting.gain:g}")
-    if tracking.forced > plan.forces:
+    if tracking.forced > plan.forces_collisions:
         extras.append("no collisions to force")
     if tracking.splitting is not None and not plan.splits:
         extras.append("nothing to split: no collisions")
     return [f"tracking: {', '.join([how, *extras])}"]
 
 
-def head_of(result) -> str:
+def run_line(result) -> str:
     """The size of the run, and whether it is complete."""
-    state = share_of(result) + ("" if result.is_complete else ", INCOMPLETE: interrupted")
+    state = part_text(result) + ("" if result.is_complete else ", INCOMPLETE: interrupted")
     seeds = sorted({batch.seed for batch in result.batches})
     told = f"seed {result.seed}" if len(seeds) == 1 else f"seeds {', '.join(map(str, seeds))}"
-    if len(seeds) > MOST_SEEDS:
+    if len(seeds) > MAX_LISTED_SEEDS:
         told = f"{len(seeds)} seeds from {seeds[0]} to {seeds[-1]}"
     return f"{result.particles:_} particles in {len(result.run)} batches, {told}{state}"
 
 
-def _is_told(name: str, estimate: Estimate) -> bool:
+def _is_printed(name: str, estimate: Estimate) -> bool:
     """Whether an entry is printed: `lost` always, others unless they are zero by construction."""
     return name == "lost" or not (estimate.exact and estimate.value == 0)

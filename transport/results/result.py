@@ -14,22 +14,22 @@ from transport.compile.plan import Plan
 from transport.renderers import function_for
 from transport.results.backward import backward_reading
 from transport.results.detectors import QUANTITIES, Reading
-from transport.results.diagnostics.run_findings import findings_of, in_words, quality_in
+from transport.results.diagnostics.run_findings import findings_of, quality_of_result, warnings_of
 from transport.results.phase_space import PhaseReading, SnapshotReading
 from transport.results.points import PointReading
-from transport.results.record import BY_CHANCE, Cost, Record
-from transport.results.report import ledger_lines, price_of, report_of, share_of
+from transport.results.record import RANDOM_SLOPE, Cost, Record
+from transport.results.report import ledger_lines, part_text, price_of, report_of
 from transport.results.volumes import VolumeReading
 from transport.scene.detectors import Detector
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.points import PointDetector
 from transport.scene.volumes import VolumeDetector
-from transport.statistics.batches import rounding_of
+from transport.statistics.batches import rounding_error
 from transport.statistics.estimates import Estimate
 from transport.statistics.findings import Finding
 from transport.statistics.quality import Quality
 from transport.units import Unit
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError, name_hint
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -91,7 +91,7 @@ class Result(Record):
     def __getitem__(self, name: str) -> "AnyReading":
         names = [detector.name for detector in self.scene.detectors]
         if name not in names:
-            raise SceneError(f"result has no detector {name!r}; {suggestion(str(name), names)}")
+            raise SceneError(f"result has no detector {name!r}; {name_hint(str(name), names)}")
         if name not in self._readings:
             self._readings[name] = self._read(self.scene.detectors[names.index(name)])
         return self._readings[name]
@@ -146,7 +146,7 @@ class Result(Record):
         detector, _, quantity = name.partition(".")
         known = self[detector].known
         if quantity not in known:
-            raise SceneError(f"result has no quantity {quantity!r}; {suggestion(quantity, known)}")
+            raise SceneError(f"result has no quantity {quantity!r}; {name_hint(quantity, known)}")
         return getattr(self[detector], quantity)
 
     def quality(self, name: "str | EstimateOrArray") -> Quality:
@@ -162,7 +162,7 @@ class Result(Record):
         Quality
             Its verdict, its findings, and the tests of its scores and batches.
         """
-        return quality_in(self, name)
+        return quality_of_result(self, name)
 
     @property
     def ledger(self) -> "Ledger":
@@ -211,7 +211,7 @@ class Result(Record):
         list of str
             Each says what may be wrong, by how much, and what to do.
         """
-        return [*self._warnings, *in_words(self.findings, self.particles)]
+        return [*self._warnings, *warnings_of(self.findings, self.particles)]
 
     def price(self, name: str, error: float) -> float:
         """Predict the time that a whole run takes to reach a relative error of a quantity.
@@ -236,7 +236,7 @@ class Result(Record):
         """
         if self.cost is None or not 0 < error < math.inf:
             raise SceneError(f"result.price: error must be relative, positive and finite, got {error!r}")
-        return price_of(self.quantity(name), self.cost, error, self.cost.slopes.get(name, BY_CHANCE))
+        return price_of(self.quantity(name), self.cost, error, self.cost.slopes.get(name, RANDOM_SLOPE))
 
     def save(self, path: "str | PathLike") -> None:
         """Write the result to a file; `tp.load` reads it.
@@ -266,7 +266,7 @@ class Result(Record):
         return report_of(self)
 
     def __repr__(self) -> str:
-        state = share_of(self) + ("" if self.is_complete else ", incomplete")
+        state = part_text(self) + ("" if self.is_complete else ", incomplete")
         return f"<Result of {self.particles} particles in {len(self.run)} batches{state}>"
 
     def _repr_html_(self) -> str:
@@ -286,7 +286,7 @@ def media_names(plan: Plan) -> dict[int, str]:
     return names
 
 
-def _may_kill(plan: Plan) -> bool:
+def _has_random_kills(plan: Plan) -> bool:
     """Whether histories may be killed or split by chance; forced copies only share a weight."""
     return plan.has_roulette or plan.has_roulette_in_flight or plan.splits
 
@@ -335,18 +335,18 @@ class Ledger(Mapping[str, Estimate]):
         # Collect the absorbed weight of each surface and of each absorbing medium.
         self.absorbed_by: dict[str, Estimate] = {}
         for index, surface in enumerate(scene.surfaces):
-            rows = [row for row, owner in enumerate(plan.owners) if owner == index]
+            rows = [row for row, owner in enumerate(plan.surface_numbers) if owner == index]
             if rows:
                 name = surface.name or f"surfaces[{index}]"
                 self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)
         for row, name in media_names(plan).items():
-            column = len(plan.owners) + row
+            column = len(plan.surface_numbers) + row
             self.absorbed_by[name] = entry([b.absorbed[column] for b in batches])
         # Collect the entries; one is exact if nothing in the scene can change it.
         aimed = any(emitter.target is not None for emitter in plan.emitters)
-        is_sure = not (plan.acts or aimed or plan.has_media)
+        is_sure = not (plan.has_acting_surfaces or aimed or plan.has_media)
         roulette = [b.ledger["roulette"] for b in batches]
-        if all(abs(gain) <= rounding_of(b.born) for gain, b in zip(roulette, batches, strict=True)):
+        if all(abs(gain) <= rounding_error(b.born) for gain, b in zip(roulette, batches, strict=True)):
             roulette = [0.0] * len(batches)  # only rounding of a weight shared by forced copies
         self._entries = {
             "emitted": Estimate(np.full(len(run), emitted), run, unit, exact=True),
@@ -355,7 +355,7 @@ class Ledger(Mapping[str, Estimate]):
             ),
             "escaped": entry([b.ledger["escaped"] for b in batches], plan.has_clock or is_sure),
             "in_flight": entry([b.ledger["in_flight"] for b in batches], not plan.has_clock or is_sure),
-            "roulette": entry(roulette, not any(roulette) and not _may_kill(plan)),
+            "roulette": entry(roulette, not any(roulette) and not _has_random_kills(plan)),
             "unsampled": entry(
                 [b.histories * share - b.born for b in batches] if aimed else [0.0] * len(batches), not aimed
             ),
@@ -364,7 +364,7 @@ class Ledger(Mapping[str, Estimate]):
 
     def __getitem__(self, name: str) -> Estimate:
         if name not in self._entries:
-            raise SceneError(f"ledger has no entry {name!r}; {suggestion(str(name), self._entries)}")
+            raise SceneError(f"ledger has no entry {name!r}; {name_hint(str(name), self._entries)}")
         return self._entries[name]
 
     def __iter__(self) -> Iterator[str]:

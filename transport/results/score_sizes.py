@@ -12,35 +12,35 @@ from transport.compile.plan import Plan
 from transport.compile.points import SCALES
 from transport.compile.volumes import EDGES
 from transport.results.batches import Batch
-from transport.results.tally import ARRIVALS, MeterSums
+from transport.results.tally import ARRIVALS, DetectorSums
 from transport.statistics.quality import Scores
 
 
-def scores_alike(number: int) -> Scores:
+def equal_scores(number: int) -> Scores:
     """`number` scores of size 1."""
     return Scores(*np.ones((3, 1)), np.array([number]), most=1.0)
 
 
-def scores_of_meter(sums: MeterSums, side: int) -> Scores | None:
+def detector_scores(sums: DetectorSums, side: int) -> Scores | None:
     """Scores of all arrivals at a detector, or departures, in units of the largest birth weight.
 
     None if none was counted by size, as can happen where only some of many batches count sizes.
     """
     plan, number = sums.plan, int(sums.whole("counts", side).sum())
     if (sums.detector.name, side) not in plan.size_blocks:
-        return scores_alike(number)
-    *cells, most = _counted(plan, sums.batches, sums.detector.name, side)
-    return _sorted(cells, most, number)
+        return equal_scores(number)
+    *cells, most = _size_cells(plan, sums.batches, sums.detector.name, side)
+    return _scores_by_size(cells, most, number)
 
 
-def scores_of_cell(plan: Plan, batches: list[Batch], number: int) -> Scores | None:
+def single_cell_scores(plan: Plan, batches: list[Batch], number: int) -> Scores | None:
     """Scores of a backward run with a single cell, by radiance; None with more cells.
 
     number: how often histories reached sources.  Sources in volumes are not counted by size; with one of them
     it is None.
     """
     turned = plan.turned
-    names = [lamp.seen_by.name for lamp in turned.lamps]
+    names = [lamp.detector.name for lamp in turned.lamps]
     if (
         len(turned.parts) > 1
         or turned.cells > 1
@@ -49,19 +49,19 @@ def scores_of_cell(plan: Plan, batches: list[Batch], number: int) -> Scores | No
         return None
     low, high, counts, most = [], [], [], 0.0
     for name, gain in zip(names, turned.parts[0].gains, strict=True):
-        *cells, largest = _counted(plan, batches, name, ARRIVALS)
+        *cells, largest = _size_cells(plan, batches, name, ARRIVALS)
         low, high, counts = [*low, gain * cells[0]], [*high, gain * cells[1]], [*counts, cells[2]]
         most = max(most, gain * largest)
-    return _sorted([np.concatenate(each) for each in (low, high, counts)], most, number)
+    return _scores_by_size([np.concatenate(each) for each in (low, high, counts)], most, number)
 
 
-def scores_of_point(weights: np.ndarray, counts: np.ndarray) -> Scores:
+def point_detector_scores(weights: np.ndarray, counts: np.ndarray) -> Scores:
     """Scores of a point detector, from the sums and counts of its rows in all batches, (POINT_ROWS,)."""
     low = np.ldexp(SCALES, -POINT_OCTAVES)
     return Scores(low, SCALES, np.where(counts > 0, weights / np.maximum(counts, 1), low), counts)
 
 
-def _counted(
+def _size_cells(
     plan: Plan, batches: list[Batch], name: str, side: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Edges and counts of a detector's size cells, and the largest possible size [largest birth weight]."""
@@ -73,7 +73,7 @@ def _counted(
     return low, high, counts, max(1 / scales)
 
 
-def _sorted(cells: list[np.ndarray], most: float, number: int) -> Scores | None:
+def _scores_by_size(cells: list[np.ndarray], most: float, number: int) -> Scores | None:
     """Scores with total `number`, from the part counted by size; None if no score was counted by size."""
     order = np.argsort(cells[0], kind="stable")
     low, high, counts = (each[order] for each in cells)

@@ -10,7 +10,7 @@ from transport.geometry.solid import Sphere
 from transport.geometry.solid_angles import cone_projected_solid_angle, projected_solid_angles
 from transport.scene.bins import DirectionCone
 from transport.scene.detectors import Detector
-from transport.scene.sheets import pieces
+from transport.scene.sheets import pieces_of
 from transport.vectors import dot
 
 HEMISPHERE, SPHERE, CIRCLE = (0.0, 1.0), (-1.0, 1.0), (0.0, 2.0 * math.pi)
@@ -58,7 +58,7 @@ def _cone(cone: DirectionCone, detector: Detector, shape: Shape) -> tuple[np.nda
 
 def _mean_over_pieces(detector: Detector, shape: Shape, angle) -> np.ndarray:
     side = -1.0 if detector.is_back else 1.0
-    parts = pieces(shape)
+    parts = pieces_of(shape)
     shares = [1.0 if piece.is_infinite else piece.area for piece in parts]  # infinite planes count equally
     angles = [angle(tuple(side * x + 0.0 for x in piece.normal)) for piece in parts]
     return sum(share * each for share, each in zip(shares, angles, strict=True)) / math.fsum(shares)

@@ -9,17 +9,24 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile.adjoint import Part, Turned
-from transport.compile.detectors import bin_counts, block_rows, is_blocked
+from transport.compile.adjoint import Adjoint, SensorPart
+from transport.compile.detectors import bin_counts, block_rows, has_blocks
 from transport.results.batches import Batch
-from transport.scene.cameras import Instrument
+from transport.scene.cameras import PointInstrument
 from transport.scene.detectors import Detector
-from transport.statistics.chunked import Box, Stacked, counts_told, in_box, is_large, totals_of
+from transport.statistics.chunked import (
+    Box,
+    ChunkedArray,
+    batch_totals,
+    is_large,
+    rows_in_chunk,
+    summed_counts,
+)
 from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.units import Unit
 
 ARRIVALS, DEPARTURES = 0, 1
-STORED = (  # axes of the rows, in the order of the distance between their bins in memory, largest first
+STORAGE_ORDER = (  # axes of the rows, in the order of the distance between their bins in memory, largest first
     "time",
     "speed",
     "u",
@@ -30,7 +37,7 @@ STORED = (  # axes of the rows, in the order of the distance between their bins 
 MOMENTS = ("momentum", "speeds", "squares")  # the three rows of velocity sums behind each row of scores
 
 
-class MeterSums:
+class DetectorSums:
     """Sums of one detector in the batches of a run.
 
     kind: "weights" (in the unit of the run), "counts", "slants", or one of MOMENTS;  side: ARRIVALS or
@@ -50,7 +57,7 @@ class MeterSums:
         return {name: edges for name, edges in axes.items() if edges is not None}
 
     @cached_property
-    def place_axes(self) -> dict[str, np.ndarray]:
+    def position_axes(self) -> dict[str, np.ndarray]:
         """Edges of the bins of position."""
         positions = self.detector.positions
         return {} if positions is None else positions.edges(self.shape)
@@ -67,33 +74,35 @@ class MeterSums:
 
         The duration if time is not binned, 1 without a clock.
         """
-        edges = self.outer_axes.get("time", np.array([0.0, self.plan.tempo]))
+        edges = self.outer_axes.get("time", np.array([0.0, self.plan.time_unit]))
         return np.repeat(np.diff(edges)[:, None], self.cells["speed"], axis=1)
 
     def whole(self, kind: str, side: int) -> np.ndarray:
         """Sums over the whole shape and all directions, (B, time, speed)."""
         if self.is_large:
-            return np.concatenate([one.whole(kind, side) for one in self._one_by_one])
+            return np.concatenate([one.whole(kind, side) for one in self._batchwise])
         return self.blocks(kind, side).sum(axis=-1)
 
-    def by_place(self, kind: str, side: int) -> np.ndarray | Stacked:
+    def by_position(self, kind: str, side: int) -> np.ndarray | ChunkedArray:
         """Sums over all directions, (B, time, speed, u, v), without axes that are not binned."""
-        if not self.place_axes:
+        if not self.position_axes:
             return self.whole(kind, side)
-        inner = 3 + len(self.place_axes)
+        inner = 3 + len(self.position_axes)
         shape = self._lengths[: inner - 1]
         if self.is_large and not is_large((len(self.batches), *shape)):
-            return np.concatenate([one.by_place(kind, side) for one in self._one_by_one])
+            return np.concatenate([one.by_position(kind, side) for one in self._batchwise])
         bins = self.by_direction(kind, side)
         return bins.sum(axis=tuple(range(inner, bins.ndim)))
 
-    def by_direction(self, kind: str, side: int) -> np.ndarray | Stacked:
+    def by_direction(self, kind: str, side: int) -> np.ndarray | ChunkedArray:
         """Sums in all bins, (B, time, speed, u, v, mu or theta, phi), without axes that are not binned."""
         if self.is_large:
             # In memory azimuths lie farther apart than cosines.
-            order = sorted(range(len(self._lengths)), key=lambda axis: STORED.index(self._stored[axis]))
+            order = sorted(
+                range(len(self._lengths)), key=lambda axis: STORAGE_ORDER.index(self._storage_axes[axis])
+            )
             shape = (len(self.batches), *self._lengths)
-            return Stacked(shape, tuple(order), lambda box: self._in_box(kind, side, box))
+            return ChunkedArray(shape, tuple(order), lambda box: self._in_box(kind, side, box))
         blocks = self.blocks(kind, side)[..., 1:]
         inner = [self.cells[name] for name in ("u", "v", "turn", "mu")]
         return self._arranged(blocks.reshape(*blocks.shape[:3], *inner))
@@ -104,7 +113,7 @@ class MeterSums:
         if "theta" in self.direction_axes:
             values = values[..., ::-1, :]  # stored by rising cosine
         lengths = dict(zip(("time", "speed", "u", "v", "mu", "turn"), values.shape[1:], strict=True))
-        return values.reshape(len(values), *(lengths[name] for name in self._stored))
+        return values.reshape(len(values), *(lengths[name] for name in self._storage_axes))
 
     def estimate(
         self,
@@ -123,7 +132,7 @@ class MeterSums:
         sizes = self.run.sizes.reshape(-1, *(1,) * len(shape))
         values = values.reshape(len(values), *shape) / sizes
         counts = counts.reshape(len(counts), *shape)
-        counts = counts_told(counts)
+        counts = summed_counts(counts)
         if not axes:
             return Estimate(values, self.run, unit, exact=exact, counts=int(counts))
         units = {} if self.detector.positions is None else self.detector.positions.units(self.shape)
@@ -143,34 +152,43 @@ class MeterSums:
         return is_large((len(self.batches), *self._lengths))
 
     @property
-    def _one_by_one(self) -> Iterator[MeterSums]:
+    def _batchwise(self) -> Iterator[DetectorSums]:
         """The sums of each batch alone."""
-        return (MeterSums(self.plan, [batch], self.run, self.detector) for batch in self.batches)
+        return (DetectorSums(self.plan, [batch], self.run, self.detector) for batch in self.batches)
 
     @cached_property
-    def _stored(self) -> list[str]:
+    def _storage_axes(self) -> list[str]:
         """Names of the axes of `by_direction` in the order of storage."""
         named = {"theta": "mu", "phi": "turn"}
-        return ["time", "speed", *(named.get(name, name) for name in self.place_axes | self.direction_axes)]
+        return [
+            "time",
+            "speed",
+            *(named.get(name, name) for name in self.position_axes | self.direction_axes),
+        ]
 
     @cached_property
     def _lengths(self) -> tuple[int, ...]:
         """Bins along the axes of `by_direction`."""
-        return tuple(self.cells[name] for name in self._stored)
+        return tuple(self.cells[name] for name in self._storage_axes)
 
     def _in_box(self, kind: str, side: int, box: Box) -> np.ndarray:
         """Sums by direction in a box of bins, cut out of one stretch of rows per time and speed."""
         spans = {name: slice(0, count) for name, count in self.cells.items()}
-        spans |= dict(zip(self._stored, box, strict=True))
+        spans |= dict(zip(self._storage_axes, box, strict=True))
         if "theta" in self.direction_axes:
             last, asked = self.cells["mu"], spans["mu"]
             spans["mu"] = slice(last - asked.stop, last - asked.start)
-        times, speeds = (range(self.cells[name])[spans[name]] for name in STORED[:2])
-        inner, bins = [spans[name] for name in STORED[2:]], [self.cells[name] for name in STORED[2:]]
+        times, speeds = (range(self.cells[name])[spans[name]] for name in STORAGE_ORDER[:2])
+        inner, bins = (
+            [spans[name] for name in STORAGE_ORDER[2:]],
+            [self.cells[name] for name in STORAGE_ORDER[2:]],
+        )
 
         def block(time: int, speed: int) -> np.ndarray:
             first = 1 + (time * self.cells["speed"] + speed) * block_rows(self.cells)
-            return in_box(lambda a, many: self._rows(kind, side, first + a, many), tuple(inner), tuple(bins))
+            return rows_in_chunk(
+                lambda a, many: self._rows(kind, side, first + a, many), tuple(inner), tuple(bins)
+            )
 
         values = np.stack([block(*pair) for pair in itertools.product(times, speeds)], axis=1)
         return self._arranged(values.reshape(len(values), len(times), len(speeds), *values.shape[2:]))
@@ -178,7 +196,7 @@ class MeterSums:
     def _rows(self, kind: str, side: int, start: int, many: int) -> np.ndarray:
         """`many` of the detector's rows, (B, many), with the scores of next-event estimation."""
         first = (
-            self.plan.bases[self.detector.name] + is_blocked(self.detector) + side * self.plan.half + start
+            self.plan.bases[self.detector.name] + has_blocks(self.detector) + side * self.plan.half + start
         )
         sums = self._columns(kind, first, many)
         if self._scale is not None:
@@ -213,40 +231,41 @@ class CellSums:
     """
 
     def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
-        turned: Turned = result.plan.turned
+        turned: Adjoint = result.plan.turned
         self.turned, self.batches, self.run, self.plan = turned, result.batches, result.run, result.plan
         self.parts = turned.parts_of(sensor)
-        self.is_view = isinstance(sensor, Instrument)
+        self.is_view = isinstance(sensor, PointInstrument)
         self.lamps = tuple(range(len(turned.lamps))) if lamps is None else lamps
 
     @cached_property
-    def means(self) -> list[np.ndarray | Stacked]:
+    def means(self) -> list[np.ndarray | ChunkedArray]:
         """For each part, the mean radiance of each cell [W m^-2 sr^-1], weights included, (B, cells)."""
         return [
-            sum(self._brought(part, lamp) for lamp in self.lamps) / self._born(part) for part in self.parts
+            sum(self._radiance_sums(part, lamp) for lamp in self.lamps) / self._histories_per_cell(part)
+            for part in self.parts
         ]
 
     @cached_property
-    def counts(self) -> list[np.ndarray | Stacked]:
+    def counts(self) -> list[np.ndarray | ChunkedArray]:
         """For each part, how often its cells' histories reached sources, (B, cells)."""
-        return [sum(self._met(part, lamp) for lamp in self.lamps) for part in self.parts]
+        return [sum(self._lamp_counts(part, lamp) for lamp in self.lamps) for part in self.parts]
 
     @property
     def is_thin(self) -> bool:
         """Whether any batch has cells without a history."""
         return not all(self.rows_of(part, "counts", 0).all() for part in self.parts)
 
-    def _brought(self, part: Part, lamp: int) -> np.ndarray:
+    def _radiance_sums(self, part: SensorPart, lamp: int) -> np.ndarray:
         return self._weights(part, lamp) * part.gains[lamp]
 
-    def _weights(self, part: Part, lamp: int) -> np.ndarray:
+    def _weights(self, part: SensorPart, lamp: int) -> np.ndarray:
         """Weights that flights and rays brought to a lamp, per cell."""
         weights, scale = self.rows_of(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
         return (
             weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
         )
 
-    def _met(self, part: Part, lamp: int) -> np.ndarray:
+    def _lamp_counts(self, part: SensorPart, lamp: int) -> np.ndarray:
         """How often flights and rays reached a lamp, per cell."""
         counts = self.rows_of(part, "counts", 1 + lamp)
         return (
@@ -258,7 +277,7 @@ class CellSums:
     def block_of(self, lamp: int) -> int:
         return 1 + len(self.turned.lamps) + lamp
 
-    def _born(self, part: Part) -> np.ndarray:
+    def _histories_per_cell(self, part: SensorPart) -> np.ndarray:
         """Histories of each cell.
 
         Their expectation if a batch has too few for all cells, which is unbiased too.
@@ -268,7 +287,7 @@ class CellSums:
             return born
         return (self.run.sizes * part.share / part.cells)[:, None]
 
-    def rows_of(self, part: Part, kind: str, block: int) -> np.ndarray | Stacked:
+    def rows_of(self, part: SensorPart, kind: str, block: int) -> np.ndarray | ChunkedArray:
         """(B, cells); for a view with very many cells, computed in chunks."""
         begin, shape = (
             self.turned.first + block * self.turned.cells + part.first,
@@ -279,10 +298,10 @@ class CellSums:
             return np.array([getattr(batch, kind)[begin + first : begin + past] for batch in self.batches])
 
         if self.is_view and is_large(shape):
-            return Stacked(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
+            return ChunkedArray(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
         return rows(0, part.cells)
 
 
-def sum_of(values: np.ndarray | Stacked) -> float | int:
+def grand_total(values: np.ndarray | ChunkedArray) -> float | int:
     """Sum over all batches and cells."""
-    return totals_of(values).sum() if isinstance(values, Stacked) else values.sum()
+    return batch_totals(values).sum() if isinstance(values, ChunkedArray) else values.sum()

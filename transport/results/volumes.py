@@ -10,19 +10,26 @@ from functools import cached_property
 import numpy as np
 
 from transport.geometry.solid import Box, Sphere
-from transport.results.choice import more_of
-from transport.results.diagnostics.depth import missing_survivors, why_so_deep
-from transport.results.diagnostics.empty_detector import why_dark
+from transport.results.choice import more_particles_cure
+from transport.results.diagnostics.depth import optical_depth_message, survivor_findings
+from transport.results.diagnostics.empty_detector import no_light_message
 from transport.results.diagnostics.path_classes import ALL_LIGHT, PathClass
-from transport.results.diagnostics.proofs import most_that_passes
-from transport.results.reading import Note, Quantified, note_of
-from transport.results.score_sizes import scores_alike
-from transport.scene.bodies import may_absorb, most_absorption
+from transport.results.diagnostics.proofs import max_transmitted_weight
+from transport.results.reading import Note, ReadingBase, empty_note
+from transport.results.score_sizes import equal_scores
+from transport.scene.bodies import max_absorption, may_absorb
 from transport.scene.volumes import VolumeDetector
-from transport.statistics.chunked import Stacked, counts_told, in_box, is_large, over_batches, totals_of
+from transport.statistics.chunked import (
+    ChunkedArray,
+    batch_totals,
+    is_large,
+    over_batches,
+    rows_in_chunk,
+    summed_counts,
+)
 from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
-from transport.statistics.findings import MORE, Finding
-from transport.statistics.quality import Scores, advising, findings_of_error
+from transport.statistics.findings import MORE_PARTICLES, Finding
+from transport.statistics.quality import Scores, findings_of_error, with_cure
 from transport.units import Unit
 from transport.validation import SceneError
 
@@ -30,13 +37,13 @@ VOLUME_QUANTITIES = (
     "fluence_rate", "absorbed_power", "absorbed_density", "radiance", "counts", "fluence",
     "absorbed_energy",
 )  # fmt: skip
-VOLUMES_CLOCKED = ("fluence", "absorbed_energy")
+TIME_INTEGRATED_VOLUME = ("fluence", "absorbed_energy")
 # Absorbed share of what a cell of the most absorbing medium would absorb; below it, geometry decides whether
 # it absorbs.
-FAINT = 1e-6
+NEGLIGIBLE_ABSORPTION = 1e-6
 
 
-class VolumeReading(Quantified):
+class VolumeReading(ReadingBase):
     """The quantities of one VolumeDetector, from `result["name"]`.
 
     Parameters
@@ -62,7 +69,7 @@ class VolumeReading(Quantified):
     def __init__(self, result, detector: VolumeDetector) -> None:
         self.detector, self.name = detector, detector.name
         self._plan, self._run, self._batches = result.plan, result.run, result.batches
-        self._allowed, self._more = result.allowed_of(detector.name), more_of(result.choice)
+        self._allowed, self._more = result.allowed_of(detector.name), more_particles_cure(result.choice)
         self._volume = next(volume for volume in self._plan.volumes if volume.detector is detector)
         self._axes = detector.edges(self._volume.shape)
         self._rate = Unit.parse("W" if self._plan.scene.measured_in == "watts" else "s^-1")
@@ -87,7 +94,7 @@ class VolumeReading(Quantified):
         Estimate or EstimateArray
             [W m^-2 or s^-1 m^-2]
         """
-        return self._per_volume(self._plan.tempo, self._rate)
+        return self._per_volume(self._plan.time_unit, self._rate)
 
     @cached_property
     def fluence(self) -> EstimateOrArray:
@@ -120,7 +127,7 @@ class VolumeReading(Quantified):
         SceneError
             If no medium in the volume absorbs.
         """
-        return self._absorbed(self._kept / self._plan.tempo, self._rate, self._plan.tempo)
+        return self._absorbed(self._absorbed_sums / self._plan.time_unit, self._rate, self._plan.time_unit)
 
     @cached_property
     def absorbed_energy(self) -> EstimateOrArray:
@@ -137,7 +144,7 @@ class VolumeReading(Quantified):
             If the scene has no `duration`, or no medium in the volume absorbs.
         """
         self._need_clock("absorbed_energy")
-        return self._absorbed(self._kept, self._rate * Unit.parse("s"), 1.0)
+        return self._absorbed(self._absorbed_sums, self._rate * Unit.parse("s"), 1.0)
 
     @cached_property
     def absorbed_density(self) -> EstimateOrArray:
@@ -148,8 +155,8 @@ class VolumeReading(Quantified):
         Estimate or EstimateArray
             [W m^-3 or s^-1 m^-3]
         """
-        values = self._kept / self._plan.tempo / self.volumes
-        return self._absorbed(values, self._rate / Unit.parse("m^3"), self._plan.tempo, self.volumes)
+        values = self._absorbed_sums / self._plan.time_unit / self.volumes
+        return self._absorbed(values, self._rate / Unit.parse("m^3"), self._plan.time_unit, self.volumes)
 
     @cached_property
     def radiance(self) -> EstimateArray:
@@ -173,9 +180,9 @@ class VolumeReading(Quantified):
         axes, angles = directions.edges(), directions.solid_angles()
         values, counts = (_by_direction(rows, angles.shape) for rows in (self._sums, self._counts))
         volumes = np.reshape(self.volumes, (*np.shape(self.volumes), *(1,) * angles.ndim))
-        values = values * (self._unit / self._plan.tempo) / volumes / angles
+        values = values * (self._unit / self._plan.time_unit) / volumes / angles
         made = self._estimate(values, self._rate / Unit.parse("m^2 sr"), counts, axes)
-        return self._with_findings(made, self._unit / self._plan.tempo / volumes / angles)
+        return self._with_findings(made, self._unit / self._plan.time_unit / volumes / angles)
 
     @cached_property
     def counts(self) -> EstimateOrArray:
@@ -204,8 +211,9 @@ class VolumeReading(Quantified):
             int(self._run.sizes.sum()),
         )
         if self.is_blind or not self._sums.any():
-            return note_of(
-                why_dark(self._plan.scene, title, shape), why_so_deep(self._plan, title, shape, particles)
+            return empty_note(
+                no_light_message(self._plan.scene, title, shape),
+                optical_depth_message(self._plan, title, shape, particles),
             )
         return None
 
@@ -215,28 +223,34 @@ class VolumeReading(Quantified):
         title, particles = f"volume detector {self.name!r}", int(self._run.sizes.sum())
         if self.is_blind and self.note:
             return []
-        number, largest = int(totals_of(self._counts).sum()), self._way_through()
+        number, largest = int(batch_totals(self._counts).sum()), self._longest_chord()
         what = "light"
         if self._plan.attenuates and not self._plan.scatters:
-            passes = most_that_passes(self._plan, self._volume.shape)
+            passes = max_transmitted_weight(self._plan, self._volume.shape)
             largest *= passes
             # Many paths of small weight do not represent those of full weight.
-            heavy = int(totals_of(self._sums).sum() / (self._mean_way * passes)) if passes > 0 else number
+            heavy = (
+                int(batch_totals(self._sums).sum() / (self._mean_chord_score * passes))
+                if passes > 0
+                else number
+            )
             if heavy < number:
                 what, number = "light that media hardly attenuate", heavy
-        few = PathClass(what, number, largest, MORE, name=ALL_LIGHT).finding(title, particles)
+        few = PathClass(what, number, largest, MORE_PARTICLES, name=ALL_LIGHT).finding(title, particles)
         found = [] if few is None else [few]
-        middle, most = self._volume.shape.middle, self._way_through_cell()
-        cells = None if isinstance(self._sums, Stacked) or not self._axes else self._sums.sum(axis=-1)
-        found += missing_survivors(self._plan, self._batches, title, self.whole, middle, cells, most)
+        middle, most = self._volume.shape.middle, self._mean_cell_chord()
+        cells = None if isinstance(self._sums, ChunkedArray) or not self._axes else self._sums.sum(axis=-1)
+        found += survivor_findings(self._plan, self._batches, title, self.whole, middle, cells, most)
         if self.whole.error > 0:
             found += findings_of_error(title, self.whole, self.scores, particles)
-        return [*advising(found, self._more)]
+        return [*with_cure(found, self._more)]
 
     @cached_property
     def whole(self) -> Estimate:
         """Mean path length times weight through the whole volume [scene lengths], without findings."""
-        return Estimate(totals_of(self._sums) / self._run.sizes, self._run, Unit(), counts=self.scores.number)
+        return Estimate(
+            batch_totals(self._sums) / self._run.sizes, self._run, Unit(), counts=self.scores.number
+        )
 
     def why_unscored(self) -> list[Finding]:
         """Findings that explain why the detector has no score."""
@@ -257,24 +271,24 @@ class VolumeReading(Quantified):
     @cached_property
     def scores(self) -> Scores:
         """The scores in all cells, counted as if they had one size."""
-        number = int(totals_of(self._counts).sum())
-        return scores_alike(number)
+        number = int(batch_totals(self._counts).sum())
+        return equal_scores(number)
 
     @property
-    def _mean_way(self) -> float:
+    def _mean_chord_score(self) -> float:
         """Score of full weight along a mean chord, 4 V / A (Cauchy), at most absorption [scene lengths]."""
         shape, unit = self._volume.shape, self._volume.unit
-        chord, absorption = 4 * shape.volume / shape.area, most_absorption(self._plan.scene, shape)
+        chord, absorption = 4 * shape.volume / shape.area, max_absorption(self._plan.scene, shape)
         return (-math.expm1(-absorption * chord) / absorption if absorption > 0 else chord) / unit
 
-    def _way_through_cell(self) -> float:
+    def _mean_cell_chord(self) -> float:
         """Approximate mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
         shape, counts, unit = self._volume.shape, self._sums.shape[1:-1], self._volume.unit
         if len(counts) == 3:
             return 2 / sum(count / side for side, count in zip(shape.size, counts, strict=True)) / unit
         return 4 * shape.volume / shape.area / unit / max(math.prod(counts), 1)
 
-    def _way_through(self) -> float:
+    def _longest_chord(self) -> float:
         """The longest chord of the whole volume [scene lengths]."""
         return 2 * self._volume.shape.extent / self._volume.unit
 
@@ -294,12 +308,12 @@ class VolumeReading(Quantified):
     # ---- from sums to estimates ----
 
     @cached_property
-    def _sums(self) -> np.ndarray | Stacked:
+    def _sums(self) -> np.ndarray | ChunkedArray:
         """(B, *cells, 1 + bins of direction): sums of weight times path length."""
         return self._rows("weights", "first", int(self._volume.row["rows"]))
 
     @cached_property
-    def _counts(self) -> np.ndarray | Stacked:
+    def _counts(self) -> np.ndarray | ChunkedArray:
         return self._rows("counts", "first", int(self._volume.row["rows"]))
 
     @property
@@ -308,13 +322,13 @@ class VolumeReading(Quantified):
         return self._volume.unit * self._plan.unit
 
     @cached_property
-    def _kept(self) -> np.ndarray | Stacked:
+    def _absorbed_sums(self) -> np.ndarray | ChunkedArray:
         if not self._volume.absorbs:
             self._refuse("absorbed power", "a medium that absorbs", "write Medium(absorption=...)")
         return self._rows("weights", "kept", 1).sum(axis=-1) * self._may_absorb * self._plan.unit
 
     @cached_property
-    def _kept_counts(self) -> np.ndarray | Stacked:
+    def _absorbed_counts(self) -> np.ndarray | ChunkedArray:
         return self._rows("counts", "kept", 1).sum(axis=-1)
 
     @cached_property
@@ -326,7 +340,7 @@ class VolumeReading(Quantified):
         scene, shape = self._plan.scene, self._volume.shape
         found = np.full(np.shape(self.volumes), may_absorb(scene, shape))
         if self._axes and found.all():
-            for index in zip(*np.nonzero(self._is_faint), strict=True):
+            for index in zip(*np.nonzero(self._has_negligible_absorption), strict=True):
                 found[index] = may_absorb(scene, *self._cell(index))
         return found
 
@@ -341,14 +355,14 @@ class VolumeReading(Quantified):
         return outer, inner
 
     @property
-    def _is_faint(self) -> np.ndarray:
+    def _has_negligible_absorption(self) -> np.ndarray:
         """The cells whose absorbed share is below FAINT of that of the most absorbing medium."""
         kept = over_batches(self._rows("weights", "kept", 1).sum(axis=-1))
         ways = over_batches(self._sums.sum(axis=-1)) * self._volume.unit
         most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)
-        return (kept > 0) & (kept <= FAINT * most * ways)
+        return (kept > 0) & (kept <= NEGLIGIBLE_ABSORPTION * most * ways)
 
-    def _rows(self, kind: str, column: str, each: int) -> np.ndarray | Stacked:
+    def _rows(self, kind: str, column: str, each: int) -> np.ndarray | ChunkedArray:
         """(B, *cells, each)."""
         begin, bins = int(self._volume.row[column]), (*np.shape(self.volumes), each)
         shape = (len(self._batches), *bins)
@@ -358,7 +372,7 @@ class VolumeReading(Quantified):
             return np.array([getattr(batch, kind)[these] for batch in self._batches])
 
         if is_large(shape):
-            return Stacked(shape, tuple(range(len(bins))), lambda box: in_box(rows, box, bins))
+            return ChunkedArray(shape, tuple(range(len(bins))), lambda box: rows_in_chunk(rows, box, bins))
         return rows(0, math.prod(bins)).reshape(shape)
 
     def _per_volume(self, seconds: float, unit: Unit) -> EstimateOrArray:
@@ -369,7 +383,7 @@ class VolumeReading(Quantified):
     def _absorbed(
         self, values: np.ndarray, unit: Unit, seconds: float, volumes: np.ndarray | float = 1.0
     ) -> EstimateOrArray:
-        made = self._estimate(values, unit, self._kept_counts, is_sure=not self._may_absorb.any())
+        made = self._estimate(values, unit, self._absorbed_counts, is_sure=not self._may_absorb.any())
         most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)
         return self._with_findings(made, most * self._unit / seconds / volumes)
 
@@ -394,7 +408,7 @@ class VolumeReading(Quantified):
         """Turn sums (B, *axes) of the batches into means over histories."""
         axes = self._axes | (axes or {})
         values = values / self._run.sizes.reshape(-1, *(1,) * (values.ndim - 1))
-        counts = counts_told(counts)
+        counts = summed_counts(counts)
         if not axes:
             return Estimate(values, self._run, unit, is_sure, int(counts))
         return EstimateArray(values, self._run, unit, tuple(axes), axes, counts, is_sure)
@@ -407,10 +421,10 @@ class VolumeReading(Quantified):
         raise SceneError(f"VolumeDetector {self.name!r}: {quantity} needs {need}; {cure}")
 
 
-def _by_direction(rows: np.ndarray | Stacked, bins: tuple[int, ...]) -> np.ndarray | Stacked:
+def _by_direction(rows: np.ndarray | ChunkedArray, bins: tuple[int, ...]) -> np.ndarray | ChunkedArray:
     """Rows (B, *cells, 1 + bins of direction) by direction bin, without the scores outside all bins."""
     shape = (*rows.shape[:-1], *bins)
-    if not isinstance(rows, Stacked):
+    if not isinstance(rows, ChunkedArray):
         return rows[..., 1:].reshape(shape)
     cells = len(shape) - len(bins) - 1
 
@@ -418,4 +432,4 @@ def _by_direction(rows: np.ndarray | Stacked, bins: tuple[int, ...]) -> np.ndarr
         values = rows.part((*box[:cells], slice(0, rows.shape[-1])))[..., 1:]
         return values.reshape(*values.shape[:-1], *bins)[(..., *box[cells:])]
 
-    return Stacked(shape, tuple(range(len(shape) - 1)), part)
+    return ChunkedArray(shape, tuple(range(len(shape) - 1)), part)

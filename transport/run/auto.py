@@ -26,31 +26,38 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile.methods import PARTIAL, SAMPLINGS, Method, methods_for
-from transport.results.choice import KNOWS_PART, MISSES, Choice, Mean, Pilot
+from transport.compile.methods import ARRIVALS_ONLY, SAMPLINGS, Method, methods_for
+from transport.results.choice import MISSES_LIGHT, PARTIAL_REASON, Choice, Mean, Pilot
 from transport.statistics.batches import normal_score
 from transport.statistics.estimates import EstimateOrArray
-from transport.statistics.findings import ALLOWED, times_needed
-from transport.statistics.notation import times_text
-from transport.validation import SceneError, listed, suggestion
+from transport.statistics.findings import DEFAULT_ALLOWED_BOUND, particle_factors_needed
+from transport.statistics.notation import ratio_text
+from transport.validation import SceneError, join_names, name_hint
 
 if TYPE_CHECKING:
     from transport.results.result import Result
     from transport.scene.scene import Scene
 
-PATIENCE = 0.4  # time of all pilots together [s], without compilation
-FIRST, FACTOR, MOST = 1 << 8, 4, 1 << 26  # histories of the first pilot, growth factor, most histories
-ENOUGH, LONG = 1 << 12, 0.25  # least histories of a pilot, unless they take longer than this [s]
+PILOT_SECONDS = 0.4  # time of all pilots together [s], without compilation
+MIN_HISTORIES, GROWTH_FACTOR, MAX_HISTORIES = (
+    1 << 8,
+    4,
+    1 << 26,
+)  # histories of the first pilot, growth factor, most histories
+MIN_PILOT_HISTORIES, LONG_PILOT_SECONDS = (
+    1 << 12,
+    0.25,
+)  # least histories of a pilot, unless they take longer than this [s]
 FALSE_ALARM = 1e-4  # probability that any pilot lies below another by chance
-TIE = 1.2  # the simplest method within this factor of the lowest price is chosen
+TIE_FACTOR = 1.2  # the simplest method within this factor of the lowest price is chosen
 # Cost factor of stratified and Sobol runs for an error or a time: they run in rounds of doubled size, and
 # only the last complete round is the result.
-ROUNDS = 3.0
+ROUNDS_COST_FACTOR = 3.0
 NOTHING_TO_COMPARE = "the simplest, as no detector gives a quantity to compare methods by"
-OTHER_NUMBERS = 0x5DEECE66D  # seed offset of pilots: their choice must not depend on the run's own numbers
+PILOT_SEED_MASK = 0x5DEECE66D  # seed offset of pilots: their choice must not depend on the run's own numbers
 
 
-def choose(
+def choose_method(
     scene: Scene,
     error: Mapping[str, float] | None,
     sampling: str | None,
@@ -68,32 +75,32 @@ def choose(
     """
     if sampling is not None and sampling not in SAMPLINGS:
         names = ", ".join(map(repr, SAMPLINGS))
-        cure = suggestion(str(sampling), SAMPLINGS)
+        cure = name_hint(str(sampling), SAMPLINGS)
         raise SceneError(f"simulate: sampling must be one of {names}, got {sampling!r}; {cure}")
     methods = [method for method in methods_for(scene) if sampling in (None, method.sampling)]
     if not methods:
-        names = listed(sorted({method.estimator for method in methods_for(scene)}))
+        names = join_names(sorted({method.estimator for method in methods_for(scene)}))
         raise SceneError(
             f"simulate: sampling {sampling!r} does not go with {names}, which this scene needs; leave it out"
         )
     if len(methods) == 1:
         return Choice(methods[0], (Pilot(methods[0]),))
-    groups = [(name,) for name in error] if error else usual_quantities(scene)
+    groups = [(name,) for name in error] if error else main_quantities(scene)
     if not groups:
         return Choice(methods[0], (Pilot(methods[0]),), why=NOTHING_TO_COMPARE)
     # Run the pilots, and price them by the requested quantities or by those that score.
-    patience = PATIENCE / len(methods)
+    patience = PILOT_SECONDS / len(methods)
     trials = [_trial(method, groups, error or {}, run, clock, patience) for method in methods]
-    targets = dict(error) if error else dict.fromkeys(_lit(groups, trials), 1.0)
-    in_rounds = ROUNDS if error or seconds is not None else 1.0
+    targets = dict(error) if error else dict.fromkeys(_scored_quantities(groups, trials), 1.0)
+    in_rounds = ROUNDS_COST_FACTOR if error or seconds is not None else 1.0
     pilots = [
         _pilot(trial, targets, 1.0 if trial.method.sampling == "random" else in_rounds) for trial in trials
     ]
-    pilots = _settled(pilots, trials)
-    return chosen(pilots, bool(error), particles, seconds, reads_all)
+    pilots = _check_any_scored(pilots, trials)
+    return select_method(pilots, bool(error), particles, seconds, reads_all)
 
 
-def chosen(
+def select_method(
     pilots: Sequence[Pilot],
     has_error: bool,
     particles: float | None = None,
@@ -102,14 +109,18 @@ def chosen(
 ) -> Choice:
     """The cheapest of the pilots' methods that can be trusted, or the least doubtful one."""
     # Collect the reasons against each method: misses light, estimates a part only, or is doubtful.
-    below = _below(pilots)
-    excesses = [_excess(pilot, has_error, particles, seconds) for pilot in pilots]
-    partial = [k for k, pilot in enumerate(pilots) if reads_all and pilot.method.estimator in PARTIAL]
+    below = _significantly_below(pilots)
+    excesses = [_missing_growth(pilot, has_error, particles, seconds) for pilot in pilots]
+    partial = [k for k, pilot in enumerate(pilots) if reads_all and pilot.method.estimator in ARRIVALS_ONLY]
     if all(k in partial or pilot.price == math.inf for k, pilot in enumerate(pilots)):
         partial = []  # no other method gives anything
     reasons = [
         below.get(k, "")
-        or (f"is doubtful: {pilot.doubt}" if excess > 1 else KNOWS_PART * (k in partial and not pilot.note))
+        or (
+            f"is doubtful: {pilot.doubt}"
+            if excess > 1
+            else PARTIAL_REASON * (k in partial and not pilot.note)
+        )
         for k, (pilot, excess) in enumerate(zip(pilots, excesses, strict=True))
     ]
     # Take the cheapest trusted method, or the least doubtful one.
@@ -124,7 +135,7 @@ def chosen(
     return Choice(taken.method, tuple(pilots), tuple(reasons), is_trusted)
 
 
-def _excess(pilot: Pilot, has_error: bool, particles: float | None, seconds: float | None) -> float:
+def _missing_growth(pilot: Pilot, has_error: bool, particles: float | None, seconds: float | None) -> float:
     """Factor by which the run is too short to remove all doubts; at most 1 for a trustworthy method.
 
     A run for an error continues until observed scores are sufficient, but not for scores never seen.
@@ -136,7 +147,7 @@ def _excess(pilot: Pilot, has_error: bool, particles: float | None, seconds: flo
     return needed / max(min(longer, default=1.0), 1.0)
 
 
-def _below(pilots: Sequence[Pilot]) -> dict[int, str]:
+def _significantly_below(pilots: Sequence[Pilot]) -> dict[int, str]:
     """Pilots whose mean lies below another's by more than chance, with the reason in words."""
     from scipy.special import ndtri
 
@@ -151,13 +162,13 @@ def _below(pilots: Sequence[Pilot]) -> dict[int, str]:
             dof = error**4 / (mine.error**4 / mine.dof + other.error**4 / other.dof)
             score = float(normal_score((mine.value - other.value) / error, dof))
             if score < least and score < found.get(low, (0.0, ""))[0]:
-                errors = times_text(-score)
-                words = f"lies {errors} standard errors below {pilots[high].method.title}{MISSES}"
+                errors = ratio_text(-score)
+                words = f"lies {errors} standard errors below {pilots[high].method.title}{MISSES_LIGHT}"
                 found[low] = score, words
     return {low: words for low, (_, words) in found.items()}
 
 
-def usual_quantities(scene: Scene) -> list[tuple[str, ...]]:
+def main_quantities(scene: Scene) -> list[tuple[str, ...]]:
     """Quantities to compare when none is named, in groups of which the first one with scores counts.
 
     For a detector the arriving quantity, else the leaving one; for volume and point detectors the fluence
@@ -178,17 +189,17 @@ def cheapest(pilots: Sequence[Pilot]) -> Pilot:
     """The simplest pilot within a factor TIE of the lowest cost, or if unknown of the highest rate."""
     least = min(pilot.cost for pilot in pilots)
     if least < math.inf:
-        return next(pilot for pilot in pilots if pilot.cost <= TIE * least)
+        return next(pilot for pilot in pilots if pilot.cost <= TIE_FACTOR * least)
     most = max(pilot.rate for pilot in pilots)
-    return next(pilot for pilot in pilots if not pilot.note and TIE * pilot.rate >= most)
+    return next(pilot for pilot in pilots if not pilot.note and TIE_FACTOR * pilot.rate >= most)
 
 
 @dataclass(frozen=True)
-class Seen:
+class PilotQuantity:
     """Pilot result of one quantity.
 
     square: mean square of relative errors over bins, nan if unknown;  scores: batches with a score, summed
-    over bins;  mean: sum over bins;  doubt: doubtful findings of it (findings.times_needed).
+    over bins;  mean: sum over bins;  doubt: doubtful findings of it (findings.particle_factors_needed).
     """
 
     square: float
@@ -197,23 +208,27 @@ class Seen:
     doubt: tuple[float, float, str] = (1.0, 1.0, "")
 
 
-def seen_of(name: str, quantity: EstimateOrArray, allowed: float = ALLOWED) -> Seen:
+def evaluate_quantity(
+    name: str, quantity: EstimateOrArray, allowed: float = DEFAULT_ALLOWED_BOUND
+) -> PilotQuantity:
     """Evaluate a pilot's quantity. A bin without a score counts as a relative error of 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        relative = np.atleast_1d(quantity._error_of_all / np.abs(quantity.value))
+        relative = np.atleast_1d(quantity._error_with_unknown / np.abs(quantity.value))
     is_known = np.isfinite(relative)
     unknown = np.where(is_known, np.minimum(relative, 1.0), 1.0)
     square = float(np.mean(unknown**2)) if is_known.any() else math.nan
     whole = quantity._whole
-    error = float(whole._error_of_all)
+    error = float(whole._error_with_unknown)
     mean = Mean(name, whole.value, error if error < math.inf else math.nan, whole.dof)
-    doubt = times_needed(
+    doubt = particle_factors_needed(
         whole._all_findings if error < math.inf else whole._raw_findings, whole.value, error, allowed
     )
-    return Seen(square, int(np.count_nonzero(quantity.values)), mean, doubt)
+    return PilotQuantity(square, int(np.count_nonzero(quantity.values)), mean, doubt)
 
 
-def price_of(seen: Mapping[str, Seen], targets: Mapping[str, float], seconds: float) -> tuple[float, float]:
+def price_of(
+    seen: Mapping[str, PilotQuantity], targets: Mapping[str, float], seconds: float
+) -> tuple[float, float]:
     """(seconds to reach all target errors, batches with a score per second) from a run of `seconds`."""
     squares = [seen[name].square / target**2 for name, target in targets.items()]
     scores = sum(seen[name].scores for name in targets)
@@ -227,7 +242,7 @@ class _Trial:
     method: Method
     particles: int = 0
     seconds: float = 0.0
-    seen: Mapping[str, Seen] = field(default_factory=dict)
+    seen: Mapping[str, PilotQuantity] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
     note: str = ""
 
@@ -244,30 +259,34 @@ def _trial(
 
     groups: of quantities; of each group the first one that scores is wanted.
     """
-    particles = FIRST
+    particles = MIN_HISTORIES
     try:
         run(method, particles)  # compile or load the kernels
         while True:
             begun = clock()
             result = run(method, particles)
             seconds = max(clock() - begun, 1e-9)
-            is_long = seconds >= patience / (FACTOR + 1) and (particles >= ENOUGH or seconds >= LONG)
-            if is_long or particles >= MOST:
+            is_long = seconds >= patience / (GROWTH_FACTOR + 1) and (
+                particles >= MIN_PILOT_HISTORIES or seconds >= LONG_PILOT_SECONDS
+            )
+            if is_long or particles >= MAX_HISTORIES:
                 break
-            particles *= FACTOR
+            particles *= GROWTH_FACTOR
     except SceneError as refusal:
         return _Trial(method, note=str(refusal))
-    seen: dict[str, Seen] = {}
+    seen: dict[str, PilotQuantity] = {}
     refused: dict[str, str] = {}
-    for name in (name for group in groups for name in _until_lit(group, seen)):
+    for name in (name for group in groups for name in _until_scored(group, seen)):
         try:
-            seen[name] = seen_of(name, result.quantity(name), allowed.get(name, ALLOWED))
+            seen[name] = evaluate_quantity(
+                name, result.quantity(name), allowed.get(name, DEFAULT_ALLOWED_BOUND)
+            )
         except SceneError as refusal:
             refused[name] = str(refusal)
     return _Trial(method, result.particles, seconds, seen, refused)
 
 
-def _until_lit(group: tuple[str, ...], seen: Mapping[str, Seen]) -> Iterator[str]:
+def _until_scored(group: tuple[str, ...], seen: Mapping[str, PilotQuantity]) -> Iterator[str]:
     """Quantities of a group up to the first that scores."""
     for name in group:
         yield name
@@ -275,7 +294,7 @@ def _until_lit(group: tuple[str, ...], seen: Mapping[str, Seen]) -> Iterator[str
             return
 
 
-def _lit(groups: Sequence[tuple[str, ...]], trials: Sequence[_Trial]) -> list[str]:
+def _scored_quantities(groups: Sequence[tuple[str, ...]], trials: Sequence[_Trial]) -> list[str]:
     """First quantity of each group that any method scores; all first quantities if none scores."""
     seen = [trial.seen for trial in trials]
     lit = [
@@ -299,7 +318,7 @@ def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
     )
 
 
-def _settled(pilots: list[Pilot], trials: Sequence[_Trial]) -> list[Pilot]:
+def _check_any_scored(pilots: list[Pilot], trials: Sequence[_Trial]) -> list[Pilot]:
     """Return the pilots if any of them scored; otherwise raise the first refusal, if there is one."""
     if not any(pilot.rate > 0 for pilot in pilots):
         refusals = [trial.note for trial in trials if trial.note]

@@ -13,21 +13,21 @@ from typing import TYPE_CHECKING
 
 from transport.compile.plan import Plan
 from transport.run.interruption import Interruption
-from transport.run.programs import machine_for, plan_for
+from transport.run.programs import compiled_program_for, plan_for
 from transport.run.progress import Progress, WaitingWarning
-from transport.run.settings import Way, checked_threads
-from transport.run.threads import Crew, InOrder
+from transport.run.settings import RunSettings, checked_threads
+from transport.run.threads import OrderedResults, ThreadExecutor
 from transport.scene.scene import Scene
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
-    from transport.run.dask.client import Line
+    from transport.run.dask.client import DaskExecutor
 
-LONG = 30.0  # [s] of waiting for a cluster before a warning
+SILENT_SECONDS = 30.0  # [s] of waiting for a cluster before a warning
 
 
 @dataclass(frozen=True)
-class Staff:
+class ExecutorSpec:
     """The requested executor: a number of threads, or a cluster; for cluster="local" as many processes."""
 
     threads: int
@@ -35,7 +35,7 @@ class Staff:
 
 
 @dataclass(frozen=True)
-class Hands:
+class Executor:
     """A plan and a ready executor of its batches.
 
     hire: make the executor of a run of so many batches, among which the sample of a Snapshot is divided.
@@ -44,13 +44,13 @@ class Hands:
     """
 
     plan: Plan
-    hire: Callable[[int], InOrder]
+    make_executor: Callable[[int], OrderedResults]
     threads: int
     workers: int = 0
     doubts: Callable[[], list[str]] = field(default=list)
 
 
-def checked_staff(threads: object, cluster: object) -> Staff:
+def checked_executor(threads: object, cluster: object) -> ExecutorSpec:
     """Return the requested executor; threads: None for one per core. Raise SceneError for invalid input."""
     if cluster is not None:
         from transport.run.dask.connect import LOCAL, checked_cluster
@@ -59,39 +59,41 @@ def checked_staff(threads: object, cluster: object) -> Staff:
         if threads is not None and not (isinstance(cluster, str) and cluster == LOCAL):
             cure = "leave it out: the workers of a cluster have their own"
             raise SceneError(f"simulate: threads cannot be said with a cluster, got {threads!r}; {cure}")
-    return Staff(checked_threads(threads), cluster)
+    return ExecutorSpec(checked_threads(threads), cluster)
 
 
 @contextmanager
-def hands_for(
-    scene: Scene, way: Way, staff: Staff, bar: Progress, interruption: Interruption
-) -> Iterator[Hands]:
+def open_executor(
+    scene: Scene, way: RunSettings, staff: ExecutorSpec, bar: Progress, interruption: Interruption
+) -> Iterator[Executor]:
     """Yield an executor that is ready to start. Raise SceneError where the cluster cannot run the scene."""
     if staff.cluster is None:
-        machine = machine_for(scene, way.tracking, way.method, bar)
-        yield Hands(machine.program.plan, partial(Crew, machine, way.seed, staff.threads), staff.threads)
+        machine = compiled_program_for(scene, way.tracking, way.method, bar)
+        yield Executor(
+            machine.program.plan, partial(ThreadExecutor, machine, way.seed, staff.threads), staff.threads
+        )
         return
-    from transport.run.dask.client import Line
-    from transport.run.dask.connect import place_given_up
-    from transport.run.dask.executor import ClusterCrew
+    from transport.run.dask.client import DaskExecutor
+    from transport.run.dask.connect import slot_released
+    from transport.run.dask.executor import ClusterExecutor
 
     plan = plan_for(scene, way.tracking, way.method)
-    line = Line(staff.cluster, staff.threads, (scene, way.tracking, way.method))
-    with place_given_up():
+    line = DaskExecutor(staff.cluster, staff.threads, (scene, way.tracking, way.method))
+    with slot_released():
         try:
-            _wait_for(line, bar, interruption)
-            hire = partial(ClusterCrew, line, way.seed, way.limits.seconds)
-            yield Hands(plan, hire, line.threads, line.workers, lambda: line.doubts)
+            _wait_for_workers(line, bar, interruption)
+            hire = partial(ClusterExecutor, line, way.seed, way.limits.seconds)
+            yield Executor(plan, hire, line.threads, line.workers, lambda: line.doubts)
         finally:
             line.close()
 
 
-def _wait_for(line: Line, bar: Progress, interruption: Interruption) -> None:
+def _wait_for_workers(line: DaskExecutor, bar: Progress, interruption: Interruption) -> None:
     """Wait until a worker is ready; warn once after LONG seconds.
 
     A job without a terminal would otherwise wait forever in silence.
     """
-    due = time.perf_counter() + LONG
+    due = time.perf_counter() + SILENT_SECONDS
 
     def wait(what: str) -> None:
         nonlocal due

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-PATIENCE = 2  # Ctrl-C is delayed that many times; the next one interrupts at once
+DELAYED_INTERRUPTS = 2  # Ctrl-C is delayed that many times; the next one interrupts at once
 
 
 class Interruption:
@@ -33,12 +33,12 @@ class Interruption:
 
     def _remember(self, *_: object) -> None:
         self.times += 1
-        if not self.has_begun or self.times > PATIENCE:
+        if not self.has_begun or self.times > DELAYED_INTERRUPTS:
             raise KeyboardInterrupt
 
 
 @contextmanager
-def put_off() -> Iterator[Interruption]:
+def delay_interrupts() -> Iterator[Interruption]:
     """Delay Ctrl-C within the context.
 
     Change nothing where Ctrl-C would not raise KeyboardInterrupt in this thread.

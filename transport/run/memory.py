@@ -9,39 +9,39 @@ import numpy as np
 
 from transport.compile.plan import Plan
 from transport.results.footprint import (
-    bytes_in_all,
-    bytes_in_memory,
     bytes_of_counting,
     bytes_of_records,
+    resident_bytes,
     rows_of,
+    total_bytes,
 )
-from transport.run.schedules import LARGEST_BATCH, Schedule
-from transport.statistics.chunked import ALWAYS, bytes_free, memory_left, size_text
-from transport.validation import SceneError, listed
+from transport.run.schedules import MAX_BATCH_SIZE, Schedule
+from transport.statistics.chunked import MIN_FREE, available_memory, free_disk_bytes, size_text
+from transport.validation import SceneError, join_names
 
 
 @dataclass(frozen=True)
-class Need:
+class MemoryNeed:
     """Upper bound of the memory of a run [bytes].
 
     counting: per thread; kept: per stored batch; on_the_way: total of batches in transit from workers.
     """
 
-    counting: float
+    per_thread: float
     threads: int
     kept: float
     batches: int
-    on_the_way: float = 0.0
+    in_transit: float = 0.0
 
     @property
     def total(self) -> float:
-        return self.counting * self.threads + self.kept * self.batches + self.on_the_way
+        return self.per_thread * self.threads + self.kept * self.batches + self.in_transit
 
     def __str__(self) -> str:
-        parts = [f"{size_text(self.counting)} on each of {self.threads} threads"] if self.threads else []
+        parts = [f"{size_text(self.per_thread)} on each of {self.threads} threads"] if self.threads else []
         parts += [f"{size_text(self.kept)} in each of {self.batches} batches"] if self.batches else []
-        parts += [f"{size_text(self.on_the_way)} in transit from the workers"] if self.on_the_way else []
-        return listed(parts)
+        parts += [f"{size_text(self.in_transit)} in transit from the workers"] if self.in_transit else []
+        return join_names(parts)
 
 
 def check_memory(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -> None:
@@ -50,10 +50,10 @@ def check_memory(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -
     threads: of this process, 0 where workers compute; saved: batches of the resumed run, which are in memory
     already. Nothing is refused where the system does not report its available memory.
     """
-    need = need_of(plan, schedule, threads, saved)
+    need = memory_need(plan, schedule, threads, saved)
     cures = ["threads=1"] if need.threads > 1 else []
     cures += [f"fewer batches than {need.batches + saved}"] if need.batches != 1 else []
-    _refuse_beyond(plan, need, "simulate: the sums of this scene", cures)
+    _refuse_above(plan, need, "simulate: the sums of this scene", cures)
 
 
 def check_worker_memory(plan: Plan, threads: int) -> None:
@@ -61,57 +61,57 @@ def check_worker_memory(plan: Plan, threads: int) -> None:
 
     These are the sums of its threads, and those that wait to be sent.
     """
-    batch = bytes_in_all(plan, _records(plan, 1))
-    need = Need(_counting(plan, 1) + 2 * batch, threads, 0.0, 0)
+    batch = total_bytes(plan, _records_per_batch(plan, 1))
+    need = MemoryNeed(_bytes_per_thread(plan, 1) + 2 * batch, threads, 0.0, 0)
     cures = [*(["workers with fewer threads"] if threads > 1 else []), "workers with more memory"]
-    _refuse_beyond(plan, need, "a worker of the cluster: the sums of this scene", cures)
+    _refuse_above(plan, need, "a worker of the cluster: the sums of this scene", cures)
 
 
-def need_of(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -> Need:
+def memory_need(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -> MemoryNeed:
     """Return the upper bound of a run's memory, without sums that are stored in a file."""
-    batches = max(0, _most_kept(schedule, saved) - saved)
-    records = _records(plan, schedule.count)
-    whole, kept = (of(plan, records) for of in (bytes_in_all, bytes_in_memory))
+    batches = max(0, _max_stored_batches(schedule, saved) - saved)
+    records = _records_per_batch(plan, schedule.count)
+    whole, kept = (of(plan, records) for of in (total_bytes, resident_bytes))
     # Count all sums as memory where their file would not fit on the disk.
-    if bytes_free() < batches * (whole - kept):
+    if free_disk_bytes() < batches * (whole - kept):
         kept = whole
-    counting = _counting(plan, schedule.count) + kept  # kept: the thread's batch while it is packed
-    return Need(counting, threads, kept, batches, 0 if threads else 2 * whole)
+    counting = _bytes_per_thread(plan, schedule.count) + kept  # kept: the thread's batch while it is packed
+    return MemoryNeed(counting, threads, kept, batches, 0 if threads else 2 * whole)
 
 
-def _refuse_beyond(plan: Plan, need: Need, what: str, cures: list[str]) -> None:
-    if need.total < ALWAYS:
+def _refuse_above(plan: Plan, need: MemoryNeed, what: str, cures: list[str]) -> None:
+    if need.total < MIN_FREE:
         return
-    left = memory_left()
+    left = available_memory()
     if left is not None and need.total > left:
         raise SceneError(
             f"{what} take up to {size_text(need.total)}, {need}, and {size_text(left)} of memory are left;"
-            f" {', or '.join([_fewer_bins(plan), *cures])}"
+            f" {', or '.join([_fewer_bins_advice(plan), *cures])}"
         )
 
 
-def _counting(plan: Plan, batches: int) -> float:
+def _bytes_per_thread(plan: Plan, batches: int) -> float:
     """Return the bytes per thread while a batch runs."""
-    return bytes_of_counting(plan) + bytes_of_records(_records(plan, batches))
+    return bytes_of_counting(plan) + bytes_of_records(_records_per_batch(plan, batches))
 
 
-def _records(plan: Plan, batches: int) -> float:
+def _records_per_batch(plan: Plan, batches: int) -> float:
     """Return the records of snapshots per batch."""
     return sum(snapshot.particles for snapshot in plan.scene.snapshots) / batches
 
 
-def _most_kept(schedule: Schedule, saved: int) -> int:
+def _max_stored_batches(schedule: Schedule, saved: int) -> int:
     """Return the largest number of stored batches.
 
     A new run limited by particles stores no more than it has.
     """
     limits = schedule.limits
     if saved or limits.error or limits.seconds is not None or limits.particles is None:
-        return schedule.most_kept
-    return min(schedule.most_kept, max(schedule.count, math.ceil(limits.particles / LARGEST_BATCH)))
+        return schedule.max_stored
+    return min(schedule.max_stored, max(schedule.count, math.ceil(limits.particles / MAX_BATCH_SIZE)))
 
 
-def _fewer_bins(plan: Plan) -> str:
+def _fewer_bins_advice(plan: Plan) -> str:
     """Return the advice to use fewer bins, with the detector that has most of them."""
     meters = {f"detector {meter.name!r}": rows_of(plan.scene, meter) for meter in plan.scene.meters}
     for volume in plan.volumes:

@@ -22,16 +22,16 @@ def plan_for(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
 @lru_cache(maxsize=32)
 def program_for(scene: Scene, tracking: Tracking | None, method: Method):
     """Return the program of a plan: its passes, each with its table."""
-    from transport.engine.program import program_of
+    from transport.engine.program import build_program
 
-    return program_of(plan_for(scene, tracking, method))
+    return build_program(plan_for(scene, tracking, method))
 
 
-def machine_for(scene: Scene, tracking: Tracking | None, method: Method, bar: Progress):
+def compiled_program_for(scene: Scene, tracking: Tracking | None, method: Method, bar: Progress):
     """Return the compiled program of a scene, compiled or loaded; cached for scenes that are run again."""
-    from transport.engine.driver import machine_of
+    from transport.engine.driver import compile_program
 
     program = program_for(scene, tracking, method)
     if program.machine is None:
-        program.machine = machine_of(program, bar.compiling)
+        program.machine = compile_program(program, bar.compiling)
     return program.machine

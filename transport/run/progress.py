@@ -10,16 +10,16 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from transport.statistics.notation import duration, percent
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
     from transport.run.stopping import Standing
 
 LINES = "lines"
-BAR = 16  # characters
-FIRST_LINE = 15.0  # [s] until the first line of a log; the interval doubles with each line
-LONGEST = 600.0  # [s] longest interval between lines
-PATIENCE = 0.5  # [s] before the bar is shown: short work needs none
+BAR_WIDTH = 16  # characters
+FIRST_INTERVAL = 15.0  # [s] until the first line of a log; the interval doubles with each line
+MAX_INTERVAL = 600.0  # [s] longest interval between lines
+BAR_DELAY = 0.5  # [s] before the bar is shown: short work needs none
 
 
 class WaitingWarning(UserWarning):
@@ -74,7 +74,7 @@ class Bar(Progress):
 
     def _show(self, stage: str, text: str, share: float) -> None:
         if self.bar is None:
-            if time.perf_counter() - self.begun < PATIENCE:
+            if time.perf_counter() - self.begun < BAR_DELAY:
                 return
             self._start()
         if stage != self.stage:
@@ -93,7 +93,7 @@ class Bar(Progress):
         from rich.progress import BarColumn, TaskProgressColumn, TextColumn
         from rich.progress import Progress as Rich
 
-        columns = TextColumn("{task.description}"), BarColumn(BAR), TaskProgressColumn()
+        columns = TextColumn("{task.description}"), BarColumn(BAR_WIDTH), TaskProgressColumn()
         console = Console(stderr=True, force_terminal=self.is_forced or None)
         self.bar = Rich(*columns, console=console, transient=True)
         self.bar.start()
@@ -109,7 +109,7 @@ class Lines(Progress):
 
     def __init__(self) -> None:
         self.begun = time.perf_counter()
-        self.pause, self.due = FIRST_LINE, self.begun + FIRST_LINE
+        self.pause, self.due = FIRST_INTERVAL, self.begun + FIRST_INTERVAL
 
     def compiling(self, done: int, of: int, name: str) -> None:
         self._tell(f"compiling {name} (the first time only), {done} of {of} passes")
@@ -127,7 +127,7 @@ class Lines(Progress):
         now = time.perf_counter()
         if now < self.due:
             return
-        self.pause = min(2 * self.pause, LONGEST)
+        self.pause = min(2 * self.pause, MAX_INTERVAL)
         self.due = now + self.pause
         print(f"{_clock()}: after {duration(now - self.begun)} {text}", file=sys.stderr, flush=True)
 
@@ -160,7 +160,7 @@ def running_text(particles: int, elapsed: float, end: float, worst: Standing | N
 
 
 @contextmanager
-def progress_on(wanted: bool | str | Progress | None) -> Iterator[Progress]:
+def open_progress(wanted: bool | str | Progress | None) -> Iterator[Progress]:
     """Yield the receiver of a run's progress.
 
     wanted: None for a bar where standard error is a terminal, True for a bar, False for nothing, "lines" for
@@ -170,7 +170,7 @@ def progress_on(wanted: bool | str | Progress | None) -> Iterator[Progress]:
         yield wanted
         return
     if wanted not in (None, True, False, LINES):
-        raise SceneError(f"simulate: progress must be True, False or {LINES!r}, got {shown(wanted)}")
+        raise SceneError(f"simulate: progress must be True, False or {LINES!r}, got {short_repr(wanted)}")
     is_terminal = sys.stderr.isatty()
     if wanted is False or not (wanted or is_terminal):
         yield Progress()

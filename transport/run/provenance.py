@@ -40,12 +40,12 @@ def sources_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-def joined(*origins: Iterable[Origin]) -> tuple[Origin, ...]:
+def distinct_origins(*origins: Iterable[Origin]) -> tuple[Origin, ...]:
     """Return all distinct origins in order of appearance."""
     return tuple(dict.fromkeys(chain.from_iterable(origins)))
 
 
-def doubts_of(origins: Iterable[Origin]) -> list[str]:
+def warnings_of(origins: Iterable[Origin]) -> list[str]:
     """Return findings about a run whose batches come from different sources or machines, as sentences."""
     origins, found = list(origins), []
     sources = dict.fromkeys((origin.version, origin.sources) for origin in origins)
@@ -62,15 +62,18 @@ def doubts_of(origins: Iterable[Origin]) -> list[str]:
 
 
 def _version() -> str:
-    return _found("transport")
+    return _installed_version("transport")
 
 
 def _versions() -> tuple[str, ...]:
     """Return the versions of Python and of the libraries that computed the batches."""
-    return (f"Python {platform.python_version()}", *(f"{name} {_found(name)}" for name in ("numpy", "numba")))
+    return (
+        f"Python {platform.python_version()}",
+        *(f"{name} {_installed_version(name)}" for name in ("numpy", "numba")),
+    )
 
 
-def _found(name: str) -> str:
+def _installed_version(name: str) -> str:
     from importlib.metadata import PackageNotFoundError, version
 
     try:

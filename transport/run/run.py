@@ -11,25 +11,25 @@ from transport.compile.plan import Plan
 from transport.results.batches import Batch
 from transport.results.choice import Choice
 from transport.results.record import Cost, Forecast
-from transport.results.report import better_than
+from transport.results.report import other_estimators
 from transport.results.result import Result
-from transport.run.forecast import Outlook
+from transport.run.forecast import Forecaster
 from transport.run.interruption import Interruption
 from transport.run.memory import check_memory
 from transport.run.progress import Progress
-from transport.run.provenance import Origin, joined, this_origin
+from transport.run.provenance import Origin, distinct_origins, this_origin
 from transport.run.schedules import Leg, batches_in, schedule_for, sizes_of
-from transport.run.settings import HOPELESS, MOST_BATCHES, Limits
-from transport.run.state import State, looks_at, put_back
-from transport.run.stopping import Look, standing_of
-from transport.run.threads import GLANCE, CrewLost, InOrder
+from transport.run.settings import MAX_BATCHES, MAX_PARTICLES_UNSCORED, Limits
+from transport.run.state import State, restore_schedule, saved_checks
+from transport.run.stopping import Look, status_of
+from transport.run.threads import POLL_SECONDS, OrderedResults, WorkersLost
 from transport.scene.scene import Scene
-from transport.statistics.notation import duration, times_text
+from transport.statistics.notation import duration, ratio_text
 from transport.validation import SceneError
 
 # Number of particles after which a class of paths without a score is assumed never to score.
-OPEN = 1 << 18
-SHORT = 1.0  # [s] that a batch may take in a run that can be interrupted
+UNSCORED_PARTICLES = 1 << 18
+RESPONSIVE_SECONDS = 1.0  # [s] that a batch may take in a run that can be interrupted
 
 
 class IdleWarning(UserWarning):
@@ -50,7 +50,7 @@ class Run:
     threads: int
     bar: Progress
     # makes the executor for so many batches, among which a Snapshot's sample is divided
-    hire: Callable[[int], InOrder]
+    make_executor: Callable[[int], OrderedResults]
     choice: Choice | None = None  # how the estimator was chosen
     warnings: list[str] = field(default_factory=list)
     looks: list[Look] = field(default_factory=list)
@@ -67,9 +67,9 @@ class Run:
     interruption: Interruption = field(default_factory=Interruption)
     leg: Leg = field(default_factory=list)  # the present leg
     done: int = 0  # finished batches of the present leg
-    is_idle_told: bool = False
+    is_idle_warned: bool = False
 
-    def go_on_with(self, saved: State, cost: Cost | None, warnings: list[str]) -> None:
+    def resume(self, saved: State, cost: Cost | None, warnings: list[str]) -> None:
         """Resume a saved run, with its cost and its warnings."""
         self.warnings += warnings
         self.saved, self.origins = saved, saved.origins or (this_origin(),)
@@ -79,33 +79,33 @@ class Run:
         """Run until a limit is reached or the run is interrupted; set `state`, `is_complete` and warnings."""
         self.interruption.begin()
         # Make the schedule and the executor, and refuse what does not fit into memory.
-        self.begun = self.shown = time.perf_counter()
-        self.schedule, self.outlook = schedule_for(self.limits, self.plan), Outlook(self.threads)
+        self.begun = self.last_shown = time.perf_counter()
+        self.schedule, self.forecaster = schedule_for(self.limits, self.plan), Forecaster(self.threads)
         if self.saved is not None:
             self.schedule.make_room()
-        self.crew = self.hire(self.schedule.count)
+        self.executor = self.make_executor(self.schedule.count)
         saved = self.saved
         here = 0 if saved is None else len(saved.batches) + len(saved.current) + len(saved.ahead)
-        check_memory(self.plan, self.schedule, self.crew.threads, here)
+        check_memory(self.plan, self.schedule, self.executor.threads, here)
         try:
             # Run leg after leg until the errors are reached.
-            if self.saved is None or self._takes_up():
+            if self.saved is None or self._restore():
                 while self._leg() and not self._is_enough():
                     pass
             self.interruption.check()
-        except (KeyboardInterrupt, CrewLost) as why:
+        except (KeyboardInterrupt, WorkersLost) as why:
             # Keep the batches finished so far, also those out of order.
             self.is_complete = False
             self.state = self.now()
-            self._take_ahead()
-            if isinstance(why, CrewLost) and not self.batches:
+            self._take_out_of_order()
+            if isinstance(why, WorkersLost) and not self.batches:
                 raise
             self.warnings.append(
                 f"interrupted after {len(self.batches)} batches{f': {why}' * bool(str(why))}"
             )
             return
         self.state = self.now()
-        if not_reached := self._not_reached():
+        if not_reached := self._missed_target():
             self.warnings.append(not_reached)
 
     @property
@@ -130,7 +130,7 @@ class Run:
             return False
         # Take batches in order. Between them save the run, check Ctrl-C and the time, and show the progress.
         self.size = self.leg[0][0]
-        with closing(self.crew.work(sizes_of(self.leg, self.done))) as batches:
+        with closing(self.executor.work(sizes_of(self.leg, self.done))) as batches:
             for batch in batches:
                 if batch is not None:
                     self._take(batch)
@@ -139,14 +139,14 @@ class Run:
                 self.interruption.check()
                 if self._is_late() and len(self.batches) > 1:
                     return False
-                if time.perf_counter() - self.shown > GLANCE:
+                if time.perf_counter() - self.last_shown > POLL_SECONDS:
                     self._show()
-                    if self.shown - begun > SHORT:
-                        self._tell_idle()
+                    if self.last_shown - begun > RESPONSIVE_SECONDS:
+                        self._warn_idle()
         # Finish the leg, and time it for the forecast.
         self.schedule.end_leg()
         self.leg = []
-        self.outlook.add_leg(self.crew.done, time.perf_counter() - begun)
+        self.forecaster.add_leg(self.executor.done, time.perf_counter() - begun)
         return True
 
     def _next_leg(self) -> None:
@@ -161,7 +161,7 @@ class Run:
                 got = f"part must be one of at most {most} parts, got {self.limits.part}"
                 cure = f"pass batches={self.limits.part[1]} or more, the same in every part"
                 raise SceneError(f"simulate: {got}, as each needs a batch; {cure}")
-            self.crew.next, self.leg = self.schedule.part(self.leg)
+            self.executor.next, self.leg = self.schedule.part(self.leg)
 
     def _take(self, batch: Batch) -> None:
         """Add a batch to the run."""
@@ -185,30 +185,30 @@ class Run:
             list(schedule.current),
             self.leg,
             self.done,
-            self.crew.next,
-            dict(self.crew.ahead),
+            self.executor.next,
+            dict(self.executor.ahead),
             list(self.looks),
             self.particles,
             self.crossings,
             self.collisions,
             self._elapsed,
-            joined(self.origins, self._doers) if is_new else saved.origins,
+            distinct_origins(self.origins, self._new_origins) if is_new else saved.origins,
         )
 
     @property
-    def _doers(self) -> tuple[Origin, ...]:
+    def _new_origins(self) -> tuple[Origin, ...]:
         """Return the provenance of the new batches.
 
         It is that of the workers, or of this process where it resumes a run; else empty.
         """
-        return self.crew.origins or (() if self.saved is None else (this_origin(),))
+        return self.executor.origins or (() if self.saved is None else (this_origin(),))
 
-    def _takes_up(self) -> bool:
+    def _restore(self) -> bool:
         """Restore the saved state; return whether the run must go on."""
         saved = self.saved
-        self.crew.next, self.looks = saved.next, looks_at(saved, self.limits)
-        if put_back(saved, self.schedule):
-            self.leg, self.done, self.crew.ahead = saved.leg, saved.done, dict(saved.ahead)
+        self.executor.next, self.looks = saved.next, saved_checks(saved, self.limits)
+        if restore_schedule(saved, self.schedule):
+            self.leg, self.done, self.executor.ahead = saved.leg, saved.done, dict(saved.ahead)
         self.particles, self.crossings, self.collisions = saved.particles, saved.crossings, saved.collisions
         self.begun -= saved.seconds
         if self.leg or not self.limits.error:
@@ -216,10 +216,10 @@ class Run:
         del self.looks[-1:]
         return not self._is_enough()
 
-    def _take_ahead(self) -> None:
+    def _take_out_of_order(self) -> None:
         """Take batches that were finished out of order into the result of a run that ends early."""
-        for number in sorted(self.crew.ahead):
-            self._take(self.crew.ahead[number])
+        for number in sorted(self.executor.ahead):
+            self._take(self.executor.ahead[number])
 
     def _is_late(self) -> bool:
         return self.limits.seconds is not None and self._elapsed >= self.limits.seconds
@@ -228,23 +228,26 @@ class Run:
     def _elapsed(self) -> float:
         return time.perf_counter() - self.begun
 
-    def why_nothing(self) -> str:
+    def no_result_message(self) -> str:
         """Return the message of a run interrupted before its first batch.
 
         It states how long a batch takes, and how to shorten batches.
         """
         # particles per second of one thread, which computes one batch at a time
-        rate = self.crew.started / self._elapsed / self.threads
+        rate = self.executor.started / self._elapsed / self.threads
         said = (
             f"interrupted before the first batch of {self.size} particles was complete, so there is no result"
         )
         if not rate > 0:
             return said
-        takes, wanted = self.size / rate, math.ceil((self.limits.particles or 0) / (SHORT * rate))
+        takes, wanted = (
+            self.size / rate,
+            math.ceil((self.limits.particles or 0) / (RESPONSIVE_SECONDS * rate)),
+        )
         said += f"; one takes about {duration(takes)}, and {self.threads} run at a time"
-        if not self.limits.batches < wanted or takes < 2 * SHORT:
+        if not self.limits.batches < wanted or takes < 2 * RESPONSIVE_SECONDS:
             return said
-        return f"{said}; pass batches={min(wanted, MOST_BATCHES)} for shorter ones"
+        return f"{said}; pass batches={min(wanted, MAX_BATCHES)} for shorter ones"
 
     # ---- error checks and forecasts between legs ----
 
@@ -252,23 +255,25 @@ class Run:
         """Check the target errors and forecast the rest of the run; return whether the run may end."""
         if not self.limits.error:
             return False
-        look = self._look()
+        look = self._check_errors()
         self.looks.append(look)
-        if self.schedule.is_enough(self.looks) or (look.is_blind and self.particles >= HOPELESS):
-            return not self._may_settle(look, look.doubted.unseen)
+        if self.schedule.is_enough(self.looks) or (
+            look.is_blind and self.particles >= MAX_PARTICLES_UNSCORED
+        ):
+            return not self._may_resolve(look, look.least_seen.unseen)
         # End where a single number has a finding that the other limits leave no room to resolve.
-        of_numbers = look.unseen_of_numbers
-        if not look.is_blind and of_numbers > 1 and not self._may_settle(look, of_numbers):
+        of_numbers = look.max_unseen_number
+        if not look.is_blind and of_numbers > 1 and not self._may_resolve(look, of_numbers):
             return True
         # Forecast the rest of the run, and keep the first clear forecast.
         to_come = (math.inf, 0) if look.is_blind else self.schedule.to_come(self.looks)
-        self.outlook.plan(self._elapsed, self.particles, *to_come)
-        is_clear = self.outlook.is_clear(look) and self.schedule.is_foreseen(self.looks)
+        self.forecaster.plan(self._elapsed, self.particles, *to_come)
+        is_clear = self.forecaster.is_clear(look) and self.schedule.is_foreseen(self.looks)
         if self.forecast is None and is_clear:
-            self.forecast = self.outlook.forecast
+            self.forecast = self.forecaster.forecast
         return False
 
-    def _may_settle(self, look: Look, times: float) -> bool:
+    def _may_resolve(self, look: Look, times: float) -> bool:
         """Return whether the run should go on to resolve relevant paths that have not scored.
 
         It should where that is possible before its other limits are reached. times: factor of particles that
@@ -276,65 +281,65 @@ class Run:
         """
         if times <= 1:
             return False
-        if look.particles < OPEN:
+        if look.particles < UNSCORED_PARTICLES:
             return True
         limits, enough = self.limits, times * look.particles
         if limits.particles is None and limits.seconds is None:
-            return enough <= look.needed
+            return enough <= look.particles_needed
         rate = self.particles / max(self._elapsed, 1e-9)
         by_time = math.inf if limits.seconds is None else rate * limits.seconds
         return enough <= min(by_time, math.inf if limits.particles is None else limits.particles)
 
-    def _look(self) -> Look:
+    def _check_errors(self) -> Look:
         """Return an error check: what is known about the target errors."""
         result = Result(self.plan, self.batches, self.seed, None, True, [])
         standings = [
-            standing_of(name, result.quantity(name), target) for name, target in self.limits.error.items()
+            status_of(name, result.quantity(name), target) for name, target in self.limits.error.items()
         ]
-        if result.particles < OPEN:
-            times = OPEN / result.particles
+        if result.particles < UNSCORED_PARTICLES:
+            times = UNSCORED_PARTICLES / result.particles
             standings = [
                 replace(each, foretold=max(each.foretold, min(each.unseen, times))) for each in standings
             ]
         return Look(result.particles, len(self.batches), tuple(standings))
 
-    def _not_reached(self) -> str | None:
+    def _missed_target(self) -> str | None:
         """Return the warning of a run that ended before its target errors; None where they were reached."""
         if not self.limits.error:
             return None
-        look = self._look()
-        worst, doubted = look.worst, look.doubted
+        look = self._check_errors()
+        worst, doubted = look.worst, look.least_seen
         is_in_doubt = doubted.unseen > 1 and worst.relative < math.inf
         told = doubted if is_in_doubt else worst
         ratio = told.relative / told.target
         # Name the quantity furthest from its target, or the one with a finding, and the reason.
         why = []
         if ratio > 1:
-            times = f"at {times_text(ratio)} times the requested error"
+            times = f"at {ratio_text(ratio)} times the requested error"
             why.append(times if ratio < math.inf else "without a score for it")
         if is_in_doubt:
             link = "and" if why and told.has_bins else "because"
-            why.append(f"{link} {self._no_way_out(told.unseen)}: {told.doubt}")
+            why.append(f"{link} {self._why_unresolved(told.unseen)}: {told.doubt}")
         if not why:
             return None
         stopped = f"{told.name}: stopped after {self.particles} particles, {', '.join(why)}"
-        others = better_than(self.scene, self.plan.method, self.choice)
+        others = other_estimators(self.scene, self.plan.method, self.choice)
         return f"{stopped}. {others}" if others else stopped
 
-    def _no_way_out(self, times: float) -> str:
+    def _why_unresolved(self, times: float) -> str:
         """Return why a finding stays that this factor of particles would resolve."""
         if self.limits.particles is not None or self.limits.seconds is not None:
             return "running on to its limits would not resolve a finding"
         if math.isinf(times):
             return "running on would not resolve a finding"
-        return f"it would take {times_text(times)} times as many particles to resolve a finding"
+        return f"it would take {ratio_text(times)} times as many particles to resolve a finding"
 
-    def _tell_idle(self) -> None:
+    def _warn_idle(self) -> None:
         """Warn, once, where there are fewer batches than threads."""
         batches, enough = batches_in(self.leg), self.threads * self.limits.part[1]
-        if self.is_idle_told or batches >= self.threads or self.schedule.count >= enough:
+        if self.is_idle_warned or batches >= self.threads or self.schedule.count >= enough:
             return
-        self.is_idle_told = True
+        self.is_idle_warned = True
         idle = self.threads - batches
         told = f"{batches} batches for {self.threads} threads leave {idle} of them idle"
         told += f"; start the run with batches={enough} or more, or use threads={batches}"
@@ -343,9 +348,9 @@ class Run:
 
     def _show(self) -> None:
         """Show the particles so far, the worst error and the expected time on the progress."""
-        self.shown = time.perf_counter()
-        particles, elapsed = self.particles + self.crew.started, self._elapsed
-        ends = [self.outlook.end(elapsed, particles)]  # [s], the earliest of which counts
+        self.last_shown = time.perf_counter()
+        particles, elapsed = self.particles + self.executor.started, self._elapsed
+        ends = [self.forecaster.end(elapsed, particles)]  # [s], the earliest of which counts
         if self.limits.particles is not None and particles:
             ends.append(elapsed * self.limits.particles / particles)
         if self.limits.seconds is not None:

@@ -16,22 +16,22 @@ import numpy as np
 
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
-from transport.results.footprint import KEPT, batches_that_fit, bytes_of_a_batch, bytes_unpacked
-from transport.run.settings import FEWEST_FOR_ERROR, MOST_PARTICLES, Limits
+from transport.results.footprint import MAX_KEPT_BYTES, batches_that_fit, bytes_of_batch, bytes_unpacked
+from transport.run.settings import MAX_PARTICLES, MIN_BATCHES_FOR_ERROR, Limits
 from transport.run.stopping import (
-    FARTHEST,
-    FEWEST_ROUNDS,
+    MAX_STEP_DOUBLINGS,
+    MIN_ROUNDS,
     Look,
-    is_last_leap,
-    leaps_suffice,
-    leaps_to_come,
-    slope_of,
+    error_slope,
+    is_last_round,
+    planned_doublings,
+    rounds_suffice,
 )
 
 # ---- Merge consecutive batches where too many would be stored, so that all are about equally large.
 
 
-def unbroken(batches: list[Batch]) -> list[list[Batch]]:
+def contiguous_groups(batches: list[Batch]) -> list[list[Batch]]:
     """Group batches of one seed that follow one another without a gap.
 
     Batches in a gap may belong to another run.
@@ -46,7 +46,7 @@ def unbroken(batches: list[Batch]) -> list[list[Batch]]:
     return found
 
 
-def with_room_for(
+def merge_to_fit(
     leg: list[tuple[int, int]], batches: list[Batch], most: int, records: int
 ) -> tuple[list[Batch], int]:
     """Return the stored batches, merged, and how many batches of the leg to merge into one.
@@ -56,35 +56,35 @@ def with_room_for(
     batches may keep.
     """
     size, more = leg[0][0], sum(many for _, many in leg)
-    most = max(most, len(unbroken(batches)) + 1)
+    most = max(most, len(contiguous_groups(batches)) + 1)
     aim = min(size, *(batch.histories for batch in batches))
     while True:
-        groups, together = _groups(batches, aim), max(1, aim // size)
+        groups, together = _group_by_size(batches, aim), max(1, aim // size)
         if len(groups) + math.ceil(more / together) <= most:
             break
         aim *= 2
-    return _as_one(groups, records), together
+    return _merge_groups(groups, records), together
 
 
-def no_more_than(most: int, batches: list[Batch], records: int) -> list[Batch]:
+def merge_to_at_most(most: int, batches: list[Batch], records: int) -> list[Batch]:
     """Return at most `most` batches, consecutive ones merged, where no further batches follow."""
-    most, aim = max(most, len(unbroken(batches))), min(batch.histories for batch in batches)
-    while len(groups := _groups(batches, aim)) > most:
+    most, aim = max(most, len(contiguous_groups(batches))), min(batch.histories for batch in batches)
+    while len(groups := _group_by_size(batches, aim)) > most:
         aim *= 2
-    return _as_one(groups, records)
+    return _merge_groups(groups, records)
 
 
-def gathered(batches: list[Batch], size: int, records: int) -> list[Batch]:
+def merge_up_to(batches: list[Batch], size: int, records: int) -> list[Batch]:
     """Merge consecutive batches up to `size` particles each."""
-    return _as_one(_groups(batches, size), records)
+    return _merge_groups(_group_by_size(batches, size), records)
 
 
-def _as_one(groups: list[list[Batch]], records: int) -> list[Batch]:
+def _merge_groups(groups: list[list[Batch]], records: int) -> list[Batch]:
     """Merge each group into one batch."""
     return [reduce(lambda one, other: one.merged(other, records), group) for group in groups]
 
 
-def net_of(batch: Batch) -> int:
+def net_size(batch: Batch) -> int:
     """Return the points per quasi-random net merged into a batch.
 
     For nets of unequal size, the average rounded down to a power of two.
@@ -93,10 +93,10 @@ def net_of(batch: Batch) -> int:
     return 1 << (each.bit_length() - 1)
 
 
-def _groups(batches: list[Batch], size: int) -> list[list[Batch]]:
+def _group_by_size(batches: list[Batch], size: int) -> list[list[Batch]]:
     """Group consecutive batches up to `size` particles per group."""
     groups: list[list[Batch]] = []
-    for row in unbroken(batches):
+    for row in contiguous_groups(batches):
         histories = math.inf
         for batch in row:
             histories += batch.histories
@@ -109,15 +109,19 @@ def _groups(batches: list[Batch], size: int) -> list[list[Batch]]:
 
 # ---- Schedules of batches: legs of batches whose sizes depend on earlier batches alone, never on timing.
 
-LARGEST_BATCH = 1 << 24  # particles
-MOST_EVENTS = 1 << 28  # crossings and collisions planned per batch: sums are exact below 2^30
-FIRST_BATCH = 512  # particles of the first batches where only the time is limited; doubled as the run goes on
-SMALL_BATCH = 128  # particles per batch of a pilot
-MEMORY = 1 << 28  # bytes of sums that a run for an error may store, where the number of batches is left open
-FEWEST = 32  # batches, unless these are very large
-FEWEST_OF_A_ROUND = 8  # batches with which an unfinished round is better than the one before it
+MAX_BATCH_SIZE = 1 << 24  # particles
+MAX_EVENTS = 1 << 28  # crossings and collisions planned per batch: sums are exact below 2^30
+FIRST_BATCH_SIZE = (
+    512  # particles of the first batches where only the time is limited; doubled as the run goes on
+)
+PILOT_BATCH_SIZE = 128  # particles per batch of a pilot
+MAX_STORED_BYTES = (
+    1 << 28
+)  # bytes of sums that a run for an error may store, where the number of batches is left open
+MIN_BATCHES = 32  # batches, unless these are very large
+MIN_BATCHES_OF_ROUND = 8  # batches with which an unfinished round is better than the one before it
 # times as many batches as requested, where those would be too large; consecutive ones are then merged
-MOST_IN_ONE_GO = 4
+MAX_BATCHES_FACTOR = 4
 
 Leg = list[tuple[int, int]]  # particles per batch, and how many such batches follow one another
 
@@ -134,7 +138,7 @@ def batches_in(leg: Leg) -> int:
     return sum(many for _, many in leg)
 
 
-def cut(leg: Leg, first: int, past: int) -> Leg:
+def slice_leg(leg: Leg, first: int, past: int) -> Leg:
     """Return the batches of a leg with numbers from `first` up to, but not including, `past`."""
     cuts, begin = [], 0
     for size, many in leg:
@@ -159,7 +163,7 @@ class Schedule:
         """count: batches; records: snapshot records in all; is_large: whether a batch's sums are large."""
         self.limits, self.count, self.records = limits, count, records
         self.is_large = is_large
-        self.most_kept = (self.fewest_most if is_large else self.most) * count
+        self.max_stored = (self.fewest_most if is_large else self.most) * count
         self.batches: list[Batch] = []
         self.current: list[Batch] = []  # batches of the present round
         self.issued = 0  # particles in all legs so far
@@ -167,7 +171,7 @@ class Schedule:
     @property
     def left(self) -> int:
         """Return the particles that may still be run."""
-        most = MOST_PARTICLES if self.limits.particles is None else self.limits.particles
+        most = MAX_PARTICLES if self.limits.particles is None else self.limits.particles
         return max(0, most - self.issued)
 
     def next_leg(self, looks: list[Look]) -> Leg:
@@ -177,21 +181,21 @@ class Schedule:
         return leg
 
     def _leg(self, looks: list[Look]) -> Leg:
-        size, left, many, leg = FIRST_BATCH, self.left, 2 * self.count, []
+        size, left, many, leg = FIRST_BATCH_SIZE, self.left, 2 * self.count, []
         if self.batches:
-            size = min(LARGEST_BATCH, max(batch.histories for batch in self.batches))
+            size = min(MAX_BATCH_SIZE, max(batch.histories for batch in self.batches))
             many = self.count
         while left >= size:
             leg.append((size, min(many, left // size)))
             left -= size * leg[-1][1]
             if leg[-1][1] == many:
-                size, many = min(2 * size, LARGEST_BATCH), self.count
+                size, many = min(2 * size, MAX_BATCH_SIZE), self.count
         return [*leg, (left, 1)] if left else leg
 
     def take(self, batch: Batch) -> None:
         """Store a batch; batches come in the order of their numbers."""
         self.batches.append(batch)
-        if len(self.batches) >= self.most_kept:
+        if len(self.batches) >= self.max_stored:
             self._merge(2)  # in a planned run, where larger batches would not have been safe
 
     def end_leg(self) -> None:
@@ -206,7 +210,7 @@ class Schedule:
 
         More batches follow a finished run; otherwise too few batches would be left.
         """
-        self.most_kept = max(self.most_kept, 2 * self.count)
+        self.max_stored = max(self.max_stored, 2 * self.count)
 
     @property
     def kept(self) -> list[Batch]:
@@ -237,14 +241,16 @@ class Schedule:
     def _merge(self, together: int) -> None:
         """Merge groups of so many consecutive batches; never of two seeds, as a batch records one seed."""
         while together > 1:
-            self.batches = [pair for batches in unbroken(self.batches) for pair in self._paired(batches)]
+            self.batches = [
+                pair for batches in contiguous_groups(self.batches) for pair in self._paired(batches)
+            ]
             together //= 2
 
     def _paired(self, batches: list[Batch]) -> list[Batch]:
         """Merge consecutive pairs; an odd last batch stays as it is."""
         firsts, seconds = batches[::2], batches[1::2]
         both = zip(firsts, seconds, strict=False)
-        return [one.merged(other, self.most_records(2)) for one, other in both] + firsts[len(seconds) :]
+        return [one.merged(other, self.max_records(2)) for one, other in both] + firsts[len(seconds) :]
 
     def _sizes(self, more: int) -> Leg:
         """Return a leg of so many more particles in batches of about equal size.
@@ -252,15 +258,15 @@ class Schedule:
         Smaller stored batches are merged to that size.
         """
         largest = self._largest()
-        size = min(largest, max((batch.histories for batch in self.batches), default=SMALL_BATCH))
+        size = min(largest, max((batch.histories for batch in self.batches), default=PILOT_BATCH_SIZE))
         together = 1
         while 2 * size <= largest and (self.particles + more) >= 2 * size * self.count:
             size, together = 2 * size, 2 * together
         self._merge(together)
         fewest = 0 if self.batches else self.count
-        return _evenly(more, max(fewest, math.ceil(more / size)))
+        return _even_leg(more, max(fewest, math.ceil(more / size)))
 
-    def most_records(self, together: int) -> int:
+    def max_records(self, together: int) -> int:
         """Return the snapshot records that so many merged batches may keep."""
         return math.ceil(together * self.records / self.count)
 
@@ -268,14 +274,14 @@ class Schedule:
         """Return the particles of the largest safe batch, by the events per particle so far."""
         events = sum(batch.crossings + batch.collisions for batch in self.batches)
         each = events / max(1, self.particles)
-        return int(min(LARGEST_BATCH, max(1.0, MOST_EVENTS / max(each, 1.0))))
+        return int(min(MAX_BATCH_SIZE, max(1.0, MAX_EVENTS / max(each, 1.0))))
 
 
-class InOneGo(Schedule):
+class FixedCount(Schedule):
     """Fixed number of particles: all batches in one leg."""
 
     remembered = ("issued", "together", "taken")
-    most, fewest_most = MOST_IN_ONE_GO, 1
+    most, fewest_most = MAX_BATCHES_FACTOR, 1
     together = 1  # batches to merge into one, so that storage does not grow with the particles
     taken = 0  # batches taken of this leg
 
@@ -285,11 +291,11 @@ class InOneGo(Schedule):
         self.taken = 0
         if self.batches:
             leg = self._sizes(self.left)
-            most, records = self.most_kept, self.most_records(2)
-            self.batches, self.together = with_room_for(leg, self.batches, most, records)
+            most, records = self.max_stored, self.max_records(2)
+            self.batches, self.together = merge_to_fit(leg, self.batches, most, records)
         else:
             leg = self._first()
-            self.together = max(1, math.ceil(batches_in(leg) / self.most_kept))
+            self.together = max(1, math.ceil(batches_in(leg) / self.max_stored))
         return leg
 
     def part(self, leg: Leg) -> tuple[int, Leg]:
@@ -297,58 +303,58 @@ class InOneGo(Schedule):
         one, of = self.limits.part
         groups = math.ceil(batches_in(leg) / self.together)
         first, past = (groups * k // of * self.together for k in (one - 1, one))
-        return first, cut(leg, first, past)
+        return first, slice_leg(leg, first, past)
 
     def _first(self) -> Leg:
-        least = math.ceil(self.left / LARGEST_BATCH)
+        least = math.ceil(self.left / MAX_BATCH_SIZE)
         if self.is_large:  # the same number merged in each stored batch
             least = self.count * math.ceil(least / self.count)
-        return _evenly(self.left, max(self.count, least))
+        return _even_leg(self.left, max(self.count, least))
 
     def take(self, batch: Batch) -> None:
         if self.taken % self.together:
-            batch = self.batches.pop().merged(batch, self.most_records(min(self.together, MOST_IN_ONE_GO)))
+            batch = self.batches.pop().merged(batch, self.max_records(min(self.together, MAX_BATCHES_FACTOR)))
         self.batches.append(batch)
         self.taken += 1
 
 
-class Nets(InOneGo):
+class QmcSchedule(FixedCount):
     """Fixed number of particles in quasi-random sampling: batches are complete nets.
 
     The sizes of nets are powers of two.
     """
 
     def _first(self) -> Leg:
-        return [equal_powers_of_two(self.left, self.count)]
+        return [net_sizes(self.left, self.count)]
 
     def _sizes(self, more: int) -> Leg:
         """Return a leg of larger nets rather than more nets, as a run of that size has.
 
         Smaller stored nets are merged, as they would spoil the errors.
         """
-        size = was = min(LARGEST_BATCH, max(map(net_of, self.batches)))
+        size = was = min(MAX_BATCH_SIZE, max(map(net_size, self.batches)))
         while size * self.count < more and 2 * size <= self._largest():
             size *= 2
         if size > was:
-            self.batches = gathered(self.batches, size, self.most_records(2))
+            self.batches = merge_up_to(self.batches, size, self.max_records(2))
         return [(size, max(self.count * (size > was), math.ceil(more / size)))]
 
 
-class Planned(Schedule):
+class PilotThenRun(Schedule):
     """For an `error`: a pilot of small batches, then as many particles as the last error check asks for."""
 
     most = 4
 
     def _leg(self, looks: list[Look]) -> Leg:
-        wanted = looks[-1].next_at if looks else SMALL_BATCH * self.count
+        wanted = looks[-1].next_check if looks else PILOT_BATCH_SIZE * self.count
         more = min(wanted - self.particles, self.left)
         return self._sizes(more) if more > 0 else []
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
-        return looks[-1].needed - looks[-1].particles, looks[-1].legs * self.count
+        return looks[-1].particles_needed - looks[-1].particles, looks[-1].legs * self.count
 
 
-class Rounds(Schedule):
+class QmcRounds(Schedule):
     """For an `error` or `seconds` in quasi-random sampling: rounds of ever larger batches.
 
     The last round alone is the result: earlier rounds are less accurate than their number of particles
@@ -361,15 +367,15 @@ class Rounds(Schedule):
     def __init__(self, limits: Limits, count: int, records: int, is_large: bool = False) -> None:
         super().__init__(limits, count, records, is_large)
         few = self.left // count
-        self.size = min(SMALL_BATCH, 1 << max(0, few.bit_length() - 1))
+        self.size = min(PILOT_BATCH_SIZE, 1 << max(0, few.bit_length() - 1))
         # Grow by small steps where time is limited: an unfinished round is lost when time is up.
-        self.farthest = FARTHEST if limits.seconds is None else 1
+        self.max_doublings = MAX_STEP_DOUBLINGS if limits.seconds is None else 1
         self.adds = False  # whether the present round is added to those before it
 
     def _leg(self, looks: list[Look]) -> Leg:
         batches = self.count
         if self.batches:
-            doublings = leaps_to_come(looks, self.farthest)[0] if looks else 1
+            doublings = planned_doublings(looks, self.max_doublings)[0] if looks else 1
             growth = min(doublings, self._growth())
             self.size, self.adds = self.size << growth, growth == 0
             if self.adds:
@@ -385,37 +391,37 @@ class Rounds(Schedule):
     def adopt(self) -> None:
         super().adopt()
         if self.batches:  # none where the run was interrupted before its first batch was taken
-            self.size = min(LARGEST_BATCH, net_of(self.batches[-1]))
+            self.size = min(MAX_BATCH_SIZE, net_size(self.batches[-1]))
 
     def end_leg(self) -> None:
         self.batches = self.batches + self.current if self.adds else self.current
         self.current = []
-        fewest = len(unbroken(self.batches))
-        while len(self.batches) >= max(self.most_kept, fewest + 1):
+        fewest = len(contiguous_groups(self.batches))
+        while len(self.batches) >= max(self.max_stored, fewest + 1):
             self._merge(2)
 
     @property
     def kept(self) -> list[Batch]:
         if self.adds:
             return self.batches + self.current
-        is_ample = len(self.current) >= max(FEWEST_OF_A_ROUND, self.count // 2)
+        is_ample = len(self.current) >= max(MIN_BATCHES_OF_ROUND, self.count // 2)
         return self.current if is_ample else self.batches or self.current
 
     def is_enough(self, looks: list[Look]) -> bool:
-        return leaps_suffice(looks, self.farthest)
+        return rounds_suffice(looks, self.max_doublings)
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
-        leaps = leaps_to_come(looks, self.farthest)
+        leaps = planned_doublings(looks, self.max_doublings)
         if self._growth() == 0:
             histories = self.particles * (2.0 ** sum(leaps) - 1)
             return histories, math.ceil(histories / self.size)
         return self.count * self.size * float((2.0 ** np.cumsum(leaps)).sum()), self.count * len(leaps)
 
     def is_foreseen(self, looks: list[Look]) -> bool:
-        return len(looks) >= FEWEST_ROUNDS and is_last_leap(looks, self.farthest)
+        return len(looks) >= MIN_ROUNDS and is_last_round(looks, self.max_doublings)
 
     def slope(self, looks: list[Look], name: str) -> float | None:
-        return slope_of(looks, name)
+        return error_slope(looks, name)
 
     def _growth(self) -> int:
         """Return by how many doublings batches may grow.
@@ -431,29 +437,31 @@ def schedule_for(limits: Limits, plan: Plan) -> Schedule:
     count, records = limits.batches, sum(snapshot.particles for snapshot in plan.scene.snapshots)
     is_random = plan.method.sampling == "random"
     if limits.is_free:
-        count = min(count, _most_batches(limits, plan))
+        count = min(count, _max_batches(limits, plan))
     if limits.error or limits.seconds is not None:
-        kind = Rounds if not is_random else Planned if limits.error else Schedule
+        kind = QmcRounds if not is_random else PilotThenRun if limits.error else Schedule
     else:
-        kind = InOneGo if is_random else Nets
-    return kind(limits, count, records, kind.most * count * bytes_of_a_batch(plan) > KEPT)
+        kind = FixedCount if is_random else QmcSchedule
+    return kind(limits, count, records, kind.most * count * bytes_of_batch(plan) > MAX_KEPT_BYTES)
 
 
-def _most_batches(limits: Limits, plan: Plan) -> int:
+def _max_batches(limits: Limits, plan: Plan) -> int:
     """Return the largest number of batches, by the size of their sums."""
     fit = batches_that_fit(plan)
     if not limits.error:
         return fit
-    return max(FEWEST_FOR_ERROR, min(fit, max(FEWEST, MEMORY // (2 * bytes_unpacked(plan)))))
+    return max(
+        MIN_BATCHES_FOR_ERROR, min(fit, max(MIN_BATCHES, MAX_STORED_BYTES // (2 * bytes_unpacked(plan))))
+    )
 
 
-def equal_powers_of_two(particles: int, batches: int) -> tuple[int, int]:
+def net_sizes(particles: int, batches: int) -> tuple[int, int]:
     """Return the size and number of equal batches that hold complete nets, together at least `particles`."""
-    size = min(LARGEST_BATCH, 1 << (math.ceil(particles / batches) - 1).bit_length())
+    size = min(MAX_BATCH_SIZE, 1 << (math.ceil(particles / batches) - 1).bit_length())
     return size, max(batches, math.ceil(particles / size))
 
 
-def _evenly(particles: int, count: int) -> Leg:
+def _even_leg(particles: int, count: int) -> Leg:
     """Return a leg of so many batches, or one per particle, that differ by one particle at most."""
     count = min(particles, count)
     if count == 0:

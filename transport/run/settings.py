@@ -12,25 +12,25 @@ import numpy as np
 from transport.compile.methods import ANALOG, Method
 from transport.results.backward import IMAGE_QUANTITIES
 from transport.results.choice import Choice
-from transport.results.detectors import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
+from transport.results.detectors import BY_DIRECTION, MOMENT_QUANTITIES, QUANTITIES, TIME_INTEGRATED
 from transport.results.phase_space import OF_PHASE_MOMENTS, PHASE_QUANTITIES
 from transport.results.points import POINT_QUANTITIES
-from transport.results.volumes import VOLUME_QUANTITIES, VOLUMES_CLOCKED
-from transport.scene.cameras import Instrument
+from transport.results.volumes import TIME_INTEGRATED_VOLUME, VOLUME_QUANTITIES
+from transport.scene.cameras import PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.points import PointDetector
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
 from transport.scene.volumes import VolumeDetector
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError, name_hint
 
-FEWEST_FOR_ERROR = 16  # batches
+MIN_BATCHES_FOR_ERROR = 16  # batches
 # batches, up to twice as many: the error is then known to 1 / sqrt(2 × 128) = 6 % or better
-MANY_FOR_ERROR = 128
-MOST_BATCHES = 4096
-HOPELESS = 10**7  # particles without a score, after which a run for an error ends
-MOST_PARTICLES = 10**10  # particles at which a run for an `error` alone ends, with a warning
+USUAL_BATCHES_FOR_ERROR = 128
+MAX_BATCHES = 4096
+MAX_PARTICLES_UNSCORED = 10**7  # particles without a score, after which a run for an error ends
+MAX_PARTICLES = 10**10  # particles at which a run for an `error` alone ends, with a warning
 
 
 @dataclass(frozen=True)
@@ -63,16 +63,16 @@ def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> 
             "simulate: no limit given; pass particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10"
         )
     if particles is not None:
-        particles = checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
+        particles = checked_integer("particles", particles, 1, MAX_PARTICLES * 100)
     if seconds is not None and not (_is_number(seconds) and 0 < seconds < math.inf):
         raise SceneError(f"simulate: seconds must be positive and finite, got {seconds!r}")
     is_free = batches is None
     if is_free:
         batches = _usual_batches(method, error)
-    batches = checked_whole("batches", batches, 2, MOST_BATCHES)
-    if error and batches < FEWEST_FOR_ERROR:
+    batches = checked_integer("batches", batches, 2, MAX_BATCHES)
+    if error and batches < MIN_BATCHES_FOR_ERROR:
         raise SceneError(
-            f"simulate: batches must be at least {FEWEST_FOR_ERROR} with error=..., got {batches};"
+            f"simulate: batches must be at least {MIN_BATCHES_FOR_ERROR} with error=..., got {batches};"
             " with fewer, the run would end when the error is underestimated by chance"
         )
     for name, target in error.items():
@@ -85,8 +85,8 @@ def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> 
 def _usual_batches(method: Method, error: Mapping[str, float]) -> int:
     """Return the default number of batches; with an error target, enough to know the error well."""
     if not error:
-        return method.usual_batches
-    return MANY_FOR_ERROR if method.sampling == "random" else FEWEST_FOR_ERROR
+        return method.default_batches
+    return USUAL_BATCHES_FOR_ERROR if method.sampling == "random" else MIN_BATCHES_FOR_ERROR
 
 
 def _check_quantity(scene: Scene, name: str) -> None:
@@ -98,7 +98,7 @@ def _check_quantity(scene: Scene, name: str) -> None:
             f"simulate: error must name a quantity of {detector!r}, such as '{detector}.flux_in'"
         )
     if detector not in names:
-        raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
+        raise SceneError(f"simulate: error names no detector {detector!r}; {name_hint(detector, names)}")
     asked = scene.detectors[names.index(detector)]
     if isinstance(asked, Snapshot):
         raise SceneError(
@@ -107,21 +107,21 @@ def _check_quantity(scene: Scene, name: str) -> None:
     known = PHASE_QUANTITIES if isinstance(asked, PhaseSpace) else QUANTITIES
     known = VOLUME_QUANTITIES if isinstance(asked, VolumeDetector) else known
     known = POINT_QUANTITIES if isinstance(asked, PointDetector) else known
-    known = IMAGE_QUANTITIES if isinstance(asked, Instrument) else known
+    known = IMAGE_QUANTITIES if isinstance(asked, PointInstrument) else known
     if quantity not in known:
-        raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")
-    of_moments = {Detector: OF_MOMENTS, PhaseSpace: OF_PHASE_MOMENTS}.get(type(asked), ())
+        raise SceneError(f"simulate: error names no quantity {quantity!r}; {name_hint(quantity, known)}")
+    of_moments = {Detector: MOMENT_QUANTITIES, PhaseSpace: OF_PHASE_MOMENTS}.get(type(asked), ())
     if quantity in of_moments and not asked.moments:
         raise SceneError(f"simulate: error of {name!r} needs moments; pass moments=True to the detector")
-    if isinstance(asked, PhaseSpace | Instrument):
+    if isinstance(asked, PhaseSpace | PointInstrument):
         return
     if quantity in BY_DIRECTION and asked.directions is None:
         raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...")
-    if quantity in (*CLOCKED, *VOLUMES_CLOCKED) and scene.duration is None:
+    if quantity in (*TIME_INTEGRATED, *TIME_INTEGRATED_VOLUME) and scene.duration is None:
         raise SceneError(f"simulate: error of {name!r} needs a clock; use Scene(..., duration=...)")
 
 
-def checked_whole(name: str, value: object, least: int, most: int) -> int:
+def checked_integer(name: str, value: object, least: int, most: int) -> int:
     """Return the value as an int within [least, most]; floats such as 1e6 are accepted. Raise SceneError."""
     is_whole = _is_number(value) and math.isfinite(value) and value == int(value)
     if not is_whole or not least <= value <= most:
@@ -157,14 +157,14 @@ def checked_threads(threads: object) -> int:
     """Return the number of threads; None means one per core available to this process. Raise SceneError."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return checked_whole("threads", threads, 1, 1024)
+    return checked_integer("threads", threads, 1, 1024)
 
 
 # ---- Arguments of `simulate`, and the settings that follow from them.
 
 
 @dataclass(frozen=True)
-class Asked:
+class RunRequest:
     """Arguments of `simulate` as given by the user; None for those omitted.
 
     reads_all: whether any quantity of the result may be read, although `error` names some only.
@@ -188,7 +188,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Way:
+class RunSettings:
     """Settings that determine every batch of a run.
 
     choice: how the method was chosen, None where it was given.

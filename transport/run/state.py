@@ -47,7 +47,7 @@ class State:
         return self.done < batches_in(self.leg)
 
 
-def put_back(state: State, schedule: Schedule) -> bool:
+def restore_schedule(state: State, schedule: Schedule) -> bool:
     """Restore a new schedule to the saved state; return whether it is restored exactly.
 
     It is where the schedule is of the same kind. Otherwise the new schedule continues from the batches that
@@ -55,7 +55,7 @@ def put_back(state: State, schedule: Schedule) -> bool:
     reach.
     """
     schedule.batches, schedule.current = list(state.batches), list(state.current)
-    is_alike = type(schedule).__name__ == state.kind and not _goes_too_far(state, schedule.limits)
+    is_alike = type(schedule).__name__ == state.kind and not _exceeds_request(state, schedule.limits)
     if is_alike:
         for name, number in state.remembered.items():
             setattr(schedule, name, number)
@@ -65,14 +65,14 @@ def put_back(state: State, schedule: Schedule) -> bool:
     return is_alike
 
 
-def _goes_too_far(state: State, limits: Limits) -> bool:
+def _exceeds_request(state: State, limits: Limits) -> bool:
     """Return whether the present leg exceeds the particles requested now."""
     asked, was = limits.particles, state.limits.particles
     is_less = asked is not None and (was is None or asked < was)
     return is_less and state.is_under_way and state.remembered["issued"] > asked
 
 
-def looks_at(state: State, limits: Limits) -> list[Look]:
+def saved_checks(state: State, limits: Limits) -> list[Look]:
     """Return the error checks of a saved run, with these target errors; none without targets."""
     looks = []
     for look in state.looks if limits.error else ():

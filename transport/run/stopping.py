@@ -19,13 +19,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.statistics.batches import MIN_SCORES, skewness_of_mean
-from transport.statistics.findings import CONSTANT, times_needed
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR, skewness_of_mean
+from transport.statistics.findings import CONSTANT, particle_factors_needed
 from transport.statistics.quantities import Quantity
 
-LOPSIDED = 1 / math.sqrt(MIN_SCORES)  # skewness of a mean above which intervals cover too little
-LEAP = 16.0  # largest factor of particles from one check to the next
-BLIND_LEAP = 4.0  # the same where nothing is known yet
+MAX_SKEWNESS = 1 / math.sqrt(
+    MIN_SCORES_FOR_ERROR
+)  # skewness of a mean above which intervals cover too little
+MAX_GROWTH = 16.0  # largest factor of particles from one check to the next
+BLIND_GROWTH = 4.0  # the same where nothing is known yet
 
 
 @dataclass(frozen=True)
@@ -50,10 +52,10 @@ class Standing:
     @property
     def shortfall(self) -> float:
         """Return the distance from the target: its square is the factor of particles still needed."""
-        return max(self.relative / self.target, self.skewness / self.allowed, self._doubted)
+        return max(self.relative / self.target, self.skewness / self.allowed, self._rare_shortfall)
 
     @property
-    def _doubted(self) -> float:
+    def _rare_shortfall(self) -> float:
         """Return the same for scores that are too rare; a run goes on until it has enough of them."""
         return math.sqrt(self.foretold) if self.foretold > 1 else 0.0
 
@@ -72,12 +74,12 @@ class Look:
         return max(self.standings, key=lambda standing: standing.shortfall)
 
     @property
-    def doubted(self) -> Standing:
+    def least_seen(self) -> Standing:
         """Return the status of the quantity with the largest `unseen`."""
         return max(self.standings, key=lambda standing: standing.unseen)
 
     @property
-    def unseen_of_numbers(self) -> float:
+    def max_unseen_number(self) -> float:
         """Return the largest `unseen` of single numbers; of bins, most may be sound although some are not.
 
         A number with such a finding is worthless however small its error.
@@ -98,7 +100,7 @@ class Look:
         return math.isinf(self.worst.shortfall)
 
     @property
-    def needed(self) -> float:
+    def particles_needed(self) -> float:
         """Return the total of particles that will suffice (odds 5 to 1); infinite while unknown."""
         margin = 1 + 1 / math.sqrt(2 * self.batches)
         return self.particles * (self.worst.shortfall * margin) ** 2
@@ -106,17 +108,17 @@ class Look:
     @property
     def legs(self) -> int:
         """Return how many further checks that will take."""
-        return max(1, math.ceil(math.log(self.needed / self.particles, LEAP)))
+        return max(1, math.ceil(math.log(self.particles_needed / self.particles, MAX_GROWTH)))
 
     @property
-    def next_at(self) -> int:
+    def next_check(self) -> int:
         """Return the total of particles at the next check, by equal factors up to the number needed."""
         if self.is_blind:
-            return math.ceil(self.particles * BLIND_LEAP)
-        return math.ceil(self.particles * (self.needed / self.particles) ** (1 / self.legs))
+            return math.ceil(self.particles * BLIND_GROWTH)
+        return math.ceil(self.particles * (self.particles_needed / self.particles) ** (1 / self.legs))
 
 
-def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
+def status_of(name: str, quantity: Quantity, target: float) -> Standing:
     """Return the status of a quantity.
 
     For an array it is that of the bin furthest from the target, with the findings of the sum. Only bins with
@@ -126,7 +128,7 @@ def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
     relative = np.atleast_1d(quantity.relative_error)
     known = np.isfinite(relative)
     # The second term is noise: one standard error of the skewness.
-    allowed = LOPSIDED + math.sqrt(6) / quantity.batches
+    allowed = MAX_SKEWNESS + math.sqrt(6) / quantity.batches
     if not known.any():
         is_constant = np.all(np.atleast_1d(quantity.reason) == CONSTANT)
         return Standing(
@@ -139,7 +141,7 @@ def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
     worst = np.argmax(np.where(known, np.fmax(relative / target, skewness / allowed), -1.0))
     # Add how many particles the findings about the sum require.
     whole = quantity._whole
-    doubts = times_needed(whole._raw_findings, whole.value, whole.error, target)
+    doubts = particle_factors_needed(whole._raw_findings, whole.value, whole.error, target)
     furthest = float(relative.flat[worst]), float(skewness.flat[worst])
     return Standing(name, target, *furthest, allowed, *doubts, has_bins=bool(quantity.coords))
 
@@ -152,13 +154,13 @@ def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
 # planned to be the last and reaches the target. To end with a round that merely happens to look good would make
 # confidence intervals too short.
 
-STEEPEST, FLATTEST = -1.5, -0.5  # bounds of the slope of log error against log n
-FEWEST_ROUNDS = 4  # per run; the last round is the result
-MEMORY = 4  # number of rounds that determine the slope
-PILOT = 2  # doublings between pilot rounds
-FARTHEST = 3  # largest number of doublings between rounds
-MOST_DOUBLINGS = 60
-SURE = 1.28  # one-sided normal quantile of 90 %
+MIN_SLOPE, MAX_SLOPE = -1.5, -0.5  # bounds of the slope of log error against log n
+MIN_ROUNDS = 4  # per run; the last round is the result
+ROUNDS_FITTED = 4  # number of rounds that determine the slope
+PILOT_DOUBLINGS = 2  # doublings between pilot rounds
+MAX_STEP_DOUBLINGS = 3  # largest number of doublings between rounds
+MAX_DOUBLINGS = 60
+NORMAL_QUANTILE_90 = 1.28  # one-sided normal quantile of 90 %
 
 
 @dataclass(frozen=True)
@@ -175,28 +177,28 @@ class Trend:
     rounds: int
     spread: float
 
-    def at_most(self, particles: float) -> float:
+    def upper_bound(self, particles: float) -> float:
         """Return a 90 % upper bound of the error with so many particles."""
         away = math.log(particles) - self.middle
         of_slope = away**2 / self.spread if self.spread > 0 else 0.0
-        above = SURE * self.noise * math.sqrt(1 + 1 / self.rounds + of_slope)
+        above = NORMAL_QUANTILE_90 * self.noise * math.sqrt(1 + 1 / self.rounds + of_slope)
         return math.exp(min(700.0, self.height + self.slope * away + above))
 
 
-def trend_of(looks: list[Look], name: str) -> Trend | None:
+def fit_trend(looks: list[Look], name: str) -> Trend | None:
     """Return the line through a quantity's errors in the last MEMORY rounds, with bounded slope.
 
     None where no error is known.
     """
-    errors = [(look.particles, look.of(name).relative) for look in looks[-MEMORY:]]
+    errors = [(look.particles, look.of(name).relative) for look in looks[-ROUNDS_FITTED:]]
     points = [(math.log(particles), math.log(error)) for particles, error in errors if 0 < error < math.inf]
     if not points:
         return None
     x, y = np.transpose(points)
     spread = float(((x - x.mean()) ** 2).sum())
     # Fit the slope within its bounds; two points are too few for one.
-    slope = float(((x - x.mean()) * y).sum() / spread) if len(points) > 2 else FLATTEST
-    slope = min(max(slope, STEEPEST), FLATTEST)
+    slope = float(((x - x.mean()) * y).sum() / spread) if len(points) > 2 else MAX_SLOPE
+    slope = min(max(slope, MIN_SLOPE), MAX_SLOPE)
     # Take the scatter about the line as noise, but no less than that of an error estimate.
     off = y - y.mean() - slope * (x - x.mean())
     unlike = math.sqrt(float((off**2).sum()) / max(1, len(points) - 2))
@@ -204,17 +206,17 @@ def trend_of(looks: list[Look], name: str) -> Trend | None:
     return Trend(float(y.mean()), slope, float(x.mean()), noise, len(points), spread)
 
 
-def slope_of(looks: list[Look], name: str) -> float:
+def error_slope(looks: list[Look], name: str) -> float:
     """Return the slope of a quantity's error against the number of particles in the last rounds."""
-    trend = trend_of(looks, name)
-    return FLATTEST if trend is None else trend.slope
+    trend = fit_trend(looks, name)
+    return MAX_SLOPE if trend is None else trend.slope
 
 
-def leaps_to_come(looks: list[Look], farthest: int = FARTHEST) -> tuple[int, ...]:
+def planned_doublings(looks: list[Look], farthest: int = MAX_STEP_DOUBLINGS) -> tuple[int, ...]:
     """Return the doublings from each round to the next, up to the round planned to be the last."""
-    pilot = (min(PILOT, farthest),) * max(0, FEWEST_ROUNDS - 1 - len(looks))
+    pilot = (min(PILOT_DOUBLINGS, farthest),) * max(0, MIN_ROUNDS - 1 - len(looks))
     if looks[-1].is_blind:
-        return (*pilot, min(PILOT, farthest), 1)
+        return (*pilot, min(PILOT_DOUBLINGS, farthest), 1)
     doublings = max(1, *(_doublings_to(looks, standing) for standing in looks[-1].standings))
     doublings = max(1, doublings - sum(pilot))
     legs = math.ceil(doublings / farthest)
@@ -222,14 +224,14 @@ def leaps_to_come(looks: list[Look], farthest: int = FARTHEST) -> tuple[int, ...
     return (*pilot, *(int(step) for step in np.diff(ends)))
 
 
-def is_last_leap(looks: list[Look], farthest: int = FARTHEST) -> bool:
+def is_last_round(looks: list[Look], farthest: int = MAX_STEP_DOUBLINGS) -> bool:
     """Return whether the next round is planned to be the last."""
-    return len(leaps_to_come(looks, farthest)) == 1
+    return len(planned_doublings(looks, farthest)) == 1
 
 
-def leaps_suffice(looks: list[Look], farthest: int = FARTHEST) -> bool:
+def rounds_suffice(looks: list[Look], farthest: int = MAX_STEP_DOUBLINGS) -> bool:
     """Return whether the last round reaches the target and was planned to be the last."""
-    is_planned = len(looks) >= FEWEST_ROUNDS and is_last_leap(looks[:-1], farthest)
+    is_planned = len(looks) >= MIN_ROUNDS and is_last_round(looks[:-1], farthest)
     return is_planned and looks[-1].is_enough
 
 
@@ -238,12 +240,12 @@ def _doublings_to(looks: list[Look], standing: Standing) -> int:
 
     The error reaches its target in nine of ten cases.
     """
-    trend, particles = trend_of(looks, standing.name), looks[-1].particles
+    trend, particles = fit_trend(looks, standing.name), looks[-1].particles
     lopsided = math.ceil(2 * math.log2(max(1.0, standing.skewness / standing.allowed)))
     if trend is None:
         return lopsided
     wide = next(
-        (k for k in range(MOST_DOUBLINGS) if trend.at_most(particles * 2.0**k) <= standing.target),
-        MOST_DOUBLINGS,
+        (k for k in range(MAX_DOUBLINGS) if trend.upper_bound(particles * 2.0**k) <= standing.target),
+        MAX_DOUBLINGS,
     )
     return max(wide, lopsided)

@@ -10,16 +10,16 @@ from collections.abc import Iterator
 from transport.results.batches import Batch, batch_of
 from transport.run.provenance import Origin
 
-GLANCE = 0.1  # [s] between updates of the progress
+POLL_SECONDS = 0.1  # [s] between updates of the progress
 # [s] of work that a thread returns together: handing over costs as long as a small batch
-PARCEL = 5e-3
+PARCEL_SECONDS = 5e-3
 
 
-class CrewLost(RuntimeError):
+class WorkersLost(RuntimeError):
     """No worker is left to compute batches; batches returned before stay valid."""
 
 
-class InOrder:
+class OrderedResults:
     """Reorder batches: they arrive as they finish, and are yielded by number, each once.
 
     done: particles and seconds per finished batch of the present leg; origins: provenance of the batches,
@@ -39,21 +39,21 @@ class InOrder:
         known = frozenset(self.ahead)
         return ((number, size) for number, size in enumerate(sizes, self.next) if number not in known)
 
-    def _keep(self, parcel: dict[int, Batch]) -> None:
+    def _store(self, parcel: dict[int, Batch]) -> None:
         """Store finished batches.
 
         A batch may come twice, where its first worker seemed lost; one copy is kept.
         """
         self.ahead |= {number: batch for number, batch in parcel.items() if number >= self.next}
 
-    def _whose_turn_it_is(self) -> Iterator[Batch]:
+    def _next_in_order(self) -> Iterator[Batch]:
         """Yield the finished batches whose predecessors have all been yielded."""
         while self.next in self.ahead:
             self.next += 1
             yield self.ahead.pop(self.next - 1)
 
 
-class Crew(InOrder):
+class ThreadExecutor(OrderedResults):
     """Compute batches in threads of this process, each with its own bundle."""
 
     def __init__(self, machine: object, seed: int, threads: int, count: int) -> None:
@@ -90,23 +90,23 @@ class Crew(InOrder):
                 if worker.ident is not None:
                     worker.join()
             while not self.finished.empty():
-                self._keep(self.finished.get()[0])
+                self._store(self.finished.get()[0])
 
     def _in_order(self) -> Iterator[Batch | None]:
         """Yield batches in order as threads return them, until the last thread ends; None at each timeout."""
         working = len(self.bundles)
-        yield from self._whose_turn_it_is()
+        yield from self._next_in_order()
         while working:
             try:
-                parcel, error = self.finished.get(timeout=GLANCE)
+                parcel, error = self.finished.get(timeout=POLL_SECONDS)
             except queue.Empty:
                 yield None
                 continue
             if error is not None:
                 raise error
             working -= not parcel
-            self._keep(parcel)
-            yield from self._whose_turn_it_is()
+            self._store(parcel)
+            yield from self._next_in_order()
 
     def _work(self, bundle) -> None:
         """Run one thread: compute batches in its bundle, and return them in parcels of PARCEL seconds."""
@@ -130,7 +130,7 @@ class Crew(InOrder):
                 )
                 bundle["started"], now = 0, time.perf_counter()
                 self.done.append((size, now - begun))
-                if now - handed > PARCEL:
+                if now - handed > PARCEL_SECONDS:
                     self.finished.put((parcel, None))
                     parcel, handed = {}, now
         except Stopped:

@@ -12,38 +12,38 @@ from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.validation import (
     Bins,
-    OptionalBins,
+    OptionalBinsField,
     VectorField,
     as_float,
     as_floats,
     check_one_of,
-    in_degrees,
-    is_count,
+    coerce_direction,
+    degrees_hint,
+    is_whole_number,
     refuse,
     scene_object,
-    settle_direction,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 from transport.vectors import Vector, dot
 
 Range = tuple[float, float]
 
-MOST_BINS = 1_000_000  # per axis; more would be a mistake
-MOST_BINS_IN_ALL = 10_000_000  # per detector
-BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = (
+MAX_BINS_PER_AXIS = 1_000_000  # per axis; more would be a mistake
+MAX_BINS_PER_DETECTOR = 10_000_000  # per detector
+SUM_BYTES_PER_BIN, BATCH_BYTES_PER_BIN, TYPICAL_BATCHES = (
     32,
     14,
     8,
 )  # bytes of sums per bin, side and thread; bytes per bin and batch; usual number of batches
 PI = math.pi
-NARROWEST = 2.0**-43  # width of a bin in cosine: rounding moves 0.1 % of it across its edges
+MIN_COSINE_WIDTH = 2.0**-43  # width of a bin in cosine: rounding moves 0.1 % of it across its edges
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
     "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},
 }
 SPHERE_RANGES: dict[str, Range] = {"mu": (-1.0, 1.0), "phi": (0.0, 2 * PI)}
-INSTEAD = {  # hints for position bins on shapes without coordinates
+POSITION_HINTS = {  # hints for position bins on shapes without coordinates
     Box: "put a Detector on each of its faces() instead",
     Slab: "put Detectors on Rectangles in its planes() instead",
     Plane: "put a Detector on a Rectangle or Disk in it instead",
@@ -90,20 +90,21 @@ class Directions:
     array([0.   , 0.524, 1.571])
     """
 
-    mu: OptionalBins = None
-    phi: OptionalBins = None
-    theta: OptionalBins = None
+    mu: OptionalBinsField = None
+    phi: OptionalBinsField = None
+    theta: OptionalBinsField = None
     frame: str = "local"
 
     def __post_init__(self) -> None:
         check_one_of(self, "frame", DIRECTION_RANGES)
         if self.mu is not None and self.theta is not None:
             refuse(
-                self, f"mu and theta exclude each other, got mu={shown(self.mu)}, theta={shown(self.theta)}"
+                self,
+                f"mu and theta exclude each other, got mu={short_repr(self.mu)}, theta={short_repr(self.theta)}",
             )
-        _settle_bins(self, "mu", "theta", "phi")
-        check_number_of_bins(self, self)
-        _check_cosines(self, self.edges())
+        _coerce_given_axes(self, "mu", "theta", "phi")
+        check_axes_size(self, self)
+        _check_cosine_widths(self, self.edges())
 
     @staticmethod
     def cone(*values: object, **named: object) -> "DirectionCone":
@@ -162,7 +163,9 @@ class Directions:
         dict of str to array
             "mu" [1] or "theta" [rad], and "phi" [rad].
         """
-        return _all_edges(self, _turned(self, DIRECTION_RANGES[self.frame]), f"frame {self.frame!r}")
+        return _edges_by_axis(
+            self, _extend_phi_range(self, DIRECTION_RANGES[self.frame]), f"frame {self.frame!r}"
+        )
 
 
 @scene_object
@@ -183,13 +186,14 @@ class DirectionCone:
     written = "Directions.cone"
 
     def __post_init__(self) -> None:
-        settle_direction(self, "axis")
+        coerce_direction(self, "axis")
         angle = as_float(self.half_angle)
         if angle is None or not 0 < angle <= PI / 2:
             refuse(
-                self, f"half_angle must be in (0, pi/2] rad, got {shown(self.half_angle)}{in_degrees(angle)}"
+                self,
+                f"half_angle must be in (0, pi/2] rad, got {short_repr(self.half_angle)}{degrees_hint(angle)}",
             )
-        store(self, half_angle=angle)
+        set_fields(self, half_angle=angle)
 
     def edges(self) -> dict[str, np.ndarray]:
         """Return the edges of the bin.
@@ -221,17 +225,17 @@ class DirectionSphere:
     the component of +y normal to the axis (of +z if the axis is along y), and e_u = e_v x axis.
     """
 
-    mu: OptionalBins = 8
-    phi: OptionalBins = 16
+    mu: OptionalBinsField = 8
+    phi: OptionalBinsField = 16
     axis: VectorField = (0.0, 0.0, 1.0)
 
     written = "Directions.sphere"
 
     def __post_init__(self) -> None:
-        _settle_bins(self, "mu", "phi")
-        settle_direction(self, "axis")
-        check_number_of_bins(self, self)
-        _check_cosines(self, self.edges())
+        _coerce_given_axes(self, "mu", "phi")
+        coerce_direction(self, "axis")
+        check_axes_size(self, self)
+        _check_cosine_widths(self, self.edges())
 
     def edges(self) -> dict[str, np.ndarray]:
         """Return the edges of each binned axis.
@@ -241,7 +245,7 @@ class DirectionSphere:
         dict of str to array
             "mu" [1] and "phi" [rad].
         """
-        return _all_edges(self, _turned(self, SPHERE_RANGES), "all directions")
+        return _edges_by_axis(self, _extend_phi_range(self, SPHERE_RANGES), "all directions")
 
     def solid_angles(self) -> np.ndarray:
         """Return the solid angle of each bin.
@@ -293,12 +297,12 @@ class Positions:
     array([0.785, 2.356])
     """
 
-    u: OptionalBins = None
-    v: OptionalBins = None
+    u: OptionalBinsField = None
+    v: OptionalBinsField = None
 
     def __post_init__(self) -> None:
-        _settle_bins(self, "u", "v")
-        check_number_of_bins(self, self)
+        _coerce_given_axes(self, "u", "v")
+        check_axes_size(self, self)
 
     def edges(self, shape: Shape) -> dict[str, np.ndarray]:
         """Return the edges of each binned axis on a shape.
@@ -308,7 +312,7 @@ class Positions:
         dict of str to array
             "u" and "v" [m or rad].
         """
-        return _all_edges(self, self._ranges(shape), type(shape).__name__)
+        return _edges_by_axis(self, self._ranges(shape), type(shape).__name__)
 
     def units(self, shape: Shape) -> dict[str, str]:
         """Return the units of the coordinates on a shape.
@@ -332,7 +336,7 @@ class Positions:
         """
         edges = self.edges(shape)
         u, v = (np.array(edges.get(name, whole)) for name, whole in self._ranges(shape).items())
-        areas = np.outer(_widths(shape, u), np.diff(v))
+        areas = np.outer(_measure_widths(shape, u), np.diff(v))
         return areas.reshape([len(edges[name]) - 1 for name in edges])
 
     def _ranges(self, shape: Shape) -> dict[str, Range]:
@@ -342,7 +346,8 @@ class Positions:
                 if shape.hole is not None:
                     cure = "put Detectors on Rectangles that leave out the hole"
                     refuse(
-                        self, f"a Rectangle with a hole has no bins of known area, got {shown(shape)}; {cure}"
+                        self,
+                        f"a Rectangle with a hole has no bins of known area, got {short_repr(shape)}; {cure}",
                     )
                 half_width, half_height = shape.width / 2, shape.height / 2
                 return {"u": (-half_width, half_width), "v": (-half_height, half_height)}
@@ -355,13 +360,13 @@ class Positions:
             case Paraboloid():
                 return {"u": (shape.profile.low, shape.profile.high), "v": circle}
         kind = f"a {type(shape).__name__} has no coordinates"
-        if type(shape) in INSTEAD:
-            refuse(self, f"{kind}, got {shown(shape)}; {INSTEAD[type(shape)]}")
+        if type(shape) in POSITION_HINTS:
+            refuse(self, f"{kind}, got {short_repr(shape)}; {POSITION_HINTS[type(shape)]}")
         must = "a Rectangle, Disk, Sphere, Cylinder, Cone or Paraboloid"
-        refuse(self, f"positions need {must}, got {shown(shape)}")
+        refuse(self, f"positions need {must}, got {short_repr(shape)}")
 
 
-def _widths(shape: Shape, u: np.ndarray) -> np.ndarray:
+def _measure_widths(shape: Shape, u: np.ndarray) -> np.ndarray:
     """Areas per unit of v; products of sums and differences, so that narrow bins do not cancel."""
     lower, upper = u[:-1], u[1:]
     match shape:
@@ -375,7 +380,7 @@ def _widths(shape: Shape, u: np.ndarray) -> np.ndarray:
     return upper - lower
 
 
-def _turned(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:
+def _extend_phi_range(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:
     """Extend the range of phi by one turn to either side; edges may span one turn in all."""
     phi = subject.phi
     if not isinstance(phi, tuple):
@@ -383,34 +388,37 @@ def _turned(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:
     if phi[-1] - phi[0] > 2 * PI * (1 + 1e-15):
         refuse(
             subject,
-            f"phi edges must span one turn (2 pi) at most, got {shown(phi)}; use fewer"
-            f"{in_degrees(phi[-1] - phi[0])}",
+            f"phi edges must span one turn (2 pi) at most, got {short_repr(phi)}; use fewer"
+            f"{degrees_hint(phi[-1] - phi[0])}",
         )
     return ranges | {"phi": (-2 * PI, 2 * PI)}
 
 
-def _settle_bins(subject: object, *names: str) -> None:
+def _coerce_given_axes(subject: object, *names: str) -> None:
     """Convert each field to None, a number of bins or edges; at least one must be given."""
     if all(getattr(subject, name) is None for name in names):
         refuse(subject, f"at least one of {', '.join(names)} must be given, got none")
     for name in names:
-        settle_bins(subject, name)
+        coerce_bins(subject, name)
 
 
-def _check_cosines(subject: object, edges: dict[str, np.ndarray]) -> None:
+def _check_cosine_widths(subject: object, edges: dict[str, np.ndarray]) -> None:
     """Raise SceneError for polar bins that are too narrow in cos(theta), as close to a pole."""
     if "theta" not in edges and "mu" not in edges:
         return
     name = "theta" if "theta" in edges else "mu"
     cosines = edges["mu"] if name == "mu" else np.cos(edges["theta"])
     widths = np.abs(np.diff(cosines))
-    if widths.min() < NARROWEST:
+    if widths.min() < MIN_COSINE_WIDTH:
         cure = "use wider ones; Directions.cone(axis, half_angle) resolves any angle about one axis"
-        got = shown(getattr(subject, name))
-        refuse(subject, f"{name} bins must be at least {NARROWEST:.2g} wide in cos(theta), got {got}; {cure}")
+        got = short_repr(getattr(subject, name))
+        refuse(
+            subject,
+            f"{name} bins must be at least {MIN_COSINE_WIDTH:.2g} wide in cos(theta), got {got}; {cure}",
+        )
 
 
-def settle_bins(subject: object, name: str, least: float = -math.inf, may_count: bool = True) -> None:
+def coerce_bins(subject: object, name: str, least: float = -math.inf, may_count: bool = True) -> None:
     """Convert a field to None, a tuple of increasing edges, or a number of bins.
 
     Parameters
@@ -425,19 +433,22 @@ def settle_bins(subject: object, name: str, least: float = -math.inf, may_count:
         return
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    bins = int(value) if is_count(value) and may_count else as_floats(value)
+    bins = int(value) if is_whole_number(value) and may_count else as_floats(value)
     if bins is None or not _are_bins(bins):
         must = "increasing finite edges (2 or more)"
         if may_count:
-            refuse(subject, f"{name} must be a number of bins (1 to 1 000 000) or {must}, got {shown(value)}")
+            refuse(
+                subject,
+                f"{name} must be a number of bins (1 to 1 000 000) or {must}, got {short_repr(value)}",
+            )
         cure = "; write numpy.linspace(lowest, highest, bins + 1)" if as_float(value) is not None else ""
-        refuse(subject, f"{name} must be {must}, got {shown(value)}{cure}")
+        refuse(subject, f"{name} must be {must}, got {short_repr(value)}{cure}")
     if not isinstance(bins, int) and bins[0] < least:
-        refuse(subject, f"{name} edges must be {least:g} or above, got {shown(value)}")
-    store(subject, **{name: bins})
+        refuse(subject, f"{name} edges must be {least:g} or above, got {short_repr(value)}")
+    set_fields(subject, **{name: bins})
 
 
-def check_number_of_bins(subject: object, *axes: object) -> None:
+def check_axes_size(subject: object, *axes: object) -> None:
     """Raise SceneError if all axes of these parts of a detector make too many bins together."""
     given = {
         name: bins if isinstance(bins, int) else len(bins) - 1
@@ -445,10 +456,10 @@ def check_number_of_bins(subject: object, *axes: object) -> None:
         for name in ("times", "speeds", "u", "v", "mu", "theta", "phi")
         if (bins := getattr(each, name, None)) is not None
     }
-    check_total(subject, given, sides=2, moments=3 if getattr(subject, "moments", False) else 0)
+    check_bin_count(subject, given, sides=2, moments=3 if getattr(subject, "moments", False) else 0)
 
 
-def check_total(subject: object, given: dict[str, int], sides: int = 1, moments: int = 0) -> None:
+def check_bin_count(subject: object, given: dict[str, int], sides: int = 1, moments: int = 0) -> None:
     """Raise SceneError if the product of the numbers of bins would take too much memory.
 
     Parameters
@@ -461,34 +472,34 @@ def check_total(subject: object, given: dict[str, int], sides: int = 1, moments:
         Number of velocity sums per bin.
     """
     total = math.prod(given.values())
-    most = MOST_BINS_IN_ALL // (1 + moments)
+    most = MAX_BINS_PER_DETECTOR // (1 + moments)
     if total > most:
-        sums = total * sides * (1 + moments) * BYTES_OF_SUMS / 1e9
-        batches = total * sides * (BYTES_OF_A_BATCH + 8 * moments) * USUAL_BATCHES / 1e9
+        sums = total * sides * (1 + moments) * SUM_BYTES_PER_BIN / 1e9
+        batches = total * sides * (BATCH_BYTES_PER_BIN + 8 * moments) * TYPICAL_BATCHES / 1e9
         kind = "bins with moments" if moments else "bins"
         refuse(
             subject,
             f"{' x '.join(given)} must be {most} {kind} at most, got {total}, which would take"
-            f" {sums:.3g} GB for sums and {batches:.3g} GB for {USUAL_BATCHES} batches; use fewer",
+            f" {sums:.3g} GB for sums and {batches:.3g} GB for {TYPICAL_BATCHES} batches; use fewer",
         )
 
 
 def _are_bins(bins: Bins) -> bool:
     if isinstance(bins, int):
-        return 1 <= bins <= MOST_BINS
+        return 1 <= bins <= MAX_BINS_PER_AXIS
     return len(bins) > 1 and all(lower < upper for lower, upper in pairwise(bins))
 
 
-def _all_edges(subject: object, ranges: dict[str, Range], where: str) -> dict[str, np.ndarray]:
+def _edges_by_axis(subject: object, ranges: dict[str, Range], where: str) -> dict[str, np.ndarray]:
     given = {name: getattr(subject, name) for name in ranges if getattr(subject, name) is not None}
     return {name: edges_of(subject, name, bins, *ranges[name], where) for name, bins in given.items()}
 
 
-def _cure_of_angles(name: str, edges: np.ndarray) -> str:
+def _angle_hint(name: str, edges: np.ndarray) -> str:
     """Return a hint for edges out of range that look like degrees, as the end of a message."""
     if name == "mu":
         return "; mu is a cosine: for angles write theta=" if edges[-1] > 1 else ""
-    return in_degrees(float(np.abs(edges).max())) if name in ("theta", "phi") else ""
+    return degrees_hint(float(np.abs(edges).max())) if name in ("theta", "phi") else ""
 
 
 def edges_of(subject: object, name: str, bins: Bins, lower: float, upper: float, where: str) -> np.ndarray:
@@ -496,18 +507,20 @@ def edges_of(subject: object, name: str, bins: Bins, lower: float, upper: float,
 
     Excess by rounding is clipped.
     """
-    edges = _equal_bins(lower, upper, bins) if isinstance(bins, int) else np.array(bins)
+    edges = _equal_edges(lower, upper, bins) if isinstance(bins, int) else np.array(bins)
     rounding = 1e-15 * max(abs(lower), abs(upper))  # so that 360 * deg or a sum of steps is not out of range
     if edges[0] < lower - rounding or edges[-1] > upper + rounding:
-        must = f"{name} edges must be within [{lower}, {upper}] for {where}, got {shown(bins)}"
-        refuse(subject, must + _cure_of_angles(name, edges))
+        must = f"{name} edges must be within [{lower}, {upper}] for {where}, got {short_repr(bins)}"
+        refuse(subject, must + _angle_hint(name, edges))
     edges = edges.clip(lower, upper)
     if not (edges[:-1] < edges[1:]).all():
-        refuse(subject, f"{name} bins must not vanish in rounding for {where}, got {shown(bins)}; use fewer")
+        refuse(
+            subject, f"{name} bins must not vanish in rounding for {where}, got {short_repr(bins)}; use fewer"
+        )
     return edges
 
 
-def _equal_bins(lower: float, upper: float, bins: int) -> np.ndarray:
+def _equal_edges(lower: float, upper: float, bins: int) -> np.ndarray:
     """Return equally spaced edges, rounded like decimal numbers.
 
     The seventh tenth of 1 s is 0.7 s; adding steps of 0.1 would exceed it.
@@ -519,21 +532,21 @@ def _equal_bins(lower: float, upper: float, bins: int) -> np.ndarray:
 
 # ---- Horizon of a flat shape: whether one side sees any of the world-frame direction bins.
 
-ROUNDING = 1e-15  # of a cosine: accuracy of edges such as pi/2 at the horizon
+COSINE_ROUNDING = 1e-15  # of a cosine: accuracy of edges such as pi/2 at the horizon
 
 
-def is_in_sight(directions: Directions | DirectionCone, normal: Vector) -> bool:
+def is_above_horizon(directions: Directions | DirectionCone, normal: Vector) -> bool:
     """Return whether any world-frame direction bin is above the horizon of a side with this unit normal."""
     if isinstance(directions, DirectionCone):
         return -dot(directions.axis, normal) < math.sin(directions.half_angle)
-    return _highest(directions, normal) > ROUNDING
+    return _largest_cosine(directions, normal) > COSINE_ROUNDING
 
 
-def _highest(directions: Directions, normal: Vector) -> float:
+def _largest_cosine(directions: Directions, normal: Vector) -> float:
     """Return the largest cosine to the normal over all directions between the first and last edges."""
     # Range of polar angles; `across` is the largest component normal to z on the allowed azimuths.
     edges = directions.edges()
-    first, last = (edges["theta"][i] for i in (0, -1)) if "theta" in edges else _polar(edges.get("mu"))
+    first, last = (edges["theta"][i] for i in (0, -1)) if "theta" in edges else _polar_range(edges.get("mu"))
     across = math.hypot(normal[0], normal[1])
     if "phi" in edges:
         begin, end = (edge - math.atan2(normal[1], normal[0]) for edge in edges["phi"][[0, -1]])
@@ -544,6 +557,6 @@ def _highest(directions: Directions, normal: Vector) -> float:
     return max(normal[2] * math.cos(theta) + across * math.sin(theta) for theta in (first, peak, last))
 
 
-def _polar(mu) -> tuple[float, float]:
+def _polar_range(mu) -> tuple[float, float]:
     """Return the polar angles [rad] of the first and last edge; (0, pi) without bins."""
     return (0.0, math.pi) if mu is None else (math.acos(mu[-1]), math.acos(mu[0]))

@@ -17,15 +17,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.containment import HalfSpace, Solid, do_meet, half_space, holds, is_within, magnitude
+from transport.geometry.containment import (
+    HalfSpace,
+    Solid,
+    contains_points,
+    coordinate_scale,
+    half_space,
+    is_within,
+    solids_overlap,
+)
 from transport.geometry.flat import Plane, Slab
-from transport.geometry.line_crossings import FACETS, crossings, lines_through
+from transport.geometry.line_crossings import MAX_LINE_FACETS, crossings, lines_through
 from transport.geometry.mesh import Mesh
 from transport.geometry.mesh_topology import winding_number
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.materials import AnyMedium, Surface
-from transport.scene.media import Grid, Vacuum, plain
+from transport.scene.media import Grid, Vacuum, canonical_medium
 from transport.validation import SceneError
 from transport.vectors import Vector
 
@@ -38,12 +46,12 @@ if TYPE_CHECKING:
 # Spheres, boxes, slabs and half spaces are decided by inequalities, closed meshes by their winding number,
 # bodies of open surfaces by the majority of a few straight lines.
 
-WAYS = np.array(  # directions of the lines that decide what is inside; none along an axis or a diagonal
+TEST_DIRECTIONS = np.array(  # directions of the lines that decide what is inside; none along an axis or a diagonal
     [(0.36, 0.48, 0.8), (-0.64, 0.6, 0.48), (0.28, -0.576, 0.768), (-0.352, -0.36, 0.864),
      (0.768, 0.28, -0.576), (-0.48, 0.8, -0.36), (0.6, -0.48, -0.64)]
 )  # fmt: skip
-PLACES = 64  # test points below each face
-SKIN = 1e-9  # depth of test points, relative to a body's extent
+TEST_POINTS = 64  # test points below each face
+TEST_DEPTH = 1e-9  # depth of test points, relative to a body's extent
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,7 @@ class Body:
     faces: tuple[tuple[int, bool], ...] = ()  # index of the surface, and whether the body is in front of it
 
 
-def solid_of(scene: SceneParts, body: Body) -> Solid | None:
+def body_solid(scene: SceneParts, body: Body) -> Solid | None:
     """The body as a solid that inequalities describe; None if it is not one."""
     shape = scene.surfaces[body.surfaces[0]].shape
     if isinstance(shape, Plane):
@@ -64,11 +72,11 @@ def solid_of(scene: SceneParts, body: Body) -> Solid | None:
     return shape if is_solid else None
 
 
-def held_by(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
+def points_in_body(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
     """Which points (n, 3) [m] lie in a body."""
-    solid = solid_of(scene, body)
+    solid = body_solid(scene, body)
     if solid is not None:
-        return holds(solid, points)
+        return contains_points(solid, points)
     shapes = [scene.surfaces[number].shape for number in body.surfaces]
     bounds = np.array([shape.bounds for shape in shapes])
     near = ((points >= bounds[:, 0].min(axis=0)) & (points <= bounds[:, 1].max(axis=0))).all(axis=1)
@@ -77,14 +85,14 @@ def held_by(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
         mesh = shapes[0]
         held[near] = [abs(winding_number(mesh.vertices, mesh.faces, point)) > 0.5 for point in points[near]]
     elif near.any():
-        held[near] = _by_lines(scene, body, points[near])
+        held[near] = _majority_inside(scene, body, points[near])
     return held
 
 
-def _by_lines(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
+def _majority_inside(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
     """Whether most lines from each point reach the body's surface from inside."""
     votes = np.zeros(len(points), int)
-    for way in WAYS / np.linalg.norm(WAYS, axis=1)[:, None]:
+    for way in TEST_DIRECTIONS / np.linalg.norm(TEST_DIRECTIONS, axis=1)[:, None]:
         nearest, is_in = np.full(len(points), np.inf), np.zeros(len(points), bool)
         for number in body.surfaces:
             found = crossings(scene.surfaces[number].shape, points, np.tile(way, (len(points), 1)))
@@ -101,25 +109,25 @@ def _by_lines(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
     return votes > 0
 
 
-def skin_of(scene: SceneParts, body: Body) -> np.ndarray:
+def points_below_surface(scene: SceneParts, body: Body) -> np.ndarray:
     """Points (n, 3) [m] just below the surface of a finite body."""
     faces = [(scene.surfaces[number].shape, is_front) for number, is_front in body.faces]
-    return np.concatenate([_under(shape, is_front) for shape, is_front in faces])
+    return np.concatenate([_points_beside_face(shape, is_front) for shape, is_front in faces])
 
 
 @lru_cache(maxsize=512)
-def _under(shape: Shape, is_front: bool) -> np.ndarray:
+def _points_beside_face(shape: Shape, is_front: bool) -> np.ndarray:
     """Points (n, 3) [m] close to one side of a surface.
 
     For a mesh they lie beside facets, else where lines through the shape's bounding box cross it.
     """
-    depth = SKIN * shape.extent
+    depth = TEST_DEPTH * shape.extent
     if isinstance(shape, Mesh):
-        most = max(8, min(PLACES, FACETS // shape.triangles))
+        most = max(8, min(TEST_POINTS, MAX_LINE_FACETS // shape.triangles))
         facets = np.unique(np.linspace(0, shape.triangles - 1, most).astype(int))
         way = shape.normals[facets] if is_front else -shape.normals[facets]
         return shape.vertices[shape.faces[facets]].mean(axis=1) + depth * way
-    origins, ways = lines_through([shape], PLACES, shape.extent)
+    origins, ways = lines_through([shape], TEST_POINTS, shape.extent)
     found = crossings(shape, origins, ways)
     is_met = ~np.isnan(found.distances)
     line, _ = np.nonzero(is_met)
@@ -127,118 +135,118 @@ def _under(shape: Shape, is_front: bool) -> np.ndarray:
     return origins[line] + (found.distances[is_met] + depth * into)[:, None] * ways[line]
 
 
-def box_of(scene: SceneParts, body: Body) -> np.ndarray:
+def body_bounds(scene: SceneParts, body: Body) -> np.ndarray:
     """Lower and upper corner (2, 3) [m] of a body's bounding box."""
-    if isinstance(solid_of(scene, body), HalfSpace):
+    if isinstance(body_solid(scene, body), HalfSpace):
         return np.array([[-math.inf] * 3, [math.inf] * 3])
     bounds = np.array([scene.surfaces[number].shape.bounds for number in body.surfaces])
     return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
 
 
-def holders_of(scene: SceneParts, bodies: list[Body]) -> list[set[int]]:
+def enclosing_bodies(scene: SceneParts, bodies: list[Body]) -> list[set[int]]:
     """For each body the indices of all bodies in which it lies.
 
     Larger bodies come first, so that the holders of a holder need no test.
     """
     if not bodies:
         return []
-    low, high = np.array([box_of(scene, body) for body in bodies]).transpose(1, 0, 2)
+    low, high = np.array([body_bounds(scene, body) for body in bodies]).transpose(1, 0, 2)
     # Select candidates by their boxes, with slack for rounding.
     span = high - low
-    slack = 4 * SKIN * np.where(np.isfinite(span), span, 0).max(axis=1)
-    slack = (slack[:, None] + slack + 4 * ROUNDING * (_finite(low) + _finite(high)))[:, :, None]
+    slack = 4 * TEST_DEPTH * np.where(np.isfinite(span), span, 0).max(axis=1)
+    slack = (slack[:, None] + slack + 4 * ROUNDING * (_max_finite(low) + _max_finite(high)))[:, :, None]
     may_hold = ((low[:, None] >= low - slack) & (high[:, None] <= high + slack)).all(axis=2)  # (body, holder)
     # Test them from the smallest to the largest, and inherit the holders of each holder.
     breadth = span.sum(axis=1)
     holders: list[set[int]] = [set() for _ in bodies]
     for k in np.argsort(-breadth, kind="stable").tolist():
         for j in sorted(np.flatnonzero(may_hold[k]).tolist(), key=breadth.__getitem__):
-            if j != k and j not in holders[k] and is_in(scene, bodies[k], bodies[j]):
+            if j != k and j not in holders[k] and is_body_within(scene, bodies[k], bodies[j]):
                 holders[k] |= {j} | holders[j] - {k}
     return holders
 
 
-def _finite(corners: np.ndarray) -> float:
+def _max_finite(corners: np.ndarray) -> float:
     """Largest finite coordinate."""
     return float(np.abs(corners[np.isfinite(corners)]).max(initial=0.0))
 
 
-def is_in(scene: SceneParts, one: Body, other: Body) -> bool:
+def is_body_within(scene: SceneParts, one: Body, other: Body) -> bool:
     """Whether one body lies wholly in another: exact for solids, else by points below its surface."""
-    a, b = solid_of(scene, one), solid_of(scene, other)
+    a, b = body_solid(scene, one), body_solid(scene, other)
     if a is not None and b is not None:
         return is_within(a, b)
-    if _is_endless(scene, one):
+    if _is_infinite_body(scene, one):
         return False
-    points = skin_of(scene, one)
-    return bool(held_by(scene, other, points).all()) and len(points) > 0
+    points = points_below_surface(scene, one)
+    return bool(points_in_body(scene, other, points).all()) and len(points) > 0
 
 
-def have_common_part(scene: SceneParts, one: Body, other: Body) -> bool:
+def bodies_overlap(scene: SceneParts, one: Body, other: Body) -> bool:
     """Whether two bodies overlap: exact for solids, else by points below their surfaces."""
-    a, b = solid_of(scene, one), solid_of(scene, other)
+    a, b = body_solid(scene, one), body_solid(scene, other)
     if a is not None and b is not None:
-        return do_meet(a, b)
-    pairs = [(p, q) for p, q in ((one, other), (other, one)) if not _is_endless(scene, p)]
-    return any(held_by(scene, q, skin_of(scene, p)).any() for p, q in pairs)
+        return solids_overlap(a, b)
+    pairs = [(p, q) for p, q in ((one, other), (other, one)) if not _is_infinite_body(scene, p)]
+    return any(points_in_body(scene, q, points_below_surface(scene, p)).any() for p, q in pairs)
 
 
-def _is_endless(scene: SceneParts, body: Body) -> bool:
+def _is_infinite_body(scene: SceneParts, body: Body) -> bool:
     """Whether a body is infinite."""
     return scene.surfaces[body.surfaces[0]].shape.is_infinite
 
 
 # ---- Bodies: the regions of a scene that media fill, and which of them hold a point.
 
-MOST_BODIES = 62  # bits of a 64-bit integer
-ASIDE = 16 * ROUNDING  # relative to coordinates: a point this far from a surface is surely on one side
+MAX_BODIES = 62  # bits of a 64-bit integer
+SIDE_OFFSET = 16 * ROUNDING  # relative to coordinates: a point this far from a surface is surely on one side
 
 
-def surrounding_of(scene: SceneParts) -> AnyMedium:
+def surrounding_medium(scene: SceneParts) -> AnyMedium:
     """Medium outside all bodies."""
-    return Vacuum() if scene.medium is None else plain(scene.medium)
+    return Vacuum() if scene.medium is None else canonical_medium(scene.medium)
 
 
-def media_of(scene: SceneParts) -> tuple[AnyMedium, ...]:
+def scene_media(scene: SceneParts) -> tuple[AnyMedium, ...]:
     """All media of a scene, each once, the surrounding one first."""
-    return tuple(dict.fromkeys([surrounding_of(scene), *(body.medium for body in bodies_of(scene))]))
+    return tuple(dict.fromkeys([surrounding_medium(scene), *(body.medium for body in scene_bodies(scene))]))
 
 
 def has_media(scene: SceneParts) -> bool:
     """Whether any medium of the scene is not vacuum."""
-    return any(medium != Vacuum() for medium in media_of(scene))
+    return any(medium != Vacuum() for medium in scene_media(scene))
 
 
-def bodies_of(scene: SceneParts) -> tuple[Body, ...]:
+def scene_bodies(scene: SceneParts) -> tuple[Body, ...]:
     """Bodies of a scene, inner ones before those that hold them. Raises SceneError for more than 62."""
-    return nested(scene)[0]
+    return nested_bodies(scene)[0]
 
 
 @lru_cache(maxsize=8)
-def nested(scene: SceneParts) -> tuple[tuple[Body, ...], tuple[frozenset[int], ...]]:
+def nested_bodies(scene: SceneParts) -> tuple[tuple[Body, ...], tuple[frozenset[int], ...]]:
     """Bodies of a scene, and for each the indices of the bodies in which it lies."""
     bodies = [*_solid_bodies(scene), *_compound_bodies(scene)]
-    if len(bodies) > MOST_BODIES:
-        must = f"surfaces must bound at most {MOST_BODIES} bodies of media, got {len(bodies)}"
+    if len(bodies) > MAX_BODIES:
+        must = f"surfaces must bound at most {MAX_BODIES} bodies of media, got {len(bodies)}"
         layers = f"write layers as a Grid(box=..., absorption=...) of (1, 1, {len(bodies)}) in a wide Box"
         raise SceneError(f"Scene: {must}; {layers}, and many small bodies as a Grid with more voxels")
-    holders = holders_of(scene, bodies)
+    holders = enclosing_bodies(scene, bodies)
     order = sorted(range(len(bodies)), key=lambda k: -len(holders[k]))
     number = {k: n for n, k in enumerate(order)}
     return tuple(bodies[k] for k in order), tuple(frozenset(number[j] for j in holders[k]) for k in order)
 
 
-def sides_of(scene: SceneParts) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+def bodies_on_sides(scene: SceneParts) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     """For each surface the indices of the bodies that it bounds on its front and on its back."""
     sides = [((), ()) for _ in scene.surfaces]
-    for number, body in enumerate(bodies_of(scene)):
+    for number, body in enumerate(scene_bodies(scene)):
         for surface, is_front in body.faces:
             front, back = sides[surface]
             sides[surface] = ((*front, number), back) if is_front else (front, (*back, number))
     return sides
 
 
-def body_bits_around(
+def body_bits_at(
     scene: SceneParts, positions: np.ndarray, directions: np.ndarray | None = None
 ) -> np.ndarray:
     """Which bodies hold positions (n, 3) [m]: bit k of a 64-bit integer for body k.
@@ -249,17 +257,17 @@ def body_bits_around(
     points = np.atleast_2d(np.asarray(positions, float))
     if directions is not None:
         size = np.abs(points).sum(axis=1) + max(
-            (magnitude(surface.shape) for surface in scene.surfaces), default=0.0
+            (coordinate_scale(surface.shape) for surface in scene.surfaces), default=0.0
         )
-        points = points + ASIDE * size[:, None] * np.atleast_2d(directions)
-    return bits_at(scene, points, range(len(bodies_of(scene))))
+        points = points + SIDE_OFFSET * size[:, None] * np.atleast_2d(directions)
+    return bits_of_bodies_at(scene, points, range(len(scene_bodies(scene))))
 
 
-def bits_at(scene: SceneParts, points: np.ndarray, numbers: Iterable[int]) -> np.ndarray:
+def bits_of_bodies_at(scene: SceneParts, points: np.ndarray, numbers: Iterable[int]) -> np.ndarray:
     """Which of the bodies with these indices hold points (n, 3) [m], as bits."""
-    bits, bodies = np.zeros(len(points), np.int64), bodies_of(scene)
+    bits, bodies = np.zeros(len(points), np.int64), scene_bodies(scene)
     for number in numbers:
-        bits |= held_by(scene, bodies[number], points).astype(np.int64) << number
+        bits |= points_in_body(scene, bodies[number], points).astype(np.int64) << number
     return bits
 
 
@@ -270,10 +278,10 @@ def medium_at(scene: SceneParts, position: Vector) -> AnyMedium:
 
 def media_at(scene: SceneParts, positions: np.ndarray) -> list[AnyMedium]:
     """Medium at each of the positions (n, 3) [m]."""
-    bodies, around = bodies_of(scene), surrounding_of(scene)
+    bodies, around = scene_bodies(scene), surrounding_medium(scene)
     return [
         bodies[(int(bits) & -int(bits)).bit_length() - 1].medium if bits else around
-        for bits in body_bits_around(scene, positions)
+        for bits in body_bits_at(scene, positions)
     ]
 
 
@@ -283,11 +291,15 @@ def media_at(scene: SceneParts, positions: np.ndarray) -> list[AnyMedium]:
 def _solid_bodies(scene: SceneParts) -> Iterator[Body]:
     """One body for each closed shape with a medium inside, and for each side of a Plane with one."""
     for number, surface in enumerate(scene.surfaces):
-        if is_whole(surface.shape) and surface.back is not None:
-            yield Body(plain(surface.back), (number,), ((number, False),))
+        if bounds_alone(surface.shape) and surface.back is not None:
+            yield Body(canonical_medium(surface.back), (number,), ((number, False),))
         is_plane = isinstance(surface.shape, Plane) and surface.front is not None
-        if is_plane and plain(surface.front) != surrounding_of(scene) and not is_layer(scene, surface):
-            yield Body(plain(surface.front), (number,), ((number, True),))
+        if (
+            is_plane
+            and canonical_medium(surface.front) != surrounding_medium(scene)
+            and not is_layer(scene, surface)
+        ):
+            yield Body(canonical_medium(surface.front), (number,), ((number, True),))
 
 
 def is_layer(scene: SceneParts, lower: Surface) -> bool:
@@ -300,10 +312,10 @@ def is_layer(scene: SceneParts, lower: Surface) -> bool:
             if height > 0:
                 heights.append((height, upper.back))
     _, medium = min(heights, key=lambda found: found[0], default=(0.0, None))
-    return medium is not None and plain(medium) == plain(lower.front)
+    return medium is not None and canonical_medium(medium) == canonical_medium(lower.front)
 
 
-def is_whole(shape: Shape) -> bool:
+def bounds_alone(shape: Shape) -> bool:
     """Whether a surface bounds a body by itself."""
     return shape.is_closed or isinstance(shape, Plane)
 
@@ -318,49 +330,53 @@ def _compound_bodies(scene: SceneParts) -> list[Body]:
     solids = list(_solid_bodies(scene))
     faces: dict[AnyMedium, list[tuple[int, bool]]] = {}
     for number, surface in enumerate(scene.surfaces):
-        if not is_whole(surface.shape):
+        if not bounds_alone(surface.shape):
             for medium, is_front in ((surface.front, True), (surface.back, False)):
-                about = [body for body in solids if medium is not None and body.medium == plain(medium)]
-                if medium is not None and not (about and _is_inside(scene, (number, is_front), about)):
-                    faces.setdefault(plain(medium), []).append((number, is_front))
+                about = [
+                    body for body in solids if medium is not None and body.medium == canonical_medium(medium)
+                ]
+                if medium is not None and not (about and _is_inside_bodies(scene, (number, is_front), about)):
+                    faces.setdefault(canonical_medium(medium), []).append((number, is_front))
     # Split them into connected bodies; keep the surrounding medium only inside other bodies.
-    around = faces.pop(surrounding_of(scene), [])
-    bodies = [_body(medium, part) for medium, every in faces.items() for part in _parts(scene, every)]
+    around = faces.pop(surrounding_medium(scene), [])
+    bodies = [
+        _make_body(medium, part) for medium, every in faces.items() for part in _connected_faces(scene, every)
+    ]
     if not around:
         return bodies
     others = [*solids, *bodies]
-    inner = [face for face in around if _is_inside(scene, face, others)]
-    return bodies + [_body(surrounding_of(scene), part) for part in _parts(scene, inner)]
+    inner = [face for face in around if _is_inside_bodies(scene, face, others)]
+    return bodies + [_make_body(surrounding_medium(scene), part) for part in _connected_faces(scene, inner)]
 
 
-def _body(medium: AnyMedium, faces: list[tuple[int, bool]]) -> Body:
+def _make_body(medium: AnyMedium, faces: list[tuple[int, bool]]) -> Body:
     """Body of a medium with these faces."""
     return Body(medium, tuple(dict.fromkeys(number for number, _ in faces)), tuple(faces))
 
 
-def _parts(scene: SceneParts, faces: list[tuple[int, bool]]) -> list[list[tuple[int, bool]]]:
+def _connected_faces(scene: SceneParts, faces: list[tuple[int, bool]]) -> list[list[tuple[int, bool]]]:
     """Groups of faces whose boxes touch, directly or through others."""
     parts: list[list[tuple[int, bool]]] = []
     for face in faces:
-        joined = [part for part in parts if any(_do_touch(scene, face, other) for other in part)]
+        joined = [part for part in parts if any(_boxes_touch(scene, face, other) for other in part)]
         parts = [part for part in parts if part not in joined]
         parts.append([*chain.from_iterable(joined), face])
     return [sorted(part) for part in parts]
 
 
-def _do_touch(scene: SceneParts, one: tuple[int, bool], other: tuple[int, bool]) -> bool:
+def _boxes_touch(scene: SceneParts, one: tuple[int, bool], other: tuple[int, bool]) -> bool:
     """Whether the bounding boxes of two faces touch."""
     a, b = scene.surfaces[one[0]].shape, scene.surfaces[other[0]].shape
-    gap = SKIN * (a.extent + b.extent)
+    gap = TEST_DEPTH * (a.extent + b.extent)
     return all(p <= s + gap and r <= q + gap for p, q, r, s in zip(*a.bounds, *b.bounds, strict=True))
 
 
-def _is_inside(scene: SceneParts, face: tuple[int, bool], bodies: list[Body]) -> bool:
+def _is_inside_bodies(scene: SceneParts, face: tuple[int, bool], bodies: list[Body]) -> bool:
     """Whether all points just beside a face are in one of the bodies."""
-    points = skin_of(scene, _body(Vacuum(), [face]))
+    points = points_below_surface(scene, _make_body(Vacuum(), [face]))
     held = np.zeros(len(points), bool)
     for body in bodies:
-        held |= held_by(scene, body, points)
+        held |= points_in_body(scene, body, points)
     return bool(held.all()) and len(points) > 0
 
 
@@ -372,10 +388,10 @@ def may_absorb(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None = 
 
     hollow: sphere in the volume that is not part of it.
     """
-    return any(_absorbs_in(medium, volume) for medium in _media_within(scene, volume, hollow))
+    return any(_absorbs_within(medium, volume) for medium in _media_within(scene, volume, hollow))
 
 
-def most_absorption(scene: SceneParts, volume: Box | Sphere) -> float:
+def max_absorption(scene: SceneParts, volume: Box | Sphere) -> float:
     """Largest absorption coefficient [1/m] that a volume may hold."""
     return max(float(np.max(medium.absorption)) for medium in _media_within(scene, volume))
 
@@ -386,16 +402,16 @@ def _media_within(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None
     The search ends at the first body that holds the whole volume.
     """
     found = []
-    for body in bodies_of(scene):
-        solid = solid_of(scene, body)
+    for body in scene_bodies(scene):
+        solid = body_solid(scene, body)
         if solid is None:
-            if _boxes_meet(volume, box_of(scene, body)):
+            if _boxes_meet(volume, body_bounds(scene, body)):
                 found.append(body.medium)
         elif is_within(volume, solid):
             return [*found, body.medium]
-        elif do_meet(volume, solid) and not (hollow is not None and is_within(solid, hollow)):
+        elif solids_overlap(volume, solid) and not (hollow is not None and is_within(solid, hollow)):
             found.append(body.medium)
-    return [*found, surrounding_of(scene)]
+    return [*found, surrounding_medium(scene)]
 
 
 def _boxes_meet(volume: Box | Sphere, corners: np.ndarray) -> bool:
@@ -404,7 +420,7 @@ def _boxes_meet(volume: Box | Sphere, corners: np.ndarray) -> bool:
     return bool(((np.array(low) < most) & (least < np.array(high))).all())
 
 
-def _absorbs_in(medium: AnyMedium, volume: Box | Sphere) -> bool:
+def _absorbs_within(medium: AnyMedium, volume: Box | Sphere) -> bool:
     """Whether a medium absorbs in a volume; of a Grid the voxels that reach into it count."""
     if not isinstance(medium, Grid):
         return medium.absorption > 0

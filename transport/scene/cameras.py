@@ -8,30 +8,30 @@ from collections.abc import Sequence
 import numpy as np
 
 from transport.geometry.shape import Point, Shape
-from transport.scene.bins import Directions, check_total
+from transport.scene.bins import Directions, check_bin_count
 from transport.scene.sides import AnyDetector
 from transport.validation import (
     BinsField,
     Converted,
-    OptionalVector,
+    OptionalVectorField,
     VectorField,
     as_float,
-    in_degrees,
-    is_count,
+    coerce_direction,
+    coerce_name,
+    coerce_vector,
+    degrees_hint,
+    is_whole_number,
     refuse,
     scene_object,
-    settle_direction,
-    settle_name,
-    settle_vector,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 from transport.vectors import Frame, Vector, are_parallel, local_frame, unit_vector
 
-MOST_PIXELS = 1 << 14  # per side
+MAX_PIXELS_PER_SIDE = 1 << 14  # per side
 
 
-class Instrument(AnyDetector):
+class PointInstrument(AnyDetector):
     """Base class of Camera and EnvironmentMap: a name and a position; not instantiated directly."""
 
     name: str
@@ -52,15 +52,15 @@ class Instrument(AnyDetector):
         if duration is not None:
             refuse(self, f"needs a steady scene, got duration={duration!r}; leave duration out of the Scene")
 
-    def _settle_place(self) -> None:
-        settle_name(self)
+    def _coerce_position(self) -> None:
+        coerce_name(self)
         if self.name is None:
             refuse(self, "name must be given, got None; write name='view'")
-        settle_vector(self, "position")
+        coerce_vector(self, "position")
 
 
 @scene_object(kw_only=True)
-class Camera(Instrument):
+class Camera(PointInstrument):
     """A pinhole camera: an image of the radiance that arrives at a point.
 
     Each pixel is the mean radiance over its solid angle. The camera blocks no light. Its histories run
@@ -104,27 +104,29 @@ class Camera(Instrument):
 
     name: str
     position: VectorField
-    look_at: OptionalVector = None
-    direction: OptionalVector = None
+    look_at: OptionalVectorField = None
+    direction: OptionalVectorField = None
     up: VectorField = (0.0, 0.0, 1.0)
     field_of_view: float = math.pi / 4
     pixels: Converted[Sequence[int], tuple[int, int]] = (160, 120)
 
     def __post_init__(self) -> None:
-        self._settle_place()
+        self._coerce_position()
         if (self.look_at is None) == (self.direction is None):
             got = "both" if self.look_at is not None else "none"
             refuse(self, f"one of look_at and direction must be given, got {got}; write look_at=(x, y, z)")
         if self.look_at is not None:
-            settle_vector(self, "look_at")
+            coerce_vector(self, "look_at")
             if self.look_at == self.position:
-                refuse(self, f"look_at must differ from position, got {shown(self.look_at)}; move one")
+                refuse(self, f"look_at must differ from position, got {short_repr(self.look_at)}; move one")
         else:
-            settle_direction(self, "direction")
-        settle_direction(self, "up")
+            coerce_direction(self, "direction")
+        coerce_direction(self, "up")
         if are_parallel(self.forward, self.up):
-            refuse(self, f"up must not lie along the line of sight, got {shown(self.up)}; write another up=")
-        self._settle_image()
+            refuse(
+                self, f"up must not lie along the line of sight, got {short_repr(self.up)}; write another up="
+            )
+        self._coerce_image()
 
     @property
     def forward(self) -> Vector:
@@ -196,23 +198,23 @@ class Camera(Instrument):
         corner = np.arctan(u * v / np.sqrt(1 + u * u + v * v))
         return np.diff(np.diff(corner, axis=0), axis=1)
 
-    def _settle_image(self) -> None:
+    def _coerce_image(self) -> None:
         angle = as_float(self.field_of_view)
         if angle is None or not 0 < angle < math.pi:
             refuse(
                 self,
-                f"field_of_view must be in (0, pi) rad, got {shown(self.field_of_view)}{in_degrees(angle)}",
+                f"field_of_view must be in (0, pi) rad, got {short_repr(self.field_of_view)}{degrees_hint(angle)}",
             )
         pixels = tuple(self.pixels) if isinstance(self.pixels, tuple | list) else ()
-        if len(pixels) != 2 or not all(is_count(n) and 1 <= n <= MOST_PIXELS for n in pixels):
-            must = f"(width, height), whole numbers from 1 to {MOST_PIXELS}"
-            refuse(self, f"pixels must be {must}, got {shown(self.pixels)}; write pixels=(160, 120)")
-        store(self, field_of_view=angle, pixels=tuple(int(n) for n in pixels))
-        check_total(self, dict(zip(("width", "height"), self.pixels, strict=True)))
+        if len(pixels) != 2 or not all(is_whole_number(n) and 1 <= n <= MAX_PIXELS_PER_SIDE for n in pixels):
+            must = f"(width, height), whole numbers from 1 to {MAX_PIXELS_PER_SIDE}"
+            refuse(self, f"pixels must be {must}, got {short_repr(self.pixels)}; write pixels=(160, 120)")
+        set_fields(self, field_of_view=angle, pixels=tuple(int(n) for n in pixels))
+        check_bin_count(self, dict(zip(("width", "height"), self.pixels, strict=True)))
 
 
 @scene_object(kw_only=True)
-class EnvironmentMap(Instrument):
+class EnvironmentMap(PointInstrument):
     """A map of the radiance that arrives at a point from all directions.
 
     Each bin is the mean radiance over its solid angle. The map blocks no light. Its histories run backward
@@ -251,9 +253,9 @@ class EnvironmentMap(Instrument):
     phi: BinsField = 32
 
     def __post_init__(self) -> None:
-        self._settle_place()
+        self._coerce_position()
         directions = Directions(theta=self.theta, phi=self.phi, frame="world")
-        store(self, theta=directions.theta, phi=directions.phi)
+        set_fields(self, theta=directions.theta, phi=directions.phi)
 
     def edges(self) -> dict[str, np.ndarray]:
         """Return the edges of the bins.

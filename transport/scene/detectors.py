@@ -12,24 +12,24 @@ from transport.scene.bins import (
     DirectionCone,
     Directions,
     Positions,
-    check_number_of_bins,
+    check_axes_size,
+    coerce_bins,
     edges_of,
-    is_in_sight,
-    settle_bins,
+    is_above_horizon,
 )
 from transport.scene.sides import AnyDetector, Sided
 from transport.validation import (
     ConvertedAs,
-    OptionalBins,
-    OptionalNumbers,
+    OptionalBinsField,
+    OptionalNumbersField,
     SceneError,
     check_type,
-    is_count,
+    coerce_name,
+    is_whole_number,
     refuse,
     scene_object,
-    settle_name,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 
 __all__ = ["Detector", "DirectionCone", "Directions", "Positions"]
@@ -107,23 +107,23 @@ class Detector(Sided, AnyDetector):
     side: str = "front"
     directions: Directions | DirectionCone | None = None
     positions: Positions | None = None
-    times: OptionalBins = None
-    speeds: OptionalNumbers = None
+    times: OptionalBinsField = None
+    speeds: OptionalNumbersField = None
     via: ConvertedAs[str | Sequence[str] | None, tuple[str, ...] | None, tuple[str, ...] | str | None] = None
     events: tuple[int, float] | int | None = None
     moments: bool = False
 
     def __post_init__(self) -> None:
-        settle_name(self)
+        coerce_name(self)
         check_type(self, "shape", (Shape, str), "a shape such as Disk(radius=...) or the name of a surface")
         if self.name is None:
             if not isinstance(self.shape, str):
                 refuse(self, "name must be given with a shape, got None; write name='detector'")
-            store(self, name=self.shape)
+            set_fields(self, name=self.shape)
         self._check_side()
-        self._settle_bins()
-        self._settle_via()
-        self._settle_events()
+        self._coerce_bins()
+        self._coerce_via()
+        self._coerce_events()
         check_type(self, "moments", bool, "True or False")
         if isinstance(self.shape, Shape):
             self.check_shape(self.shape)
@@ -150,7 +150,7 @@ class Detector(Sided, AnyDetector):
             return None
         if duration is None:
             cure = "write Scene(..., duration=...) in seconds"
-            refuse(self, f"times need a clock, got {shown(self.times)} in a scene without one; {cure}")
+            refuse(self, f"times need a clock, got {short_repr(self.times)} in a scene without one; {cure}")
         return edges_of(self, "times", self.times, 0.0, duration, "the scene's duration")
 
     def speed_edges(self) -> np.ndarray | None:
@@ -194,7 +194,8 @@ class Detector(Sided, AnyDetector):
             kind = "zone of a Sphere" if isinstance(shape, Sphere) else type(shape).__name__
             cure = "write Directions(mu=..., frame='local'), or use a flat shape or a whole Sphere"
             refuse(
-                self, f"directions must be in the local frame on a {kind}, got {shown(directions)}; {cure}"
+                self,
+                f"directions must be in the local frame on a {kind}, got {short_repr(directions)}; {cure}",
             )
 
         if is_world and isinstance(shape, FlatShape):
@@ -204,43 +205,51 @@ class Detector(Sided, AnyDetector):
         """Raise SceneError if no world-frame direction bin is above the horizon of this side."""
         side = -1.0 if self.is_back else 1.0
         normal = tuple(side * x + 0.0 for x in shape.normal)
-        if not is_in_sight(self.directions, normal):
+        if not is_above_horizon(self.directions, normal):
             must = f"directions need a bin above the horizon of its {self.side} (normal {normal})"
             cure = f"write side={'front' if self.is_back else 'back'!r}, or reverse directions or shape"
-            refuse(self, f"{must}, got {shown(self.directions)}; {cure}")
+            refuse(self, f"{must}, got {short_repr(self.directions)}; {cure}")
 
-    def _settle_bins(self) -> None:
+    def _coerce_bins(self) -> None:
         if self.directions is not None:
             must = "Directions(mu=..., phi=...) or Directions.cone(...)"
             check_type(self, "directions", (Directions, DirectionCone), must)
         if self.positions is not None:
             check_type(self, "positions", Positions, "Positions(u=..., v=...)")
-        settle_bins(self, "times", least=0.0)
-        settle_bins(self, "speeds", least=0.0, may_count=False)
-        check_number_of_bins(self, self, self.positions, self.directions)
+        coerce_bins(self, "times", least=0.0)
+        coerce_bins(self, "speeds", least=0.0, may_count=False)
+        check_axes_size(self, self, self.positions, self.directions)
 
-    def _settle_via(self) -> None:
+    def _coerce_via(self) -> None:
         """Convert `via` to None or a tuple of distinct names; the scene checks that they exist."""
         if self.via is None:
             return
         names = (self.via,) if isinstance(self.via, str) else self.via
         is_list = isinstance(names, tuple | list) and len(names) > 0
         if not is_list or not all(isinstance(name, str) and name.strip() for name in names):
-            refuse(self, f"via must be a name or a list of names, got {shown(self.via)}; write via='pinhole'")
+            refuse(
+                self,
+                f"via must be a name or a list of names, got {short_repr(self.via)}; write via='pinhole'",
+            )
         if len(set(names)) < len(names):
-            refuse(self, f"via must name each surface or detector once, got {shown(self.via)}")
-        store(self, via=tuple(map(str, names)))
+            refuse(self, f"via must name each surface or detector once, got {short_repr(self.via)}")
+        set_fields(self, via=tuple(map(str, names)))
 
-    def _settle_events(self) -> None:
+    def _coerce_events(self) -> None:
         """Convert `events` to None or a range (least, most); a number n becomes (n, n)."""
         if self.events is None:
             return
-        span = (self.events, self.events) if is_count(self.events) else self.events
-        is_pair = isinstance(span, tuple | list) and len(span) == 2 and is_count(span[0])
-        if not is_pair or not (is_count(span[1]) or span[1] == math.inf) or not 0 <= span[0] <= span[1]:
+        span = (self.events, self.events) if is_whole_number(self.events) else self.events
+        is_pair = isinstance(span, tuple | list) and len(span) == 2 and is_whole_number(span[0])
+        if (
+            not is_pair
+            or not (is_whole_number(span[1]) or span[1] == math.inf)
+            or not 0 <= span[0] <= span[1]
+        ):
             must = "a number of reflections, refractions and scatterings, 0 or more, or (least, most) of them"
             refuse(
-                self, f"events must be {must}, got {shown(self.events)}; write events=(1, math.inf) for any"
+                self,
+                f"events must be {must}, got {short_repr(self.events)}; write events=(1, math.inf) for any",
             )
         least, most = span
-        store(self, events=(int(least), math.inf if most == math.inf else int(most)))
+        set_fields(self, events=(int(least), math.inf if most == math.inf else int(most)))

@@ -20,18 +20,18 @@ from transport.scene.pulses import Pulse
 from transport.scene.speeds import Maxwellian, SpeedDistribution
 from transport.units import speed_of_light
 from transport.validation import (
-    OptionalVector,
+    OptionalVectorField,
     VectorField,
+    coerce_direction,
+    coerce_nonnegative,
+    coerce_positive,
     refuse,
     scene_object,
-    settle_direction,
-    settle_nonnegative,
-    settle_positive,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 
-SURFACES = (Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh)
+SURFACE_SHAPES = (Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh)
 
 
 class Emission:
@@ -109,24 +109,24 @@ class Emission:
         """
         raise NotImplementedError
 
-    def _settle_amount(self) -> None:
+    def _coerce_amount(self) -> None:
         names = (*self.rates, self.whole)
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) != 1:
-            values = ", ".join(f"{name}={shown(getattr(self, name))}" for name in given) or "none"
+            values = ", ".join(f"{name}={short_repr(getattr(self, name))}" for name in given) or "none"
             refuse(self, f"exactly one of {', '.join(names)} must be given, got {values}")
-        settle_positive(self, given[0])
+        coerce_positive(self, given[0])
 
-    def _settle_speed(self) -> None:
+    def _coerce_speed(self) -> None:
         if self.speed is None:
-            store(self, speed=speed_of_light)
+            set_fields(self, speed=speed_of_light)
         if isinstance(self.speed, SpeedDistribution):
             refuse(
                 self,
-                f"speed must be a number, got {shown(self.speed)}; for a distribution of speeds use Effusive"
+                f"speed must be a number, got {short_repr(self.speed)}; for a distribution of speeds use Effusive"
                 " from a surface, or Gas",
             )
-        settle_positive(self, "speed")
+        coerce_positive(self, "speed")
 
 
 @scene_object(kw_only=True)
@@ -172,13 +172,13 @@ class Lambertian(Emission):
     speed: float | None = None
 
     rates = ("radiance", "exitance", "power")
-    shapes = SURFACES
+    shapes = SURFACE_SHAPES
     cure = "use Isotropic for a Point"
     has_side = can_aim = True
 
     def __post_init__(self) -> None:
-        self._settle_amount()
-        self._settle_speed()
+        self._coerce_amount()
+        self._coerce_speed()
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
         """Return the power pi radiance area, exitance area, or `power`.
@@ -239,8 +239,8 @@ class Isotropic(Emission, Phase):
 
     def __post_init__(self) -> None:
         if not self.is_phase:
-            self._settle_amount()
-            self._settle_speed()
+            self._coerce_amount()
+            self._coerce_speed()
 
     def __repr__(self) -> str:
         names = () if self.is_phase else ("power", "intensity", "energy", "speed")
@@ -270,7 +270,7 @@ class Isotropic(Emission, Phase):
             If it is a phase function, which has no amount.
         """
         if self.is_phase:
-            self._settle_amount()
+            self._coerce_amount()
         return super().given
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
@@ -350,9 +350,9 @@ class Beam(Emission):
     has_side = needs_whole = True
 
     def __post_init__(self) -> None:
-        settle_direction(self, "direction")
-        self._settle_amount()
-        self._settle_speed()
+        coerce_direction(self, "direction")
+        self._coerce_amount()
+        self._coerce_speed()
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
         """Return `power`, or `irradiance` times the projected area of the shape.
@@ -371,22 +371,22 @@ class ParticleEmission(Emission):
     measured_in = "particles"
     whole = "number"
 
-    def _settle_particles(self) -> None:
-        self._settle_amount()
+    def _coerce_particles(self) -> None:
+        self._coerce_amount()
         if self.speed is None:
             refuse(self, f"speed missing; write {type(self).__name__}(speed=...)")
         if isinstance(self.speed, Maxwellian):
-            self._settle_mass_of(self.speed)
+            self._coerce_mass(self.speed)
         if self.mass is not None:
-            settle_positive(self, "mass")
+            coerce_positive(self, "mass")
 
-    def _settle_mass_of(self, gas: Maxwellian) -> None:
+    def _coerce_mass(self, gas: Maxwellian) -> None:
         if self.mass is None:
-            store(self, mass=gas.mass)
+            set_fields(self, mass=gas.mass)
         elif gas.mass is not None and gas.mass != self.mass:
             refuse(
                 self,
-                f"mass must be that of its Maxwellian, {gas.mass} kg, got {shown(self.mass)}; leave it out",
+                f"mass must be that of its Maxwellian, {gas.mass} kg, got {short_repr(self.mass)}; leave it out",
             )
 
 
@@ -428,7 +428,7 @@ class Gas(ParticleEmission):
 
     density: float | None = None
     speed: float | SpeedDistribution | None = None
-    direction: OptionalVector = None
+    direction: OptionalVectorField = None
     number: float | None = None
     mass: float | None = None
 
@@ -438,19 +438,19 @@ class Gas(ParticleEmission):
     needs_whole = True
 
     def __post_init__(self) -> None:
-        self._settle_particles()
+        self._coerce_particles()
         if self.direction is not None:
-            settle_direction(self, "direction")
+            coerce_direction(self, "direction")
         if not isinstance(self.speed, SpeedDistribution):
-            settle_nonnegative(self, "speed")
+            coerce_nonnegative(self, "speed")
         elif self.direction is None and self.speed.is_signed:
             refuse(
                 self,
-                f"speed must not be negative without a direction, got {shown(self.speed)}; add direction=...",
+                f"speed must not be negative without a direction, got {short_repr(self.speed)}; add direction=...",
             )
         elif self.direction is not None and self.speed.has_drift:
             cure = "leave out direction, or include the drift in a SpeedTable along it"
-            refuse(self, f"direction cannot be combined with a drift, got {shown(self.speed)}; {cure}")
+            refuse(self, f"direction cannot be combined with a drift, got {short_repr(self.speed)}; {cure}")
 
     def amount(
         self,
@@ -523,18 +523,18 @@ class Effusive(ParticleEmission):
     mass: float | None = None
 
     rates = ("density", "exitance")
-    shapes = SURFACES
+    shapes = SURFACE_SHAPES
     cure = "use Gas for a Point"
     has_side = can_aim = True
 
     def __post_init__(self) -> None:
-        self._settle_particles()
+        self._coerce_particles()
         if not isinstance(self.speed, SpeedDistribution):
-            settle_positive(self, "speed")
+            coerce_positive(self, "speed")
         elif self.speed.is_signed:
             refuse(
                 self,
-                f"speed must not be negative, got {shown(self.speed)}; use a table of speeds from 0 upwards",
+                f"speed must not be negative, got {short_repr(self.speed)}; use a table of speeds from 0 upwards",
             )
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:

@@ -16,13 +16,13 @@ from transport.validation import (
     Converted,
     as_float,
     check_type,
+    coerce_fraction,
+    coerce_name,
+    coerce_positive,
     refuse,
     scene_object,
-    settle_fraction,
-    settle_name,
-    settle_positive,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 
 # ---- Base class of materials, and the check of reflected and transmitted fractions.
@@ -32,9 +32,9 @@ class Material:
     """Base class of materials; not instantiated directly."""
 
 
-def settle_shares(material: Material, reflected: str, transmitted: str) -> None:
+def coerce_fractions(material: Material, reflected: str, transmitted: str) -> None:
     """Convert both fields to floats in [0, 1]; raise SceneError if their sum exceeds 1."""
-    settle_fraction(material, reflected, transmitted)
+    coerce_fraction(material, reflected, transmitted)
     one, other = getattr(material, reflected), getattr(material, transmitted)
     if one + other > 1:
         got = f"{one} + {other} = {one + other}"
@@ -81,7 +81,7 @@ class Dielectric(Material):
     index_outside: float = 1.0
 
     def __post_init__(self) -> None:
-        settle_positive(self, "index_inside", "index_outside")
+        coerce_positive(self, "index_inside", "index_outside")
 
 
 @scene_object
@@ -124,9 +124,9 @@ class Glossy(Material):
         number = as_float(self.roughness)
         if number is None or not 0 < number <= 1:
             cure = "for a smooth surface use Mirror(reflectance)"
-            refuse(self, f"roughness must be above 0 and at most 1, got {shown(self.roughness)}; {cure}")
-        store(self, roughness=number)
-        settle_fraction(self, "albedo")
+            refuse(self, f"roughness must be above 0 and at most 1, got {short_repr(self.roughness)}; {cure}")
+        set_fields(self, roughness=number)
+        coerce_fraction(self, "albedo")
 
 
 @scene_object
@@ -166,8 +166,8 @@ class ThinLens(Material):
         number = as_float(value)
         if number is None or not math.isfinite(number) or number == 0:
             cure = "for a flat pane use Transparent()"
-            refuse(self, f"focal_length must be a finite number, not zero, got {shown(value)}; {cure}")
-        store(self, focal_length=number)
+            refuse(self, f"focal_length must be a finite number, not zero, got {short_repr(value)}; {cure}")
+        set_fields(self, focal_length=number)
 
 
 # ---- Plain materials: black, diffuse, mirror and transparent.
@@ -222,14 +222,19 @@ class Diffuse(Material):
     speed: float | SpeedDistribution | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        settle_shares(self, "albedo", "transmission")
+        coerce_fractions(self, "albedo", "transmission")
         if not isinstance(self.speed, SpeedDistribution):
             if self.speed is not None:
-                settle_positive(self, "speed")
+                coerce_positive(self, "speed")
         elif self.speed.has_drift:
-            refuse(self, f"speed must be that of a gas at rest, got {shown(self.speed)}; leave out the drift")
+            refuse(
+                self,
+                f"speed must be that of a gas at rest, got {short_repr(self.speed)}; leave out the drift",
+            )
         elif self.speed.is_signed:
-            refuse(self, f"speed must not be negative, got {shown(self.speed)}; write speeds from 0 upwards")
+            refuse(
+                self, f"speed must not be negative, got {short_repr(self.speed)}; write speeds from 0 upwards"
+            )
 
 
 @scene_object
@@ -258,7 +263,7 @@ class Mirror(Material):
     transmission: float = 0.0
 
     def __post_init__(self) -> None:
-        settle_shares(self, "reflectance", "transmission")
+        coerce_fractions(self, "reflectance", "transmission")
 
 
 @scene_object
@@ -274,7 +279,7 @@ class Transparent(Material):
 
 # ---- Combined materials: mixtures (also of phase functions), and one material per side.
 
-ROUNDING = 1e-9  # tolerance of the sum of shares
+SHARE_TOLERANCE = 1e-9  # tolerance of the sum of shares
 
 
 @scene_object
@@ -311,7 +316,7 @@ class Mixture(Material, Phase):
     ]
 
     def __post_init__(self) -> None:
-        store(self, parts=tuple(sorted(self._checked(), key=lambda part: _order(part[0]))))
+        set_fields(self, parts=tuple(sorted(self._checked_parts(), key=lambda part: _sort_key(part[0]))))
         self._check_indices()
 
     @property
@@ -363,43 +368,45 @@ class Mixture(Material, Phase):
 
     def _check_is_phase(self, what: str) -> None:
         if not self.is_phase:
-            refuse(self, f"{what} needs phase functions, got materials: {shown(self.parts)}; mix phases")
+            refuse(self, f"{what} needs phase functions, got materials: {short_repr(self.parts)}; mix phases")
 
-    def _checked(self) -> list[tuple[Material, float]]:
+    def _checked_parts(self) -> list[tuple[Material, float]]:
         pairs = list(self.parts.items()) if isinstance(self.parts, Mapping) else self.parts
         if not _are_pairs(pairs):
             cure = "write {Mirror(): 0.5, ...}"
-            refuse(self, f"parts must be materials with their shares, got {shown(self.parts)}; {cure}")
+            refuse(self, f"parts must be materials with their shares, got {short_repr(self.parts)}; {cure}")
         for material, share in pairs:
             self._check_part(material, share)
         phases = [is_phase(part) for part, _ in pairs]
         if any(phases) and not all(phases):
-            refuse(self, f"parts must be all materials or all phase functions, got {shown(pairs)}")
+            refuse(self, f"parts must be all materials or all phase functions, got {short_repr(pairs)}")
         if len({material for material, _ in pairs}) < len(pairs):
-            refuse(self, f"parts must differ from one another, got {shown(pairs)}; add up their shares")
+            refuse(self, f"parts must differ from one another, got {short_repr(pairs)}; add up their shares")
         total = math.fsum(share for _, share in pairs)
-        if not abs(total - 1) <= ROUNDING:
+        if not abs(total - 1) <= SHARE_TOLERANCE:
             cure = "divide them by their sum" if any(phases) else "add Black() for the rest"
-            refuse(self, f"shares must add up to 1, got {total} from {shown(pairs)}; {cure}")
+            refuse(self, f"shares must add up to 1, got {total} from {short_repr(pairs)}; {cure}")
         return [(material, as_float(share)) for material, share in pairs if share > 0]
 
     def _check_part(self, material: object, share: object) -> None:
         if isinstance(material, Mixture):
-            refuse(self, f"parts must not contain another Mixture, got {shown(material)}; list its parts")
+            refuse(
+                self, f"parts must not contain another Mixture, got {short_repr(material)}; list its parts"
+            )
         if isinstance(material, TwoSided):
             cure = "write TwoSided(front=Mixture(...), back=Mixture(...))"
-            refuse(self, f"parts must not contain a TwoSided, got {shown(material)}; {cure}")
+            refuse(self, f"parts must not contain a TwoSided, got {short_repr(material)}; {cure}")
         if not isinstance(material, Material) and not is_phase(material):
             must = "parts must be materials such as Mirror(), or phase functions such as Rayleigh()"
-            refuse(self, f"{must}, got {shown(material)}")
+            refuse(self, f"{must}, got {short_repr(material)}")
         if as_float(share) is None or not 0 <= share <= 1:
-            refuse(self, f"the share of {material} must be in [0, 1], got {shown(share)}")
+            refuse(self, f"the share of {material} must be in [0, 1], got {short_repr(share)}")
 
     def _check_indices(self) -> None:
         """Raise SceneError if parts that transmit light lead into different media."""
         glass = [part for part, _ in self.parts if isinstance(part, Dielectric)]
         for part, _ in self.parts:
-            if glass and part != glass[0] and lets_through(part) and not _agree(part, glass[0]):
+            if glass and part != glass[0] and is_transmissive(part) and not _same_media(part, glass[0]):
                 cure = "give them the same indices, or leave one out"
                 refuse(self, f"parts must lead into the same media, got {glass[0]} and {part}; {cure}")
 
@@ -442,12 +449,12 @@ class TwoSided(Material):
     def _check_side(self, side: str, material: Material) -> None:
         if isinstance(material, TwoSided):
             cure = "use the material of that side only"
-            refuse(self, f"{side} must not be another TwoSided, got {shown(material)}; {cure}")
-        for part in simple_parts(material):
+            refuse(self, f"{side} must not be another TwoSided, got {short_repr(material)}; {cure}")
+        for part in elementary_materials(material):
             if isinstance(part, (Dielectric, ThinLens)):
                 kind = type(part).__name__
                 cure = f"a {kind} acts on both sides: make it the surface's material"
-                refuse(self, f"{side} must not be or contain a {kind}, got {shown(part)}; {cure}")
+                refuse(self, f"{side} must not be or contain a {kind}, got {short_repr(part)}; {cure}")
 
 
 def check_material(subject: object, name: str) -> None:
@@ -455,21 +462,23 @@ def check_material(subject: object, name: str) -> None:
     check_type(subject, name, Material, "an instance of a material, such as Diffuse(0.5)")
     value = getattr(subject, name)
     if is_phase(value):
-        refuse(subject, f"{name} must be a material, got {shown(value)}; phase functions belong to a Medium")
+        refuse(
+            subject, f"{name} must be a material, got {short_repr(value)}; phase functions belong to a Medium"
+        )
 
 
-def simple_parts(material: Material) -> tuple[Material, ...]:
+def elementary_materials(material: Material) -> tuple[Material, ...]:
     """Return the elementary materials of a material, on both sides; itself if it is elementary."""
     if isinstance(material, Mixture):
         return tuple(part for part, _ in material.parts)
     if isinstance(material, TwoSided):
-        return simple_parts(material.front) + simple_parts(material.back)
+        return elementary_materials(material.front) + elementary_materials(material.back)
     return (material,)
 
 
-def lets_through(material: Material) -> bool:
+def is_transmissive(material: Material) -> bool:
     """Return whether a material transmits light from at least one side."""
-    return any(_passes(part) for part in simple_parts(material))
+    return any(_is_transmissive_part(part) for part in elementary_materials(material))
 
 
 def is_specular(material: Material) -> bool:
@@ -477,13 +486,13 @@ def is_specular(material: Material) -> bool:
 
     True for mirrors, glass, gloss and lenses.
     """
-    parts = list(simple_parts(material))
+    parts = list(elementary_materials(material))
     # Shadow rays cannot pass a mixture of Transparent and another material.
     is_sieve = any(isinstance(part, Transparent) for part in parts) and len(set(map(type, parts))) > 1
-    return is_sieve or any(_is_specular(part) for part in parts)
+    return is_sieve or any(_is_specular_part(part) for part in parts)
 
 
-def _is_specular(part: Material) -> bool:
+def _is_specular_part(part: Material) -> bool:
     if isinstance(part, Mirror):
         return part.reflectance > 0 or part.transmission > 0
     if isinstance(part, Glossy):
@@ -491,20 +500,20 @@ def _is_specular(part: Material) -> bool:
     return not isinstance(part, (Black, Diffuse, Transparent))
 
 
-def _passes(part: Material) -> bool:
+def _is_transmissive_part(part: Material) -> bool:
     if isinstance(part, (Diffuse, Mirror)):
         return part.transmission > 0
     return isinstance(part, (Dielectric, ThinLens, Transparent))
 
 
-def _agree(part: Material, glass: Dielectric) -> bool:
+def _same_media(part: Material, glass: Dielectric) -> bool:
     """Return whether both parts lead into the same media."""
     if isinstance(part, Dielectric):
         return part == glass
     return glass.index_inside == glass.index_outside
 
 
-def _order(part: Material | Phase) -> tuple[str, bytes]:
+def _sort_key(part: Material | Phase) -> tuple[str, bytes]:
     """Return the sort key of a part: its repr, and the digest that distinguishes tables."""
     return repr(part), getattr(part, "digest", b"")
 
@@ -562,33 +571,36 @@ class Surface:
     inside: AnyMedium | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        settle_name(self)
+        coerce_name(self)
         check_type(self, "shape", Shape, "a shape such as Disk(radius=...)")
         kind = type(self.shape).__name__
         if isinstance(self.shape, (Point, Cloud)):
             refuse(self, f"shape must have an area, got {self.shape}; a {kind} is for sources only")
         check_material(self, "material")
-        has_lens = any(isinstance(part, ThinLens) for part in simple_parts(self.material))
+        has_lens = any(isinstance(part, ThinLens) for part in elementary_materials(self.material))
         if has_lens and not isinstance(self.shape, (Disk, Rectangle)):
             refuse(self, f"a ThinLens must be on a Disk or a Rectangle, got a {kind}; put it on one of these")
-        self._settle_side("front", "outside")
-        self._settle_side("back", "inside")
+        self._coerce_side("front", "outside")
+        self._coerce_side("back", "inside")
 
-    def _settle_side(self, side: str, alias: str) -> None:
+    def _coerce_side(self, side: str, alias: str) -> None:
         """Store the medium of a side under both of its names."""
         for name in (side, alias):
             value = getattr(self, name)
             if value is not None:
-                settled_medium(self, name, value)
+                coerce_medium(self, name, value)
         one, other = getattr(self, side), getattr(self, alias)
         if one is not None and other is not None and one != other:
             cure = f"{alias} is a synonym of {side}: leave one of them out"
-            refuse(self, f"{side} and {alias} must not differ, got {shown(one)} and {shown(other)}; {cure}")
+            refuse(
+                self,
+                f"{side} and {alias} must not differ, got {short_repr(one)} and {short_repr(other)}; {cure}",
+            )
         medium = other if one is None else one
-        store(self, **{side: medium, alias: medium})
+        set_fields(self, **{side: medium, alias: medium})
 
 
-def settled_medium(subject: object, name: str, value: object) -> AnyMedium:
+def coerce_medium(subject: object, name: str, value: object) -> AnyMedium:
     """Return the medium of a field; raise SceneError for anything else."""
     if isinstance(value, type) and issubclass(value, AnyMedium):
         refuse(
@@ -597,10 +609,10 @@ def settled_medium(subject: object, name: str, value: object) -> AnyMedium:
         )
     if not isinstance(value, AnyMedium):
         must = "a medium such as Medium(absorption=...) or Vacuum()"
-        refuse(subject, f"{name} must be {must}, got {shown(value)}")
+        refuse(subject, f"{name} must be {must}, got {short_repr(value)}")
     return value
 
 
-def titled(surface: Surface, number: int) -> str:
+def display_name(surface: Surface, number: int) -> str:
     """Return how a message names a surface, given its number in the scene."""
     return f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"

@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from transport.geometry.solid import Box
-from transport.scene.phase_functions import Phase, digest_of, settled_array, settled_phase
-from transport.statistics.chunked import ALWAYS, memory_left, size_text
+from transport.scene.phase_functions import Phase, coerce_array, coerce_phase, digest_of
+from transport.statistics.chunked import MIN_FREE, available_memory, size_text
 from transport.validation import (
     ConvertedAs,
     as_float,
     check_type,
+    coerce_nonnegative,
+    coerce_positive,
     refuse,
     scene_object,
-    settle_nonnegative,
-    settle_positive,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 
 # ---- Homogeneous media and vacuum.
@@ -73,14 +73,14 @@ class Medium:
     emission: float = 0.0
 
     def __post_init__(self) -> None:
-        settle_nonnegative(self, "absorption", "scattering", "emission")
-        settle_positive(self, "index")
-        store(self, phase=settled_phase(self, self.phase))
+        coerce_nonnegative(self, "absorption", "scattering", "emission")
+        coerce_positive(self, "index")
+        set_fields(self, phase=coerce_phase(self, self.phase))
         if not math.isfinite(self.extinction):
             refuse(self, f"absorption + scattering must be finite, got {self.extinction}; lower one of them")
 
     def __repr__(self) -> str:
-        return f"Medium({', '.join(told(self, 'absorption', 'scattering', 'phase', 'index', 'emission'))})"
+        return f"Medium({', '.join(nondefault_arguments(self, 'absorption', 'scattering', 'phase', 'index', 'emission'))})"
 
     @property
     def extinction(self) -> float:
@@ -131,13 +131,13 @@ class Vacuum:
         return _isotropic()
 
 
-def told(medium: object, *names: str) -> list[str]:
+def nondefault_arguments(medium: object, *names: str) -> list[str]:
     """Return the arguments of a medium as source text, without those at their defaults."""
     plain = {"absorption": 0.0, "scattering": 0.0, "phase": _isotropic(), "index": 1.0, "emission": 0.0}
     return [f"{name}={getattr(medium, name)!r}" for name in names if getattr(medium, name) != plain[name]]
 
 
-def plain(medium):
+def canonical_medium(medium):
     """Return the canonical form of a medium, equal for all that act alike.
 
     Without scattering it has no phase function; without any effect it is Vacuum().
@@ -222,8 +222,10 @@ class Grid:
             refuse(self, f"absorption or scattering must be an array (nx, ny, nz), got numbers only; {cure}")
         if shapes[0] != shapes[-1]:
             refuse(self, f"absorption and scattering must have one shape, got {shapes[0]} and {shapes[1]}")
-        arrays = {name: np.broadcast_to(_thinned(array), shapes[0]) for name, array in given.items()}
-        store(self, **arrays, shape=shapes[0], digest=digest_of(*arrays.values()))
+        arrays = {
+            name: np.broadcast_to(_collapse_constant(array), shapes[0]) for name, array in given.items()
+        }
+        set_fields(self, **arrays, shape=shapes[0], digest=digest_of(*arrays.values()))
         self._freeze()
         # Check that coefficients add up to finite numbers.
         with np.errstate(over="ignore"):
@@ -231,15 +233,21 @@ class Grid:
         if not math.isfinite(highest):
             refuse(self, f"absorption + scattering must be finite, got {highest}; lower one of them")
         # Check what is the same in all voxels.
-        store(self, phase=settled_phase(self, self.phase))
-        settle_positive(self, "index")
+        set_fields(self, phase=coerce_phase(self, self.phase))
+        coerce_positive(self, "index")
         if as_float(self.emission) is None and np.ndim(self.emission):
             cure = "give one number, or use one Medium with an emission per part"
-            refuse(self, f"emission must be one number for all voxels, got {shown(self.emission)}; {cure}")
-        settle_nonnegative(self, "emission")
+            refuse(
+                self, f"emission must be one number for all voxels, got {short_repr(self.emission)}; {cure}"
+            )
+        coerce_nonnegative(self, "emission")
 
     def __repr__(self) -> str:
-        words = [f"box={self.box!r}", f"shape={self.shape}", *told(self, "phase", "index", "emission")]
+        words = [
+            f"box={self.box!r}",
+            f"shape={self.shape}",
+            *nondefault_arguments(self, "phase", "index", "emission"),
+        ]
         return f"Grid({', '.join(words)})"
 
     @property
@@ -272,7 +280,7 @@ class Grid:
         ]
         shape = max(shapes, key=math.prod, default=())
         need = BYTES_PER_VOXEL * math.prod(shape) if shapes else 0
-        left = memory_left() if need > ALWAYS else None
+        left = available_memory() if need > MIN_FREE else None
         if left is not None and need > left:
             figures = f"{size_text(need)}, and {size_text(left)} of memory are left"
             cure = "use fewer voxels, or Medium(...) for a homogeneous medium"
@@ -282,9 +290,9 @@ class Grid:
         value = getattr(self, name)
         number = 0.0 if value is None else as_float(value)
         if number is None:
-            return settled_array(self, name, value, 3)
+            return coerce_array(self, name, value, 3)
         if not 0 <= number < math.inf:
-            refuse(self, f"{name} must be zero or positive, and finite, got {shown(value)}")
+            refuse(self, f"{name} must be zero or positive, and finite, got {short_repr(value)}")
         return np.array(number)
 
     def _freeze(self) -> None:
@@ -297,6 +305,6 @@ class Grid:
         self._freeze()
 
 
-def _thinned(array: np.ndarray) -> np.ndarray:
+def _collapse_constant(array: np.ndarray) -> np.ndarray:
     """Return a constant array as a single number, others unchanged."""
     return array if array.ndim == 3 and (array != array[0, 0, 0]).any() else np.array(array.flat[0])

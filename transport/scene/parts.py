@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from functools import cached_property
 
 from transport.geometry.shape import Shape
-from transport.scene.cameras import Camera, EnvironmentMap, Instrument
+from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.materials import Surface
 from transport.scene.media import Medium, Vacuum
@@ -13,19 +13,19 @@ from transport.scene.points import PointDetector
 from transport.scene.sides import AnyDetector
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
-from transport.validation import Converted, Parts, refuse, scene_object, shown, suggestion
+from transport.validation import Converted, PartsField, name_hint, refuse, scene_object, short_repr
 
-LOOKING = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
-Looking = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
+DETECTOR_TYPES = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
+AnyDetectorType = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
 
 
 @scene_object
 class SceneParts:
     """The parts of a scene and look-ups among them; `Scene` is these parts after its checks."""
 
-    sources: Parts[Source]
-    surfaces: Parts[Surface] = ()
-    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[Looking, ...]] = ()
+    sources: PartsField[Source]
+    surfaces: PartsField[Surface] = ()
+    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[AnyDetectorType, ...]] = ()
     medium: Medium | Vacuum | None = None
     duration: float | None = None
 
@@ -103,14 +103,14 @@ class SceneParts:
         return tuple(part for part in self.detectors if isinstance(part, PointDetector))
 
     @property
-    def instruments(self) -> tuple[Instrument, ...]:
+    def instruments(self) -> tuple[PointInstrument, ...]:
         """The detectors that only backward histories reach: each Camera and EnvironmentMap.
 
         Returns
         -------
         tuple
         """
-        return tuple(part for part in self.detectors if isinstance(part, Instrument))
+        return tuple(part for part in self.detectors if isinstance(part, PointInstrument))
 
     @property
     def visited(self) -> tuple[str, ...]:
@@ -165,5 +165,5 @@ class SceneParts:
     def _surface_for(self, user: object, parameter: str, name: str) -> Surface:
         named = {surface.name: surface for surface in self.surfaces if surface.name is not None}
         if name not in named:
-            refuse(user, f"{parameter} must name a surface, got {shown(name)}; {suggestion(name, named)}")
+            refuse(user, f"{parameter} must name a surface, got {short_repr(name)}; {name_hint(name, named)}")
         return named[name]

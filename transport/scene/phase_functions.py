@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from transport.validation import (
-    UNMASK,
+    MASKED_VALUES_HINT,
     ArrayField,
     Converted,
     SceneError,
@@ -25,8 +25,8 @@ from transport.validation import (
     is_masked,
     refuse,
     scene_object,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 
 # ---- Base class of phase functions, and immutable arrays that are compared by content.
@@ -63,7 +63,7 @@ def is_phase(value: object) -> bool:
     return isinstance(value, Phase) and value.is_phase
 
 
-def settled_phase(subject: object, value: object) -> Phase:
+def coerce_phase(subject: object, value: object) -> Phase:
     """Return the phase function of a medium; raise SceneError for anything else."""
     if is_phase(value):
         return value
@@ -72,11 +72,13 @@ def settled_phase(subject: object, value: object) -> Phase:
     if isinstance(value, Phase):
         kind = type(value).__name__
         cure = "leave its amount out" if kind == "Isotropic" else "mix phases, not materials"
-        refuse(subject, f"phase must be a phase function, got {shown(value)}; {cure}")
-    refuse(subject, f"phase must be one such as HenyeyGreenstein(g=0.9) or Isotropic(), got {shown(value)}")
+        refuse(subject, f"phase must be a phase function, got {short_repr(value)}; {cure}")
+    refuse(
+        subject, f"phase must be one such as HenyeyGreenstein(g=0.9) or Isotropic(), got {short_repr(value)}"
+    )
 
 
-def settled_array(subject: object, name: str, value: object, dims: int) -> np.ndarray:
+def coerce_array(subject: object, name: str, value: object, dims: int) -> np.ndarray:
     """Return a read-only copy of an array with `dims` dimensions.
 
     Raises SceneError if a value is negative, not finite or masked.
@@ -84,13 +86,13 @@ def settled_array(subject: object, name: str, value: object, dims: int) -> np.nd
     # Check type and shape.
     if is_masked(value):
         got = f"{np.ma.count_masked(value)} of {value.size} values masked"
-        refuse(subject, f"{name} must have all its values, got {got}; {UNMASK}")
+        refuse(subject, f"{name} must have all its values, got {got}; {MASKED_VALUES_HINT}")
     try:
         given = np.asarray(value)
     except (ValueError, TypeError):
         given = None
     if given is None or given.dtype.kind not in "iuf":
-        refuse(subject, f"{name} must be an array of numbers, got {shown(value)}")
+        refuse(subject, f"{name} must be an array of numbers, got {short_repr(value)}")
     if given.ndim != dims:
         refuse(subject, f"{name} must have {dims} dimension{'s' * (dims > 1)}, got shape {given.shape}")
     if given.size == 0:
@@ -118,8 +120,8 @@ def digest_of(*arrays: np.ndarray) -> bytes:
 
 # ---- Phase functions: analytic and tabulated densities over the cosine of the scattering angle.
 
-NEUTRAL = 1 / (4 * math.pi)  # isotropic density [sr^-1]
-ROUNDING = 16 * 2.0**-53  # tolerance of a normalised table's integral: a dozen roundings
+ISOTROPIC_DENSITY = 1 / (4 * math.pi)  # isotropic density [sr^-1]
+NORMALISATION_TOLERANCE = 16 * 2.0**-53  # tolerance of a normalised table's integral: a dozen roundings
 
 
 @scene_object
@@ -156,8 +158,8 @@ class HenyeyGreenstein(Phase):
         number = as_float(self.g)
         if number is None or not -1 < number < 1:
             must = "g must be a number above -1 and below 1"
-            refuse(self, f"{must}, got {shown(self.g)}; g = 1 (forward) means no scattering")
-        store(self, g=number)
+            refuse(self, f"{must}, got {short_repr(self.g)}; g = 1 (forward) means no scattering")
+        set_fields(self, g=number)
 
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
         """Return the phase function at cosines mu of the scattering angle.
@@ -180,7 +182,7 @@ class HenyeyGreenstein(Phase):
         forwards = (1 - g) * (1 - g) + 2 * g * (1 - mu)
         backwards = (1 + g) * (1 + g) - 2 * g * (1 + mu)
         chord = forwards if g >= 0 else backwards
-        return NEUTRAL * (1 - g) * (1 + g) / (chord * np.sqrt(chord))
+        return ISOTROPIC_DENSITY * (1 - g) * (1 + g) / (chord * np.sqrt(chord))
 
 
 @scene_object
@@ -216,7 +218,7 @@ class Rayleigh(Phase):
             Density per solid angle [sr^-1], of the shape of mu.
         """
         mu = np.asarray(mu, float)
-        return 0.75 * NEUTRAL * (1 + mu * mu)
+        return 0.75 * ISOTROPIC_DENSITY * (1 + mu * mu)
 
 
 class PiecewiseLinear:
@@ -275,8 +277,8 @@ class Tabulated(Phase):
     def __post_init__(self) -> None:
         # Read the columns, and check them.
         relative = self.density.values if isinstance(self.density, PiecewiseLinear) else self.density
-        mu = self._settled_mu()
-        relative = settled_array(self, "density", relative, 1)
+        mu = self._coerced_mu()
+        relative = coerce_array(self, "density", relative, 1)
         if len(relative) != len(mu):
             refuse(self, f"density must have as many values as mu, {len(mu)}, got {len(relative)}")
         if not relative.any():
@@ -286,12 +288,12 @@ class Tabulated(Phase):
         steps, sums = np.diff(mu), values[:-1] + values[1:]
         whole = math.pi * math.fsum(steps * sums)
         # Keep a normalised table bit by bit, so that a table made from its values is equal.
-        values = relative if abs(whole * relative.max() - 1) <= ROUNDING else values / whole
+        values = relative if abs(whole * relative.max() - 1) <= NORMALISATION_TOLERANCE else values / whole
         # Compute the mean cosine, exactly for linear pieces.
         both = values[:-1] + values[1:]
         inner = steps * (mu[:-1] * (values[:-1] + both) + mu[1:] * (values[1:] + both))
-        store(self, mu=mu, values=values, density=PiecewiseLinear(mu, values))
-        store(self, g=math.pi / 3 * math.fsum(inner), digest=digest_of(mu, values))
+        set_fields(self, mu=mu, values=values, density=PiecewiseLinear(mu, values))
+        set_fields(self, g=math.pi / 3 * math.fsum(inner), digest=digest_of(mu, values))
         self._freeze()
 
     @classmethod
@@ -314,7 +316,7 @@ class Tabulated(Phase):
         SceneError
             If the file cannot be read or has another form.
         """
-        rows = _rows_of(path)
+        rows = _read_rows(path)
         # Sort by the first column, and distinguish angles from cosines by its range.
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
         ends = rows[0, 0], rows[-1, 0]
@@ -326,13 +328,13 @@ class Tabulated(Phase):
             raise SceneError(f"Tabulated.from_file: {got}; {cure}")
         return cls(mu=rows[:, 0], density=rows[:, 1])
 
-    def _settled_mu(self) -> np.ndarray:
+    def _coerced_mu(self) -> np.ndarray:
         cosines = as_floats(self.mu)
         if cosines is None or len(cosines) < 2:
-            refuse(self, f"mu must have two cosines or more, got {shown(self.mu)}")
+            refuse(self, f"mu must have two cosines or more, got {short_repr(self.mu)}")
         mu = np.array(cosines)
         if (np.diff(mu) <= 0).any():
-            refuse(self, f"mu must increase from -1 to 1, got {shown(self.mu)}; sort both columns by mu")
+            refuse(self, f"mu must increase from -1 to 1, got {short_repr(self.mu)}; sort both columns by mu")
         if (mu[0], mu[-1]) != (-1.0, 1.0):
             must = "mu must reach from -1 to 1"
             refuse(self, f"{must}, got {mu[0]} to {mu[-1]}; add the forward and backward densities")
@@ -347,14 +349,14 @@ class Tabulated(Phase):
         self._freeze()
 
 
-def _rows_of(path: str | PathLike) -> np.ndarray:
+def _read_rows(path: str | PathLike) -> np.ndarray:
     """Read an array (n, 2) from a text file; the SceneError names the invalid line."""
     title = "Tabulated.from_file"
     try:
         with open(path, encoding="utf-8-sig") as file:
             lines = [line.split("#")[0].replace(",", " ").replace(";", " ").split() for line in file]
     except (OSError, UnicodeDecodeError, TypeError) as error:
-        raise SceneError(f"{title}: {shown(path)} cannot be read: {error}; give a text file") from None
+        raise SceneError(f"{title}: {short_repr(path)} cannot be read: {error}; give a text file") from None
     rows = []
     for number, words in enumerate(lines, start=1):
         if not words:
@@ -367,7 +369,7 @@ def _rows_of(path: str | PathLike) -> np.ndarray:
             cure = "write an angle and an intensity, and # before comments"
             raise SceneError(
                 f"{title}: line {number} of {str(path)!r} must be two numbers,"
-                f" got {shown(' '.join(words))}; {cure}"
+                f" got {short_repr(' '.join(words))}; {cure}"
             )
         rows.append(row)
     if len(rows) < 2:

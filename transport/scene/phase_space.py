@@ -6,32 +6,32 @@ from collections.abc import Iterable
 import numpy as np
 
 from transport.geometry.solid import Box
-from transport.scene.bins import check_total, edges_of, settle_bins
+from transport.scene.bins import check_bin_count, coerce_bins, edges_of
 from transport.scene.sides import AnyDetector
 from transport.validation import (
     Converted,
-    OptionalBins,
-    OptionalNumbers,
+    OptionalBinsField,
+    OptionalNumbersField,
     as_float,
     as_floats,
     check_type,
-    is_count,
+    coerce_name,
+    is_whole_number,
     refuse,
     scene_object,
-    settle_name,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 
 COORDINATES = {  # unit of each coordinate of phase space, in the order of the axes of the results
     "x": "m", "y": "m", "z": "m",
     "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1", "speed": "m s^-1", "mu": "1",
 }  # fmt: skip
-MOST_AXES = 2
-MOST_PARTICLES = 10_000_000  # per snapshot, at 64 bytes each
+MAX_AXES = 2
+MAX_SNAPSHOT_PARTICLES = 10_000_000  # per snapshot, at 64 bytes each
 
 
-class Timed(AnyDetector):
+class TimedDetector(AnyDetector):
     """Base class of PhaseSpace and Snapshot: a name and times; not instantiated directly."""
 
     @property
@@ -49,19 +49,19 @@ class Timed(AnyDetector):
         """Raise SceneError if the scene has no duration, or if a time is after its end."""
         if duration is None:
             cure = "write Scene(..., duration=...) in seconds"
-            refuse(self, f"time needs a clock, got {shown(self.time)} in a scene without one; {cure}")
+            refuse(self, f"time needs a clock, got {short_repr(self.time)} in a scene without one; {cure}")
         if self.times[-1] > duration * (1 + 4e-16):  # 3 * 0.1 s is not after 0.3 s
             must = f"time must be within the scene's duration of {duration!r} s"
             refuse(self, f"{must}, got {self.times[-1]!r}; use an earlier time or a longer duration")
 
-    def _settle_name(self) -> None:
-        settle_name(self)
+    def _coerce_name(self) -> None:
+        coerce_name(self)
         if self.name is None:
             refuse(self, "name must be a text, got None; leave it out or write name='cloud'")
 
 
 @scene_object(kw_only=True)
-class PhaseSpace(Timed):
+class PhaseSpace(TimedDetector):
     """Density of particles over one or two coordinates of phase space, at one or several times.
 
     Counts all particles in flight or at rest at these times. Needs a scene with a duration. All parameters
@@ -101,29 +101,29 @@ class PhaseSpace(Timed):
     (0.0, 0.1)
     """
 
-    x: OptionalNumbers = None
-    y: OptionalNumbers = None
-    z: OptionalNumbers = None
-    vx: OptionalNumbers = None
-    vy: OptionalNumbers = None
-    vz: OptionalNumbers = None
-    speed: OptionalNumbers = None
-    mu: OptionalBins = None
+    x: OptionalNumbersField = None
+    y: OptionalNumbersField = None
+    z: OptionalNumbersField = None
+    vx: OptionalNumbersField = None
+    vy: OptionalNumbersField = None
+    vz: OptionalNumbersField = None
+    speed: OptionalNumbersField = None
+    mu: OptionalBinsField = None
     time: Converted[float | Iterable[float], float | tuple[float, ...]]
     name: str = "phase_space"
     within: Box | None = None
     moments: bool = False
 
     def __post_init__(self) -> None:
-        self._settle_name()
-        self._settle_axes()
-        self._settle_time()
+        self._coerce_name()
+        self._coerce_axes()
+        self._coerce_time()
         if self.within is not None:
             check_type(self, "within", Box, "a Box(center=..., size=...)")
         check_type(self, "moments", bool, "True or False")
         bins = {name: len(edges) - 1 for name, edges in self.axes.items()}
         times = {"time": len(self.times)} if self.is_series else {}
-        check_total(self, bins | times, moments=7 if self.moments else 0)
+        check_bin_count(self, bins | times, moments=7 if self.moments else 0)
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
@@ -150,27 +150,27 @@ class PhaseSpace(Timed):
         """
         return isinstance(self.time, tuple)
 
-    def _settle_axes(self) -> None:
+    def _coerce_axes(self) -> None:
         given = [name for name in COORDINATES if getattr(self, name) is not None]
-        if not 1 <= len(given) <= MOST_AXES:
+        if not 1 <= len(given) <= MAX_AXES:
             cure = "use one PhaseSpace per pair" if given else "write x=edges, or x=edges and vx=edges"
             must = f"one or two of {', '.join(COORDINATES)} must be given"
             refuse(self, f"{must}, got {', '.join(given) or 'none'}; {cure}")
         for name in given:
-            settle_bins(self, name, 0.0 if name == "speed" else -math.inf, may_count=name == "mu")
+            coerce_bins(self, name, 0.0 if name == "speed" else -math.inf, may_count=name == "mu")
 
-    def _settle_time(self) -> None:
+    def _coerce_time(self) -> None:
         """Convert `time` to a float or a tuple of increasing floats, zero or positive."""
         time = as_float(self.time)
         times = as_floats(self.time if time is None else (time,))
         if not times or times[0] < 0 or any(p >= q for p, q in zip(times, times[1:], strict=False)):
             must = "time must be a time in seconds, 0 or later, or an increasing sequence of them"
-            refuse(self, f"{must}, got {shown(self.time)}")
-        store(self, time=times if time is None else time)
+            refuse(self, f"{must}, got {short_repr(self.time)}")
+        set_fields(self, time=times if time is None else time)
 
 
 @scene_object
-class Snapshot(Timed):
+class Snapshot(TimedDetector):
     """An unbiased sample of the particles in flight or at rest at one time.
 
     Needs a scene with a duration.
@@ -201,14 +201,14 @@ class Snapshot(Timed):
     name: str = "snapshot"
 
     def __post_init__(self) -> None:
-        self._settle_name()
+        self._coerce_name()
         time = as_float(self.time)
         if time is None or not 0 <= time < math.inf:
             cure = "; use one Snapshot per time" if as_floats(self.time) else ""
-            refuse(self, f"time must be one time in seconds, 0 or later, got {shown(self.time)}{cure}")
+            refuse(self, f"time must be one time in seconds, 0 or later, got {short_repr(self.time)}{cure}")
         particles = as_float(self.particles)
-        is_whole = is_count(self.particles) or (particles is not None and particles.is_integer())
-        if not is_whole or not 1 <= particles <= MOST_PARTICLES:
-            must = f"particles must be a whole number from 1 to {MOST_PARTICLES}"
-            refuse(self, f"{must}, got {shown(self.particles)}")
-        store(self, time=time, particles=int(self.particles))
+        is_whole = is_whole_number(self.particles) or (particles is not None and particles.is_integer())
+        if not is_whole or not 1 <= particles <= MAX_SNAPSHOT_PARTICLES:
+            must = f"particles must be a whole number from 1 to {MAX_SNAPSHOT_PARTICLES}"
+            refuse(self, f"{must}, got {short_repr(self.particles)}")
+        set_fields(self, time=time, particles=int(self.particles))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from transport.scene.sides import AnyDetector
-from transport.validation import VectorField, refuse, scene_object, settle_name, settle_vector
+from transport.validation import VectorField, coerce_name, coerce_vector, refuse, scene_object
 
 
 @scene_object
@@ -69,8 +69,8 @@ class PointDetector(AnyDetector):
     name: str
 
     def __post_init__(self) -> None:
-        settle_vector(self, "position")
-        settle_name(self)
+        coerce_vector(self, "position")
+        coerce_name(self)
         if self.name is None:
             refuse(self, "name must be given, got None; write name='there'")
 

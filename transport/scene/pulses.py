@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from transport.statistics.normal import REACH, line
-from transport.validation import refuse, scene_object, settle_nonnegative, settle_positive
+from transport.statistics.normal import MAX_DEVIATION, normal_quantile
+from transport.validation import coerce_nonnegative, coerce_positive, refuse, scene_object
 
-ROUNDING = 1e-12  # relative, of the extent of a Gaussian pulse, which exceeds every number drawn
+EXTENT_ROUNDING = 1e-12  # relative, of the extent of a Gaussian pulse, which exceeds every number drawn
 
 
 class Pulse:
@@ -70,7 +70,7 @@ class Instant(Pulse):
     time: float = 0.0
 
     def __post_init__(self) -> None:
-        settle_nonnegative(self, "time")
+        coerce_nonnegative(self, "time")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Return the one time of emission [s], in an array of the shape of u."""
@@ -108,8 +108,8 @@ class BoxPulse(Pulse):
     holds_rates = True
 
     def __post_init__(self) -> None:
-        settle_nonnegative(self, "start")
-        settle_positive(self, "stop")
+        coerce_nonnegative(self, "start")
+        coerce_positive(self, "stop")
         if self.stop <= self.start:
             refuse(
                 self,
@@ -182,12 +182,12 @@ class GaussianPulse(Pulse):
     sigma: float
 
     def __post_init__(self) -> None:
-        settle_positive(self, "time", "sigma")
+        coerce_positive(self, "time", "sigma")
         if self.first < 0:
-            cure = f"write time={REACH * self.sigma:g} or more, or a smaller sigma"
+            cure = f"write time={MAX_DEVIATION * self.sigma:g} or more, or a smaller sigma"
             refuse(
                 self,
-                f"time must be {REACH} sigma or more, got {self.time} with sigma={self.sigma}; {cure}",
+                f"time must be {MAX_DEVIATION} sigma or more, got {self.time} with sigma={self.sigma}; {cure}",
             )
 
     @property
@@ -214,8 +214,8 @@ class GaussianPulse(Pulse):
 
     @property
     def _reach(self) -> float:
-        return REACH * (1 - ROUNDING) * self.sigma
+        return MAX_DEVIATION * (1 - EXTENT_ROUNDING) * self.sigma
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Return times of emission [s], normally distributed; u below 2^-54 counts as 2^-54."""
-        return self.time + self.sigma * line(u)
+        return self.time + self.sigma * normal_quantile(u)

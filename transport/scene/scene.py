@@ -7,24 +7,31 @@ from os import PathLike
 from transport.renderers import function_for
 from transport.scene.bodies import medium_at
 from transport.scene.checks.check_scene import check_scene
-from transport.scene.checks.overlapping_bodies import glows, names_media
+from transport.scene.checks.overlapping_bodies import has_emission, has_named_media
 from transport.scene.detectors import Detector
-from transport.scene.materials import AnyMedium, Dielectric, Surface, ThinLens, settled_medium, simple_parts
+from transport.scene.materials import (
+    AnyMedium,
+    Dielectric,
+    Surface,
+    ThinLens,
+    coerce_medium,
+    elementary_materials,
+)
 from transport.scene.media import Grid, Medium, Vacuum
-from transport.scene.parts import LOOKING, Looking, SceneParts
+from transport.scene.parts import DETECTOR_TYPES, AnyDetectorType, SceneParts
 from transport.scene.sides import AnyDetector
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
 from transport.validation import (
     Converted,
-    Parts,
+    PartsField,
     as_floats,
+    coerce_positive,
+    name_hint,
     refuse,
     scene_object,
-    settle_positive,
-    shown,
-    store,
-    suggestion,
+    set_fields,
+    short_repr,
 )
 
 
@@ -71,18 +78,18 @@ class Scene(SceneParts):
     """
 
     # The fields of SceneParts again: type checkers lose what a field accepts where it is inherited.
-    sources: Parts[Source]
-    surfaces: Parts[Surface] = ()
-    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[Looking, ...]] = ()
+    sources: PartsField[Source]
+    surfaces: PartsField[Surface] = ()
+    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[AnyDetectorType, ...]] = ()
     medium: Medium | Vacuum | None = None
     duration: float | None = None
 
     def __post_init__(self) -> None:
         _settle_parts(self, "sources", Source)
         _settle_parts(self, "surfaces", Surface)
-        _settle_parts(self, "detectors", *LOOKING)
+        _settle_parts(self, "detectors", *DETECTOR_TYPES)
         if self.duration is not None:
-            settle_positive(self, "duration")
+            coerce_positive(self, "duration")
         self._check_medium()
         self._check_has_source()
         self._check_names()
@@ -164,21 +171,21 @@ class Scene(SceneParts):
         """
         place = as_floats(position)
         if place is None or len(place) != 3:
-            refuse(self, f"position must be three finite numbers, got {shown(position)}")
+            refuse(self, f"position must be three finite numbers, got {short_repr(position)}")
         return medium_at(self, place)
 
     def _check_medium(self) -> None:
         """The surrounding medium is one that fills all space."""
         if self.medium is None:
             return
-        settled_medium(self, "medium", self.medium)
+        coerce_medium(self, "medium", self.medium)
         if isinstance(self.medium, Grid):
             cure = "write Surface(grid.box, Transparent(), inside=grid)"
-            refuse(self, f"medium must fill all space, got {shown(self.medium)}, which ends; {cure}")
+            refuse(self, f"medium must fill all space, got {short_repr(self.medium)}, which ends; {cure}")
 
     def _check_has_source(self) -> None:
         """Something emits: a source, or the medium of a body."""
-        if not self.sources and not glows(self):
+        if not self.sources and not has_emission(self):
             cure = "write sources=[Source(...)], or let a medium emit"
             refuse(self, f"sources must hold at least one Source, got none; {cure}")
 
@@ -198,7 +205,7 @@ class Scene(SceneParts):
                     f"name must not be that of a surface it does not meter, got {part.name!r}; rename it",
                 )
 
-    def _meters_its_namesake(self, part: Looking) -> bool:
+    def _meters_its_namesake(self, part: AnyDetectorType) -> bool:
         return (
             isinstance(part, Detector | VolumeDetector)
             and self.shape_of(part) == self.surface(part.name).shape
@@ -209,7 +216,7 @@ class Scene(SceneParts):
         for meter in self.meters:
             for name in meter.via or ():
                 if name not in names:
-                    cure = suggestion(name, dict.fromkeys(names))
+                    cure = name_hint(name, dict.fromkeys(names))
                     refuse(meter, f"via must name a detector or a surface, got {name!r}; {cure}")
 
     def _check_emissions(self) -> None:
@@ -217,7 +224,7 @@ class Scene(SceneParts):
             kinds = ", ".join(sorted({type(source.emission).__name__ for source in self.sources}))
             refuse(self, f"sources must be all in watts or all in particles, got {kinds}; use two scenes")
         for surface in self.surfaces:
-            for part in simple_parts(surface.material):
+            for part in elementary_materials(surface.material):
                 if getattr(part, "speed", None) is not None:
                     self._check_wall(surface, part.speed)
                 if isinstance(part, (Dielectric, ThinLens)):
@@ -241,7 +248,7 @@ class Scene(SceneParts):
         if self.measured_in == "particles":
             cure = "emit watts, or leave it out"
             refuse(surface, f"material must not be a {kind} in a scene of particles, got {part}; {cure}")
-        if isinstance(part, Dielectric) and self.duration is not None and not names_media(self):
+        if isinstance(part, Dielectric) and self.duration is not None and not has_named_media(self):
             must = f"material must not be a Dielectric in a scene with a duration, got {self.duration} s"
             cure = f"name its medium, inside=Medium(index={part.index_inside:g}), which says how fast light is there"
             refuse(surface, f"{must} and no media; {cure}, or leave out duration")
@@ -254,9 +261,9 @@ def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:
     if isinstance(value, kinds):
         value = (value,)
     if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
-        refuse(scene, f"{must}, got {shown(value)}")
+        refuse(scene, f"{must}, got {short_repr(value)}")
     parts = tuple(value)
     for place, part in enumerate(parts):
         if not isinstance(part, kinds):
-            refuse(scene, f"{must}, got {shown(part)} as {name}[{place}]; put it into its own list")
-    store(scene, **{name: parts})
+            refuse(scene, f"{must}, got {short_repr(part)} as {name}[{place}]; put it into its own list")
+    set_fields(scene, **{name: parts})

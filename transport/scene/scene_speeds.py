@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.scene.checks.overlapping_bodies import glows
-from transport.scene.materials import Diffuse, simple_parts
+from transport.scene.checks.overlapping_bodies import has_emission
+from transport.scene.materials import Diffuse, elementary_materials
 from transport.units import speed_of_light
 
 if TYPE_CHECKING:
@@ -22,37 +22,37 @@ def scene_speeds(scene: SceneParts) -> set[float | SpeedDistribution]:
         Speeds [m/s] and distributions with which particles are emitted or leave walls.
     """
     emitted = {source.emission.speed for source in scene.sources}
-    if glows(scene):
+    if has_emission(scene):
         emitted.add(speed_of_light)
     return emitted | {
         part.speed
         for surface in scene.surfaces
-        for part in simple_parts(surface.material)
+        for part in elementary_materials(surface.material)
         if isinstance(part, Diffuse) and part.speed is not None
     }
 
 
-def scene_has_speeds(scene: SceneParts) -> bool:
+def needs_particle_speeds(scene: SceneParts) -> bool:
     """Return whether particles must carry a speed.
 
     They must if speeds differ in a scene with a clock, or if a detector observes speeds.
     """
-    differ = speeds_differ(scene_speeds(scene))
+    differ = has_several_speeds(scene_speeds(scene))
     looked_at = any(meter.speeds is not None or meter.moments for meter in scene.meters)
     return (differ and scene.duration is not None) or looked_at or bool(scene.phase_spaces or scene.snapshots)
 
 
-def speeds_differ(speeds: set[float | SpeedDistribution]) -> bool:
+def has_several_speeds(speeds: set[float | SpeedDistribution]) -> bool:
     """Return whether there is more than one speed."""
     return len(speeds) > 1 or not all(isinstance(speed, float) for speed in speeds)
 
 
-def fastest_of(speed: float | SpeedDistribution) -> float:
+def max_speed(speed: float | SpeedDistribution) -> float:
     """Return an upper bound [m/s] of a speed or distribution."""
     return speed if isinstance(speed, float) else speed.fastest
 
 
-def why_no_mass(scene: SceneParts) -> tuple[str, str]:
+def missing_mass_message(scene: SceneParts) -> tuple[str, str]:
     """Return what a quantity that needs the mass lacks, and the cure, as two parts of a message."""
     if scene.measured_in == "watts":
         return "particles of one mass, got energies in watts", "emit a Gas or Effusive"

@@ -16,8 +16,8 @@ from transport.geometry.flat import Slab, Triangle
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Point, Shape
 from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import are_on_one_support, is_on_support, orientation
-from transport.scene.bodies import has_media, sides_of
+from transport.geometry.supports import are_on_one_support, is_on_support, relative_orientation
+from transport.scene.bodies import bodies_on_sides, has_media
 from transport.scene.detectors import Detector
 from transport.scene.materials import Surface, Transparent
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Member:
+class SheetMember:
     """Piece of a sheet: its acting surface (None: transparent) and the detectors on it."""
 
     shape: Shape
@@ -42,7 +42,7 @@ class Member:
 class Sheet:
     """Members on one support; the first one defines the sheet's normal."""
 
-    members: list[Member]
+    members: list[SheetMember]
 
     @property
     def support(self) -> Shape:
@@ -50,7 +50,7 @@ class Sheet:
         return self.members[0].shape
 
 
-def pieces(shape: Shape) -> tuple[Shape, ...]:
+def pieces_of(shape: Shape) -> tuple[Shape, ...]:
     """Pieces of a shape with one support each: the faces of a box or slab, else the shape itself."""
     match shape:
         case Box():
@@ -60,7 +60,7 @@ def pieces(shape: Shape) -> tuple[Shape, ...]:
     return (shape,)
 
 
-def sheets_of(scene: SceneParts) -> list[Sheet]:
+def scene_sheets(scene: SceneParts) -> list[Sheet]:
     """Sheets of the scene, acting members before detectors, without surfaces that have no effect."""
     sheets: list[Sheet] = []
     for member in sorted(_members(scene), key=_precedence):
@@ -69,11 +69,11 @@ def sheets_of(scene: SceneParts) -> list[Sheet]:
             home = Sheet([])
             sheets.append(home)
         home.members.append(member)
-        member.orientation = orientation(home.support, member.shape)
+        member.orientation = relative_orientation(home.support, member.shape)
     return sheets
 
 
-def _precedence(member: Member) -> tuple[bool, float]:
+def _precedence(member: SheetMember) -> tuple[bool, float]:
     """Sort key: acting members first, then those that define the support most accurately."""
     shape, breadth = member.shape, math.inf
     if isinstance(shape, Triangle):
@@ -83,25 +83,25 @@ def _precedence(member: Member) -> tuple[bool, float]:
     return member.surface is None, -breadth
 
 
-def _members(scene: SceneParts) -> Iterator[Member]:
+def _members(scene: SceneParts) -> Iterator[SheetMember]:
     """All members: pieces of surfaces with detectors and bodies, and detectors with their own shapes."""
-    bounds = sides_of(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
+    bounds = bodies_on_sides(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
     for surface, sides in zip(scene.surfaces, bounds, strict=True):
         looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]
         acts = not isinstance(surface.material, Transparent)
         mark = surface.name if surface.name in scene.visited else None
         front, back = (sum(1 << body for body in side) for side in sides)
         if acts or looking or mark is not None or front != back:
-            for piece in pieces(surface.shape):
+            for piece in pieces_of(surface.shape):
                 whole, bodies = surface.shape, (front, back)
-                yield Member(piece, surface if acts else None, list(looking), 1.0, mark, whole, bodies)
+                yield SheetMember(piece, surface if acts else None, list(looking), 1.0, mark, whole, bodies)
     for detector in scene.meters:
         if isinstance(detector.shape, Shape):
-            for piece in pieces(detector.shape):
-                yield Member(piece, None, [detector], whole=detector.shape)
+            for piece in pieces_of(detector.shape):
+                yield SheetMember(piece, None, [detector], whole=detector.shape)
 
 
-def sheets_of_source(shape: Shape, sheets: list[Sheet]) -> list[int]:
+def source_sheets(shape: Shape, sheets: list[Sheet]) -> list[int]:
     """Numbers, from 1, of the sheets on which a source's shape or point lies."""
     return [
         number

@@ -9,7 +9,7 @@ from transport.scene.emissions import Beam, Effusive, Emission, Gas, Isotropic, 
 from transport.scene.pulses import BoxPulse, GaussianPulse, Instant, Pulse
 from transport.scene.sides import Sided
 from transport.scene.speeds import SpeedDistribution
-from transport.validation import SceneError, check_type, refuse, scene_object, shown
+from transport.validation import SceneError, check_type, refuse, scene_object, short_repr
 from transport.vectors import dot
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "Source",
 ]  # fmt: skip
 
-ALONG_PLANE = 1e-15  # largest cosine between two rounded unit vectors at right angles
+MAX_COSINE_IN_PLANE = 1e-15  # largest cosine between two rounded unit vectors at right angles
 
 
 @scene_object
@@ -101,7 +101,7 @@ class Source(Sided):
         if duration is None:
             needs = {
                 "a Gas": isinstance(emission, Gas),
-                f"a pulse such as {shown(self.pulse)}": self.pulse is not None,
+                f"a pulse such as {short_repr(self.pulse)}": self.pulse is not None,
                 f"{kind}({emission.given}=...)": emission.is_whole,
             }
             for what, is_there in needs.items():
@@ -142,13 +142,13 @@ class Source(Sided):
         amount = self.amount(shape, None)
         if not 0 < amount < math.inf:
             what = "power" if self.emission.measured_in == "watts" else "number of particles"
-            refuse(self, f"{what} must be positive and finite, got {amount} from {shown(self.emission)}")
+            refuse(self, f"{what} must be positive and finite, got {amount} from {short_repr(self.emission)}")
 
     def _check_kind(self, shape: Shape) -> None:
         """Raise SceneError if the emission does not allow this kind of shape."""
         emission = type(self.emission).__name__
         *others, last = [cls.__name__ for cls in self.emission.shapes]
-        got = f"{emission} leaves from a {', '.join(others)} or {last}, got shape={shown(shape)}"
+        got = f"{emission} leaves from a {', '.join(others)} or {last}, got shape={short_repr(shape)}"
         if shape.is_infinite:
             refuse(self, f"{got}, whose area is infinite; use a large Rectangle")
         if not isinstance(shape, self.emission.shapes):
@@ -163,13 +163,13 @@ class Source(Sided):
         if not self.emission.can_aim:
             refuse(
                 self,
-                f"aim needs Lambertian, Isotropic or Effusive, got {emission} and {shown(self.aim)};"
+                f"aim needs Lambertian, Isotropic or Effusive, got {emission} and {short_repr(self.aim)};"
                 " drop aim",
             )
         if isinstance(self.emission.speed, SpeedDistribution) and self.emission.speed.has_drift:
             refuse(
                 self,
-                f"aim cannot be combined with a drift, got {shown(self.emission.speed)};"
+                f"aim cannot be combined with a drift, got {short_repr(self.emission.speed)};"
                 " leave one of them out",
             )
         check_type(self, "aim", Shape, "a shape such as Disk(radius=...)")
@@ -188,7 +188,7 @@ class Source(Sided):
                 self, f"pulse has no effect for a Gas, which exists from time 0, got {self.pulse}; drop it"
             )
         if not (self.pulse.holds_rates or emission.is_whole):
-            got = f"{emission.given}={shown(getattr(emission, emission.given))}"
+            got = f"{emission.given}={short_repr(getattr(emission, emission.given))}"
             refuse(
                 self,
                 f"pulse {self.pulse} needs the whole amount, {emission.whole}=..., got {got};"
@@ -202,7 +202,7 @@ class Source(Sided):
         if not isinstance(shape, FlatShape):
             return
         mu, kind = dot(beam.direction, shape.normal) * (-1 if self.is_back else 1), type(shape).__name__
-        if abs(mu) <= ALONG_PLANE:
+        if abs(mu) <= MAX_COSINE_IN_PLANE:
             refuse(self, f"direction must not lie in the plane of the {kind}, got {beam.direction}; tilt it")
         if mu < 0:
             other = "front" if self.is_back else "back"
@@ -217,6 +217,6 @@ class Source(Sided):
         speed, kind = self.emission.speed, type(shape).__name__
         if not isinstance(shape, FlatShape):
             cure = "take a Rectangle or Disk"
-            refuse(self, f"drift needs a flat shape, got {shown(speed.drift)} through a {kind}; {cure}")
+            refuse(self, f"drift needs a flat shape, got {short_repr(speed.drift)} through a {kind}; {cure}")
         # Raise SceneError if the drift is out of range.
         speed.one_way_flux(speed.drift_through(shape, self.is_back))

@@ -9,18 +9,18 @@ import numpy as np
 
 from transport.geometry.flat import FlatShape
 from transport.statistics import normal
-from transport.statistics.quantiles import LAST, PiecewiseLaw, WeightedByItself
+from transport.statistics.quantiles import LARGEST_U, PiecewiseQuadraticDensity, SelfWeightedQuantile
 from transport.units import BOLTZMANN
 from transport.validation import (
-    Numbers,
+    NumbersField,
     VectorField,
     as_floats,
+    coerce_positive,
+    coerce_vector,
     refuse,
     scene_object,
-    settle_positive,
-    settle_vector,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 from transport.vectors import dot
 
@@ -28,8 +28,8 @@ from transport.vectors import dot
 #
 # Quantiles are accurate relatively in both tails: for u > 1/2 the exact 1 - u is inverted.
 
-FASTEST = 9.0  # standard deviations; chi with 4 degrees of freedom is 8.996 at u = 1 - 2^-53
-MOST_DRIFT = 30.0  # largest drift through a plane, in standard deviations
+MAX_SPEED_SIGMAS = 9.0  # standard deviations; chi with 4 degrees of freedom is 8.996 at u = 1 - 2^-53
+MAX_DRIFT_SIGMAS = 30.0  # largest drift through a plane, in standard deviations
 
 
 class SpeedDistribution:
@@ -86,9 +86,9 @@ class Maxwellian(SpeedDistribution):
     drift: VectorField = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        settle_vector(self, "drift")
+        coerce_vector(self, "drift")
         if self.mass is not None:
-            settle_positive(self, "mass")
+            coerce_positive(self, "mass")
         if self.temperature is not None:
             self._settle_temperature()
         elif self.sigma is None:
@@ -96,7 +96,7 @@ class Maxwellian(SpeedDistribution):
                 self,
                 "temperature and mass, or sigma, must be given, got neither; write temperature=..., mass=...",
             )
-        settle_positive(self, "sigma")
+        coerce_positive(self, "sigma")
         if not 0 < self.fastest < math.inf:
             refuse(
                 self,
@@ -104,7 +104,7 @@ class Maxwellian(SpeedDistribution):
             )
 
     def _settle_temperature(self) -> None:
-        settle_positive(self, "temperature")
+        coerce_positive(self, "temperature")
         if self.mass is None:
             refuse(
                 self,
@@ -114,9 +114,9 @@ class Maxwellian(SpeedDistribution):
         if self.sigma is not None and self.sigma != sigma:
             refuse(
                 self,
-                f"sigma follows from temperature and mass as {sigma}, got {shown(self.sigma)}; leave it out",
+                f"sigma follows from temperature and mass as {sigma}, got {short_repr(self.sigma)}; leave it out",
             )
-        store(self, sigma=sigma)
+        set_fields(self, sigma=sigma)
 
     @property
     def has_drift(self) -> bool:
@@ -148,7 +148,7 @@ class Maxwellian(SpeedDistribution):
         float
             Speed [m/s].
         """
-        bound = FASTEST * self.sigma
+        bound = MAX_SPEED_SIGMAS * self.sigma
         return math.sqrt(3) * bound + math.hypot(*self.drift) if self.has_drift else bound
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
@@ -164,7 +164,7 @@ class Maxwellian(SpeedDistribution):
         array
             Speeds [m/s], of the shape of u.
         """
-        return self.sigma * _chi(1.5, u)
+        return self.sigma * _chi_quantile(1.5, u)
 
     def line_quantile(self, u: np.ndarray) -> np.ndarray:
         """Return signed velocities along a line: normal; u below 2^-54 counts as 2^-54.
@@ -179,7 +179,7 @@ class Maxwellian(SpeedDistribution):
         array
             Speeds [m/s], of the shape of u.
         """
-        return self.sigma * normal.line(u)
+        return self.sigma * normal.normal_quantile(u)
 
     def flux_quantile(self, u: np.ndarray) -> np.ndarray:
         """Return speeds of effusing particles: sigma times chi with 4 degrees of freedom.
@@ -194,7 +194,7 @@ class Maxwellian(SpeedDistribution):
         array
             Speeds [m/s], of the shape of u.
         """
-        return self.sigma * _chi(2.0, u)
+        return self.sigma * _chi_quantile(2.0, u)
 
     def normal_quantile(self, u: np.ndarray, d: float) -> np.ndarray:
         """Return normal velocities of particles that cross a plane through which the gas drifts.
@@ -216,7 +216,7 @@ class Maxwellian(SpeedDistribution):
         SceneError
             If `|d|` exceeds 30 sigma.
         """
-        return self.sigma * normal.crossing(u, self._drift_in_sigmas(d))
+        return self.sigma * normal.crossing_quantile(u, self._drift_in_sigmas(d))
 
     def one_way_flux(self, d: float) -> float:
         """Return the one-way flux density through a plane, divided by the density of the gas.
@@ -254,16 +254,16 @@ class Maxwellian(SpeedDistribution):
         return dot(self.drift, shape.normal) * (-1.0 if is_back else 1.0)
 
     def _drift_in_sigmas(self, d: float) -> float:
-        if not abs(d) <= MOST_DRIFT * self.sigma:
+        if not abs(d) <= MAX_DRIFT_SIGMAS * self.sigma:
             refuse(
                 self,
-                f"drift through a plane must be within {MOST_DRIFT:g} sigma = {MOST_DRIFT * self.sigma:g} m/s"
+                f"drift through a plane must be within {MAX_DRIFT_SIGMAS:g} sigma = {MAX_DRIFT_SIGMAS * self.sigma:g} m/s"
                 f" either way, got {d:g} m/s; use a Gas of one speed along a direction",
             )
         return d / self.sigma
 
 
-def _chi(half_degrees: float, u: np.ndarray) -> np.ndarray:
+def _chi_quantile(half_degrees: float, u: np.ndarray) -> np.ndarray:
     """Return the quantile of chi with 2 half_degrees degrees of freedom."""
     from scipy.special import gammainccinv, gammaincinv
 
@@ -274,8 +274,8 @@ def _chi(half_degrees: float, u: np.ndarray) -> np.ndarray:
 
 # ---- Tabulated and user-defined speed distributions, as functions of a uniform number u in [0, 1).
 
-RISING = 1e-12  # relative decrease of a quantile that counts as rounding
-GRID = np.unique(
+DECREASE_TOLERANCE = 1e-12  # relative decrease of a quantile that counts as rounding
+TRIAL_U = np.unique(
     np.concatenate([2.0 ** np.arange(-53, 0), np.arange(1024) / 1024, 1 - 2.0 ** np.arange(-53, 0)])
 )
 
@@ -304,15 +304,17 @@ class SpeedTable(SpeedDistribution):
     (0.5, 0.666667)
     """
 
-    speeds: Numbers
-    density: Numbers
+    speeds: NumbersField
+    density: NumbersField
 
     def __post_init__(self) -> None:
         for name in ("speeds", "density"):
             values = as_floats(getattr(self, name))
             if values is None or len(values) < 2:
-                refuse(self, f"{name} must be two finite numbers or more, got {shown(getattr(self, name))}")
-            store(self, **{name: values})
+                refuse(
+                    self, f"{name} must be two finite numbers or more, got {short_repr(getattr(self, name))}"
+                )
+            set_fields(self, **{name: values})
         if len(self.speeds) != len(self.density):
             refuse(
                 self,
@@ -322,12 +324,14 @@ class SpeedTable(SpeedDistribution):
         if not is_rising.all():
             refuse(
                 self,
-                f"speeds must be increasing, got {_at(self.speeds, int(np.argmin(is_rising)))}; sort them",
+                f"speeds must be increasing, got {_describe_step(self.speeds, int(np.argmin(is_rising)))}; sort them",
             )
         if not np.isfinite(self.speeds[-1] - self.speeds[0]):
-            refuse(self, f"speeds must span a finite range, got {shown(self.speeds)}; change the unit")
+            refuse(self, f"speeds must span a finite range, got {short_repr(self.speeds)}; change the unit")
         if min(self.density) < 0 or max(self.density) == 0:
-            refuse(self, f"density must be zero or positive, and not all zero, got {shown(self.density)}")
+            refuse(
+                self, f"density must be zero or positive, and not all zero, got {short_repr(self.density)}"
+            )
 
     @property
     def is_signed(self) -> bool:
@@ -359,7 +363,7 @@ class SpeedTable(SpeedDistribution):
         float
             Speed [m/s].
         """
-        plain, weighted = self._laws
+        plain, weighted = self._densities
         return weighted.mass / plain.mass * self.fastest
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
@@ -375,7 +379,7 @@ class SpeedTable(SpeedDistribution):
         array
             Speeds [m/s], of the shape of u.
         """
-        return self._laws[0].quantile(u) * self.fastest
+        return self._densities[0].quantile(u) * self.fastest
 
     line_quantile = quantile
 
@@ -392,10 +396,10 @@ class SpeedTable(SpeedDistribution):
         array
             Speeds [m/s], of the shape of u.
         """
-        return self._laws[1].quantile(u) * self.fastest
+        return self._densities[1].quantile(u) * self.fastest
 
     @cached_property
-    def _laws(self) -> tuple[PiecewiseLaw, PiecewiseLaw]:
+    def _densities(self) -> tuple[PiecewiseQuadraticDensity, PiecewiseQuadraticDensity]:
         """Return the density and its product with `|speed|`, relative to fastest speed and peak density."""
         # Scale speeds and density, and add a knot at speed 0, where |speed| has a kink.
         v, f = np.array(self.speeds) / self.fastest, np.array(self.density) / max(self.density)
@@ -404,8 +408,8 @@ class SpeedTable(SpeedDistribution):
             f = np.insert(f, place, np.interp(0.0, v, f))
             v = np.insert(v, place, 0.0)
         ends = f[:-1], f[1:]
-        return PiecewiseLaw(v, _product(*ends, 1.0, 1.0)), PiecewiseLaw(
-            v, _product(*ends, *np.abs((v[:-1], v[1:])))
+        return PiecewiseQuadraticDensity(v, _bernstein_product(*ends, 1.0, 1.0)), PiecewiseQuadraticDensity(
+            v, _bernstein_product(*ends, *np.abs((v[:-1], v[1:])))
         )
 
 
@@ -435,33 +439,33 @@ class InverseCDF(SpeedDistribution):
     quantile: Callable[[np.ndarray], np.ndarray] = field()
 
     def __post_init__(self) -> None:
-        if isinstance(self.quantile, _Vectorised):
+        if isinstance(self.quantile, _VectorizedQuantile):
             return
         if not callable(self.quantile):
-            refuse(self, f"quantile must be a function of u in [0, 1), got {shown(self.quantile)}")
+            refuse(self, f"quantile must be a function of u in [0, 1), got {short_repr(self.quantile)}")
         try:
             hash(self.quantile)
         except TypeError:
             refuse(
                 self,
-                f"quantile must be hashable, as functions are, got {shown(self.quantile)}; use a function",
+                f"quantile must be hashable, as functions are, got {short_repr(self.quantile)}; use a function",
             )
-        self._check(_tried(self))
-        store(self, quantile=_Vectorised(self.quantile))
+        self._check(_trial_speeds(self))
+        set_fields(self, quantile=_VectorizedQuantile(self.quantile))
 
     def _check(self, v: np.ndarray) -> None:
         if not np.isfinite(v).all():
             refuse(
                 self,
-                f"quantile must be finite, got {_at_u(v, ~np.isfinite(v))}; clip u to 2**-54 or more",
+                f"quantile must be finite, got {_describe_at_u(v, ~np.isfinite(v))}; clip u to 2**-54 or more",
             )
         if not v.any():
             refuse(self, "quantile must not be 0 everywhere; a Gas at rest is Gas(speed=0)")
-        falls = np.diff(v, prepend=v[0]) < -RISING * np.abs(v)
+        falls = np.diff(v, prepend=v[0]) < -DECREASE_TOLERANCE * np.abs(v)
         if falls.any():
             refuse(
                 self,
-                f"quantile must not fall with u, got {_at_u(v, falls)}, less than before; reverse it",
+                f"quantile must not fall with u, got {_describe_at_u(v, falls)}, less than before; reverse it",
             )
 
     @property
@@ -483,7 +487,7 @@ class InverseCDF(SpeedDistribution):
         float
             Speed [m/s].
         """
-        return float(np.abs(self.quantile([0.0, LAST])).max())
+        return float(np.abs(self.quantile([0.0, LARGEST_U])).max())
 
     @property
     def mean_speed(self) -> float:
@@ -512,7 +516,7 @@ class InverseCDF(SpeedDistribution):
         return self.quantile(u)
 
     def flux_quantile(self, u: np.ndarray) -> np.ndarray:
-        """Return speeds weighted by `|speed|`; for the accuracy see quantiles.WeightedByItself.
+        """Return speeds weighted by `|speed|`; for the accuracy see quantiles.SelfWeightedQuantile.
 
         Parameters
         ----------
@@ -527,12 +531,12 @@ class InverseCDF(SpeedDistribution):
         return self._weighted.quantile(u)
 
     @cached_property
-    def _weighted(self) -> WeightedByItself:
-        return WeightedByItself(self.quantile)
+    def _weighted(self) -> SelfWeightedQuantile:
+        return SelfWeightedQuantile(self.quantile)
 
 
 @dataclass(frozen=True)
-class _Vectorised:
+class _VectorizedQuantile:
     """A user's function for u of any shape; equal if the function is equal."""
 
     function: Callable[[np.ndarray], np.ndarray]
@@ -545,32 +549,33 @@ class _Vectorised:
         return getattr(self.function, "__qualname__", type(self.function).__name__)
 
 
-def _tried(subject: InverseCDF) -> np.ndarray:
+def _trial_speeds(subject: InverseCDF) -> np.ndarray:
     """Return the speeds on a grid that is fine towards both ends."""
     must = "quantile must take an array of u and give as many real numbers"
     try:
         with np.errstate(all="ignore"):
-            v = np.asarray(subject.quantile(GRID.copy()))
+            v = np.asarray(subject.quantile(TRIAL_U.copy()))
     except Exception as error:
         raise_from = f"{type(error).__name__}: {error}"
-        refuse(subject, f"{must}, got {shown(raise_from)}; write it with NumPy")
-    if v.shape != GRID.shape or v.dtype.kind not in "fiu":
+        refuse(subject, f"{must}, got {short_repr(raise_from)}; write it with NumPy")
+    if v.shape != TRIAL_U.shape or v.dtype.kind not in "fiu":
         refuse(
-            subject, f"{must}, got shape {v.shape} of {v.dtype} from shape {GRID.shape}; write it with NumPy"
+            subject,
+            f"{must}, got shape {v.shape} of {v.dtype} from shape {TRIAL_U.shape}; write it with NumPy",
         )
     return v.astype(float)
 
 
-def _product(f0: np.ndarray, f1: np.ndarray, g0: np.ndarray, g1: np.ndarray) -> np.ndarray:
+def _bernstein_product(f0: np.ndarray, f1: np.ndarray, g0: np.ndarray, g1: np.ndarray) -> np.ndarray:
     """Return the Bernstein coefficients of the product of two linear functions, given by their end values."""
     return np.stack(np.broadcast_arrays(f0 * g0, 0.5 * (f0 * g1 + f1 * g0), f1 * g1), axis=1)
 
 
-def _at(values: Iterable[float], place: int) -> str:
+def _describe_step(values: Iterable[float], place: int) -> str:
     values = tuple(values)
     return f"{values[place + 1]} after {values[place]}"
 
 
-def _at_u(v: np.ndarray, where: np.ndarray) -> str:
+def _describe_at_u(v: np.ndarray, where: np.ndarray) -> str:
     place = int(np.argmax(where))
-    return f"{v[place]} at u = {GRID[place]}"
+    return f"{v[place]} at u = {TRIAL_U[place]}"

@@ -9,15 +9,15 @@ from transport.validation import (
     as_float,
     check_one_of,
     check_type,
+    coerce_vector,
     refuse,
     scene_object,
-    settle_vector,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 from transport.vectors import Vector, dot
 
-RAISED = 10.0  # weight of a survivor over the weight below which roulette is played
+SURVIVOR_FACTOR = 10.0  # weight of a survivor over the weight below which roulette is played
 
 
 @scene_object(kw_only=True)
@@ -54,14 +54,17 @@ class Splitting:
     gain: float
 
     def __post_init__(self) -> None:
-        settle_vector(self, "start", "end")
+        coerce_vector(self, "start", "end")
         if self.start == self.end:
-            refuse(self, f"end must not be the start, got {shown(self.end)} for both; put it at the far side")
+            refuse(
+                self,
+                f"end must not be the start, got {short_repr(self.end)} for both; put it at the far side",
+            )
         gain = as_float(self.gain)
         if gain is None or not 1 < gain < math.inf:
             cure = "write about 1 / transmission; exchange start and end to reverse it"
-            refuse(self, f"gain must be above 1 and finite, got {shown(self.gain)}; {cure}")
-        store(self, gain=gain)
+            refuse(self, f"gain must be above 1 and finite, got {short_repr(self.gain)}; {cure}")
+        set_fields(self, gain=gain)
 
     def rise_at(self, place: Vector) -> float:
         """Return the logarithm of the importance at a point.
@@ -128,15 +131,15 @@ class Tracking:
         -------
         float
         """
-        return min(1.0, RAISED * self.roulette)
+        return min(1.0, SURVIVOR_FACTOR * self.roulette)
 
     def __post_init__(self) -> None:
         check_one_of(self, "absorption", ("analog", "weighted"))
         roulette = as_float(self.roulette)
         if roulette is None or not 0 < roulette <= 1:
             must = "roulette must be above 0 and at most 1"
-            refuse(self, f"{must}, got {shown(self.roulette)}; without it a history would never end")
-        store(self, roulette=roulette)
+            refuse(self, f"{must}, got {short_repr(self.roulette)}; without it a history would never end")
+        set_fields(self, roulette=roulette)
         check_type(self, "forced", bool, "True or False")
         if self.splitting is not None:
             check_type(self, "splitting", Splitting, "Splitting(start=..., end=..., gain=...) or None")

@@ -8,7 +8,7 @@ import numpy as np
 from transport.geometry.flat import Slab
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
-from transport.scene.bins import DirectionSphere, check_total
+from transport.scene.bins import DirectionSphere, check_bin_count
 from transport.scene.sides import AnyDetector
 from transport.validation import (
     ConvertedAs,
@@ -16,15 +16,15 @@ from transport.validation import (
     as_floats,
     check_one_of,
     check_type,
-    is_count,
+    coerce_name,
+    is_whole_number,
     refuse,
     scene_object,
-    settle_name,
-    shown,
-    store,
+    set_fields,
+    short_repr,
 )
 
-MOST_CELLS = 1_000_000  # per axis; more would be a mistake
+MAX_CELLS_PER_AXIS = 1_000_000  # per axis; more would be a mistake
 TRACK, COLLISION = "track", "collision"
 
 
@@ -81,17 +81,17 @@ class VolumeDetector(AnyDetector):
     estimator: str = TRACK
 
     def __post_init__(self) -> None:
-        settle_name(self)
+        coerce_name(self)
         check_type(self, "shape", (Shape, str), "a Box, a Sphere or the name of a surface")
         if self.name is None:
             if not isinstance(self.shape, str):
                 refuse(self, "name must be given with a shape, got None; write name='inside'")
-            store(self, name=self.shape)
+            set_fields(self, name=self.shape)
         check_one_of(self, "estimator", (TRACK, COLLISION))
         if self.directions is not None:
             must = "Directions.sphere(mu=..., phi=...), over all directions"
             check_type(self, "directions", DirectionSphere, must)
-        self._settle_cells()
+        self._coerce_cells()
         if isinstance(self.shape, Shape):
             self.check_shape(self.shape)
 
@@ -103,12 +103,14 @@ class VolumeDetector(AnyDetector):
         if not isinstance(shape, Box | Sphere):
             refuse(self, f"shape must be a Box or a Sphere, got a {type(shape).__name__}; {cure}")
         if isinstance(shape, Sphere) and shape.is_zone:
-            refuse(self, f"shape must be a whole Sphere, got {shown(shape)}; leave mu_min and mu_max out")
+            refuse(
+                self, f"shape must be a whole Sphere, got {short_repr(shape)}; leave mu_min and mu_max out"
+            )
         # Count the cells, and refuse too many.
         counts = {name: len(edges) - 1 for name, edges in self.edges(shape).items()}
         if self.directions is not None:
             counts |= {name: len(edges) - 1 for name, edges in self.directions.edges().items()}
-        check_total(self, counts or {"cells": 1}, sides=2)
+        check_bin_count(self, counts or {"cells": 1}, sides=2)
 
     def check_clock(self, duration: float | None) -> None:
         """Accept every scene, with a duration or without."""
@@ -124,9 +126,9 @@ class VolumeDetector(AnyDetector):
         if self.cells is None:
             return {}
         if isinstance(shape, Box):
-            if len(self.cells) != 3 or not all(map(_is_number_of_cells, self.cells)):
-                must = f"three whole numbers for a Box, each from 1 to {MOST_CELLS}"
-                refuse(self, f"cells must be {must}, got {shown(self.cells)}; write cells=(nx, ny, nz)")
+            if len(self.cells) != 3 or not all(map(_is_cell_count, self.cells)):
+                must = f"three whole numbers for a Box, each from 1 to {MAX_CELLS_PER_AXIS}"
+                refuse(self, f"cells must be {must}, got {short_repr(self.cells)}; write cells=(nx, ny, nz)")
             spans = zip("xyz", *shape.bounds, self.cells, strict=True)
             return {name: np.linspace(low, high, count + 1) for name, low, high, count in spans}
         return {"r": self._radii(shape)}
@@ -150,27 +152,31 @@ class VolumeDetector(AnyDetector):
     def _radii(self, shape: Sphere) -> np.ndarray:
         cells = self.cells
         if len(cells) == 1:
-            if not _is_number_of_cells(cells[0]):
-                must = f"a number of shells from 1 to {MOST_CELLS}, or two radii at least, for a Sphere"
-                refuse(self, f"cells must be {must}, got {shown(cells)}; write cells=(10,)")
+            if not _is_cell_count(cells[0]):
+                must = (
+                    f"a number of shells from 1 to {MAX_CELLS_PER_AXIS}, or two radii at least, for a Sphere"
+                )
+                refuse(self, f"cells must be {must}, got {short_repr(cells)}; write cells=(10,)")
             return np.linspace(0.0, shape.radius, cells[0] + 1)
         radii = np.array(cells, dtype=float)
         if radii[-1] > shape.radius * (1 + 4e-16) or not (np.diff(radii) > 0).all():
             must = f"radii that rise within [0, {shape.radius!r}] m of the Sphere"
             cure = "write numpy.linspace(0, radius, shells + 1)"
-            refuse(self, f"cells must be {must}, got {shown(cells)}; {cure}")
+            refuse(self, f"cells must be {must}, got {short_repr(cells)}; {cure}")
         return radii.clip(0.0, shape.radius)
 
-    def _settle_cells(self) -> None:
+    def _coerce_cells(self) -> None:
         """Convert `cells` to None or a tuple of counts and lengths; the shape decides what they mean."""
         if self.cells is None:
             return
-        given = (self.cells,) if is_count(self.cells) else self.cells
+        given = (self.cells,) if is_whole_number(self.cells) else self.cells
         if as_floats(given) is None or len(given) == 0 or min(map(as_float, given)) < 0:
             must = "(nx, ny, nz) of a Box, or a number of shells or the radii between them of a Sphere"
-            refuse(self, f"cells must be {must}, got {shown(self.cells)}")
-        store(self, cells=tuple(int(each) if is_count(each) else as_float(each) for each in given))
+            refuse(self, f"cells must be {must}, got {short_repr(self.cells)}")
+        set_fields(
+            self, cells=tuple(int(each) if is_whole_number(each) else as_float(each) for each in given)
+        )
 
 
-def _is_number_of_cells(value: float) -> bool:
-    return is_count(value) and 1 <= value <= MOST_CELLS
+def _is_cell_count(value: float) -> bool:
+    return is_whole_number(value) and 1 <= value <= MAX_CELLS_PER_AXIS

@@ -22,7 +22,7 @@ def weighted_mean(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     It averages the differences from the first batch, then the rounding errors: equal values give exactly that
     value.
     """
-    weights = _weights(values, sizes)
+    weights = _batch_weights(values, sizes)
     mean = values[0] + (weights * (values - values[0])).sum(axis=0)
     return mean + (weights * (values - mean)).sum(axis=0)
 
@@ -38,7 +38,7 @@ def standard_error(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     # Scale the deviations, since squares of very small or very large ones leave the range of a float.
     scale = np.abs(deviations).max(axis=0)
     scale = np.where((scale > 0) & np.isfinite(scale), scale, 1.0)
-    squares = (_weights(values, sizes) * (deviations / scale) ** 2).sum(axis=0)
+    squares = (_batch_weights(values, sizes) * (deviations / scale) ** 2).sum(axis=0)
     return scale * np.sqrt(squares / (len(values) - 1))
 
 
@@ -48,7 +48,7 @@ def skewness_of_mean(deviations: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     sum_b w_b^3 d_b^3 / (sum_b w_b^2 d_b^2)^(3/2), 0 without deviations: the skewness of one history over the
     root of their number.
     """
-    parts = _weights(deviations, sizes) * deviations
+    parts = _batch_weights(deviations, sizes) * deviations
     scale = np.abs(parts).max(axis=0)
     parts = parts / np.where(scale > 0, scale, 1.0)
     squares = (parts**2).sum(axis=0)
@@ -94,14 +94,14 @@ def pseudo_shifts(
     without = [mean - odds * deviation for mean, deviation in zip(means, deviations, strict=True)]
     # If a single batch contributed everything, the rest is 0: set differences within rounding to 0.
     without = [
-        np.where(np.abs(rest) <= rounding_of(mean), 0.0, rest)
+        np.where(np.abs(rest) <= rounding_error(mean), 0.0, rest)
         for rest, mean in zip(without, means, strict=True)
     ]
     difference = full - function(*without)
-    return np.where(np.abs(difference) <= rounding_of(full), 0.0, difference / odds)
+    return np.where(np.abs(difference) <= rounding_error(full), 0.0, difference / odds)
 
 
-def rounding_of(values: np.ndarray) -> np.ndarray:
+def rounding_error(values: np.ndarray) -> np.ndarray:
     """Rounding error of numbers of this size: four units in the last place."""
     return 4 * np.finfo(float).eps * np.abs(values)
 
@@ -159,7 +159,7 @@ def _far_series(a: np.ndarray, odds: np.ndarray) -> np.ndarray:
     return total
 
 
-def _weights(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+def _batch_weights(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return (np.asarray(sizes) / np.sum(sizes)).reshape(-1, *(1,) * (np.ndim(values) - 1))
 
 
@@ -168,11 +168,11 @@ def _weights(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 # Each number is the probability that independent, equal, roughly normal batches look so odd; nan for fewer than
 # LEAST.
 
-MASKED = 5  # batches that may together be outliers above all others
-LEAST = 16  # batches: with fewer a perfect order is not rare
+MAX_OUTLIERS = 5  # batches that may together be outliers above all others
+MIN_BATCHES = 16  # batches: with fewer a perfect order is not rare
 
 
-def trend_of(values: np.ndarray) -> float:
+def trend_probability(values: np.ndarray) -> float:
     """Probability of a drift from batch to batch, (B,), as odd as this: of three tests the oddest.
 
     The tests are Student's t between the halves, Spearman's rank correlation with the order, and Brown and
@@ -180,26 +180,30 @@ def trend_of(values: np.ndarray) -> float:
     N^-1/2.
     """
     values = np.asarray(values, dtype=float)
-    if len(values) < LEAST or not np.ptp(values) > 0:
+    if len(values) < MIN_BATCHES or not np.ptp(values) > 0:
         return math.nan
     first, last = values[: len(values) // 2], values[len(values) // 2 :]
     spreads = [np.abs(half - np.median(half)) for half in (first, last)]
-    tests = (_two_samples(first, last), _ranks(values), _two_samples(*spreads))
+    tests = (_two_sample_test(first, last), _rank_test(values), _two_sample_test(*spreads))
     return min(1.0, len(tests) * min(tests))
 
 
-def outlier_of(values: np.ndarray) -> float:
+def outlier_probability(values: np.ndarray) -> float:
     """Probability that the largest batch, (B,), or one of the MASKED largest is so far above the others.
 
     Grubbs 1950; Rosner 1983 for several outliers, of which one would hide another.
     """
     values = np.sort(np.asarray(values, dtype=float))
-    if len(values) < LEAST or not np.ptp(values) > 0:
+    if len(values) < MIN_BATCHES or not np.ptp(values) > 0:
         return math.nan
-    return min(1.0, MASKED * min(_grubbs(values[: len(values) - left_out]) for left_out in range(MASKED)))
+    return min(
+        1.0,
+        MAX_OUTLIERS
+        * min(_grubbs_test(values[: len(values) - left_out]) for left_out in range(MAX_OUTLIERS)),
+    )
 
 
-def _grubbs(values: np.ndarray) -> float:
+def _grubbs_test(values: np.ndarray) -> float:
     """Probability for the largest value alone."""
     many = len(values)
     if not np.ptp(values) > 0:
@@ -207,27 +211,27 @@ def _grubbs(values: np.ndarray) -> float:
     far = (values.max() - values.mean()) / values.std(ddof=1)
     left = (many - 1) ** 2 - many * far**2
     t = math.sqrt(many * (many - 2) * far**2 / left) if left > 0 else math.inf
-    return min(1.0, many * _beyond(t, many - 2))
+    return min(1.0, many * _upper_tail(t, many - 2))
 
 
-def _two_samples(first: np.ndarray, last: np.ndarray) -> float:
+def _two_sample_test(first: np.ndarray, last: np.ndarray) -> float:
     """Two-sided probability for the difference of the means."""
     dof = len(first) + len(last) - 2
     pooled = (((first - first.mean()) ** 2).sum() + ((last - last.mean()) ** 2).sum()) / dof
     error = math.sqrt(pooled * (1 / len(first) + 1 / len(last)))
     difference = abs(first.mean() - last.mean())
-    return 1.0 if difference == 0 else 2 * _beyond(difference / error if error > 0 else math.inf, dof)
+    return 1.0 if difference == 0 else 2 * _upper_tail(difference / error if error > 0 else math.inf, dof)
 
 
-def _ranks(values: np.ndarray) -> float:
+def _rank_test(values: np.ndarray) -> float:
     """Two-sided probability for the correlation of ranks with the order; ties share their mean rank."""
     _, places, counts = np.unique(values, return_inverse=True, return_counts=True)
     ranks = (np.cumsum(counts) - 0.5 * counts)[places]
     r, dof = float(np.corrcoef(ranks, np.arange(len(values)))[0, 1]), len(values) - 2
-    return 2 * _beyond(abs(r) * math.sqrt(dof / (1 - r * r)) if abs(r) < 1 else math.inf, dof)
+    return 2 * _upper_tail(abs(r) * math.sqrt(dof / (1 - r * r)) if abs(r) < 1 else math.inf, dof)
 
 
-def _beyond(t: float, dof: int) -> float:
+def _upper_tail(t: float, dof: int) -> float:
     """Probability of a value above t."""
     from scipy.special import stdtr
 
@@ -239,4 +243,4 @@ def _beyond(t: float, dof: int) -> float:
 # Fewer scores are too few everywhere: the mean of 25 scores of one size has a skewness of 25^-1/2 = 0.2, with
 # which a
 # 95 % interval covers 1 % less than it claims (Hall 1988, equation 2.5).
-MIN_SCORES = 25
+MIN_SCORES_FOR_ERROR = 25

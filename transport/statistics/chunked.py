@@ -18,12 +18,12 @@ import numpy as np
 
 from transport.statistics.replicates import Batches, Replicates
 
-MOST_AT_ONCE = 1 << 24  # numbers of batches in one array
-MOST_OF_A_PART = 1 << 20  # numbers of batches in a box
+MAX_ARRAY_SIZE = 1 << 24  # numbers of batches in one array
+MAX_CHUNK_SIZE = 1 << 20  # numbers of batches in a box
 Box = tuple[slice, ...]  # of bins, one slice per axis
 
 
-class Stacked:
+class ChunkedArray:
     """A virtual array (B, *dims) with the arithmetic that readings need before they make estimates.
 
     part: function that computes a box, (B, *its lengths);  order: axes of the bins, those farthest apart in
@@ -42,20 +42,20 @@ class Stacked:
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __mul__(self, other: object) -> Stacked:
-        return self._with(other, np.multiply)
+    def __mul__(self, other: object) -> ChunkedArray:
+        return self._elementwise(other, np.multiply)
 
-    def __truediv__(self, other: object) -> Stacked:
-        return self._with(other, np.divide)
+    def __truediv__(self, other: object) -> ChunkedArray:
+        return self._elementwise(other, np.divide)
 
-    def __add__(self, other: object) -> Stacked:
-        return self._with(other, np.add)
+    def __add__(self, other: object) -> ChunkedArray:
+        return self._elementwise(other, np.add)
 
     __radd__ = __add__  # for sum(), which starts with 0
 
     def boxes(self) -> list[Box]:
         """Boxes of limited size that together contain every bin once."""
-        return boxes_of(self.shape[1:], self.order, MOST_OF_A_PART // len(self))
+        return boxes_of(self.shape[1:], self.order, MAX_CHUNK_SIZE // len(self))
 
     def any(self) -> bool:
         """Whether any number is nonzero."""
@@ -65,7 +65,7 @@ class Stacked:
         """Whether all numbers are nonzero."""
         return all(self.part(box).all() for box in self.boxes())
 
-    def reshape(self, *shape: int) -> Stacked:
+    def reshape(self, *shape: int) -> ChunkedArray:
         """Add or drop axes of length 1.  Raises ValueError for any other change of shape."""
         kept = [axis for axis, bins in enumerate(self.shape[1:]) if bins != 1]
         wanted = [bins for bins in shape[1:] if bins != 1]
@@ -77,21 +77,21 @@ class Stacked:
             whole = [slice(0, 1)] * (self.ndim - 1)
             for axis, place in zip(kept, into, strict=True):
                 whole[axis] = box[place]
-            return self.part(tuple(whole)).reshape(len(self), *lengths_of(box, shape[1:]))
+            return self.part(tuple(whole)).reshape(len(self), *box_lengths(box, shape[1:]))
 
         order = [into[kept.index(axis)] for axis in self.order if axis in kept]
         order += [place for place in range(len(shape) - 1) if place not in order]
-        return Stacked(tuple(shape), tuple(order), part)
+        return ChunkedArray(tuple(shape), tuple(order), part)
 
-    def split(self, bins: tuple[int, ...]) -> Stacked:
+    def split(self, bins: tuple[int, ...]) -> ChunkedArray:
         """Split one axis of bins, stored with the last axis fastest, into (B, *bins)."""
 
         def part(box: Box) -> np.ndarray:
-            return in_box(lambda first, many: self.part((slice(first, first + many),)), box, bins)
+            return rows_in_chunk(lambda first, many: self.part((slice(first, first + many),)), box, bins)
 
-        return Stacked((len(self), *bins), tuple(range(len(bins))), part)
+        return ChunkedArray((len(self), *bins), tuple(range(len(bins))), part)
 
-    def swapped(self) -> Stacked:
+    def swapped(self) -> ChunkedArray:
         """Swap two axes of bins, (B, a, b) to (B, b, a), with b reversed."""
         last = self.shape[2]
 
@@ -99,9 +99,9 @@ class Stacked:
             turned = slice(last - box[0].stop, last - box[0].start)
             return self.part((box[1], turned)).swapaxes(1, 2)[:, ::-1]
 
-        return Stacked((len(self), last, self.shape[1]), (1, 0), part)
+        return ChunkedArray((len(self), last, self.shape[1]), (1, 0), part)
 
-    def sum(self, axis: int | tuple[int, ...]) -> Stacked:
+    def sum(self, axis: int | tuple[int, ...]) -> ChunkedArray:
         """Sums over axes of bins, counted with the batch axis."""
         axis = tuple(np.atleast_1d(axis) % self.ndim)
         kept = [place for place in range(self.ndim - 1) if place + 1 not in axis]
@@ -113,34 +113,34 @@ class Stacked:
             return self.part(tuple(whole)).sum(axis=axis)
 
         order = tuple(kept.index(place) for place in self.order if place in kept)
-        return Stacked((len(self), *(self.shape[1 + place] for place in kept)), order, part)
+        return ChunkedArray((len(self), *(self.shape[1 + place] for place in kept)), order, part)
 
-    def _with(self, other: object, function: Callable) -> Stacked:
-        return Stacked(
-            self.shape, self.order, lambda box: function(self.part(box), _cut(other, box, self.ndim))
+    def _elementwise(self, other: object, function: Callable) -> ChunkedArray:
+        return ChunkedArray(
+            self.shape, self.order, lambda box: function(self.part(box), _cut_operand(other, box, self.ndim))
         )
 
 
 def is_large(shape: tuple[int, ...]) -> bool:
     """Whether numbers of this shape, (B, *dims), are too many for one array; those of one batch are not."""
-    return shape[0] > 1 and math.prod(shape) > MOST_AT_ONCE
+    return shape[0] > 1 and math.prod(shape) > MAX_ARRAY_SIZE
 
 
-def totals_of(values: np.ndarray | Stacked) -> np.ndarray:
+def batch_totals(values: np.ndarray | ChunkedArray) -> np.ndarray:
     """Sums of each batch over all bins, (B,)."""
-    if isinstance(values, Stacked):
-        return sum(totals_of(values.part(box)) for box in values.boxes())
+    if isinstance(values, ChunkedArray):
+        return sum(batch_totals(values.part(box)) for box in values.boxes())
     return values.reshape(len(values), -1).sum(axis=1)
 
 
-def counts_told(counts: np.ndarray | Stacked) -> np.ndarray | Stacked:
+def summed_counts(counts: np.ndarray | ChunkedArray) -> np.ndarray | ChunkedArray:
     """Counts (B, *dims) as an argument of EstimateArray: summed over batches, or chunked counts unchanged."""
-    return counts if isinstance(counts, Stacked) else counts.sum(axis=0)
+    return counts if isinstance(counts, ChunkedArray) else counts.sum(axis=0)
 
 
-def over_batches(values: np.ndarray | Stacked) -> np.ndarray:
+def over_batches(values: np.ndarray | ChunkedArray) -> np.ndarray:
     """Sums over the batches, (*dims)."""
-    if not isinstance(values, Stacked):
+    if not isinstance(values, ChunkedArray):
         return values.sum(axis=0)
     found = np.zeros(values.shape[1:])
     for box in values.boxes():
@@ -148,12 +148,12 @@ def over_batches(values: np.ndarray | Stacked) -> np.ndarray:
     return found
 
 
-def in_box(rows: Callable[[int, int], np.ndarray], box: Box, bins: tuple[int, ...]) -> np.ndarray:
+def rows_in_chunk(rows: Callable[[int, int], np.ndarray], box: Box, bins: tuple[int, ...]) -> np.ndarray:
     """The numbers in a box of bins, read as one stretch of rows; rows are in order, the last axis fastest.
 
     rows: function of (first, many) that returns (B, many).
     """
-    lengths, strides = lengths_of(box, bins), [math.prod(bins[axis + 1 :]) for axis in range(len(bins))]
+    lengths, strides = box_lengths(box, bins), [math.prod(bins[axis + 1 :]) for axis in range(len(bins))]
     wide = next((axis for axis, length in enumerate(lengths) if length > 1), len(bins) - 1)
     first = sum(along.start * stride for along, stride in zip(box[: wide + 1], strides, strict=False))
     values = rows(first, lengths[wide] * strides[wide])
@@ -175,12 +175,12 @@ def boxes_of(bins: tuple[int, ...], order: tuple[int, ...], most: int) -> list[B
     return [tuple(box) for box in boxes]
 
 
-def lengths_of(box: Box, bins: tuple[int, ...]) -> tuple[int, ...]:
+def box_lengths(box: Box, bins: tuple[int, ...]) -> tuple[int, ...]:
     """Lengths of a box along the axes."""
     return tuple(len(range(*along.indices(count))) for along, count in zip(box, bins, strict=True))
 
 
-def cut(array: np.ndarray, box: Box) -> np.ndarray:
+def cut_to_box(array: np.ndarray, box: Box) -> np.ndarray:
     """The part in a box of an array whose last axes are those of the bins, or have length 1."""
     along = [
         slice(None) if length == 1 else one for one, length in zip(box[::-1], array.shape[::-1], strict=False)
@@ -188,11 +188,11 @@ def cut(array: np.ndarray, box: Box) -> np.ndarray:
     return array[(..., *along[::-1])]
 
 
-def _cut(other: object, box: Box, ndim: int) -> object:
+def _cut_operand(other: object, box: Box, ndim: int) -> object:
     """The part in a box of the other operand."""
-    if isinstance(other, Stacked):
+    if isinstance(other, ChunkedArray):
         return other.part(box)
-    return cut(other, box) if isinstance(other, np.ndarray) else other
+    return cut_to_box(other, box) if isinstance(other, np.ndarray) else other
 
 
 # ---- Memory-mapped arrays: an anonymous temporary file holds the numbers, and only pages in use take memory.
@@ -200,16 +200,16 @@ def _cut(other: object, box: Box, ndim: int) -> object:
 # The file disappears with the array.  Arrays stay in memory if temporary files lie in memory, the disk is full
 # or no file can be mapped.
 
-LARGE = 1 << 24  # bytes, from which on arrays are memory-mapped
+MIN_MAPPED_BYTES = 1 << 24  # bytes, from which on arrays are memory-mapped
 MOUNTS = Path("/proc/mounts")
-IN_MEMORY = ("tmpfs", "ramfs")  # file systems in memory
+MEMORY_FILE_SYSTEMS = ("tmpfs", "ramfs")  # file systems in memory
 
 
-def room_for(shape: int | tuple[int, ...], kind: np.dtype | type) -> np.ndarray:
+def empty_memmap(shape: int | tuple[int, ...], kind: np.dtype | type) -> np.ndarray:
     """Allocate an uninitialised array, memory-mapped if it is large."""
     kind = np.dtype(kind)
     size = int(np.prod(shape)) * kind.itemsize
-    if size >= LARGE and has_files():
+    if size >= MIN_MAPPED_BYTES and can_map_files():
         import tempfile  # not at the top: it imports `random`, which a user's file may shadow
 
         with contextlib.suppress(OSError), tempfile.TemporaryFile() as file:
@@ -220,25 +220,25 @@ def room_for(shape: int | tuple[int, ...], kind: np.dtype | type) -> np.ndarray:
     return np.empty(shape, kind)
 
 
-def put_aside(numbers: np.ndarray) -> np.ndarray:
+def to_memmap(numbers: np.ndarray) -> np.ndarray:
     """Move an array to a memory-mapped file if it is large; otherwise return it unchanged."""
-    if numbers.nbytes < LARGE or isinstance(numbers, np.memmap):
+    if numbers.nbytes < MIN_MAPPED_BYTES or isinstance(numbers, np.memmap):
         return numbers
-    room = room_for(numbers.shape, numbers.dtype)
+    room = empty_memmap(numbers.shape, numbers.dtype)
     if not isinstance(room, np.memmap):
         return numbers
     room[...] = numbers
-    let_go(room)
+    release_pages(room)
     return room
 
 
-def let_go(numbers: np.ndarray) -> None:
+def release_pages(numbers: np.ndarray) -> None:
     """Release the resident pages of a memory-mapped array (madvise DONTNEED); its file keeps the numbers."""
     if isinstance(numbers, np.memmap) and numbers._mmap is not None:
         numbers._mmap.madvise(mmap.MADV_DONTNEED)
 
 
-def has_files() -> bool:
+def can_map_files() -> bool:
     """Whether temporary files can be mapped and do not lie in memory themselves."""
     if not (hasattr(os, "posix_fallocate") and hasattr(mmap, "MADV_DONTNEED")):
         return False
@@ -249,15 +249,15 @@ def has_files() -> bool:
         lines = (line.split() for line in MOUNTS.read_text().splitlines())
         kinds = {Path(line[1]): line[2] for line in lines}  # the last file system mounted at each place
     on = next((place for place in (folder, *folder.parents) if place in kinds), None)
-    return on is not None and kinds[on] not in IN_MEMORY
+    return on is not None and kinds[on] not in MEMORY_FILE_SYSTEMS
 
 
-def bytes_free() -> int:
+def free_disk_bytes() -> int:
     """Free disk space for temporary files [bytes]; 0 if they cannot be used."""
     import shutil
     import tempfile
 
-    return shutil.disk_usage(tempfile.gettempdir()).free if has_files() else 0
+    return shutil.disk_usage(tempfile.gettempdir()).free if can_map_files() else 0
 
 
 # ---- Chunked replicates of very many bins: values and errors are memory-mapped, deviations are recomputed.
@@ -265,14 +265,14 @@ def bytes_free() -> int:
 # Arithmetic is also done by chunk, when its values are read, with the functions for plain replicates.
 
 
-class InParts(Replicates):
+class ChunkedReplicates(Replicates):
     """Replicates of `bins`, computed in boxes.
 
     part: function that computes those of a box;  order: axes, in the order in which boxes are cut.  An
     operation on the deviations of all bins at once gets them, and takes their memory.
     """
 
-    is_in_parts = True
+    is_chunked = True
 
     def __init__(
         self,
@@ -283,12 +283,14 @@ class InParts(Replicates):
         part: Callable[[Box], Replicates],
     ) -> None:
         batches = max(len(run) for run in runs)
-        boxes = boxes_of(bins, order, max(1, MOST_OF_A_PART // batches))
+        boxes = boxes_of(bins, order, max(1, MAX_CHUNK_SIZE // batches))
         known = {"bins": bins, "order": order, "runs": runs, "part": part, "boxes": boxes, "exact": is_exact}
         vars(self).update(known)  # the dataclass is frozen, and its other fields are computed below
 
     @classmethod
-    def of_batches(cls, values: Stacked, run: Batches, exact: bool, counts: Stacked | None) -> InParts:
+    def of_batches(
+        cls, values: ChunkedArray, run: Batches, exact: bool, counts: ChunkedArray | None
+    ) -> ChunkedReplicates:
         """As Replicates.of_batches; counts: numbers of scores by batch."""
 
         def part(box: Box) -> Replicates:
@@ -316,19 +318,19 @@ class InParts(Replicates):
     @cached_property
     def _known(self) -> tuple[np.ndarray, np.ndarray]:
         """Values and errors, from one pass over the batches."""
-        known = room_for(self.bins, float), room_for(self.bins, float)
+        known = empty_memmap(self.bins, float), empty_memmap(self.bins, float)
         for box in self.boxes:
             part = self.part(box)
             for room, numbers in zip(known, (part.value, part.error), strict=True):
                 room[box] = numbers
-                let_go(room)
+                release_pages(room)
         for room in known:
             room.flags.writeable = False
         return known
 
-    def let_go(self) -> None:
+    def release_pages(self) -> None:
         for room in self._known:
-            let_go(room)
+            release_pages(room)
 
     @property
     def reason(self) -> np.ndarray:
@@ -354,13 +356,13 @@ class InParts(Replicates):
                 whole[run][(slice(None), *box)] = of_run
         return whole
 
-    def unless(self, too_few: np.ndarray) -> InParts:
-        return self._made(lambda box: self.part(box).unless(cut(np.asarray(too_few), box)))
+    def unless(self, too_few: np.ndarray) -> ChunkedReplicates:
+        return self._made(lambda box: self.part(box).unless(cut_to_box(np.asarray(too_few), box)))
 
     def indexed(self, index: tuple[int | slice, ...]) -> Replicates:
         starts = [along if isinstance(along, slice) else slice(along, along + 1 or None) for along in index]
         box = tuple(slice(*along.indices(count)[:2]) for along, count in zip(starts, self.bins, strict=True))
-        if np.prod(lengths_of(box, self.bins)) * max(map(len, self.runs)) > MOST_OF_A_PART:
+        if np.prod(box_lengths(box, self.bins)) * max(map(len, self.runs)) > MAX_CHUNK_SIZE:
             return super().indexed(index)
         inner = tuple(slice(None) if isinstance(along, slice) else 0 for along in index)
         return self.part(box).indexed(inner)
@@ -382,18 +384,20 @@ class InParts(Replicates):
                 deviations[run][(slice(None), *into)] += of_run
         return Replicates(value, deviations, scores, self.runs, scale)
 
-    def mapped(self, function: Callable[..., Replicates], operands: tuple[Replicates, ...]) -> InParts:
+    def mapped(
+        self, function: Callable[..., Replicates], operands: tuple[Replicates, ...]
+    ) -> ChunkedReplicates:
         """A function of replicates with these bins, or one along an axis; this object is one of them."""
         uncertain = [run for each in operands if not each.is_exact for run in each.runs]
         runs = tuple(dict.fromkeys(uncertain or [run for each in operands for run in each.runs]))
 
         def part(box: Box) -> Replicates:
-            return function(*(_of_box(each, box) for each in operands))
+            return function(*(_in_box(each, box) for each in operands))
 
-        return InParts(self.bins, self.order, runs, not uncertain, part)
+        return ChunkedReplicates(self.bins, self.order, runs, not uncertain, part)
 
-    def _made(self, part: Callable[[Box], Replicates]) -> InParts:
-        return InParts(self.bins, self.order, self.runs, self.exact, part)
+    def _made(self, part: Callable[[Box], Replicates]) -> ChunkedReplicates:
+        return ChunkedReplicates(self.bins, self.order, self.runs, self.exact, part)
 
     def _gathered(self, look: Callable[[Replicates], np.ndarray], kind: type) -> np.ndarray:
         found = np.empty(self.bins, kind)
@@ -403,46 +407,46 @@ class InParts(Replicates):
 
 
 def replicates_of(
-    values: np.ndarray | Stacked, run: Batches, exact: bool, counts: np.ndarray | Stacked | None
+    values: np.ndarray | ChunkedArray, run: Batches, exact: bool, counts: np.ndarray | ChunkedArray | None
 ) -> Replicates:
     """Make replicates from the means of the batches, (B, *dims); counts: (*dims), or by batch if chunked."""
-    kind = InParts if isinstance(values, Stacked) else Replicates
+    kind = ChunkedReplicates if isinstance(values, ChunkedArray) else Replicates
     return kind.of_batches(values, run, exact, counts)
 
 
-def _of_box(replicates: Replicates, box: Box) -> Replicates:
-    if replicates.is_in_parts:
+def _in_box(replicates: Replicates, box: Box) -> Replicates:
+    if replicates.is_chunked:
         return replicates.part(box)
-    return replicates.rearranged(lambda array: cut(array, box))
+    return replicates.rearranged(lambda array: cut_to_box(array, box))
 
 
 # ---- Memory that this process may still use, from the system and its control groups.
 
-ALWAYS = 1 << 28  # bytes assumed to be available
-PROC, GROUPS = Path("/proc"), Path("/sys/fs/cgroup")
+MIN_FREE = 1 << 28  # bytes assumed to be available
+PROC_FOLDER, CGROUP_FOLDER = Path("/proc"), Path("/sys/fs/cgroup")
 
 
-def memory_left() -> int | None:
+def available_memory() -> int | None:
     """Bytes that this process may still use, from the system and its control groups; None if unknown."""
-    return min(_told(), default=None)
+    return min(_limits(), default=None)
 
 
-def _told() -> Iterator[int]:
+def _limits() -> Iterator[int]:
     """Limits on further memory [bytes]."""
     with contextlib.suppress(OSError, ValueError, KeyError):
-        yield _fields(PROC / "meminfo")["MemAvailable"] * 1024
+        yield _fields(PROC_FOLDER / "meminfo")["MemAvailable"] * 1024
     groups = []
     with contextlib.suppress(OSError):
-        groups = [line.split(":", 2) for line in (PROC / "self/cgroup").read_text().splitlines()]
+        groups = [line.split(":", 2) for line in (PROC_FOLDER / "self/cgroup").read_text().splitlines()]
     for _, controllers, path in groups:
         if controllers == "":  # version 2
-            yield from _of_group(GROUPS, path, "memory.max", "memory.current", "inactive_file")
+            yield from _cgroup_limits(CGROUP_FOLDER, path, "memory.max", "memory.current", "inactive_file")
         elif "memory" in controllers.split(","):
             names = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
-            yield from _of_group(GROUPS / "memory", path, *names)
+            yield from _cgroup_limits(CGROUP_FOLDER / "memory", path, *names)
 
 
-def _of_group(root: Path, path: str, most: str, used: str, cache: str) -> Iterator[int]:
+def _cgroup_limits(root: Path, path: str, most: str, used: str, cache: str) -> Iterator[int]:
     """Memory left by a control group and its ancestors; page cache counts as free."""
     here = Path(path.lstrip("/"))
     for group in (here, *here.parents):

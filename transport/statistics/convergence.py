@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BY_CHANCE = -0.5  # slope for independent histories
-DOUBT = 3.0  # standard errors within which a measured slope is replaced by the expected one
+MONTE_CARLO_SLOPE = -0.5  # slope for independent histories
+MAX_Z = 3.0  # standard errors within which a measured slope is replaced by the expected one
 
 
 @dataclass(frozen=True)
-class Pace:
+class TimeModel:
     """Duration of a run: latency + per_particle × particles.
 
     Parameters
@@ -24,8 +24,8 @@ class Pace:
 
     Examples
     --------
-    >>> from transport.statistics.convergence import Pace
-    >>> float(Pace(latency=0.5, per_particle=1e-3).seconds_for(1000))
+    >>> from transport.statistics.convergence import TimeModel as Pace
+    >>> float(TimeModel(latency=0.5, per_particle=1e-3).seconds_for(1000))
     1.5
     """
 
@@ -37,19 +37,19 @@ class Pace:
         return self.latency + self.per_particle * np.asarray(particles)
 
 
-def pace_of(particles: np.ndarray, seconds: np.ndarray) -> Pace:
+def fit_time(particles: np.ndarray, seconds: np.ndarray) -> TimeModel:
     """Fit the pace by least squares of relative deviations, with both parts positive."""
     particles, seconds = np.asarray(particles, dtype=float), np.asarray(seconds, dtype=float)
     if len(seconds) > 1:
         columns = np.stack([1 / seconds, particles / seconds], axis=1)
         (latency, per_particle), *_ = np.linalg.lstsq(columns, np.ones(len(seconds)), rcond=None)
         if per_particle > 0:
-            return Pace(max(0.0, float(latency)), float(per_particle))
-    return Pace(0.0, float(seconds[-1] / particles[-1]))
+            return TimeModel(max(0.0, float(latency)), float(per_particle))
+    return TimeModel(0.0, float(seconds[-1] / particles[-1]))
 
 
 @dataclass(frozen=True)
-class Line:
+class PowerLaw:
     """Power law error = factor × seconds^used, in seconds beyond the latency of a run.
 
     Parameters
@@ -65,8 +65,8 @@ class Line:
 
     Examples
     --------
-    >>> from transport.statistics.convergence import Line
-    >>> line = Line(factor=0.01, used=-0.5, slope=-0.52, slope_error=0.03)
+    >>> from transport.statistics.convergence import PowerLaw as Line
+    >>> line = PowerLaw(factor=0.01, used=-0.5, slope=-0.52, slope_error=0.03)
     >>> f"{line.seconds_to(0.001):g} s"
     '100 s'
     """
@@ -85,7 +85,7 @@ class Line:
         return math.inf if self.used >= 0 else (error / self.factor) ** (1 / self.used)
 
 
-def line_through(seconds: np.ndarray, errors: np.ndarray, runs: np.ndarray) -> Line | None:
+def fit_power_law(seconds: np.ndarray, errors: np.ndarray, runs: np.ndarray) -> PowerLaw | None:
     """Fit the line by weighted least squares; None for fewer than two known positive errors.
 
     errors: root mean squares over `runs` runs of normal deviations, so that their logarithms have variance 1
@@ -100,6 +100,6 @@ def line_through(seconds: np.ndarray, errors: np.ndarray, runs: np.ndarray) -> L
     x0, y0 = np.average(x, weights=weights), np.average(y, weights=weights)
     spread = float(np.sum(weights * (x - x0) ** 2))
     slope, slope_error = float(np.sum(weights * (x - x0) * (y - y0))) / spread, 1 / math.sqrt(spread)
-    agrees = abs(slope - BY_CHANCE) <= DOUBT * slope_error
-    used = BY_CHANCE if agrees else slope
-    return Line(math.exp(y0 - used * x0), used, slope, slope_error)
+    agrees = abs(slope - MONTE_CARLO_SLOPE) <= MAX_Z * slope_error
+    used = MONTE_CARLO_SLOPE if agrees else slope
+    return PowerLaw(math.exp(y0 - used * x0), used, slope, slope_error)

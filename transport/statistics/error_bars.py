@@ -10,12 +10,12 @@ from functools import reduce
 
 import numpy as np
 
-from transport.statistics.batches import MIN_SCORES, standard_error, welch_dof
-from transport.statistics.chunked import let_go, room_for
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR, standard_error, welch_dof
+from transport.statistics.chunked import empty_memmap, release_pages
 from transport.statistics.pooling import Pooled, covers_circle, pooled_errors
 from transport.statistics.replicates import Replicates
 
-POOLED = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # position, direction
+POOLED_AXES = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # position, direction
 
 
 def error_bars_of(
@@ -37,29 +37,29 @@ def error_bars_of(
     Pooled
         Read-only arrays (*dims).
     """
-    axes = [axis for axis, name in enumerate(coords) if name in POOLED]
+    axes = [axis for axis, name in enumerate(coords) if name in POOLED_AXES]
     periodic = [
         axis
         for axis, (name, edges) in enumerate(coords.items())
         if axis in axes and units.get(name) == "rad" and covers_circle(edges)
     ]
-    if not replicates.is_in_parts:
-        return _read_only(_of_bins(replicates, axes, periodic))
+    if not replicates.is_chunked:
+        return _read_only(_bin_error_bars(replicates, axes, periodic))
     # Pool each chunk by itself; an axis that a chunk cuts is not periodic in it.
     kinds = (float, float, bool)
-    rooms = Pooled(*(room_for(replicates.shape, kind) for kind in kinds))
+    rooms = Pooled(*(empty_memmap(replicates.shape, kind) for kind in kinds))
     for box in replicates.boxes:
         whole = [axis for axis in periodic if _is_whole(box[axis], replicates.shape[axis])]
-        for room, numbers in zip(rooms, _of_bins(replicates.part(box), axes, whole), strict=True):
+        for room, numbers in zip(rooms, _bin_error_bars(replicates.part(box), axes, whole), strict=True):
             room[box] = numbers
-            let_go(room)
+            release_pages(room)
     return _read_only(rooms)
 
 
-def _of_bins(replicates: Replicates, axes: list[int], periodic: list[int]) -> Pooled:
+def _bin_error_bars(replicates: Replicates, axes: list[int], periodic: list[int]) -> Pooled:
     """Error bars of bins that are computed at once."""
     is_known, scores = np.equal(replicates.reason, None), replicates.scores
-    has_few = (scores > 0) & (scores < MIN_SCORES) if replicates.shape else np.zeros((), dtype=bool)
+    has_few = (scores > 0) & (scores < MIN_SCORES_FOR_ERROR) if replicates.shape else np.zeros((), dtype=bool)
     found = []
     for run, deviations in replicates.deviations.items() if axes else ():
         spread = np.abs(deviations).max(axis=0)

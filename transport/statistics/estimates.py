@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from transport.renderers import function_for
-from transport.statistics.chunked import let_go, replicates_of
+from transport.statistics.chunked import release_pages, replicates_of
 from transport.statistics.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
-from transport.statistics.notation import measured, split_format
+from transport.statistics.notation import estimate_text, split_format
 from transport.statistics.pooling import Pooled
 from transport.statistics.quantities import AXIS_UNITS, Operand, Quantity
 from transport.statistics.replicates import Batches, Replicates
@@ -24,7 +24,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Batches", "Estimate", "EstimateArray", "EstimateOrArray"]
 
-_KEEPS_ERRORS = {np.sum: "sum", np.nansum: "sum", np.mean: "mean", np.nanmean: "mean", np.average: "mean"}
+_METHODS_WITH_ERRORS = {
+    np.sum: "sum",
+    np.nansum: "sum",
+    np.mean: "mean",
+    np.nanmean: "mean",
+    np.average: "mean",
+}
 
 
 Other = TypeVar("Other", bound=Quantity[Any, Any])
@@ -90,8 +96,8 @@ class Estimate(Quantity[float, str | None]):
                 f"Estimate: values must have one axis, the batches, got shape {np.shape(values)}"
             )
         self._replicates = Replicates.of_batches(values, run, exact, counts)
-        self._is_measured = self._adds_scores = True
-        self.unit = as_unit(unit)
+        self._is_measured = self._is_sum_of_scores = True
+        self.unit = coerce_unit(unit)
         self.coords = {}
 
     if TYPE_CHECKING:  # the result with an EstimateArray is an EstimateArray
@@ -109,12 +115,12 @@ class Estimate(Quantity[float, str | None]):
         return self.value
 
     def __str__(self) -> str:
-        return self._in_words()
+        return self._text()
 
     def __format__(self, spec: str) -> str:
         """Format the numbers by a specification such as ".3f", the text by one such as ">40", or both."""
         text, number, sign = split_format(spec)
-        return format(self._in_words(number, sign), text)
+        return format(self._text(number, sign), text)
 
     def __repr__(self) -> str:
         return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
@@ -126,16 +132,18 @@ class Estimate(Quantity[float, str | None]):
     def _whole(self) -> Estimate:
         return self
 
-    def _in_words(self, number: str = "", sign: str = "") -> str:
+    def _text(self, number: str = "", sign: str = "") -> str:
         limit = None
-        if self.reason == CONSTANT and np.isfinite(self._limits_of_unknown):
+        if self.reason == CONSTANT and np.isfinite(self._unknown_error_limits):
             limit = CONSTANT
-        elif self.reason == NO_SCORE and np.isfinite(self._limits_of_unknown) and self._bounds[0] == 0:
+        elif self.reason == NO_SCORE and np.isfinite(self._unknown_error_limits) and self._bounds[0] == 0:
             limit = f"{NO_SCORE}: at most {float(self._bounds[1]):.2g} {self.unit}".removesuffix(" 1")
-        words = measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign, limit)
-        return words + self._doubt_in_words()
+        words = estimate_text(
+            self.value, self.error, str(self.unit), self.exact, self.reason, number, sign, limit
+        )
+        return words + self._finding_text()
 
-    def _doubt_in_words(self) -> str:
+    def _finding_text(self) -> str:
         """Text after a known error: the worst finding; "" if none matters."""
         if self.reason not in (None, CONSTANT):  # the reason says more
             return ""
@@ -154,7 +162,7 @@ class Estimate(Quantity[float, str | None]):
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
     ) -> Estimate:
-        return _made(replicates, unit, {})
+        return _from_replicates(replicates, unit, {})
 
 
 class EstimateArray(Quantity[np.ndarray, np.ndarray]):
@@ -220,8 +228,8 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
     ) -> None:
         _check_axes(np.shape(values)[1:], dims, coords)
         self._replicates = replicates_of(values, run, exact, counts)
-        self._is_measured = self._adds_scores = True
-        self.unit = as_unit(unit)
+        self._is_measured = self._is_sum_of_scores = True
+        self.unit = coerce_unit(unit)
         self.coords = {name: np.array(coords[name], dtype=float) for name in dims}
         self.axis_units = dict(axis_units or {})
 
@@ -252,7 +260,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         return (self[i] for i in range(len(self)))
 
     def __getitem__(self, index: Index | tuple[Index, ...]) -> EstimateOrArray:
-        index = _one_index_an_axis(index, self.shape)
+        index = _complete_index(index, self.shape)
         replicates, shape = self._replicates.indexed(index), self.shape
         coords = {}
         for (name, edges), along, bins in zip(self.coords.items(), index, self.shape, strict=True):
@@ -262,7 +270,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         made = self._like(replicates, self.unit, coords)._with_findings(
             lambda: self._changed(lambda bound: np.broadcast_to(bound, shape)[index]), self.allowed
         )
-        made._adds_scores = self._adds_scores
+        made._is_sum_of_scores = self._is_sum_of_scores
         made._bars_from = lambda: Pooled(*(np.asarray(each[index]) for each in self._error_bars))
         return made
 
@@ -272,13 +280,13 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         return np.array(self.value, dtype=dtype)
 
     def __array_function__(self, function: Callable, types: object, args: tuple, kwargs: dict) -> object:
-        if function in _KEEPS_ERRORS:
-            method = _KEEPS_ERRORS[function]
+        if function in _METHODS_WITH_ERRORS:
+            method = _METHODS_WITH_ERRORS[function]
             raise TypeError(
                 f"numpy.{function.__name__} would lose the errors; use .{method}() or .{method}(dim),"
                 f" or numpy.{function.__name__}(estimates.value)"
             )
-        return function(*_bare(args), **_bare(kwargs))
+        return function(*_values_of(args), **_values_of(kwargs))
 
     def __float__(self) -> float:
         if self._replicates.value.size != 1:
@@ -324,10 +332,12 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             replicates = replicates.summed(axis=left.index(name) - len(left))
             left.remove(name)
         made = self._like(replicates, self.unit, {name: self.coords[name] for name in left})
-        made._adds_scores = self._adds_scores
+        made._is_sum_of_scores = self._is_sum_of_scores
         return made._with_findings(
             lambda: [
-                replace(each, bound=_number(_together(np.broadcast_to(each.bound, shape), axes, each.adds)))
+                replace(
+                    each, bound=_number(_bound_of_sum(np.broadcast_to(each.bound, shape), axes, each.adds))
+                )
                 for each in self._raw_findings
             ],
             self.allowed,
@@ -401,9 +411,9 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         if doubtful := np.count_nonzero(self._is_known_but_doubtful):
             of = f"the other {self.value.size - unknown}" if unknown else f"{self.value.size} bins"
             parts.append(f"doubtful in {doubtful} of {of}")
-        self._replicates.let_go()
+        self._replicates.release_pages()
         for each in self._error_bars:
-            let_go(each)
+            release_pages(each)
         return f"<EstimateArray ({axes}) {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
@@ -412,7 +422,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
     ) -> EstimateOrArray:
-        made = _made(replicates, unit, self.coords if coords is None else coords)
+        made = _from_replicates(replicates, unit, self.coords if coords is None else coords)
         made.axis_units = dict(self.axis_units)
         return made
 
@@ -448,19 +458,19 @@ else:
     EstimateOrArray = Estimate | EstimateArray
 
 
-def as_unit(unit: Unit | str) -> Unit:
+def coerce_unit(unit: Unit | str) -> Unit:
     """Parse a unit from text; return a Unit unchanged."""
     return Unit.parse(unit) if isinstance(unit, str) else unit
 
 
-def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> EstimateOrArray:
+def _from_replicates(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> EstimateOrArray:
     """Make an Estimate, or with axes an EstimateArray, from replicates instead of batch values."""
     made = object.__new__(EstimateArray if coords else Estimate)
     made._replicates, made.unit, made.coords = replicates, unit, coords
     return made
 
 
-def _together(bound: np.ndarray, axes: tuple[int, ...], adds: bool) -> np.ndarray:
+def _bound_of_sum(bound: np.ndarray, axes: tuple[int, ...], adds: bool) -> np.ndarray:
     """Bound of a sum over bins ``(*dims)``.
 
     With `adds` the bounds of the bins add; otherwise the missing score falls into any one bin, and the
@@ -487,16 +497,16 @@ def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, n
             )
 
 
-def _bare(argument: object) -> object:
+def _values_of(argument: object) -> object:
     """Replace each EstimateArray in a function's argument by its values."""
     if isinstance(argument, EstimateArray):
         return argument.value
     if isinstance(argument, dict):
-        return {name: _bare(value) for name, value in argument.items()}
-    return type(argument)(map(_bare, argument)) if type(argument) in (tuple, list) else argument
+        return {name: _values_of(value) for name, value in argument.items()}
+    return type(argument)(map(_values_of, argument)) if type(argument) in (tuple, list) else argument
 
 
-def _one_index_an_axis(index: object, shape: tuple[int, ...]) -> tuple[int | slice, ...]:
+def _complete_index(index: object, shape: tuple[int, ...]) -> tuple[int | slice, ...]:
     """Complete an index to one whole number or slice per axis.  Raises IndexError for any other kind."""
     index = index if isinstance(index, tuple) else (index,)
     if Ellipsis not in index:

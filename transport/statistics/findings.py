@@ -15,19 +15,19 @@ from typing import Any
 
 import numpy as np
 
-from transport.statistics.batches import MIN_SCORES
-from transport.statistics.notation import times_text
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR
+from transport.statistics.notation import ratio_text
 
-MORE = "use more particles, or estimator='auto', which compares the estimators that suit the scene"
+MORE_PARTICLES = "use more particles, or estimator='auto', which compares the estimators that suit the scene"
 CONFIDENCE = 0.95  # of the bounds of unseen contributions
 FEW_CARRIERS, UNKNOWN = "few carriers", "unknown error"  # entries of the table of diagnostics
-TINY = 0.01  # relative to the error: a smaller bound is not reported
-ALLOWED = 0.01  # relative to the value: limit of a bound if no error was requested
+NEGLIGIBLE_BOUND = 0.01  # relative to the error: a smaller bound is not reported
+DEFAULT_ALLOWED_BOUND = 0.01  # relative to the value: limit of a bound if no error was requested
 
 NOTE, SOUND, BOUNDED, DOUBTFUL = "note", "sound", "bounded", "doubtful"
 NO_SCORE, CONSTANT = "no score", "every batch gave the same"  # reasons for an unknown error
 # Batches: that so many get the same number of scores (not 0) by chance happens once in e^14 = 1.2e6 runs.
-ALIKE = 14
+MIN_EQUAL_BATCHES = 14
 SEVERITIES = (NOTE, BOUNDED, DOUBTFUL)
 
 
@@ -108,7 +108,7 @@ class Finding:
         if share < 0.995:
             return f", worth up to {100 * share:.2g} % of it"
         return (
-            f", worth up to {times_text(share)} times it" if share >= 1.05 else ", worth up to as much as it"
+            f", worth up to {ratio_text(share)} times it" if share >= 1.05 else ", worth up to as much as it"
         )
 
     def record(self) -> dict[str, Any]:
@@ -132,38 +132,38 @@ class Finding:
         of = " of ".join(filter(None, (self.quantity, self.object)))
         what = f"{of}: {self.what}{self.worth}" if of else self.what
         what += f" ({self.seen})" if self.seen else ""
-        return f"{what}. {capital(self.cure)}" if self.cure else what
+        return f"{what}. {capitalized(self.cure)}" if self.cure else what
 
 
 def unseen_scores(scores: float | np.ndarray) -> Any:
     """How many scores beyond the counted ones were possible: U(n) - n, with U Poisson's 95 % upper limit.
 
-    3.0 for n = 0; 0 from MIN_SCORES on, because the standard error includes the spread of so many.
+    3.0 for n = 0; 0 from MIN_SCORES_FOR_ERROR on, because the standard error includes the spread of so many.
 
     Examples
     --------
-    >>> round(unseen_scores(0), 2), round(unseen_scores(1), 2), unseen_scores(MIN_SCORES)
+    >>> round(unseen_scores(0), 2), round(unseen_scores(1), 2), unseen_scores(MIN_SCORES_FOR_ERROR)
     (3.0, 3.74, 0.0)
     """
     from scipy.special import gammaincinv
 
     scores = np.asarray(scores, dtype=float)
-    unseen = np.where(scores < MIN_SCORES, gammaincinv(scores + 1.0, CONFIDENCE) - scores, 0.0)
+    unseen = np.where(scores < MIN_SCORES_FOR_ERROR, gammaincinv(scores + 1.0, CONFIDENCE) - scores, 0.0)
     return unseen.item() if unseen.ndim == 0 else unseen
 
 
-def of_few_scores(scores: float, value: float, error: float, is_sum: bool) -> tuple[Finding, ...]:
+def few_scores_findings(scores: float, value: float, error: float, is_sum: bool) -> tuple[Finding, ...]:
     """Findings against the error of a single number with few scores; none without a score or with enough.
 
     is_sum: whether it is a sum of scores none of which is negative.  Then about (value/error)^2 of them are
     independent: several scores of one history often count once.
     """
     independent = min(scores, (value / error) ** 2) if is_sum and error > 0 else scores
-    if not 0 < independent < MIN_SCORES:
+    if not 0 < independent < MIN_SCORES_FOR_ERROR:
         return ()
     what = f"only {scores:g} score{'s' * (scores > 1)}, too few to know the error"
     unseen = 0.0
-    if scores < MIN_SCORES:
+    if scores < MIN_SCORES_FOR_ERROR:
         unseen = unseen_scores(scores) / scores * value
     else:
         many = f" {scores:.0f}" if math.isfinite(scores) else ""
@@ -171,12 +171,12 @@ def of_few_scores(scores: float, value: float, error: float, is_sum: bool) -> tu
             f"its{many} scores spread as {max(independent, 1):.2g} independent ones do,"
             " too few to know the error"
         )
-    bound = max(unseen, unknown_of_error(independent) * error) if is_sum and error > 0 else unseen
-    times = MIN_SCORES / max(independent, 1)
+    bound = max(unseen, error_uncertainty(independent) * error) if is_sum and error > 0 else unseen
+    times = MIN_SCORES_FOR_ERROR / max(independent, 1)
     return (Finding(DOUBTFUL, "", "", what, bound, "use more particles", name=FEW_CARRIERS, times=times),)
 
 
-def of_even_scores(
+def even_scores_findings(
     value: np.ndarray, error: np.ndarray, scores: np.ndarray, histories: int
 ) -> tuple[Finding, ...]:
     """Findings against errors smaller than one score is worth: all batches have the same number of scores.
@@ -197,31 +197,31 @@ def of_even_scores(
     )
 
 
-def of_weak_denominator(value: np.ndarray, error: np.ndarray) -> tuple[Finding, ...]:
+def weak_denominator_findings(value: np.ndarray, error: np.ndarray) -> tuple[Finding, ...]:
     """Findings against a ratio whose denominator (*dims) may be near 0.
 
-    Its error is propagated by derivatives, which hold if the denominator is as certain as MIN_SCORES scores
+    Its error is propagated by derivatives, which hold if the denominator is as certain as MIN_SCORES_FOR_ERROR scores
     make it.
     """
     with np.errstate(invalid="ignore"):
-        is_weak = error**2 * MIN_SCORES > value**2
+        is_weak = error**2 * MIN_SCORES_FOR_ERROR > value**2
     if not is_weak.any():
         return ()
     what = (
-        f"the denominator is uncertain by more than {100 / np.sqrt(MIN_SCORES):.0f} %, too much"
+        f"the denominator is uncertain by more than {100 / np.sqrt(MIN_SCORES_FOR_ERROR):.0f} %, too much"
         " to know the error of a ratio"
     )
-    return (_without_bound(is_weak, what, FEW_CARRIERS),)
+    return (_unbounded_finding(is_weak, what, FEW_CARRIERS),)
 
 
-def _without_bound(where: np.ndarray, what: str, name: str, seen: str = "") -> Finding:
+def _unbounded_finding(where: np.ndarray, what: str, name: str, seen: str = "") -> Finding:
     """A finding without a bound about the numbers of an array where `where`, (*dims) of bool, is true."""
     bound = np.where(where, np.nan, 0.0)
     bound = float(bound) if bound.ndim == 0 else bound
     return Finding(DOUBTFUL, "", "", what, bound, "use more particles", name=name, seen=seen)
 
 
-def unknown_of_error(carriers: float) -> float:
+def error_uncertainty(carriers: float) -> float:
     """Standard errors by which a 95 % interval may be too short if `carriers` scores carry the error.
 
     Their variance is as uncertain as that of 2n normal numbers (chi squared, 95 %); 0.7 for ten, 1.2 for
@@ -229,7 +229,7 @@ def unknown_of_error(carriers: float) -> float:
 
     Examples
     --------
-    >>> print(f"{unknown_of_error(5.0):.1f}, {unknown_of_error(1e6):.1f}")
+    >>> print(f"{error_uncertainty(5.0):.1f}, {error_uncertainty(1e6):.1f}")
     1.2, 0.0
     """
     from scipy.special import chdtri
@@ -255,7 +255,7 @@ def severities(finding: Finding, value: np.ndarray, error: np.ndarray, allowed: 
     return np.where(is_small, SOUND, np.where(is_allowed, BOUNDED, DOUBTFUL))
 
 
-def limits_of_unknown(
+def unknown_error_limits(
     reasons: np.ndarray,
     scale: np.ndarray,
     scores: np.ndarray,
@@ -279,10 +279,10 @@ def limits_of_unknown(
     return np.where(np.equal(reasons, None) | is_bounded, 0.0, limits)
 
 
-def of_unknown_error(reasons: np.ndarray, limits: np.ndarray) -> tuple[Finding, ...]:
+def unknown_error_findings(reasons: np.ndarray, limits: np.ndarray) -> tuple[Finding, ...]:
     """Findings against numbers with unknown error.
 
-    limits: from `limits_of_unknown`, (*dims) as the reasons.
+    limits: from `unknown_error_limits`, (*dims) as the reasons.
     """
     known = [reason for reason in np.ravel(reasons)[np.ravel(limits) > 0] if reason is not None]
     if not known:
@@ -305,7 +305,7 @@ def of_unknown_error(reasons: np.ndarray, limits: np.ndarray) -> tuple[Finding, 
     )
 
 
-def of_bins(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
+def bin_findings(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
     """Findings against bins whose error is unknown even with neighbouring bins.
 
     is_doubtful: (*dims) of bool.
@@ -315,10 +315,10 @@ def of_bins(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
         return ()
     what = "too few or too unequal scores, even with those of neighbouring bins"
     seen = f"in {many} of {np.size(is_doubtful)} bins" if np.ndim(is_doubtful) else ""
-    return (_without_bound(is_doubtful, what, "bins", seen),)
+    return (_unbounded_finding(is_doubtful, what, "bins", seen),)
 
 
-def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
+def worst_verdicts(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
     """The worst verdict about each number, shape (*shape)."""
     worst = np.full(shape, SOUND, dtype="<U8")
     for verdict in verdicts:
@@ -326,7 +326,7 @@ def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarr
     return worst
 
 
-def times_needed(
+def particle_factors_needed(
     findings: Iterable[Finding], value: float, error: float, allowed: float
 ) -> tuple[float, float, str]:
     """Factors of the number of histories until no finding is doubtful, and the finding that needs most.
@@ -342,7 +342,7 @@ def times_needed(
     for finding in bounded or doubts:
         if np.isfinite(finding.about):  # its own error, from its scores, shall be within the allowed one
             share = finding.about * abs(finding.bound) / (allowed * abs(value)) if value else np.inf
-            times = open_end = max(open_end, float(finding.times * max(1.0, share**2 / MIN_SCORES)))
+            times = open_end = max(open_end, float(finding.times * max(1.0, share**2 / MIN_SCORES_FOR_ERROR)))
         elif np.isfinite(finding.times):
             times = foretold = max(foretold, float(finding.times))
         else:
@@ -353,7 +353,7 @@ def times_needed(
     return foretold, open_end, what
 
 
-def judged(
+def with_severities(
     findings: Iterable[Finding], value: np.ndarray, error: np.ndarray, allowed: float
 ) -> tuple[Finding, ...]:
     """The findings with their severity for a number, the worst first.
@@ -364,7 +364,7 @@ def judged(
     for finding in findings:
         verdicts = severities(finding, value, error, allowed)
         if finding.severity != NOTE and np.all(
-            np.nan_to_num(np.abs(finding.bound), nan=np.inf) <= TINY * error
+            np.nan_to_num(np.abs(finding.bound), nan=np.inf) <= NEGLIGIBLE_BOUND * error
         ):
             continue
         severity = (
@@ -378,7 +378,9 @@ def judged(
     return tuple(finding for *_, finding in sorted(found, key=lambda each: each[:2], reverse=True))
 
 
-def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]]) -> tuple[Finding, ...]:
+def propagated_findings(
+    function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]]
+) -> tuple[Finding, ...]:
     """Propagate findings through a function of numbers: each bound becomes the change of the function.
 
     operands: for each number its value and its findings.  Findings of one kind and sign merge into one.  If
@@ -403,6 +405,6 @@ def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]])
     return tuple(found.values())
 
 
-def capital(sentence: str) -> str:
+def capitalized(sentence: str) -> str:
     """The sentence with a capital first letter."""
     return sentence[:1].upper() + sentence[1:]

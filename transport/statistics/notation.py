@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 
-_PLAIN = range(-4, 6)  # powers of ten that are written without an exponent
-_UNITS = (
+_POWERS_WITHOUT_EXPONENT = range(-4, 6)  # powers of ten that are written without an exponent
+_DURATION_UNITS = (
     (365.25 * 86400, "years"),
     (86400, "days"),
     (3600, "h"),
@@ -15,7 +15,7 @@ _UNITS = (
     (1e-3, "ms"),
     (0, "µs"),
 )
-TOO_MANY_TIMES = 10_000  # a larger ratio is of no use to a reader, and not known to two digits
+MAX_PRINTED_RATIO = 10_000  # a larger ratio is of no use to a reader, and not known to two digits
 _FORMAT = re.compile(
     r"((?:.?[<>^])?)([-+ ]?)(\d*)(?:s|([,_]?(?:\.\d+)?[eEfFgGn%]?))"
 )  # fill, sign, width, number
@@ -31,7 +31,7 @@ def plus_minus(value: float, error: float) -> str:
     error = round(error, -place)
     value = round(value, -place) + 0.0  # a zero without a minus sign
     power = math.floor(math.log10(max(abs(value), error)))
-    if power in _PLAIN:
+    if power in _POWERS_WITHOUT_EXPONENT:
         decimals = max(0, -place)
         return f"({value:.{decimals}f} ± {error:.{decimals}f})"
     decimals = max(0, power - place)
@@ -39,17 +39,17 @@ def plus_minus(value: float, error: float) -> str:
     return f"({value / scale:.{decimals}f} ± {error / scale:.{decimals}f})e{power:+03d}"
 
 
-def times_text(factor: float) -> str:
+def ratio_text(factor: float) -> str:
     """A ratio for a sentence: two digits, such as "2.5" or "3 800", and "over 10 000" from there on.
 
     Examples
     --------
-    >>> times_text(2.51), times_text(3841.0), times_text(9999.0), times_text(3.7e7)
+    >>> ratio_text(2.51), ratio_text(3841.0), ratio_text(9999.0), ratio_text(3.7e7)
     ('2.5', '3 800', 'over 10 000', 'over 10 000')
     """
-    if float(f"{factor:.2g}") >= TOO_MANY_TIMES:
-        return f"over {_spaced(TOO_MANY_TIMES)}"
-    return f"{factor:.2g}" if factor < 99.5 else _spaced(float(f"{factor:.2g}"))
+    if float(f"{factor:.2g}") >= MAX_PRINTED_RATIO:
+        return f"over {_with_thousands_spaces(MAX_PRINTED_RATIO)}"
+    return f"{factor:.2g}" if factor < 99.5 else _with_thousands_spaces(float(f"{factor:.2g}"))
 
 
 def percent(error: float) -> str:
@@ -60,18 +60,18 @@ def percent(error: float) -> str:
 def duration(seconds: float) -> str:
     """Duration with two digits, in a suitable unit."""
     length, unit = next(
-        (length, unit) for length, unit in _UNITS if seconds >= length * (2 if length >= 60 else 1)
+        (length, unit) for length, unit in _DURATION_UNITS if seconds >= length * (2 if length >= 60 else 1)
     )
     number = seconds / (length or 1e-6)
     return f"{number:.0f} {unit}" if 99.5 <= number < 1e5 else f"{number:.2g} {unit}"
 
 
-def _spaced(number: float) -> str:
+def _with_thousands_spaces(number: float) -> str:
     """A whole number with spaces between groups of three digits."""
     return f"{number:,.0f}".replace(",", " ")
 
 
-def measured(
+def estimate_text(
     value: float,
     error: float,
     unit: str,

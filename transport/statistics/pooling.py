@@ -19,21 +19,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.statistics.batches import MIN_SCORES
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 
 REACHES = (1, 2, 4, 8, 16)  # of windows, in bins to each side
-AROUND = 2  # reach within which bins with few scores are counted
+SPARSE_REACH = 2  # reach within which bins with few scores are counted
 MOST_IN_WINDOW = 33**2  # bins in a window; with more than two axes windows therefore have a smaller reach
-INNER = 0.75  # share of the batches, those nearest to their median, that define the inner spread
+INNER_SHARE = 0.75  # share of the batches, those nearest to their median, that define the inner spread
 MIN_BATCHES = 8  # fewer define neither an inner spread nor a tail
 # Weight of a bin's own variance; a full weight would tie the error to the luck of the value.
 OWN_SHARE = 0.1
-PRIOR_DOF = MIN_SCORES  # degrees of freedom with which the next wider window moderates one
-MIN_BINS = MIN_SCORES  # number of similar bins from which on their variances replace its own
-# An error of d degrees of freedom has a relative precision of 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES).
-MIN_DOF = MIN_SCORES / 2
+PRIOR_DOF = MIN_SCORES_FOR_ERROR  # degrees of freedom with which the next wider window moderates one
+MIN_SIMILAR_BINS = (
+    MIN_SCORES_FOR_ERROR  # number of similar bins from which on their variances replace its own
+)
+# An error of d degrees of freedom has a relative precision of 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES_FOR_ERROR).
+MIN_DOF = MIN_SCORES_FOR_ERROR / 2
 OWN_DOF = 0.8  # of the degrees of freedom of the batches: enough if there are few batches
-UNLIKELY = 1e-3  # chance of such a large own variance, below which the bin differs from its neighbours
+OUTLIER_CHANCE = 1e-3  # chance of such a large own variance, below which the bin differs from its neighbours
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
 
@@ -95,12 +97,12 @@ def pooled_errors(
     2 n v² / <var(s²)> degrees of freedom; the larger <var(s²)> / v² of this window and the next wider one
     counts, because a window without the rare score does not show that it is rare.  From the widest window
     inwards, E = (D v + d E_wider) / (D + d) with d = PRIOR_DOF.  The bin itself is not in its windows; its
-    own variance is added with OWN_SHARE of its degrees of freedom, or with more if fewer than MIN_BINS other
+    own variance is added with OWN_SHARE of its degrees of freedom, or with more if fewer than MIN_SIMILAR_BINS other
     bins are similar.
 
     A sparse bin, most batches of which gave the same, has at least its own error.  Thin bins are doubtful
     where most bins around them are sparse; a decision for each bin by itself would keep the lucky ones.  A
-    bin is also doubtful if one of its batches alone moves the mean by more than 7 errors, sqrt(2 MIN_SCORES):
+    bin is also doubtful if one of its batches alone moves the mean by more than 7 errors, sqrt(2 MIN_SCORES_FOR_ERROR):
     fewer than one in 50 bins has a score of that size.
     """
     batches = len(deviations)
@@ -122,8 +124,8 @@ def pooled_errors(
     for members, weights, rise in _levels(moments):
         _add_windows(sums, moments, (members, weights, rise), reaches, bins, known.shape, axes, periodic)
     # Combine the windows; bins that differ from their neighbours keep their own variance.
-    variance, dof, of_bin = _moderated(*sums, moments, batches)
-    is_unlike = _chance_of(moments.variance / variance, of_bin) < UNLIKELY
+    variance, dof, of_bin = _pooled_variances(*sums, moments, batches)
+    is_unlike = _chance_of(moments.variance / variance, of_bin) < OUTLIER_CHANCE
     claims_own = is_unlike | moments.is_sparse
     variance = np.where(claims_own, np.maximum(variance, moments.variance), variance)
     # Write the results to all bins, and mark the doubtful ones.
@@ -132,7 +134,7 @@ def pooled_errors(
     of_bins = np.full(known.size, batches - 1.0)
     of_bins[bins] = dof
     doubtful = np.zeros(known.size, dtype=bool)
-    is_lone = moments.largest > 2 * MIN_SCORES * variance
+    is_lone = moments.largest > 2 * MIN_SCORES_FOR_ERROR * variance
     has_few = _has_few_scores(moments, bins, known.shape, axes, periodic)
     doubtful[bins] = (dof < min(MIN_DOF, OWN_DOF * (batches - 1))) | is_unlike | is_lone | has_few
     return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
@@ -145,7 +147,7 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
     roots = np.sqrt(np.asarray(sizes) / np.sum(sizes))[:, None]
     scaled = np.ldexp(deviations, -exponent)
     apart = np.sort(np.abs(scaled - np.median(scaled, axis=0)) * roots, axis=0)
-    inner = (apart[: int(INNER * count)] ** 2).mean(axis=0)
+    inner = (apart[: int(INNER_SHARE * count)] ** 2).mean(axis=0)
     squares = (scaled * roots) ** 2
     second, fourth = squares.sum(axis=0), (squares**2).sum(axis=0)
     is_sparse = inner * count <= ROUNDING**2
@@ -222,7 +224,7 @@ def _add_windows(
     of_own[members] += weights**2
 
 
-def _moderated(
+def _pooled_variances(
     sums: np.ndarray, own: np.ndarray, moments: Moments, batches: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Variance of each bin's mean [units of its level], its degrees of freedom, those of its own variance."""
@@ -235,19 +237,19 @@ def _moderated(
         count, total, noise, square = np.where(is_alone[:, None], own * each, others).swapaxes(0, 1)
         mean, noise = total / count, noise / count
         # Assume that all bins are like the mean of the window, or like themselves.
-        of_window = _worse_of_next(np.maximum(noise / mean**2, bare))
-        of_bin = _worse_of_next(np.maximum(noise / np.maximum(square / count, mean**2), bare))
+        of_window = _larger_of_next(np.maximum(noise / mean**2, bare))
+        of_bin = _larger_of_next(np.maximum(noise / np.maximum(square / count, mean**2), bare))
         dof = np.where(is_alone, 0.0, 2 * count / of_window)
         # Start with the widest window, and moderate each narrower one with the result so far.
         variance = np.where(is_alone[-1], moments.variance, mean[-1])
         relative = np.where(is_alone[-1], bare, 2 / dof[-1])
         for k in reversed(range(len(count) - 1)):
-            variance, relative = _mixed(mean[k], dof[k], variance, relative, PRIOR_DOF)
+            variance, relative = _moderate(mean[k], dof[k], variance, relative, PRIOR_DOF)
         # A few other bins do not show how much bins differ: then a bin judges itself, as if it were alone.
-        trust = np.where(is_alone[-1], 0.0, np.minimum(1.0, count[-1] / MIN_BINS))
+        trust = np.where(is_alone[-1], 0.0, np.minimum(1.0, count[-1] / MIN_SIMILAR_BINS))
         share = 1 + (OWN_SHARE - 1) * trust
         of_own = share * 2 / (trust * of_bin[0] + (1 - trust) * bare)
-        variance, relative = _mixed(moments.variance, of_own, variance, relative, trust * 2 / relative)
+        variance, relative = _moderate(moments.variance, of_own, variance, relative, trust * 2 / relative)
     return variance, 2 / relative, 2 / of_bin.max(axis=0)
 
 
@@ -258,7 +260,7 @@ def _chance_of(ratio: np.ndarray, dof: np.ndarray) -> np.ndarray:
     return gammaincc(dof / 2, dof / 2 * ratio)
 
 
-def _mixed(
+def _moderate(
     inner: np.ndarray, dof: np.ndarray, wider: np.ndarray, relative: np.ndarray, prior: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
     """A variance with `dof` degrees of freedom, moderated by a wider one, and its relative variance."""
@@ -279,13 +281,13 @@ def _has_few_scores(
     marks = np.zeros((2, math.prod(shape)))
     marks[:, bins] = moments.is_sparse, np.ones(bins.size)
     sums = window_sums(
-        marks.reshape(2, *shape), AROUND, [1 + axis for axis in axes], [1 + axis for axis in periodic]
+        marks.reshape(2, *shape), SPARSE_REACH, [1 + axis for axis in axes], [1 + axis for axis in periodic]
     )
     sparse, all_ = sums.reshape(2, -1)[:, bins]
     return moments.is_thin & (2 * sparse >= all_)
 
 
-def _worse_of_next(values: np.ndarray) -> np.ndarray:
+def _larger_of_next(values: np.ndarray) -> np.ndarray:
     """For each window the larger of its own value and that of the next wider one."""
     return np.maximum(values, np.concatenate([values[1:], values[-1:]]))
 

@@ -16,17 +16,17 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.statistics.batches import MIN_SCORES, outlier_of, trend_of
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR, outlier_probability, trend_probability
 from transport.statistics.estimates import Estimate
 from transport.statistics.findings import (
     BOUNDED,
     DOUBTFUL,
     FEW_CARRIERS,
-    MORE,
+    MORE_PARTICLES,
     NOTE,
     SOUND,
     Finding,
-    unknown_of_error,
+    error_uncertainty,
 )
 
 # ---- Counts of scores by size: whether a few of them carry an error, and what larger ones might add.
@@ -35,11 +35,15 @@ from transport.statistics.findings import (
 # Sizes are known by cells, a quarter of an octave or sixteen times as wide; their edges give the tail and their
 # means the moments.
 
-TAIL, LEAST_TAIL, SHARE = 200, 40, 10  # scores in the tail: one in SHARE of all, between these limits
-STEEPEST = 10.0  # slopes above it are not distinguished (as in MCNP)
-LEAST_INDEX, STEEPEST_INDEX = 0.05, 1000.0
-NARROW = 1e-9  # least width of a cell, as a logarithm
-SURE = 700.0  # an exponent that is practically infinite
+MAX_TAIL_SCORES, MIN_TAIL_SCORES, TAIL_SHARE = (
+    200,
+    40,
+    10,
+)  # scores in the tail: one in SHARE of all, between these limits
+MAX_SLOPE = 10.0  # slopes above it are not distinguished (as in MCNP)
+MIN_TAIL_INDEX, MAX_TAIL_INDEX = 0.05, 1000.0
+MIN_CELL_WIDTH = 1e-9  # least width of a cell, as a logarithm
+MAX_EXPONENT = 700.0  # an exponent that is practically infinite
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,24 +100,24 @@ class Scores:
 
         Pickands 1975; MCNP's manual (Booth and others) requires a slope above 3.  nan with too few scores.
         """
-        return min(1.0 + self.tail_index, STEEPEST)
+        return min(1.0 + self.tail_index, MAX_SLOPE)
 
     @cached_property
     def tail_index(self) -> float:
         """Index of Pareto's law that fits the largest scores best: s^-index of them are above a size s.
 
-        Maximum likelihood for counts in cells (Hill 1975 for sizes); nan for fewer than LEAST_TAIL scores.
+        Maximum likelihood for counts in cells (Hill 1975 for sizes); nan for fewer than MIN_TAIL_SCORES scores.
         """
         first, number = self._tail
-        if number < LEAST_TAIL:
+        if number < MIN_TAIL_SCORES:
             return math.nan
         among = np.flatnonzero(self.counts[first:]) + first
         low, high = (np.log(edges[among] / self.low[first]) for edges in (self.low, self.high))
-        counts, width = self.counts[among], np.maximum(high - low, NARROW)
-        lowest, highest = math.log(LEAST_INDEX), math.log(STEEPEST_INDEX)
+        counts, width = self.counts[among], np.maximum(high - low, MIN_CELL_WIDTH)
+        lowest, highest = math.log(MIN_TAIL_INDEX), math.log(MAX_TAIL_INDEX)
         for _ in range(40):  # bisect: the derivative of the likelihood crosses 0 once
             index = math.exp(0.5 * (lowest + highest))
-            slope = (counts * (width / np.expm1(np.minimum(index * width, SURE)) - low)).sum()
+            slope = (counts * (width / np.expm1(np.minimum(index * width, MAX_EXPONENT)) - low)).sum()
             lowest, highest = (math.log(index), highest) if slope > 0 else (lowest, math.log(index))
         return index
 
@@ -139,17 +143,17 @@ class Scores:
             grown = math.expm1(gain * reach) / gain if abs(gain * reach) > 1e-9 else reach
         # Of more than one such score some would be present: limit their number to one.
         beyond = min(number / self.share * (self.low[first] / top) ** index, 1.0)
-        return beyond * index * grown * top / self.sizes[self._top] / self.power(1)
+        return beyond * index * grown * top / self.sizes[self._largest_cell] / self.power(1)
 
     @cached_property
-    def _top(self) -> int:
+    def _largest_cell(self) -> int:
         """Index of the cell with the largest score."""
         return int(np.flatnonzero(self.counts)[-1])
 
     @property
     def _largest(self) -> float:
         """The largest score, as far as known."""
-        top = self._top
+        top = self._largest_cell
         return float(min(self.high[top], self.counts[top] * self.sizes[top]))
 
     @cached_property
@@ -157,21 +161,24 @@ class Scores:
         """Sizes relative to the largest present score; 0 in empty cells."""
         if not self.number:
             return np.zeros(len(self.sizes))
-        return np.where(self.counts > 0, self.sizes, 0.0) / self.sizes[self._top]
+        return np.where(self.counts > 0, self.sizes, 0.0) / self.sizes[self._largest_cell]
 
     @cached_property
     def _tail(self) -> tuple[int, int]:
         """Index of the first cell of the tail, and its number of scores."""
         above = np.cumsum(self.counts[::-1])[::-1]
-        wanted = min(max(above[0] // SHARE, LEAST_TAIL), TAIL)
+        wanted = min(max(above[0] // TAIL_SHARE, MIN_TAIL_SCORES), MAX_TAIL_SCORES)
         first = int(np.flatnonzero(above >= wanted)[-1]) if above[0] >= wanted else 0
         return first, int(above[first])
 
 
 # ---- How reliable an error bar is: how many scores carry it, how heavy their tail is, whether batches agree.
 
-CHANCE = 4.0  # excess of a number of scores, in its square roots, that chance may cause
-ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them is an outlier
+MAX_CHANCE_EXCESS = 4.0  # excess of a number of scores, in its square roots, that chance may cause
+TREND_CHANCE, OUTLIER_CHANCE = (
+    1e-6,
+    1e-8,
+)  # probabilities below which batches have a trend, or one of them is an outlier
 
 
 @dataclass(frozen=True)
@@ -264,7 +271,7 @@ def quality_of(
     scores: Scores | None = None,
     particles: int = 0,
     seconds: float = math.nan,
-    more: str = MORE,
+    more: str = MORE_PARTICLES,
 ) -> Quality:
     """Quality of an estimate of one run.
 
@@ -276,7 +283,7 @@ def quality_of(
     if is_known and scores is not None:
         known = estimate._raw_findings
         names = {each.name for each in known}
-        found = advising(findings_of_error("", estimate, scores, particles), more)
+        found = with_cure(findings_of_error("", estimate, scores, particles), more)
         more_found = (*known, *(each for each in found if each.name not in names))
         estimate = copy(estimate)._with_findings(more_found, estimate.allowed)
     if np.ndim(relative):
@@ -287,13 +294,15 @@ def quality_of(
     number = None if scores is None else scores.number
     numbers = (math.nan,) * 5
     if is_known and estimate.run is not None:
-        numbers = _numbers(estimate, scores, particles)
+        numbers = _score_statistics(estimate, scores, particles)
     return Quality(relative, merit, number, *numbers, verdict_of(estimate), estimate.findings)
 
 
-def advising(findings: Iterable[Finding], more: str) -> Iterator[Finding]:
+def with_cure(findings: Iterable[Finding], more: str) -> Iterator[Finding]:
     """The findings, with `more` in place of the cure MORE."""
-    return (replace(finding, cure=more) if finding.cure == MORE else finding for finding in findings)
+    return (
+        replace(finding, cure=more) if finding.cure == MORE_PARTICLES else finding for finding in findings
+    )
 
 
 def verdict_of(estimate: Estimate) -> str:
@@ -311,20 +320,20 @@ def findings_of_error(
 
     title: name of the detector;  total: its total.
     """
-    carriers, _, slope, unseen, trend = _numbers(total, scores, particles)
-    if scores is not None and scores.number >= MIN_SCORES:
-        if carriers < MIN_SCORES:
+    carriers, _, slope, unseen, trend = _score_statistics(total, scores, particles)
+    if scores is not None and scores.number >= MIN_SCORES_FOR_ERROR:
+        if carriers < MIN_SCORES_FOR_ERROR:
             what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
-            bound = unknown_of_error(carriers) * total.error
+            bound = error_uncertainty(carriers) * total.error
             yield Finding(
                 DOUBTFUL,
                 title,
                 "",
                 what,
                 bound,
-                MORE,
+                MORE_PARTICLES,
                 name=FEW_CARRIERS,
-                times=MIN_SCORES / max(carriers, 1),
+                times=MIN_SCORES_FOR_ERROR / max(carriers, 1),
             )
         if unseen > 0:
             index = slope - 1
@@ -332,16 +341,22 @@ def findings_of_error(
             what = f"rare larger scores not sampled: the density of the largest falls as size^-{slope:.2g}"
             what += ", whose variance is infinite" if is_infinite else ""
             yield Finding(
-                DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE, name="tail"
+                DOUBTFUL,
+                title,
+                "",
+                what,
+                (2 if is_infinite else 1) * unseen * total.error,
+                MORE_PARTICLES,
+                name="tail",
             )
     elif scores is not None:  # `Quantity.findings` reports that
         return
-    if trend < ODD:
+    if trend < TREND_CHANCE:
         what = f"the batches have a trend, which chance produces once in {1 / max(trend, 1e-99):.1g} runs"
-        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
-    if outlier_of(_alike(total)) < ALONE and _is_above_chance(total, scores):
+        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE_PARTICLES, name="batches")
+    if outlier_probability(_comparable_batches(total)) < OUTLIER_CHANCE and _is_above_chance(total, scores):
         what = "one batch is far above all others: rare histories with large scores carry the error"
-        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
+        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE_PARTICLES, name="batches")
 
 
 def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
@@ -351,17 +366,17 @@ def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
     """
     if scores is None:
         return True
-    values = _alike(total)
+    values = _comparable_batches(total)
     # Measure the excess in scores of the largest size.
     excess = (values.max() / values.mean() - 1) * scores.power(1) / len(values)
-    return excess > CHANCE * math.sqrt(max(scores.carriers / len(values), 1.0))
+    return excess > MAX_CHANCE_EXCESS * math.sqrt(max(scores.carriers / len(values), 1.0))
 
 
-def _numbers(
+def _score_statistics(
     total: Estimate, scores: Scores | None, particles: int
 ) -> tuple[float, float, float, float, float]:
     """Number of scores that carry the error, its VOV, slope of the largest, errors of unseen ones, trend."""
-    trend = trend_of(_alike(total))
+    trend = trend_probability(_comparable_batches(total))
     vov, slope, unseen, relative = math.nan, math.nan, math.nan, total.relative_error
     if scores is not None and scores.number:
         vov, slope, unseen = _vov(scores, relative, particles), scores.slope, scores.unseen / relative
@@ -369,7 +384,7 @@ def _numbers(
     return tuple(map(float, (carriers, vov, slope, unseen, trend)))
 
 
-def _alike(estimate: Estimate) -> np.ndarray:
+def _comparable_batches(estimate: Estimate) -> np.ndarray:
     """Values of the batches, without batches much smaller than the others."""
     sizes = estimate.run.sizes
     return estimate.values[2 * sizes > np.median(sizes)]

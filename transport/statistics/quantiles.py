@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-LAST = 1 - 2.0**-53  # the largest u below 1
-MOST_STEPS = 100
-CLOSE = 2.0**-30  # relative Newton step at which to stop: the error is its square
-MOST_PANELS = 1 << 16
+LARGEST_U = 1 - 2.0**-53  # the largest u below 1
+MAX_STEPS = 100
+STEP_TOLERANCE = 2.0**-30  # relative Newton step at which to stop: the error is its square
+MAX_PANELS = 1 << 16
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 NODES, WEIGHTS = (NODES + 1) / 2, WEIGHTS / 2  # on [0, 1]
 
@@ -26,13 +26,13 @@ def increasing_root(
     low, high = np.array(low, float), np.array(high, float)
     x = 0.5 * (low + high)
     with np.errstate(all="ignore"):
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             value, slope = misfit(x)
             above = value > 0
             high, low = np.where(above, x, high), np.where(above, low, x)
             trial = x * np.exp(-value / slope)
             trial = np.where((trial >= low) & (trial <= high), trial, 0.5 * (low + high))
-            is_done = np.abs(trial - x) <= CLOSE * x
+            is_done = np.abs(trial - x) <= STEP_TOLERANCE * x
             x = trial
             if is_done.all():
                 break
@@ -44,7 +44,7 @@ def log_ratio(value: np.ndarray, target: np.ndarray) -> np.ndarray:
     return np.log1p((value - target) / target)
 
 
-class PiecewiseLaw:
+class PiecewiseQuadraticDensity:
     """A piecewise density between knots, on each piece a quadratic in Bernstein form.
 
     coefficients: (pieces, 3), none negative, so that all terms of each sum below are positive. `mass` is the
@@ -54,25 +54,29 @@ class PiecewiseLaw:
     def __init__(self, knots: np.ndarray, coefficients: np.ndarray) -> None:
         pieces = np.diff(knots) * coefficients.sum(axis=1) / 3
         self.mass = float(pieces.sum())
-        self._up = _ladder(knots, coefficients / self.mass)
-        self._down = _ladder(-knots[::-1], coefficients[::-1, ::-1] / self.mass)
+        self._from_low = _cumulative_table(knots, coefficients / self.mass)
+        self._from_high = _cumulative_table(-knots[::-1], coefficients[::-1, ::-1] / self.mass)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Return the positions at which the integral reaches the fraction u of the total."""
         u = np.asarray(u, float)
         x = np.empty(u.shape)
         upper = u > 0.5
-        x[~upper] = _climb(*self._up, u[~upper])
-        x[upper] = -_climb(*self._down, 1 - u[upper])
+        x[~upper] = _invert_table(*self._from_low, u[~upper])
+        x[upper] = -_invert_table(*self._from_high, 1 - u[upper])
         return x
 
 
-def _ladder(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _cumulative_table(
+    knots: np.ndarray, coefficients: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return knots, coefficients, and the integral below each knot."""
-    return knots, coefficients, _sums(np.diff(knots) * coefficients.sum(axis=1) / 3)
+    return knots, coefficients, _cumulative_sums(np.diff(knots) * coefficients.sum(axis=1) / 3)
 
 
-def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np.ndarray) -> np.ndarray:
+def _invert_table(
+    knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np.ndarray
+) -> np.ndarray:
     """Return where the integral from the lowest knot reaches t; measured from the nearer end of its piece."""
     # Find the piece, and measure from its nearer end.
     piece = np.clip(np.searchsorted(below, t, side="right") - 1, 0, len(knots) - 2)
@@ -94,7 +98,7 @@ def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np
     return np.where(flip, knots[piece + 1] - x, knots[piece] + x)
 
 
-class WeightedByItself:
+class SelfWeightedQuantile:
     """The distribution of a quantile function q(u), weighted by |q|; `mean` is the mean of |q|.
 
     Gauss-Legendre quadrature on panels that shrink geometrically towards both ends of [0, 1) and are halved
@@ -103,30 +107,30 @@ class WeightedByItself:
     """
 
     def __init__(self, q: Callable[[np.ndarray], np.ndarray]) -> None:
-        self._q = q
-        lower = _refined(self._weight, *_octaves(120), False)
-        upper = _refined(self._weight, *_octaves(53), True)
+        self._quantile = q
+        lower = _refine_panels(self._weight, *_octave_panels(120), False)
+        upper = _refine_panels(self._weight, *_octave_panels(53), True)
         # Concatenate the panels in order of u; above 1/2 a position is 1 - u, which decreases.
         self._start = np.concatenate([lower[0], upper[1][::-1]])
         self._end = np.concatenate([lower[1], upper[0][::-1]])
         self._is_upper = np.arange(len(self._start)) >= len(lower[0])
         pieces = _integral(self._weight, self._start, self._end, self._is_upper)
-        self._below, self._above = _sums(pieces), _sums(pieces[::-1])
+        self._below, self._sums_from_high = _cumulative_sums(pieces), _cumulative_sums(pieces[::-1])
         self.mean = float(self._below[-1])
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Return q at which the integral of |q| reaches the fraction u of the total."""
         u = np.asarray(u, float)
         place, upper = np.empty(u.shape), u > 0.5
-        place[~upper] = self._reached(u[~upper], self._below, self._start, self._end, self._is_upper)
-        down = self._above, self._end[::-1], self._start[::-1], self._is_upper[::-1]
-        place[upper] = self._reached(1 - u[upper], *down)
-        return self._q(np.minimum(place, LAST))
+        place[~upper] = self._inverse(u[~upper], self._below, self._start, self._end, self._is_upper)
+        down = self._sums_from_high, self._end[::-1], self._start[::-1], self._is_upper[::-1]
+        place[upper] = self._inverse(1 - u[upper], *down)
+        return self._quantile(np.minimum(place, LARGEST_U))
 
     def _weight(self, place: np.ndarray, is_upper: np.ndarray | bool) -> np.ndarray:
-        return np.abs(self._q(np.where(is_upper, np.minimum(1 - place, LAST), place)))
+        return np.abs(self._quantile(np.where(is_upper, np.minimum(1 - place, LARGEST_U), place)))
 
-    def _reached(self, share, sums, start, end, is_upper) -> np.ndarray:
+    def _inverse(self, share, sums, start, end, is_upper) -> np.ndarray:
         """Return the u at which the integral, from the first panel on, reaches the share of the total."""
         target = share * sums[-1]
         panel = np.clip(np.searchsorted(sums, target, side="right") - 1, 0, len(start) - 1)
@@ -143,13 +147,13 @@ class WeightedByItself:
         return np.where(is_upper, 1 - place, place)
 
 
-def _octaves(count: int) -> tuple[np.ndarray, np.ndarray]:
+def _octave_panels(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return lower and upper ends of panels over [0, 1/2]."""
     edges = np.concatenate([[0.0], 2.0 ** np.arange(-float(count), 0.0)])
     return edges[:-1], edges[1:]
 
 
-def _sums(pieces: np.ndarray) -> np.ndarray:
+def _cumulative_sums(pieces: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(pieces.astype(np.longdouble))]).astype(float)
 
 
@@ -161,7 +165,7 @@ def _integral(
     return np.abs(way) * (weight(places, np.reshape(is_upper, (-1, 1))) @ WEIGHTS)
 
 
-def _refined(
+def _refine_panels(
     weight: Callable, low: np.ndarray, high: np.ndarray, is_upper: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the panels, halved until halving changes no integral by more than the rounding of u."""
@@ -174,7 +178,7 @@ def _refined(
         size = low + high + is_upper  # magnitude that determines the rounding of u
         noise = 2.0**-52 * size * np.abs(weight(high, is_upper) - weight(low, is_upper))
         wrong = np.abs(halves - _integral(weight, low, high, is_upper)) > 2.0**-50 * halves + noise + least
-        wrong &= (middle > low) & (middle < high) & (len(kept) + 2 * len(low) <= MOST_PANELS)
+        wrong &= (middle > low) & (middle < high) & (len(kept) + 2 * len(low) <= MAX_PANELS)
         kept += zip(low[~wrong], high[~wrong], strict=True)
         low, high = (
             np.concatenate([low[wrong], middle[wrong]]),

@@ -14,28 +14,28 @@ import numpy as np
 from transport.statistics.batches import normal_score, student_quantile
 from transport.statistics.error_bars import error_bars_of
 from transport.statistics.findings import (
-    ALIKE,
-    ALLOWED,
     CONSTANT,
+    DEFAULT_ALLOWED_BOUND,
     DOUBTFUL,
     FEW_CARRIERS,
+    MIN_EQUAL_BATCHES,
     NO_SCORE,
     SOUND,
     UNKNOWN,
     Finding,
-    carried,
-    judged,
-    limits_of_unknown,
-    of_bins,
-    of_even_scores,
-    of_few_scores,
-    of_unknown_error,
-    of_weak_denominator,
+    bin_findings,
+    even_scores_findings,
+    few_scores_findings,
+    propagated_findings,
     severities,
-    worst_of,
+    unknown_error_findings,
+    unknown_error_limits,
+    weak_denominator_findings,
+    with_severities,
+    worst_verdicts,
 )
 from transport.statistics.pooling import Pooled
-from transport.statistics.replicates import Batches, Replicates, added, arranged, power, product, ratio
+from transport.statistics.replicates import Batches, Replicates, added, power, product, ratio, with_axes
 from transport.units import Unit, UnitError
 
 AXIS_UNITS = {  # of the axes; those of u and v depend on the shape
@@ -70,9 +70,9 @@ class Quantity(Generic[Number, Reason]):
     axis_units: Mapping[str, str] = MappingProxyType({})  # of axes without a fixed unit
     # Error bars from elsewhere, such as those of one bin of an array.
     _bars_from: Callable[[], Pooled] | None = None
-    allowed: float = ALLOWED  # relative to the value; a larger bound makes the number doubtful
+    allowed: float = DEFAULT_ALLOWED_BOUND  # relative to the value; a larger bound makes the number doubtful
     _is_measured = False  # measured by a run itself, not computed from other quantities
-    _adds_scores = False  # a sum of scores of one run, or a part or multiple of it
+    _is_sum_of_scores = False  # a sum of scores of one run, or a part or multiple of it
     _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = tuple  # made at the first access
 
     @property
@@ -84,7 +84,7 @@ class Quantity(Generic[Number, Reason]):
         float or numpy.ndarray
             A float for an Estimate, an array ``(*dims)`` for an EstimateArray.
         """
-        return _plain(self._replicates.value)
+        return _unwrapped(self._replicates.value)
 
     @property
     def error(self) -> Number:
@@ -96,7 +96,7 @@ class Quantity(Generic[Number, Reason]):
             The error of a bin also uses neighbouring bins (see `is_doubtful`); that of a sum uses its batches
             alone.
         """
-        return _plain(np.asarray(self._error_bars.error))
+        return _unwrapped(np.asarray(self._error_bars.error))
 
     @property
     def reason(self) -> Reason:
@@ -107,7 +107,7 @@ class Quantity(Generic[Number, Reason]):
         str, None or numpy.ndarray
             None where the error is known; an object array ``(*dims)`` for an EstimateArray.
         """
-        return _plain(self._replicates.reason)
+        return _unwrapped(self._replicates.reason)
 
     @property
     def exact(self) -> bool:
@@ -130,7 +130,7 @@ class Quantity(Generic[Number, Reason]):
         """
         error = np.asarray(self._error_bars.error)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return _plain(np.where(error == 0, 0.0, error / np.abs(self._replicates.value)))
+            return _unwrapped(np.where(error == 0, 0.0, error / np.abs(self._replicates.value)))
 
     @property
     def run(self) -> Batches | None:
@@ -168,7 +168,7 @@ class Quantity(Generic[Number, Reason]):
             batches - 1; effective ones (Welch-Satterthwaite, pooling) for several runs or bins; infinite if
             exact.
         """
-        return _plain(np.asarray(self._error_bars.dof))
+        return _unwrapped(np.asarray(self._error_bars.dof))
 
     @property
     def values(self) -> np.ndarray:
@@ -204,7 +204,7 @@ class Quantity(Generic[Number, Reason]):
             Empty if there is no finding against the error.  Arithmetic, slices, merged and resumed runs, and
             files keep the findings.
         """
-        return judged(
+        return with_severities(
             self._all_findings, self._replicates.value, np.asarray(self._error_bars.error), self.allowed
         )
 
@@ -225,7 +225,7 @@ class Quantity(Generic[Number, Reason]):
         """
         value, error = self._replicates.value, np.asarray(self._error_bars.error)
         verdicts = [severities(finding, value, error, self.allowed) for finding in self._all_findings]
-        return _plain(worst_of(verdicts, np.shape(value)))
+        return _unwrapped(worst_verdicts(verdicts, np.shape(value)))
 
     @property
     def is_doubtful(self) -> Any:
@@ -236,7 +236,7 @@ class Quantity(Generic[Number, Reason]):
         bool or numpy.ndarray
             An array ``(*dims)`` of bool for an EstimateArray.
         """
-        return _plain(np.equal(self.verdict, DOUBTFUL))
+        return _unwrapped(np.equal(self.verdict, DOUBTFUL))
 
     @property
     def _is_known(self) -> np.ndarray:
@@ -263,13 +263,13 @@ class Quantity(Generic[Number, Reason]):
                 or any(each.name == FEW_CARRIERS for each in found)
             ):
                 number, error = self._replicates, np.asarray(self._error_bars.error).item()
-                is_sum = self._adds_scores and bool(np.all(self.values >= 0))
-                found += of_few_scores(number.scores.item(), number.value.item(), error, is_sum)
-            self._unjudged = found + self._of_even_scores
+                is_sum = self._is_sum_of_scores and bool(np.all(self.values >= 0))
+                found += few_scores_findings(number.scores.item(), number.value.item(), error, is_sum)
+            self._unjudged = found + self._even_scores_findings
         return self._unjudged
 
     @property
-    def _error_of_all(self) -> np.ndarray:
+    def _error_with_unknown(self) -> np.ndarray:
         """One standard error that includes the uncertainty of equal batches, ``(*dims)``; infinite if unknown."""
         from scipy.special import ndtri
 
@@ -278,27 +278,29 @@ class Quantity(Generic[Number, Reason]):
             each.bound for each in self._raw_findings if each.name == UNKNOWN and np.all(each.bound >= 0)
         ]
         unknown = reduce(
-            np.hypot, bounds, np.where(np.equal(reason, CONSTANT), self._limits_of_unknown, 0.0)
+            np.hypot, bounds, np.where(np.equal(reason, CONSTANT), self._unknown_error_limits, 0.0)
         ) / ndtri(0.975)
         known = np.where(np.equal(reason, None), error, np.where(np.equal(reason, CONSTANT), 0.0, np.inf))
         return np.hypot(known, unknown)
 
     @property
-    def _of_even_scores(self) -> tuple[Finding, ...]:
+    def _even_scores_findings(self) -> tuple[Finding, ...]:
         """The finding that the batches are more equal than they should be, if so."""
         number, run = self._replicates, self.run
-        if not self._is_measured or self.exact or run is None or not run.is_even or number.is_in_parts:
+        if not self._is_measured or self.exact or run is None or not run.is_even or number.is_chunked:
             return ()
         histories = int(run.sizes.sum())
-        return of_even_scores(number.value, np.asarray(self._error_bars.error), number.scores, histories)
+        return even_scores_findings(
+            number.value, np.asarray(self._error_bars.error), number.scores, histories
+        )
 
     @property
-    def _carried_findings(self) -> tuple[Finding, ...]:
+    def _propagated_findings(self) -> tuple[Finding, ...]:
         """The findings that arithmetic propagates.
 
         They are the same findings, and for a single unbounded number without a score a finding that says so.
         """
-        if self.coords or self.reason != NO_SCORE or not np.isinf(self._limits_of_unknown):
+        if self.coords or self.reason != NO_SCORE or not np.isinf(self._unknown_error_limits):
             return self._raw_findings
         unknown = Finding(
             DOUBTFUL, "", "", "a part of it has no score", np.inf, "use more particles", name=UNKNOWN
@@ -308,22 +310,24 @@ class Quantity(Generic[Number, Reason]):
     @property
     def _all_findings(self) -> tuple[Finding, ...]:
         """All findings, and a finding for each error that is not known."""
-        unknown = of_unknown_error(self._replicates.reason, self._limits_of_unknown)
-        return *unknown, *of_bins(np.asarray(self._error_bars.is_doubtful)), *self._raw_findings
+        unknown = unknown_error_findings(self._replicates.reason, self._unknown_error_limits)
+        return *unknown, *bin_findings(np.asarray(self._error_bars.is_doubtful)), *self._raw_findings
 
     @cached_property
-    def _limits_of_unknown(self) -> np.ndarray:
+    def _unknown_error_limits(self) -> np.ndarray:
         """Limits of numbers with unknown error besides the findings, ``(*dims)``; 0 if the error is known."""
         runs = self._replicates.runs
         histories = min((run.sizes.sum() for run in runs), default=0)
-        is_sure = all(run.is_even or len(run) >= ALIKE for run in runs)
+        is_sure = all(run.is_even or len(run) >= MIN_EQUAL_BATCHES for run in runs)
         number = self._replicates
-        return limits_of_unknown(
+        return unknown_error_limits(
             number.reason, number.scale, number.scores, histories, is_sure, self._raw_findings
         )
 
     def _with_findings(
-        self, findings: tuple[Finding, ...] | Callable[[], Iterable[Finding]], allowed: float = ALLOWED
+        self,
+        findings: tuple[Finding, ...] | Callable[[], Iterable[Finding]],
+        allowed: float = DEFAULT_ALLOWED_BOUND,
     ) -> Self:
         """Attach findings, with bounds in the unit of this quantity: a tuple, or a function that makes it."""
         self._unjudged, self.allowed = findings, allowed
@@ -394,11 +398,13 @@ class Quantity(Generic[Number, Reason]):
         if not self.exact:
             bars = self._error_bars
             known = student_quantile(0.5 + confidence / 2, bars.dof) * bars.error
-            limits = self._limits_of_unknown
+            limits = self._unknown_error_limits
             unknown = np.where(np.isfinite(limits), limits, np.nan)
             reach = np.where(np.equal(self._replicates.reason, None), known, unknown)
         below, above = self._bounds
-        return _plain(self._replicates.value - reach - below), _plain(self._replicates.value + reach + above)
+        return _unwrapped(self._replicates.value - reach - below), _unwrapped(
+            self._replicates.value + reach + above
+        )
 
     @property
     def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
@@ -432,12 +438,12 @@ class Quantity(Generic[Number, Reason]):
                     self._replicates.scale, np.abs(expected)
                 )
                 surely_not = np.where(np.isnan(value), np.nan, np.copysign(np.inf, value - expected))
-                return _plain(np.where(agree, 0.0, surely_not))
+                return _unwrapped(np.where(agree, 0.0, surely_not))
             t = (value - expected) / self._error_bars.error
-        return _plain(normal_score(t, self._error_bars.dof))
+        return _unwrapped(normal_score(t, self._error_bars.dof))
 
     def __add__(self, other: Operand) -> Self:
-        return self._plus(other, +1)
+        return self._add_signed(other, +1)
 
     __radd__ = __add__
 
@@ -445,10 +451,10 @@ class Quantity(Generic[Number, Reason]):
         if other is self:
             with np.errstate(invalid="ignore"):
                 return self._known(self._replicates.value * 0 + 0.0, self.unit)
-        return self._plus(other, -1)
+        return self._add_signed(other, -1)
 
     def __rsub__(self, other: Operand) -> Self:
-        return (-self)._plus(other, +1)
+        return (-self)._add_signed(other, +1)
 
     def __neg__(self) -> Self:
         return self * -1.0
@@ -470,7 +476,7 @@ class Quantity(Generic[Number, Reason]):
     def __mul__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(product, np.multiply, self, other, self.unit * other.unit)
+        return _combined(product, np.multiply, self, other, self.unit * other.unit)
 
     __rmul__ = __mul__
 
@@ -481,12 +487,12 @@ class Quantity(Generic[Number, Reason]):
             return self._known(ones, Unit())
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, np.divide, self, other, self.unit / other.unit)
+        return _combined(ratio, np.divide, self, other, self.unit / other.unit)
 
     def __rtruediv__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, np.divide, other, self, other.unit / self.unit)
+        return _combined(ratio, np.divide, other, self, other.unit / self.unit)
 
     def __pow__(self, exponent: float) -> Self:
         if not isinstance(exponent, Real):
@@ -494,13 +500,15 @@ class Quantity(Generic[Number, Reason]):
         made = self._like(power(self._replicates, exponent), self.unit**exponent)
         number = self._replicates
         made = made._with_findings(
-            lambda: carried(lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)),
+            lambda: propagated_findings(
+                lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)
+            ),
             self.allowed,
         )
         _keep_error_bars(made, self)
         return made
 
-    def _plus(self, other: object, sign: int) -> Self:
+    def _add_signed(self, other: object, sign: int) -> Self:
         if isinstance(other, Real) and other == 0:  # sum() starts with 0
             return self
         if (other := self._operand(other)) is None:
@@ -512,7 +520,7 @@ class Quantity(Generic[Number, Reason]):
                 f" the second lacks a factor of [{self.unit / other.unit}]"
             )
         plain = np.add if sign > 0 else np.subtract
-        return _applied(lambda first, second: added(first, second, sign), plain, self, other, self.unit)
+        return _combined(lambda first, second: added(first, second, sign), plain, self, other, self.unit)
 
     @cached_property
     def _error_bars(self) -> Pooled:
@@ -548,7 +556,7 @@ class Quantity(Generic[Number, Reason]):
         raise NotImplementedError
 
 
-def _applied(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
+def _combined(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
     """Apply a function to the replicates of both operands, with their axes matched by name.
 
     plain: the same function of bare values.
@@ -569,16 +577,16 @@ def _applied(function: Callable, plain: Callable, first: Quantity, second: Quant
         weak: tuple[Finding, ...] = ()
         if plain is np.divide:
             dims, below = tuple(second.coords), second._replicates.shape
-            error = arranged(np.broadcast_to(second._error_bars.error, below), dims, tuple(coords))
-            weak = of_weak_denominator(aligned[1].value, error)
-        return *carried(plain, *both), *weak
+            error = with_axes(np.broadcast_to(second._error_bars.error, below), dims, tuple(coords))
+            weak = weak_denominator_findings(aligned[1].value, error)
+        return *propagated_findings(plain, *both), *weak
 
     made = made._with_findings(findings, min(first.allowed, second.allowed))
     uncertain = [each for each in (first, second) if not each.exact]
     if len(uncertain) == 1:
         _keep_error_bars(made, *uncertain)
         if plain is np.multiply or (plain is np.divide and not first.exact):
-            made._adds_scores = uncertain[0]._adds_scores
+            made._is_sum_of_scores = uncertain[0]._is_sum_of_scores
     return made
 
 
@@ -586,14 +594,14 @@ def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding
     """The findings of a quantity, with bounds along the axes `dims`."""
     own, shape = tuple(quantity.coords), quantity._replicates.shape
     return [
-        replace(finding, bound=arranged(np.broadcast_to(finding.bound, shape), own, dims))
-        for finding in quantity._carried_findings
+        replace(finding, bound=with_axes(np.broadcast_to(finding.bound, shape), own, dims))
+        for finding in quantity._propagated_findings
     ]
 
 
 def _keep_error_bars(made: Quantity, operand: Quantity) -> None:
     """Let a function of one uncertain quantity keep its pooled errors, which scale as its batches' errors."""
-    if made._replicates.is_in_parts or tuple(operand.coords) not in ((), tuple(made.coords)):
+    if made._replicates.is_chunked or tuple(operand.coords) not in ((), tuple(made.coords)):
         return
 
     def judged() -> Pooled:
@@ -605,6 +613,6 @@ def _keep_error_bars(made: Quantity, operand: Quantity) -> None:
     made._bars_from = judged
 
 
-def _plain(array: np.ndarray) -> Any:
+def _unwrapped(array: np.ndarray) -> Any:
     """Return a Python value for a single estimate, the array for an array of them."""
     return array.item() if np.ndim(array) == 0 else array

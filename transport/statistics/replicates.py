@@ -12,8 +12,14 @@ from functools import cached_property, reduce
 
 import numpy as np
 
-from transport.statistics.batches import pseudo_shifts, rounding_of, standard_error, weighted_mean, welch_dof
-from transport.statistics.findings import ALIKE, CONSTANT, NO_SCORE
+from transport.statistics.batches import (
+    pseudo_shifts,
+    rounding_error,
+    standard_error,
+    weighted_mean,
+    welch_dof,
+)
+from transport.statistics.findings import CONSTANT, MIN_EQUAL_BATCHES, NO_SCORE
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +73,7 @@ class Replicates:
     runs: tuple[Batches, ...]
     scale: np.ndarray  # size of the largest added term: a spread within its rounding is none
 
-    is_in_parts = False  # whether it is computed in chunks, as for very many bins (chunked.py)
+    is_chunked = False  # whether it is computed in chunks, as for very many bins (chunked.py)
 
     @classmethod
     def of_batches(
@@ -82,12 +88,12 @@ class Replicates:
             deviations = values - value
         is_scored = (values != 0).any(axis=0)  # a score too small for the digits of a sum counts as none
         scores = np.where(is_scored, np.inf if counts is None else counts, 0.0)
-        return _replicates(value, {} if exact else {run: deviations}, scores, (run,))
+        return _without_rounding(value, {} if exact else {run: deviations}, scores, (run,))
 
     @classmethod
     def constant(cls, value: np.ndarray | float, runs: tuple[Batches, ...] = ()) -> Replicates:
         """Make replicates of an exact value."""
-        return _replicates(np.asarray(value, dtype=float), {}, np.inf, runs)
+        return _without_rounding(np.asarray(value, dtype=float), {}, np.inf, runs)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -115,7 +121,7 @@ class Replicates:
         if spreads:
             reason[reduce(np.fmax, spreads.values()) == 0] = CONSTANT
         for run, spread in spreads.items():
-            if len(run) < ALIKE:  # chance may have made the batches equal
+            if len(run) < MIN_EQUAL_BATCHES:  # chance may have made the batches equal
                 reason[spread == 0] = CONSTANT
             reason[np.isnan(spread)] = "too few scores or digits"
             if len(run) < 2:
@@ -134,19 +140,19 @@ class Replicates:
             errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
             return welch_dof(errors, [len(run) - 1 for run in self.deviations])
 
-    def let_go(self) -> None:
+    def release_pages(self) -> None:
         """Release memory-mapped pages until the next access."""
 
     def unless(self, too_few: np.ndarray) -> Replicates:
         """The same replicates, with unknown error where `too_few`, (*dims) of bool, is true."""
         deviations = {run: np.where(too_few, np.nan, of_run) for run, of_run in self.deviations.items()}
-        return _aligned(self.value, deviations, self.scores, self.runs, self.scale)
+        return _broadcast(self.value, deviations, self.scores, self.runs, self.scale)
 
     def rearranged(self, change: Callable[[np.ndarray], np.ndarray]) -> Replicates:
         """Replicates after a change of the last axes that keeps those in front, such as x[..., i]."""
         deviations = {run: change(of_run) for run, of_run in self.deviations.items()}
         value, scores, scale = (change(part) for part in (self.value, self.scores, self.scale))
-        return _aligned(value, deviations, scores, self.runs, scale)
+        return _broadcast(value, deviations, scores, self.runs, scale)
 
     def indexed(self, index: tuple[int | slice, ...]) -> Replicates:
         """Replicates of the bins of an index with one whole number or slice per axis."""
@@ -154,17 +160,17 @@ class Replicates:
 
     def along(self, own: tuple[str, ...], dims: tuple[str, ...]) -> Replicates:
         """Rearrange axes `own` into the order of `dims`; missing axes get length 1."""
-        return self.rearranged(lambda array: arranged(array, own, dims))
+        return self.rearranged(lambda array: with_axes(array, own, dims))
 
     def summed(self, axis: int) -> Replicates:
         """Replicates of the sum over a bin axis, counted from the end."""
         with np.errstate(invalid="ignore", over="ignore"):
             deviations = {run: of_run.sum(axis=axis) for run, of_run in self.deviations.items()}
             value, scale = self.value.sum(axis=axis), self.scale.sum(axis=axis)
-        return _replicates(value, deviations, self.scores.sum(axis=axis), self.runs, scale)
+        return _without_rounding(value, deviations, self.scores.sum(axis=axis), self.runs, scale)
 
 
-def arranged(array: np.ndarray, own: tuple[str, ...], dims: tuple[str, ...]) -> np.ndarray:
+def with_axes(array: np.ndarray, own: tuple[str, ...], dims: tuple[str, ...]) -> np.ndarray:
     """Rearrange the last axes `own` of an array into the order of `dims`; missing axes get length 1."""
     order = [own.index(name) - len(own) for name in dims if name in own]
     index = (..., *(slice(None) if name in own else None for name in dims))
@@ -173,7 +179,7 @@ def arranged(array: np.ndarray, own: tuple[str, ...], dims: tuple[str, ...]) -> 
 
 def added(first: Replicates, second: Replicates, sign: int) -> Replicates:
     """first + second, or first - second for sign -1."""
-    if large := _in_parts(first, second):
+    if large := _first_chunked(first, second):
         return large.mapped(lambda *parts: added(*parts, sign), (first, second))
     runs = dict.fromkeys((*first.deviations, *second.deviations))
     with np.errstate(invalid="ignore", over="ignore"):
@@ -181,7 +187,7 @@ def added(first: Replicates, second: Replicates, sign: int) -> Replicates:
             run: first.deviations.get(run, 0.0) + sign * second.deviations.get(run, 0.0) for run in runs
         }
         value, scale = first.value + sign * second.value, np.fmax(first.scale, second.scale)
-    return _replicates(value, deviations, first.scores + second.scores, first.runs + second.runs, scale)
+    return _without_rounding(value, deviations, first.scores + second.scores, first.runs + second.runs, scale)
 
 
 def product(first: Replicates, second: Replicates) -> Replicates:
@@ -205,7 +211,7 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
     linear_in: operands in which the function is linear while the others are fixed; if only one of these is
     uncertain, no jackknife is needed.
     """
-    if large := _in_parts(*operands):
+    if large := _first_chunked(*operands):
         return large.mapped(lambda *parts: combined(function, *parts, linear_in=linear_in), operands)
     means = [operand.value for operand in operands]
     scores = reduce(np.minimum, [operand.scores for operand in operands])
@@ -234,15 +240,15 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
             for k, (mean, operand) in enumerate(zip(means, operands, strict=True))
         ]
         scale = reduce(np.fmax, [np.where(np.isfinite(each), each, 0.0) for each in moved])
-    return _replicates(value, deviations, scores, runs, scale)
+    return _without_rounding(value, deviations, scores, runs, scale)
 
 
-def _in_parts(*operands: Replicates) -> Replicates | None:
+def _first_chunked(*operands: Replicates) -> Replicates | None:
     """The first chunked operand, if any; results are then chunked too."""
-    return next((each for each in operands if each.is_in_parts), None)
+    return next((each for each in operands if each.is_chunked), None)
 
 
-def _replicates(
+def _without_rounding(
     value: np.ndarray,
     deviations: dict,
     scores: np.ndarray | float,
@@ -252,12 +258,13 @@ def _replicates(
     """Make replicates without spreads that rounding alone can cause; scale: of the terms, if larger."""
     scale = np.fmax(np.abs(value), scale)
     deviations = {
-        run: np.where(np.abs(of_run) <= rounding_of(scale), 0.0, of_run) for run, of_run in deviations.items()
+        run: np.where(np.abs(of_run) <= rounding_error(scale), 0.0, of_run)
+        for run, of_run in deviations.items()
     }
-    return _aligned(value, deviations, scores, runs, scale)
+    return _broadcast(value, deviations, scores, runs, scale)
 
 
-def _aligned(
+def _broadcast(
     value: np.ndarray, deviations: dict, scores: np.ndarray | float, runs: tuple, scale: np.ndarray
 ) -> Replicates:
     """Make replicates whose arrays all have the shape of the value."""

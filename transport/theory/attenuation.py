@@ -405,7 +405,7 @@ def ball_transmittance(diameters: float, low: float = 0.0, high: float = 1.0) ->
 # along x only, τ as a function of the position x on the ground is linear between the shadows of the
 # voxels' edges, and the mean of exp(-τ) over each piece is elementary.
 
-RAYS = 20_000  # rays per chunk
+RAYS_PER_CHUNK = 20_000  # rays per chunk
 
 
 def optical_depths(
@@ -446,7 +446,8 @@ def optical_depths(
     starts, direction = np.atleast_2d(np.asarray(starts, float)), np.asarray(direction, float)
     direction = direction / np.linalg.norm(direction)
     found = [
-        _depths(extinction, low, high, starts[k : k + RAYS], direction) for k in range(0, len(starts), RAYS)
+        _depths(extinction, low, high, starts[k : k + RAYS_PER_CHUNK], direction)
+        for k in range(0, len(starts), RAYS_PER_CHUNK)
     ]
     return np.concatenate(found)
 

@@ -32,7 +32,7 @@ from transport.statistics.quadrature import legendre_nodes
 from transport.theory.round_view_factors import base_to_base
 
 PANEL, NODES = 1.0, 12  # longest panel [radii], nodes per panel
-LONGEST = 200.0  # largest length over radius
+MAX_LENGTH = 200.0  # largest length over radius
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Tube:
         panel = np.clip(np.searchsorted(self.edges, place, side="right") - 1, 0, len(self.edges) - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
         t = (2 * place - low - high) / (high - low)
-        values = self.incident.reshape(-1, NODES)[panel] @ _to_coefficients().T
+        values = self.incident.reshape(-1, NODES)[panel] @ _legendre_transform().T
         return (values * legendre.legvander(t, NODES - 1).reshape(values.shape)).sum(axis=-1)
 
     def mean_incident(self, edges) -> np.ndarray:
@@ -287,7 +287,7 @@ def solved_tube(length_over_radius: float, albedo: float = 1.0) -> Tube:
     >>> print(f"{solved_tube(2.0).mean_hits:.4g}")
     2
     """
-    if not 0 < length_over_radius <= LONGEST:
+    if not 0 < length_over_radius <= MAX_LENGTH:
         raise ValueError(f"solved_tube: length over radius must be in (0, 200], got {length_over_radius}")
     edges = np.linspace(0, length_over_radius, math.ceil(length_over_radius / PANEL) + 1)
     x, w = legendre_nodes(NODES)
@@ -296,12 +296,12 @@ def solved_tube(length_over_radius: float, albedo: float = 1.0) -> Tube:
     kernel = ring_density(places[:, None] - places) * weights
     for k in range(len(edges) - 1):  # Replace the rule on the panel that holds the point.
         own = slice(k * NODES, (k + 1) * NODES)
-        kernel[own, own] = half[k, 0] * _across_kink(x, w, half[k, 0])
+        kernel[own, own] = half[k, 0] * _kink_weights(x, w, half[k, 0])
     incident = np.linalg.solve(np.eye(len(places)) - albedo * kernel, to_end(places))
     return Tube(length_over_radius, albedo, edges, places, weights, incident)
 
 
-def _across_kink(x: np.ndarray, w: np.ndarray, half: float) -> np.ndarray:
+def _kink_weights(x: np.ndarray, w: np.ndarray, half: float) -> np.ndarray:
     """Quadrature weights of H at the nodes of [-1, 1] for ∫ K(half |x_i - t|) H(t) dt, shape (i, node)."""
     rows = []
     for place in x:
@@ -311,13 +311,13 @@ def _across_kink(x: np.ndarray, w: np.ndarray, half: float) -> np.ndarray:
         rows.append(
             (weight * ring_density(half * (place - t)))
             @ legendre.legvander(t, NODES - 1)
-            @ _to_coefficients()
+            @ _legendre_transform()
         )
     return np.array(rows)
 
 
 @lru_cache(maxsize=1)
-def _to_coefficients() -> np.ndarray:
+def _legendre_transform() -> np.ndarray:
     """Matrix from values at the nodes to Legendre coefficients, exact up to degree NODES - 1."""
     x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

@@ -15,8 +15,10 @@ import numpy as np
 
 from transport.units import BOLTZMANN
 
-FLIGHT = math.sqrt(math.pi) / 3  # mean time between wall hits in a ball, in units of sqrt(2) R / sigma
-STEPS = 96  # per flight, coarsest grid of the renewal equation; two finer grids extrapolate it
+MEAN_FLIGHT_TIME = (
+    math.sqrt(math.pi) / 3
+)  # mean time between wall hits in a ball, in units of sqrt(2) R / sigma
+STEPS_PER_FLIGHT = 96  # per flight, coarsest grid of the renewal equation; two finer grids extrapolate it
 
 
 def thermal_sigma(temperature: float, mass: float) -> float:
@@ -371,7 +373,7 @@ def ball_survivors(flights: float, loss: float) -> float:
 @lru_cache(maxsize=8)
 def _renewal(loss: float, longest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times [flights], share left and hits per flight on the coarsest grid."""
-    steps = math.ceil(STEPS * max(longest, 4.0))
+    steps = math.ceil(STEPS_PER_FLIGHT * max(longest, 4.0))
     grids = [_renewal_on_grid(loss, longest, steps << level) for level in range(3)]
     left, hits = ([values[part][:: 1 << k] for k, values in enumerate(grids)] for part in (0, 1))
     return np.linspace(0, longest, steps + 1), _romberg(*left), _romberg(*hits)
@@ -388,9 +390,9 @@ def _renewal_on_grid(loss: float, longest: float, steps: int) -> tuple[np.ndarra
     from scipy.special import gammainc
 
     h = longest / steps
-    x = FLIGHT * h * np.arange(steps + 1)
+    x = MEAN_FLIGHT_TIME * h * np.arange(steps + 1)
     beta = np.concatenate(([np.inf], x[1:] ** -2))
-    density = 4 * x * gammainc(3, beta) * FLIGHT  # per flight
+    density = 4 * x * gammainc(3, beta) * MEAN_FLIGHT_TIME  # per flight
     first = gammainc(2, beta) - 2 * x * x * gammainc(3, beta)  # 1 - F
     hits, backwards = np.empty(steps + 1), density[::-1].copy()
     hits[0] = 1.0

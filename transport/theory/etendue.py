@@ -195,7 +195,7 @@ def three_disks_throughput(
     0.55
     """
     stretch = (distance_12 + distance_23) / distance_12
-    cuts = _changes(np.array([radius_1, radius_2, radius_3]), stretch)
+    cuts = _breakpoints(np.array([radius_1, radius_2, radius_3]), stretch)
     t, weight = legendre_nodes(NODES)
     t, weight = np.pi / 4 * (t + 1), np.pi / 4 * weight
     start, width = cuts[:-1, None], np.diff(cuts)[:, None]
@@ -205,7 +205,7 @@ def three_disks_throughput(
     return float((area * density * width * np.sin(2 * t) @ weight).sum())
 
 
-def _changes(radii: np.ndarray, stretch: float) -> np.ndarray:
+def _breakpoints(radii: np.ndarray, stretch: float) -> np.ndarray:
     """Values of u where two circles touch or all three pass through one point, from 0 to the last one."""
     one, two, three = radii
     apart = np.array([1.0, stretch - 1, stretch])  # distances between the centers, over u
@@ -258,7 +258,8 @@ def common_area(u: np.ndarray, radii: tuple, middles: tuple) -> np.ndarray:
     low, high = np.full_like(u, -np.inf), np.full_like(u, np.inf)
     spans = ((low, first), (first, second), (second, high))
     return sum(
-        _slice(r, left - m, right - m) for r, m, (left, right) in zip(radii, middles, spans, strict=True)
+        _area_between_chords(r, left - m, right - m)
+        for r, m, (left, right) in zip(radii, middles, spans, strict=True)
     )
 
 
@@ -268,13 +269,13 @@ def _crossing(radii, middles, i, j):
     return (middles[i] + middles[j]) / 2 - (radii[i] - radii[j]) * (radii[i] + radii[j]) / (2 * gap)
 
 
-def _slice(radius, left, right):
+def _area_between_chords(radius, left, right):
     """Area of a disk between two chords at these distances from its center."""
     a, b = (np.clip(each / radius, -1.0, 1.0) for each in (left, right))
-    return radius**2 * (_half(b) - _half(a))
+    return radius**2 * (_half_segment(b) - _half_segment(a))
 
 
-def _half(x):
+def _half_segment(x):
     return np.arcsin(x) + x * np.sqrt((1 - x) * (1 + x))
 
 
@@ -503,7 +504,7 @@ def tilted_throughput(center_1: Vector, sides_1: Sequence[Vector], center_2: Vec
 # the cell's image; with a bare pupil, on a patch that is wider by the pupil.
 
 DEPTH = 0.017  # m, from the pupil to the retina
-SURE = 0.98  # share of a radius up to which traced rays count as inside
+INSIDE_SHARE = 0.98  # share of a radius up to which traced rays count as inside
 
 
 @dataclass(frozen=True)
@@ -594,11 +595,11 @@ class Eye:
         reach = reach_through_lens(outer, self.pupil, self.focal_length, DEPTH, self.distance)
         image = reach_through_lens(self.wall, self.pupil, self.focal_length, self.distance, DEPTH)
         whole = self.throughput(inner, outer)
-        if reach < SURE * self.wall:
+        if reach < INSIDE_SHARE * self.wall:
             return 1.0
-        if image < SURE * inner:
+        if image < INSIDE_SHARE * inner:
             return 0.0
-        if inner == 0 and image < SURE * outer:
+        if inner == 0 and image < INSIDE_SHARE * outer:
             return float(disks_throughput(self.wall, self.pupil, self.distance)) / whole
         if self.has_lens:
             return None

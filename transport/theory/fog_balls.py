@@ -32,7 +32,7 @@ from transport.theory.glow import ball_fluence_share
 NODES, PANEL = 12, 1.0  # nodes per panel; longest panel [mean free paths]
 HALVINGS = 12  # number of halvings of panels towards a and R
 NEAR, ROOT = 40, 5  # nodes per panel next to the singular point; root in which they are regular
-LARGEST = 50.0  # largest optical radius
+MAX_RADIUS = 50.0  # largest optical radius
 
 
 def exp1(x: np.ndarray) -> np.ndarray:
@@ -164,10 +164,10 @@ def solved_ball(radius: float, albedo: float, lamp: float) -> FogBall:
     >>> print(f"{solved_ball(0.5, 0.5, 0.5).escaping:.4g}")
     0.8275
     """
-    if not (0 < lamp <= radius <= LARGEST and 0 <= albedo <= 1):
+    if not (0 < lamp <= radius <= MAX_RADIUS and 0 <= albedo <= 1):
         given = f"{radius=}, {albedo=}, {lamp=}"
         raise ValueError(
-            f"solved_ball: need 0 < lamp <= radius <= {LARGEST:g} and albedo from 0 to 1, got {given}"
+            f"solved_ball: need 0 < lamp <= radius <= {MAX_RADIUS:g} and albedo from 0 to 1, got {given}"
         )
     places, weights, kernel = operator_of(radius, lamp)
     emitted = np.where(places < lamp, 3 * places / (4 * math.pi * lamp**3), 0.0)
@@ -208,7 +208,7 @@ def operator_of(radius: float, lamp: float) -> tuple[np.ndarray, np.ndarray, np.
         for panel in range(max(own - 1, 0), min(own + 2, len(edges) - 1)):
             there = slice(panel * NODES, (panel + 1) * NODES)
             ends = edges[panel], edges[panel + 1]
-            row[there] = _near(place, *ends) - _near(-place, *ends)
+            row[there] = _singular_weights(place, *ends) - _singular_weights(-place, *ends)
         kernel[k] = row / 2
     return places, weights, kernel
 
@@ -227,21 +227,21 @@ def _edges(radius: float, lamp: float) -> np.ndarray:
     return edges[np.append(True, np.diff(edges) > 1e-9 * radius)]
 
 
-def _near(point: float, low: float, high: float) -> np.ndarray:
+def _singular_weights(point: float, low: float, high: float) -> np.ndarray:
     """Weights of a panel's nodal values in ∫ E₁(|point - t|) f(t) dt, for a point inside or outside."""
     split = min(max(point, low), high)
-    v, w = _even_in_the_root()
+    v, w = _root_quadrature()
     total = np.zeros(NODES)
     for end in (low, high):
         away, weight = abs(end - split) * v, abs(end - split) * w
         distance = np.maximum(abs(split - point) + away, 1e-300)
         scaled = (2 * (split + np.sign(end - split) * away) - low - high) / (high - low)
-        total += (weight * exp1(distance)) @ legendre.legvander(scaled, NODES - 1) @ _to_coefficients()
+        total += (weight * exp1(distance)) @ legendre.legvander(scaled, NODES - 1) @ _legendre_transform()
     return total
 
 
 @lru_cache(maxsize=1)
-def _even_in_the_root() -> tuple[np.ndarray, np.ndarray]:
+def _root_quadrature() -> tuple[np.ndarray, np.ndarray]:
     """Nodes in (0, 1) and weights of Gauss's rule in the root of the variable, dense at 0."""
     x, w = legendre_nodes(NEAR)
     root = (1 + x) / 2
@@ -249,7 +249,7 @@ def _even_in_the_root() -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=1)
-def _to_coefficients() -> np.ndarray:
+def _legendre_transform() -> np.ndarray:
     """Matrix from values at the nodes of a panel to Legendre coefficients."""
     x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

@@ -32,9 +32,9 @@ import numpy as np
 from transport.theory import ordinates
 
 STEP, REACH = 0.25, 42.0  # trapezoidal rule in log x; its errors are exp(-pi^2/STEP) and exp(-REACH)
-SMALL = 0.1  # t below which 1 - atan(t)/t is computed by a series
+SERIES_BELOW = 0.1  # t below which 1 - atan(t)/t is computed by a series
 HEMISPHERE = ordinates.gauss(ordinates.graded_edges(1.0, 0.5))  # quadrature for mu log mu
-THICK = 40.0  # (1 - g) tau of the slab whose transmission determines q
+THICK_DEPTH = 40.0  # (1 - g) tau of the slab whose transmission determines q
 
 
 def h_function(mu: np.ndarray, albedo: float) -> np.ndarray:
@@ -72,15 +72,15 @@ def h_function(mu: np.ndarray, albedo: float) -> np.ndarray:
         raise ValueError(f"h_function: albedo must be from 0 to 1, got {albedo}")
     x = np.exp(np.arange(-REACH, REACH + STEP / 2, STEP))
     u = np.asarray(mu, dtype=float)[..., None] / x
-    depth = np.log((1 - albedo) + albedo * _lacking(u))
+    depth = np.log((1 - albedo) + albedo * _one_minus_atan_ratio(u))
     return np.exp(-STEP / math.pi * (depth @ (x / (1 + x * x))))
 
 
-def _lacking(u: np.ndarray) -> np.ndarray:
+def _one_minus_atan_ratio(u: np.ndarray) -> np.ndarray:
     """Return 1 - atan(t)/t with t = 1/u, by its series for small t."""
-    t = 1 / np.maximum(u, 1 / SMALL)
+    t = 1 / np.maximum(u, 1 / SERIES_BELOW)
     series = -sum((-t * t) ** k / (2 * k + 1) for k in range(1, 10))
-    return np.where(u > 1 / SMALL, series, 1 - u * np.arctan2(1.0, u))
+    return np.where(u > 1 / SERIES_BELOW, series, 1 - u * np.arctan2(1.0, u))
 
 
 def h_moment(power: int, albedo: float) -> float:
@@ -319,8 +319,8 @@ def extrapolation(moments: tuple[float, ...] = ordinates.ISOTROPIC) -> float:
     """
     if moments == ordinates.ISOTROPIC:
         return hopf_constant()
-    depth = THICK / (1 - moments[1])
-    return measured_extrapolation(ordinates.slab(depth, 1.0, moments, None).transmitted, THICK)
+    depth = THICK_DEPTH / (1 - moments[1])
+    return measured_extrapolation(ordinates.slab(depth, 1.0, moments, None).transmitted, THICK_DEPTH)
 
 
 def measured_extrapolation(transmission: float, depth: float) -> float:

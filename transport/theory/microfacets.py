@@ -31,7 +31,7 @@ from transport.statistics.quantiles import increasing_root, log_ratio
 # surface [rad], which is exact near grazing, where 1 - mu is not.
 
 TERMS, STEP = 24, 3.0  # nodes per panel, and its length in t, where poles are pi/2 away
-LEAST = 2.0**-60  # rad, lowest elevation: clipping lower ones changes no share by a rounding
+MIN_ELEVATION = 2.0**-60  # rad, lowest elevation: clipping lower ones changes no share by a rounding
 
 
 def lifted(elevation: np.ndarray, roughness: float) -> tuple[np.ndarray, np.ndarray]:
@@ -126,7 +126,7 @@ def lost_share(elevation: np.ndarray, roughness: float) -> np.ndarray:
     >>> print(f"{lost_share(0.5, 0.5):.4g}")
     0.2987
     """
-    e = np.maximum(np.asarray(elevation, float), LEAST)[..., None]
+    e = np.maximum(np.asarray(elevation, float), MIN_ELEVATION)[..., None]
     mu, h = lifted(e, roughness)
 
     def shadowed(out: np.ndarray) -> np.ndarray:
@@ -279,8 +279,8 @@ class Lobe:
         """
         u = np.asarray(u, float)
         upper, mu = u * self.mean_lost > self._low.mass, np.empty(u.shape)
-        mu[~upper] = np.sin(self._low.reached(u[~upper] * self.mean_lost))
-        mu[upper] = np.cos(self._high.reached((1 - u[upper]) * self.mean_lost))
+        mu[~upper] = np.sin(self._low.angle_of_mass(u[~upper] * self.mean_lost))
+        mu[upper] = np.cos(self._high.angle_of_mass((1 - u[upper]) * self.mean_lost))
         return mu
 
 
@@ -309,9 +309,9 @@ class _Tail:
     def lost(self, x: np.ndarray) -> np.ndarray:
         """Lost share at the angle x [1]."""
         panel = self._panel(self._edges, x)
-        return self._at(self._lost, panel, x)
+        return self._chebyshev_sum(self._lost, panel, x)
 
-    def reached(self, mass: np.ndarray) -> np.ndarray:
+    def angle_of_mass(self, mass: np.ndarray) -> np.ndarray:
         """Angle up to which the cumulative mass equals `mass` [rad]."""
         panel = self._panel(self._below, mass)
         low, high, below = self._edges[panel], self._edges[panel + 1], self._below[panel]
@@ -319,8 +319,10 @@ class _Tail:
 
         def misfit(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Log ratio of the mass at x to the target, and its derivative."""
-            value = below + (x - low) * x * self._at(self._steep, panel, x)
-            return log_ratio(value, target), x * self._at(self._lost, panel, x) * np.sin(2 * x) / value
+            value = below + (x - low) * x * self._chebyshev_sum(self._steep, panel, x)
+            return log_ratio(value, target), x * self._chebyshev_sum(self._lost, panel, x) * np.sin(
+                2 * x
+            ) / value
 
         return np.where(mass > 0, increasing_root(misfit, low, high), 0.0)
 
@@ -328,7 +330,7 @@ class _Tail:
     def _panel(edges: np.ndarray, x: np.ndarray) -> np.ndarray:
         return np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
 
-    def _at(self, coefficients: np.ndarray, panel: np.ndarray, x: np.ndarray) -> np.ndarray:
+    def _chebyshev_sum(self, coefficients: np.ndarray, panel: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Chebyshev sums (Clenshaw 1955) at angles x in their panels."""
         start, end = self._edges[panel], self._edges[panel + 1]
         s = ((x - start) - (end - x)) / (end - start)
@@ -397,7 +399,7 @@ def shadowing(mu: np.ndarray, roughness: float) -> np.ndarray:
     >>> print(f"{shadowing(0.5, 0.5):.4g}")
     0.861
     """
-    mu, h = _lifted(mu, roughness)
+    mu, h = _cosine_and_h(mu, roughness)
     return (2 * mu / (mu + h))[()]
 
 
@@ -428,7 +430,7 @@ def joint_shadowing(mu_in: np.ndarray, mu_out: np.ndarray, roughness: float) -> 
     >>> print(f"{joint_shadowing(0.5, 0.5, 0.5):.4g}")
     0.7559
     """
-    (one, h_one), (other, h_other) = _lifted(mu_in, roughness), _lifted(mu_out, roughness)
+    (one, h_one), (other, h_other) = _cosine_and_h(mu_in, roughness), _cosine_and_h(mu_out, roughness)
     return (2 * one * other / (h_one * other + h_other * one))[()]
 
 
@@ -459,7 +461,7 @@ def visible_density(
     >>> print(f"{visible_density(0.5, 0.9, 0.8, 0.5):.4g}")
     0.7116
     """
-    mu, h = _lifted(mu, roughness)
+    mu, h = _cosine_and_h(mu, roughness)
     return (2 / (mu + h) * np.maximum(cosine, 0.0) * normal_density(mu_normal, roughness))[()]
 
 
@@ -494,7 +496,7 @@ def single_reflection(mu_in, mu_out, phi, roughness: float) -> np.ndarray:
     0.9625
     """
     one, other = (np.arcsin(np.asarray(mu, float)) for mu in (mu_in, mu_out))
-    (mu_in, h_in), (mu_out, h_out) = _lifted(mu_in, roughness), _lifted(mu_out, roughness)
+    (mu_in, h_in), (mu_out, h_out) = _cosine_and_h(mu_in, roughness), _cosine_and_h(mu_out, roughness)
     c2, d2 = np.sin((one + other) / 2) ** 2, np.cos((other - one) / 2) ** 2
     alpha2, rest = roughness * roughness, (1 - roughness) * (1 + roughness)
     turned = np.cos(one) * np.cos(other) * np.cos(np.asarray(phi, float) / 2) ** 2
@@ -659,6 +661,6 @@ def _lobe(roughness: float):
     return lobe(max(float(roughness), LEAST_ROUGHNESS))
 
 
-def _lifted(mu, roughness: float) -> tuple[np.ndarray, np.ndarray]:
+def _cosine_and_h(mu, roughness: float) -> tuple[np.ndarray, np.ndarray]:
     mu = np.asarray(mu, float)
     return mu, np.hypot(mu, roughness * np.sqrt((1 - mu) * (1 + mu)))

@@ -65,16 +65,19 @@ def disks_through_hole(
     >>> print(f"{disks_through_hole(1.0, 1.0, 2.0, 0.5, 1.0):.4g}")
     0.09016
     """
-    t = _checked(position / distance)
+    t = _check_position(position / distance)
     ratios = np.array([radius_1 / t, radius_2 / (1 - t)]) / distance
     reach = t * (1 - t) * distance
     total, x, w = 0.0, *legendre_nodes(NODES)
     angle, w = math.pi / 4 * (1 + x), math.pi / 4 * w
     steep = np.array([0.0, reach * abs(ratios[0] - ratios[1]), radius_1, radius_2, reach * ratios.sum()])
-    cuts = _graded(np.unique(np.minimum([*steep, hole], min(hole, steep[-1]))), reach)
+    cuts = _graded_cuts(np.unique(np.minimum([*steep, hole], min(hole, steep[-1]))), reach)
     for low, high in zip(cuts[:-1], cuts[1:], strict=True):
         p = low + (high - low) * np.sin(angle) ** 2
-        seen = [_seen(*ratios, place / distance / t, place / distance / (1 - t)) for place in p]
+        seen = [
+            _view_factor_of_intersection(*ratios, place / distance / t, place / distance / (1 - t))
+            for place in p
+        ]
         total += (w * (high - low) * np.sin(2 * angle) * 2 * p) @ seen
     return float(total / radius_1**2)
 
@@ -162,7 +165,7 @@ def rectangles_through_hole(
     >>> print(f"{rectangles_through_hole((1.0, 1.0), (1.0, 1.0), 2.0, (0.5, 0.5), 1.0):.4g}")
     0.03719
     """
-    t, total = _checked(position / distance), 0.0
+    t, total = _check_position(position / distance), 0.0
     tents = [_tents(a, b, c, t) for a, b, c in zip(sides_1, sides_2, hole, strict=True)]
     for width, weight in tents[0]:
         for height, other in tents[1]:
@@ -212,13 +215,13 @@ def rectangles_past_rectangle(
     return free - rectangles_through_hole(sides_1, sides_2, distance, blocker, position)
 
 
-def _checked(share: float) -> float:
+def _check_position(share: float) -> float:
     if not 0 < share < 1:
         raise ValueError(f"occlusion: position must be between 0 and distance, got {share:g} of it")
     return share
 
 
-def _graded(cuts: np.ndarray, finest: float) -> np.ndarray:
+def _graded_cuts(cuts: np.ndarray, finest: float) -> np.ndarray:
     """The cuts, with more cuts between each two that halve the distance to both ends down to `finest`."""
     parts = [cuts]
     for low, high in zip(cuts[:-1], cuts[1:], strict=True):
@@ -228,7 +231,7 @@ def _graded(cuts: np.ndarray, finest: float) -> np.ndarray:
     return np.unique(np.concatenate(parts))
 
 
-def _seen(radius_1: float, radius_2: float, shift_1: float, shift_2: float) -> float:
+def _view_factor_of_intersection(radius_1: float, radius_2: float, shift_1: float, shift_2: float) -> float:
     """View factor of the intersection of two circles in the plane at unit distance.
 
     The circles are centered at (shift_1, 0) and (-shift_2, 0).

@@ -53,10 +53,10 @@ from transport.theory import fresnel
 # out - in = start/mu (a P - 1) (in + out)/2, P the mean over directions: it conserves energy exactly, is
 # accurate to (start/mu)^2/12, and has the direct part (2 mu - start)/(2 mu + start).
 
-THIN = 0.1  # depth over mu of the first layer, at the quadrature's lowest cosine
-THINNER = 2e-6  # the same for a beam, whose direct part is then accurate to 1e-12
-DARK = 1e-20  # transmitted share below which a layer counts as semi-infinite
-MOST = 200  # largest number of doublings
+MAX_START_DEPTH = 0.1  # depth over mu of the first layer, at the quadrature's lowest cosine
+MAX_START_DEPTH_OF_BEAM = 2e-6  # the same for a beam, whose direct part is then accurate to 1e-12
+MIN_TRANSMISSION = 1e-20  # transmitted share below which a layer counts as semi-infinite
+MAX_DOUBLINGS = 200  # largest number of doublings
 
 
 class Layer(NamedTuple):
@@ -121,7 +121,7 @@ def layer(
     [0.1352]
     """
     if math.isinf(depth):
-        return _without_end(_thin(mu, weight), albedo, forward, backward, mu, weight)
+        return _semi_infinite(_start_depth(mu, weight), albedo, forward, backward, mu, weight)
     *_, last = layers(depth, albedo, forward, backward, mu, weight)
     return last
 
@@ -159,7 +159,7 @@ def layers(
     >>> len(list(layers(1.0, 1.0, one, one, np.array([0.5]), np.array([1.0]))))
     6
     """
-    times = max(0, math.ceil(math.log2(depth / _thin(mu, weight))))
+    times = max(0, math.ceil(math.log2(depth / _start_depth(mu, weight))))
     start = math.ldexp(depth, -times)
     one = thin_layer(start, albedo, forward, backward, mu, weight)
     yield one
@@ -169,9 +169,12 @@ def layers(
         yield one
 
 
-def _thin(mu: np.ndarray, weight: np.ndarray) -> float:
+def _start_depth(mu: np.ndarray, weight: np.ndarray) -> float:
     """Largest permitted optical depth of the first layer."""
-    return min(THIN * mu[weight > 0].min(), THINNER * mu[weight == 0].min(initial=math.inf))
+    return min(
+        MAX_START_DEPTH * mu[weight > 0].min(),
+        MAX_START_DEPTH_OF_BEAM * mu[weight == 0].min(initial=math.inf),
+    )
 
 
 def thin_layer(
@@ -276,13 +279,13 @@ def doubled(one: Layer, flux: np.ndarray, straight: np.ndarray) -> Layer:
     return Layer(r + e[:, None] * up + through @ up, e[:, None] * down + t * e + through @ down, straight)
 
 
-def _without_end(thin, albedo, forward, backward, mu, weight) -> Layer:
+def _semi_infinite(thin, albedo, forward, backward, mu, weight) -> Layer:
     """Double a layer until it transmits less than DARK."""
     one, flux = thin_layer(thin, albedo, forward, backward, mu, weight), mu * weight
     with np.errstate(under="ignore"):
-        for k in range(MOST):
+        for k in range(MAX_DOUBLINGS):
             one = doubled(one, flux, direct(thin, k + 1, mu))
-            if 2 * flux @ (one.transmission @ flux) + flux @ one.direct < DARK:
+            if 2 * flux @ (one.transmission @ flux) + flux @ one.direct < MIN_TRANSMISSION:
                 return one
     raise ValueError(f"layer: a semi-infinite medium needs an albedo below 1, got {albedo!r}")
 
@@ -292,10 +295,10 @@ def _without_end(thin, albedo, forward, backward, mu, weight) -> Layer:
 NODES = 12  # nodes per panel
 GRAZING = 1e-5  # mu near which the lowest panel ends
 SHRINK, FINE = 0.5, 0.01  # ratio of a panel to the next above it, down to this mu; below it the ratio squared
-FADED = 1e-8  # Legendre moments below this are not resolved
-TURNS = 1.2  # panel width [rad] times degree of the last moment to resolve, over NODES
-WIDEST = 0.5  # rad, largest width of a panel
-LAST = 1e-14  # moment at which the Henyey-Greenstein series ends
+NEGLIGIBLE_MOMENT = 1e-8  # Legendre moments below this are not resolved
+WIDTH_FACTOR = 1.2  # panel width [rad] times degree of the last moment to resolve, over NODES
+MAX_WIDTH = 0.5  # rad, largest width of a panel
+LAST_MOMENT = 1e-14  # moment at which the Henyey-Greenstein series ends
 ISOTROPIC, RAYLEIGH = (1.0,), (1.0, 0.0, 0.1)
 
 
@@ -327,7 +330,7 @@ def henyey_greenstein(g: float) -> tuple[float, ...]:
         raise ValueError(
             f"henyey_greenstein: g must be between -0.99 and 0.99 for discrete ordinates, got {g}"
         )
-    count = 1 if g == 0 else 1 + math.ceil(math.log(LAST) / math.log(abs(g)))
+    count = 1 if g == 0 else 1 + math.ceil(math.log(LAST_MOMENT) / math.log(abs(g)))
     return tuple(float(g) ** degree for degree in range(count))
 
 
@@ -473,7 +476,7 @@ class Light:
         """
         if not straight:
             return self._shares(self.up, edges)
-        return self._shares(self.up + self.up_straight, edges) + self._mirrored_in(edges)
+        return self._shares(self.up + self.up_straight, edges) + self._specular_in(edges)
 
     def transmitted_in(self, edges: np.ndarray, straight: bool = False) -> np.ndarray:
         """Return the shares transmitted into bins of cosine after scattering.
@@ -497,7 +500,7 @@ class Light:
         """
         return self._shares(self.down + self.down_straight if straight else self.down, edges)
 
-    def _mirrored_in(self, edges: np.ndarray) -> np.ndarray:
+    def _specular_in(self, edges: np.ndarray) -> np.ndarray:
         """2 int r mu dmu over each bin: Lambertian light that the upper face reflects outside."""
         if self.mu0 is not None or self.index == 1:
             return np.zeros(len(edges) - 1)
@@ -511,7 +514,7 @@ class Light:
         mu = np.asarray(mu, dtype=float)
         panel = np.clip(np.searchsorted(self.edges, mu, side="right") - 1, 0, len(self.edges) - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
-        series = (values @ _to_coefficients().T)[panel]
+        series = (values @ _legendre_transform().T)[panel]
         terms = legendre.legvander((2 * mu - low - high) / (high - low), NODES - 1)
         through = fresnel.transmittance(mu, self.index) / self.index**2
         return through * (series * terms.reshape(series.shape)).sum(axis=-1)
@@ -575,7 +578,7 @@ def slab(
     _check(depth, albedo, moments, mu0, index)
     edges, outside, mu, weight = _ordinates(moments, mu0, index)
     one = layer(depth, albedo, *_phase(moments, mu, weight), mu, weight)
-    return _lit(one, edges, outside, mu, weight, mu0, index)
+    return _light_of_layer(one, edges, outside, mu, weight, mu0, index)
 
 
 def halved_slabs(
@@ -622,7 +625,7 @@ def halved_slabs(
     _check(depth, albedo, moments, mu0, index)
     edges, outside, mu, weight = _ordinates(moments, mu0, index)
     found = deque(layers(depth, albedo, *_phase(moments, mu, weight), mu, weight), maxlen=times + 1)
-    return [_lit(one, edges, outside, mu, weight, mu0, index) for one in found]
+    return [_light_of_layer(one, edges, outside, mu, weight, mu0, index) for one in found]
 
 
 def half_space(
@@ -675,8 +678,8 @@ def _check(depth, albedo, moments, mu0, index) -> None:
 
 def _ordinates(moments: Sequence[float], mu0: float | None, index: float) -> tuple[np.ndarray, ...]:
     """Panel edges and nodes in the cosine outside; cosines inside and weights of all ordinates."""
-    last = max((degree for degree, each in enumerate(moments) if abs(each) > FADED), default=0)
-    width = min(WIDEST, TURNS * NODES / max(last, 1))
+    last = max((degree for degree, each in enumerate(moments) if abs(each) > NEGLIGIBLE_MOMENT), default=0)
+    width = min(MAX_WIDTH, WIDTH_FACTOR * NODES / max(last, 1))
     if index == 1:
         edges = graded_edges(1.0, width)
         outside, weight = gauss(edges)
@@ -684,7 +687,9 @@ def _ordinates(moments: Sequence[float], mu0: float | None, index: float) -> tup
     else:
         critical = math.sqrt((index - 1) * (index + 1)) / index
         # An angle outside is at least `index` times as wide as the angle within.
-        edges = np.sin(np.linspace(0, math.pi / 2, 1 + math.ceil(math.pi / 2 / min(width * index, WIDEST))))
+        edges = np.sin(
+            np.linspace(0, math.pi / 2, 1 + math.ceil(math.pi / 2 / min(width * index, MAX_WIDTH)))
+        )
         outside, widths = gauss(edges)
         trapped, weight = gauss(graded_edges(critical, width))
         mu = np.sqrt(critical**2 + (outside / index) ** 2)
@@ -791,7 +796,7 @@ def _phase(moments: Sequence[float], mu: np.ndarray, weight: np.ndarray) -> tupl
     return forward, backward
 
 
-def _lit(
+def _light_of_layer(
     one: Layer, edges: np.ndarray, outside: np.ndarray, mu, weight, mu0: float | None, index: float
 ) -> Light:
     """Light of a layer between its faces."""
@@ -811,7 +816,7 @@ def _lit(
         beams = np.append(down[:-1], (1 - r[-1]) * once[-1] / (2 * math.pi))
         on = 2 * math.pi * (1 - r[-1]) * e[-1] * beams[-1]
         back = r[-1] + on * r[-1] * e[-1]
-    up_scattered, down_scattered = _between(one, r, flux, beams, r * e * beams)
+    up_scattered, down_scattered = _between_faces(one, r, flux, beams, r * e * beams)
     straight = (e * r * e * down, e * down)
     return Light(
         float(leaving @ up_scattered),
@@ -825,7 +830,7 @@ def _lit(
     )
 
 
-def _between(
+def _between_faces(
     one: Layer, r: np.ndarray, flux: np.ndarray, beams_down: np.ndarray, beams_up: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Scattered light of unscattered beams: upward inside the upper face, downward inside the lower face.
@@ -849,7 +854,7 @@ def _between(
 
 
 @lru_cache(maxsize=1)
-def _to_coefficients() -> np.ndarray:
+def _legendre_transform() -> np.ndarray:
     """Matrix from values at Gauss's nodes to Legendre coefficients."""
     x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

@@ -192,7 +192,7 @@ def image_density(x: np.ndarray, time: float, start: float, sigma: float, length
     """
     s = sigma * time
     total = np.zeros(np.shape(x))
-    for middle in _image_middles(Normal(sigma).reach * time, length):
+    for middle in _image_positions(Normal(sigma).reach * time, length):
         for place in (middle + np.asarray(x), middle - np.asarray(x)):
             total += np.exp(-(((place - start) / s) ** 2) / 2)
     return total / (s * math.sqrt(2 * math.pi))
@@ -318,13 +318,13 @@ def bin_shares(
     low, high = edges[:-1, None], edges[1:, None]
     slow, fast = velocities[:-1], velocities[1:]
     shares = np.zeros((len(edges) - 1, len(velocities) - 1))
-    for middle in _image_middles(law.reach * time, length):
-        shares += _straight(middle + low, middle + high, slow, fast, time, start, law)
-        shares += _straight(middle - high, middle - low, -fast, -slow, time, start, law)
+    for middle in _image_positions(law.reach * time, length):
+        shares += _free_flight_shares(middle + low, middle + high, slow, fast, time, start, law)
+        shares += _free_flight_shares(middle - high, middle - low, -fast, -slow, time, start, law)
     return shares if v_edges is not None else shares[:, 0]
 
 
-def _image_middles(reach: float, length: float) -> Iterator[float]:
+def _image_positions(reach: float, length: float) -> Iterator[float]:
     """Positions of the images of x = 0 from which a flight of at most `reach` can come [m]."""
     count = math.ceil(reach / (2 * length)) + 1
     return (2 * length * m for m in range(-count, count + 1))
@@ -338,7 +338,7 @@ def _mean_cosine(k: np.ndarray, start: Start) -> np.ndarray:
     return np.cos(k * start)
 
 
-def _straight(low, high, slow, fast, time: float, start: Start, law: Law) -> np.ndarray:
+def _free_flight_shares(low, high, slow, fast, time: float, start: Start, law: Law) -> np.ndarray:
     """Share of free particles between low and high with velocities between slow and fast, (X, V)."""
     first, last = start if isinstance(start, tuple) else (start, start)
     if time == 0:

@@ -23,7 +23,7 @@ import numpy as np
 from transport.statistics.quadrature import legendre_nodes
 
 _NODES, _WEIGHTS = legendre_nodes(24)
-_LARGEST = 20.0  # largest t: beyond it s = 1 to 1e-17
+_MAX_T = 20.0  # largest t: beyond it s = 1 to 1e-17
 _UNDERFLOW = 745.0  # s r beyond which exp(-s r) is 0
 
 
@@ -226,7 +226,9 @@ def collided(distance: float, albedo: float) -> float:
     r = np.asarray(distance, dtype=float)
     if albedo == 0:
         return np.zeros_like(r)[()]
-    parts = [_sum_over(each, albedo, lambda s, each=each: np.exp(-s * each)) / each for each in r.ravel()]
+    parts = [
+        _integral_over_cut(each, albedo, lambda s, each=each: np.exp(-s * each)) / each for each in r.ravel()
+    ]
     return asymptotic(r, albedo) + (np.reshape(parts, r.shape) / (4 * math.pi))[()]
 
 
@@ -330,12 +332,14 @@ def _shell_integrals(edges: np.ndarray, albedo: float) -> np.ndarray:
     kappa, factor = relaxation(float(albedo))
     found = []
     for one, other in zip(low, high, strict=True):
-        cut = _sum_over(one, albedo, lambda s, one=one, other=other: _ring(s, one, other))
-        found.append(cut + factor * _ring(np.array(kappa), one, other))
+        cut = _integral_over_cut(
+            one, albedo, lambda s, one=one, other=other: _shell_integral_of_term(s, one, other)
+        )
+        found.append(cut + factor * _shell_integral_of_term(np.array(kappa), one, other))
     return direct + np.array(found)
 
 
-def _ring(s: np.ndarray, low: float, high: float) -> np.ndarray:
+def _shell_integral_of_term(s: np.ndarray, low: float, high: float) -> np.ndarray:
     """∫ r exp(-s r) dr from low to high, without cancellation."""
     from scipy.special import gammainc
 
@@ -349,19 +353,19 @@ def _ring(s: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.exp(-s * low) * width * (low * flat + width * rising)
 
 
-def _sum_over(nearest: float, albedo: float, term) -> float:
+def _integral_over_cut(nearest: float, albedo: float, term) -> float:
     """∫ (g(s) - 1) term(s) ds from 1 on, where term(s) falls at least as fast as exp(-s nearest)."""
     least = max(nearest / _UNDERFLOW, 1e-9)
-    if least >= _LARGEST:
+    if least >= _MAX_T:
         return 0.0
-    panels = max(8, math.ceil(4 * math.log(_LARGEST / least)))
-    edges = np.geomspace(least, _LARGEST, panels + 1)
+    panels = max(8, math.ceil(4 * math.log(_MAX_T / least)))
+    edges = np.geomspace(least, _MAX_T, panels + 1)
     t = edges[:-1, None] + np.diff(edges)[:, None] * (1 + _NODES) / 2
     weights = np.diff(edges)[:, None] / 2 * _WEIGHTS / np.sinh(t) ** 2
-    return float((weights * _excess(t, albedo) * term(1 / np.tanh(t))).sum())
+    return float((weights * _g_minus_one(t, albedo) * term(1 / np.tanh(t))).sum())
 
 
-def _excess(t: np.ndarray, albedo: float) -> np.ndarray:
+def _g_minus_one(t: np.ndarray, albedo: float) -> np.ndarray:
     """g - 1 at s = coth t: (1 - 1/g) g."""
     angle, tilt = albedo * t * np.tanh(t), (math.pi / 2 * albedo * np.tanh(t)) ** 2
     return (angle * (2 - angle) - tilt) / ((1 - angle) ** 2 + tilt)

@@ -27,9 +27,9 @@ import numpy as np
 from transport.statistics.quadrature import legendre_nodes
 
 ORDER = 10  # nodes per panel
-FINEST = -2  # power of 2 of the finest panel about the projection of P: a quarter of the height
-RAYS = 400_000  # rays per chunk
-FAR = 1e9  # scale factor at which a projected edge counts as unbounded
+FINEST_EXPONENT = -2  # power of 2 of the finest panel about the projection of P: a quarter of the height
+RAYS_PER_CHUNK = 400_000  # rays per chunk
+UNBOUNDED = 1e9  # scale factor at which a projected edge counts as unbounded
 
 
 class Region(NamedTuple):
@@ -72,7 +72,9 @@ class Space:
         for one, other in ((i, j) for j in range(len(self.regions)) for i in range(j)):
             self._check(one, other)
         # Weight the length in a region by the excess of its extinction over that of the enclosing region.
-        self.surplus = np.array([r.extinction - self._around(k) for k, r in enumerate(self.regions)])
+        self.surplus = np.array(
+            [r.extinction - self._enclosing_extinction(k) for k, r in enumerate(self.regions)]
+        )
 
     def extinction_in(self, low: Sequence[float], high: Sequence[float]) -> float:
         """Return the extinction of the smallest region that contains a box.
@@ -115,10 +117,10 @@ class Space:
                  np.maximum(start, ends.max(axis=tuple(range(ends.ndim - 1)))))  # fmt: skip
         for low, high, surplus in zip(self.low, self.high, self.surplus, strict=True):
             if surplus and (low < reach[1]).all() and (high > reach[0]).all():
-                total += surplus * _share(low - start, high - start, inverse) * length
+                total += surplus * _share_in_box(low - start, high - start, inverse) * length
         return total
 
-    def _around(self, k: int) -> float:
+    def _enclosing_extinction(self, k: int) -> float:
         holds = self._holds(k)
         return self._smallest(holds[holds != k])
 
@@ -260,7 +262,7 @@ class _Face:
         u, u_weights = _panels(u_breaks[None, :], order)
         u, u_weights = u[0], u_weights[0]
         graded = self._graded(1, [])
-        step = max(1, RAYS // (order * (len(graded) + len(segments))))
+        step = max(1, RAYS_PER_CHUNK // (order * (len(graded) + len(segments))))
         return math.fsum(
             self._strip(u[k : k + step], u_weights[k : k + step], segments, graded, order, inside)
             for k in range(0, len(u), step)
@@ -303,7 +305,7 @@ class _Face:
         low, high = (corner[self.uv[which]] for corner in (self.low, self.high))
         foot, size = self.point[self.uv[which]], high - low
         steps = self.height * 2.0 ** np.arange(
-            FINEST, max(0, math.ceil(math.log2(2 * size / self.height))) + 1
+            FINEST_EXPONENT, max(0, math.ceil(math.log2(2 * size / self.height))) + 1
         )
         breaks = np.concatenate([[low, high, foot], foot + steps, foot - steps, more])
         breaks = np.unique(breaks[(breaks >= low) & (breaks <= high)])
@@ -311,8 +313,12 @@ class _Face:
 
     def _segments(self) -> np.ndarray:
         """Projections onto the face of all box edges before it and the source's edges behind, (n, 2, 2)."""
-        found = [_seen(edge, self, 0.0, 1.0) for region in self.space.regions for edge in _edges(*region[:2])]
-        found += [_seen(edge, self, 1.0, math.inf) for edge in _edges(self.low, self.high)]
+        found = [
+            _projected_edge(edge, self, 0.0, 1.0)
+            for region in self.space.regions
+            for edge in _edges(*region[:2])
+        ]
+        found += [_projected_edge(edge, self, 1.0, math.inf) for edge in _edges(self.low, self.high)]
         rounded = {
             tuple(np.round(s / (self.high - self.low)[self.uv], 12).ravel()): s
             for s in found
@@ -335,7 +341,7 @@ class _Face:
         return np.concatenate([segments[..., 0].ravel(), crossings])
 
 
-def _seen(edge: np.ndarray, face: _Face, nearest: float, furthest: float) -> np.ndarray | None:
+def _projected_edge(edge: np.ndarray, face: _Face, nearest: float, furthest: float) -> np.ndarray | None:
     """Projection of an edge (2, 3) from P onto the face, clipped to it, (2, 2); None if it misses it.
 
     nearest, furthest: range of the edge's distance, over that of the face's plane, in which it counts.
@@ -348,12 +354,12 @@ def _seen(edge: np.ndarray, face: _Face, nearest: float, furthest: float) -> np.
     if depth[0] == depth[1]:
         ends = along / depth[0]
     else:  # an edge parallel to the axis projects radially from P's foot
-        ends = along * np.array([[1 / most], [min(1 / least, FAR) if least > 0 else FAR]])
+        ends = along * np.array([[1 / most], [min(1 / least, UNBOUNDED) if least > 0 else UNBOUNDED]])
     ends = ends + face.point[face.uv]
-    return _cut(ends, face.low[face.uv], face.high[face.uv])
+    return _clip_segment(ends, face.low[face.uv], face.high[face.uv])
 
 
-def _cut(ends: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
+def _clip_segment(ends: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
     """Part of a segment (2, 2) within a rectangle (Liang and Barsky 1984); None if it has no length there."""
     way, first, last = ends[1] - ends[0], 0.0, 1.0
     for k in range(2):
@@ -379,7 +385,7 @@ def _edges(low: Sequence[float], high: Sequence[float]) -> list[np.ndarray]:
     return found
 
 
-def _share(low: np.ndarray, high: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+def _share_in_box(low: np.ndarray, high: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     """Share of the paths from the origin that lies in a box, (...,).
 
     inverse: 1 over the path vectors, (..., 3).

@@ -64,7 +64,7 @@ def segment_projected_solid_angle(cut: float, x: float, y: float, radius: float,
     chord = radius * np.sin(half)
     offset, turn = np.hypot(x, y), np.arctan2(y, x)
     near, far = np.hypot(offset - radius, distance), np.hypot(offset + radius, distance)
-    swept = _swept(half, turn, near, far) - _swept(-half, turn, near, far)
+    swept = _rim_integral(half, turn, near, far) - _rim_integral(-half, turn, near, far)
     arc = half - ((offset - radius) * (offset + radius) + distance**2) / (near * far) * swept
     aside = np.clip(cut, -radius, radius) - x
     slant = np.hypot(aside, distance)
@@ -72,7 +72,7 @@ def segment_projected_solid_angle(cut: float, x: float, y: float, radius: float,
     return np.where(np.less(cut, radius), (arc - straight) / 2, 0.0)[()]
 
 
-def _swept(angle, turn, near, far):
+def _rim_integral(angle, turn, near, far):
     """Integral of near far / 2 over the squared distance to the rim, up to an angle in (-2 pi, 2 pi)."""
     half = (angle - turn) / 2
     return np.arctan2(far * np.sin(half), near * np.cos(half))

@@ -38,9 +38,9 @@ from transport.statistics.quadrature import legendre_nodes
 from transport.theory.fresnel import diffuse_reflectance, reflectance, snell_cosine, transmittance
 
 NODES = 96  # cosines per panel
-STEEPEST = 0.95  # largest |g|; a sharper forward peak is not resolved by the nodes
-WHITEST = 1 - 1e-6  # largest albedo; above it the quadrature error would dominate absorption
-NEGLIGIBLE = 1e-17  # moment g^l at which the series ends
+MAX_G = 0.95  # largest |g|; a sharper forward peak is not resolved by the nodes
+MAX_ALBEDO = 1 - 1e-6  # largest albedo; above it the quadrature error would dominate absorption
+NEGLIGIBLE_MOMENT = 1e-17  # moment g^l at which the series ends
 
 
 @dataclass(frozen=True)
@@ -115,13 +115,13 @@ class Turbid:
     def reflectance(self) -> float:
         """Diffuse reflectance: share that leaves on the irradiated side, without the specular part [1]."""
         down, up = self._echoes
-        return float(down * self._turned_back + up * self._passed)
+        return float(down * self._reflected_once + up * self._transmitted_once)
 
     @property
     def transmittance(self) -> float:
         """Share that leaves on the other side, unscattered light included [1]; 0 for a half space."""
         down, up = self._echoes
-        return float(down * self._passed + up * self._turned_back)
+        return float(down * self._transmitted_once + up * self._reflected_once)
 
     @property
     def absorbed(self) -> float:
@@ -217,12 +217,12 @@ class Turbid:
         return down, self.specular * way * down
 
     @property
-    def _turned_back(self) -> float:
+    def _reflected_once(self) -> float:
         nodes = self.nodes
         return float(nodes.outside * nodes.outside_weights @ self._escaping(0.0)[1])
 
     @property
-    def _passed(self) -> float:
+    def _transmitted_once(self) -> float:
         if math.isinf(self.thickness):
             return 0.0
         nodes, straight = self.nodes, self.entered**2 * math.exp(-self.thickness / self.cosine)
@@ -280,7 +280,7 @@ class Turbid:
         z, up = np.asarray(depth, dtype=float)[..., None], 0.0
         if math.isfinite(self.thickness):
             up = self.free[1] * np.exp(-self.rates * (self.thickness - z))
-        p, m = _driven(z, self.rates, 1 / self.cosine, self.driven)
+        p, m = _particular_solution(z, self.rates, 1 / self.cosine, self.driven)
         return self.free[0] * np.exp(-self.rates * z) + p, m + up
 
 
@@ -320,7 +320,7 @@ def solved(
     0.2778
     """
     if not (
-        0 < albedo <= WHITEST and abs(g) <= STEEPEST and index >= 1 and 0 < cosine <= 1 and thickness > 0
+        0 < albedo <= MAX_ALBEDO and abs(g) <= MAX_G and index >= 1 and 0 < cosine <= 1 and thickness > 0
     ):
         given = f"{albedo=}, {g=}, {index=}, {cosine=}, {thickness=}"
         raise ValueError(f"turbid.solved: albedo in (0, 1 - 1e-6], |g| <= 0.95, index >= 1, got {given}")
@@ -338,7 +338,7 @@ def solved(
     )
     sums, differences = np.linalg.solve(c.T, vt.T), np.linalg.solve(d.T, u)
     driven = (f + h) / 2, (f - h) / 2
-    free = _bounded(nodes.passed, sums, differences, rates, driven, 1 / within, thickness)
+    free = _homogeneous_solution(nodes.passed, sums, differences, rates, driven, 1 / within, thickness)
     specular = float(reflectance(cosine, index))
     return Turbid(albedo, thickness, within, entered, specular, nodes, rates, sums, differences, driven, free)
 
@@ -357,7 +357,7 @@ def _quadrature(index: float) -> Quadrature:
 
 def _of_parity(parity: int, albedo: float, g: float, nodes: Quadrature, within: float):
     """A or B, and the beam's contribution to it by scattering, for the l of one parity."""
-    last = 1 if g == 0 else math.ceil(math.log(NEGLIGIBLE) / math.log(abs(g)))
+    last = 1 if g == 0 else math.ceil(math.log(NEGLIGIBLE_MOMENT) / math.log(abs(g)))
     order = np.arange(parity, last + 1, 2)
     moment = (2 * order + 1) * float(g) ** order
     basis = np.sqrt(nodes.weights)[:, None] * legendre.legvander(nodes.cosines, last)[:, order]
@@ -365,24 +365,28 @@ def _of_parity(parity: int, albedo: float, g: float, nodes: Quadrature, within: 
     return np.eye(len(basis)) - albedo * (basis * moment) @ basis.T, basis @ (moment * beam)
 
 
-def _driven(z: np.ndarray, rates: np.ndarray, steep: float, driven: tuple) -> tuple[np.ndarray, np.ndarray]:
+def _particular_solution(
+    z: np.ndarray, rates: np.ndarray, steep: float, driven: tuple
+) -> tuple[np.ndarray, np.ndarray]:
     """Particular solution: p is 0 at the top, m falls with the beam; accurate for nearly equal rates."""
     gap = np.maximum(np.abs(rates - steep), 1e-12 * steep)
     p = driven[0] * np.exp(-np.minimum(rates, steep) * z) * -np.expm1(-gap * z) / gap
     return p, -driven[1] / (rates + steep) * np.exp(-steep * z)
 
 
-def _bounded(passed, sums, differences, rates, driven, steep, thickness) -> tuple[np.ndarray, np.ndarray]:
+def _homogeneous_solution(
+    passed, sums, differences, rates, driven, steep, thickness
+) -> tuple[np.ndarray, np.ndarray]:
     """Homogeneous parts, from T J ± (1 + R) K = 0 at the top (+) and at the bottom (-), R = 1 - T."""
     of_sum, of_difference = passed[:, None] * sums, (2 - passed)[:, None] * differences
     near, far = (
         of_sum + of_difference,
         of_sum - of_difference,
     )  # at the top: factors of p and m; swapped at the bottom
-    top = far @ _driven(np.float64(0), rates, steep, driven)[1]
+    top = far @ _particular_solution(np.float64(0), rates, steep, driven)[1]
     if math.isinf(thickness):
         return np.linalg.solve(near, -top), np.zeros_like(rates)
-    p, m = _driven(np.float64(thickness), rates, steep, driven)
+    p, m = _particular_solution(np.float64(thickness), rates, steep, driven)
     across = far * np.exp(-rates * thickness)
     both = np.linalg.solve(np.block([[near, across], [across, near]]), -np.append(top, far @ p + near @ m))
     return both[: len(rates)], both[len(rates) :]

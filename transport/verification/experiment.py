@@ -33,18 +33,23 @@ from types import ModuleType
 
 from transport.io.atomic import FileError
 from transport.io.resuming import NOT_SAVED
-from transport.io.runs import check_new, checked_place, scene_text
+from transport.io.runs import check_not_existing, checked_destination, scene_text
 from transport.results.result import Result
 from transport.run.settings import checked_limits
 from transport.scene.scene import Scene
-from transport.simulate import simulate_for_any_reader
+from transport.simulate import simulate_all_quantities
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.units import UnitError
-from transport.validation import SceneError, shown, suggestion
+from transport.validation import SceneError, name_hint, short_repr
 
-PARTICLES = 1_000_000  # default number of particles per case
-WAYS = ("estimator", "sampling", "batches", "tracking")  # parameters of `simulate` that an experiment may set
-FILES = ("save", "resume", "checkpoint")  # parameters that are files
+DEFAULT_PARTICLES = 1_000_000  # default number of particles per case
+RUN_SETTINGS = (
+    "estimator",
+    "sampling",
+    "batches",
+    "tracking",
+)  # parameters of `simulate` that an experiment may set
+FILE_SETTINGS = ("save", "resume", "checkpoint")  # parameters that are files
 
 
 @dataclass(frozen=True)
@@ -119,22 +124,22 @@ def experiment(name: str) -> ModuleType:
             raise SceneError(f"no file {path.name} in {folder}; {cure}")
         spec = importlib.util.spec_from_file_location(path.stem, path)
         module = importlib.util.module_from_spec(spec)
-        with blamed(module):
+        with attribute_errors(module):
             spec.loader.exec_module(module)
         return module
     names = experiment_names()
     if name not in names:
-        raise SceneError(f"no experiment {name!r}; {suggestion(name, names)}")
+        raise SceneError(f"no experiment {name!r}; {name_hint(name, names)}")
     return importlib.import_module(f"sims.{name}")
 
 
-def name_of(module: ModuleType) -> str:
+def experiment_name(module: ModuleType) -> str:
     """Name of the experiment, as `run` accepts it."""
     return module.__name__.removeprefix("sims.")
 
 
 @contextmanager
-def blamed(module: ModuleType, settings: Mapping[str, object] | None = None) -> Iterator[None]:
+def attribute_errors(module: ModuleType, settings: Mapping[str, object] | None = None) -> Iterator[None]:
     """Convert an exception in an experiment's own code into a SceneError that names settings or place."""
     try:
         yield
@@ -143,7 +148,7 @@ def blamed(module: ModuleType, settings: Mapping[str, object] | None = None) -> 
         said = str(error) if refused else f"{type(error).__name__}: {getattr(error, 'msg', None) or error}"
         if settings:
             values = ", ".join(f"{name}={value!r}" for name, value in settings.items())
-            raise SceneError(f"{name_of(module)} with {values}: {said}") from error
+            raise SceneError(f"{experiment_name(module)} with {values}: {said}") from error
         raise SceneError(f"{_place(module, error)}: {said}") from error
 
 
@@ -165,11 +170,11 @@ def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, 
     known = inspect.signature(module.scene).parameters
     for name in settings:
         if name not in known:
-            raise SceneError(f"{module.__name__}: no parameter {name!r}; {suggestion(name, known)}")
+            raise SceneError(f"{module.__name__}: no parameter {name!r}; {name_hint(name, known)}")
         default, value = known[name].default, settings[name]
         if isinstance(default, int | float) and isinstance(value, str):
             raise SceneError(f"{module.__name__}: {name} must be a number, got {value!r}")
-    with blamed(module):
+    with attribute_errors(module):
         cases = module.cases() if hasattr(module, "cases") else [{}]
         merged = [case | settings for case in cases]
     if not merged:
@@ -179,7 +184,7 @@ def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, 
 
 def scene_of(module: ModuleType, parameters: dict[str, object], settings: dict[str, object]) -> Scene:
     """Scene with these parameters. Raises SceneError if the experiment's code fails."""
-    with blamed(module, settings):
+    with attribute_errors(module, settings):
         return module.scene(**parameters)
 
 
@@ -188,10 +193,10 @@ def run_experiment(module: ModuleType, settings: dict[str, object] | None = None
 
     limits: as for `simulate`; particles and the method default to the module's own.
     """
-    return list(outcomes_of(module, settings or {}, limits))
+    return list(iterate_outcomes(module, settings or {}, limits))
 
 
-def outcomes_of(
+def iterate_outcomes(
     module: ModuleType,
     settings: dict[str, object],
     limits: dict[str, object],
@@ -207,7 +212,7 @@ def outcomes_of(
     that the run continues.
     """
     if save is not None:
-        checked_place("save", save)
+        checked_destination("save", save)
     # Build and check all scenes before any of them runs.
     ready = []
     for parameters in cases_of(module, settings):
@@ -216,26 +221,26 @@ def outcomes_of(
             continue
         if save is not None:
             scene_text(scene)  # raise before the run if no file can hold the scene
-        with blamed(module, settings):
+        with attribute_errors(module, settings):
             exact = dict(module.exact(**parameters)) if hasattr(module, "exact") else {}
-        ready.append((parameters, scene, exact, *_errors_for(scene, limits.get("error"))))
+        ready.append((parameters, scene, exact, *_feasible_errors(scene, limits.get("error"))))
     # Raise for quantities that no case has.
     for name, refusal in ready[0][-1].items():
         if all(name in refusals for *_, refusals in ready):
             raise refusal
     files = [
-        _numbered({"save": save} | limits, number if len(ready) > 1 else None)
+        _with_case_number({"save": save} | limits, number if len(ready) > 1 else None)
         for number in range(1, len(ready) + 1)
     ]
     _check_files(module, files, limits, overwrite)
     # Run one case after the other.
     for own, (parameters, scene, exact, errors, refusals) in zip(files, ready, strict=True):
         file = own.pop("save")
-        result = simulate_for_any_reader(scene, **_settled(module, own | {"error": errors}))
-        failure = None if file is None else _failure_to_save(result, file)
+        result = simulate_all_quantities(scene, **_with_defaults(module, own | {"error": errors}))
+        failure = None if file is None else _try_to_save(result, file)
         notes = tuple(f"run without the requested error: {refusal}" for refusal in refusals.values())
         notes += () if failure is None else (f"{NOT_SAVED}: {failure}",)
-        with blamed(module):
+        with attribute_errors(module):
             bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
         yield Outcome(parameters, result, _rows(module, result, exact), notes, bins)
         if not result.is_complete:
@@ -248,17 +253,17 @@ def _check_files(
     """Refuse to overwrite other runs, and to continue one run with several cases, before any is run."""
     for own in files:
         if own["save"] is not None and own["save"] != own.get("resume"):
-            check_new("--save", own["save"], overwrite)
+            check_not_existing("--save", own["save"], overwrite)
     resume = limits.get("resume")
     if len(files) > 1 and resume is not None and Path(resume).exists() and not files[0]["resume"].exists():
         own = f"{files[0]['resume'].name} to {files[-1]['resume'].name}"
         raise SceneError(
-            f"--resume: {resume} is one run, and {name_of(module)} has {len(files)} cases, whose files are"
+            f"--resume: {resume} is one run, and {experiment_name(module)} has {len(files)} cases, whose files are"
             f" {own}"
         )
 
 
-def _failure_to_save(result: Result, file: Path) -> FileError | None:
+def _try_to_save(result: Result, file: Path) -> FileError | None:
     """Save the run; return the error if the disk is full or the like."""
     try:
         result.save(file)
@@ -267,13 +272,17 @@ def _failure_to_save(result: Result, file: Path) -> FileError | None:
     return None
 
 
-def _numbered(limits: dict[str, object], number: int | None) -> dict[str, object]:
+def _with_case_number(limits: dict[str, object], number: int | None) -> dict[str, object]:
     """The limits, with the number of the case added to the names of files."""
-    files = {} if number is None else {name: limits[name] for name in FILES if limits.get(name) is not None}
+    files = (
+        {}
+        if number is None
+        else {name: limits[name] for name in FILE_SETTINGS if limits.get(name) is not None}
+    )
     return limits | {name: path.with_stem(f"{path.stem}_{number}") for name, path in files.items()}
 
 
-def _errors_for(
+def _feasible_errors(
     scene: Scene, errors: Mapping[str, float] | None
 ) -> tuple[dict | None, dict[str, SceneError]]:
     """Relative errors that this scene can be run for, and the exceptions of the others."""
@@ -286,37 +295,43 @@ def _errors_for(
     return found or None, refusals
 
 
-def _settled(module: ModuleType, limits: dict[str, object]) -> dict[str, object]:
+def _with_defaults(module: ModuleType, limits: dict[str, object]) -> dict[str, object]:
     """The limits, completed by the module's method and number of particles."""
-    limits = ways_of(module) | {name: value for name, value in limits.items() if value is not None}
+    limits = run_settings_of(module) | {name: value for name, value in limits.items() if value is not None}
     goes_on = "resume" in limits and Path(limits["resume"]).exists()  # the saved run has limits of its own
     if goes_on or any(name in limits for name in ("particles", "error", "seconds")):
         return limits
-    return limits | {"particles": getattr(module, "particles", PARTICLES)}
+    return limits | {"particles": getattr(module, "particles", DEFAULT_PARTICLES)}
 
 
-def ways_of(module: ModuleType) -> dict[str, object]:
+def run_settings_of(module: ModuleType) -> dict[str, object]:
     """Default settings of an experiment, its `run`. Raises SceneError for settings that it may not have."""
     ways = getattr(module, "run", {})
     if not isinstance(ways, Mapping):
         example = "{'estimator': 'backward'}"
-        raise SceneError(f"{name_of(module)}: run must be settings such as {example}, got {shown(ways)}")
+        raise SceneError(
+            f"{experiment_name(module)}: run must be settings such as {example}, got {short_repr(ways)}"
+        )
     for name in ways:
-        if name not in WAYS:
-            raise SceneError(f"{name_of(module)}: run has no setting {name!r}; {suggestion(str(name), WAYS)}")
+        if name not in RUN_SETTINGS:
+            raise SceneError(
+                f"{experiment_name(module)}: run has no setting {name!r}; {name_hint(str(name), RUN_SETTINGS)}"
+            )
     return dict(ways)
 
 
 def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tuple[Row, ...]:
     """Table of the measured quantities. Raises SceneError if `measure` returns anything else."""
-    with blamed(module):
+    with attribute_errors(module):
         measured = module.measure(result)
     if not isinstance(measured, Mapping):
-        raise SceneError(f"{name_of(module)}: measure must return {{name: Estimate}}, got {shown(measured)}")
+        raise SceneError(
+            f"{experiment_name(module)}: measure must return {{name: Estimate}}, got {short_repr(measured)}"
+        )
     for name, estimate in measured.items():
         if not isinstance(estimate, Estimate):
             raise SceneError(
-                f"{name_of(module)}: measure must return an Estimate for {name!r}, got {shown(estimate)};"
+                f"{experiment_name(module)}: measure must return an Estimate for {name!r}, got {short_repr(estimate)};"
                 " of an array take .sum() or one bin"
             )
     return tuple(Row(name, estimate, exact.get(name, math.nan)) for name, estimate in measured.items())

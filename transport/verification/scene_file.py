@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
-from transport.io.json.documents import document_of
+from transport.io.json.documents import read_document
 from transport.results.result import Result
 from transport.statistics.estimates import Estimate, EstimateArray
 
@@ -16,19 +16,19 @@ def experiment_of_file(path: str) -> ModuleType:
 
     Raises SceneError with the place in the file if it is not a scene.
     """
-    document, module = document_of(Path(path)), ModuleType(Path(path).stem)
+    document, module = read_document(Path(path)), ModuleType(Path(path).stem)
     module.__file__ = path
     module.scene, module.about = lambda: document.scene, document.about
-    module.measure, module.in_bins = numbers_of, bins_of
+    module.measure, module.in_bins = scalar_quantities, binned_quantities
     return module
 
 
-def numbers_of(result: Result) -> dict[str, Estimate]:
+def scalar_quantities(result: Result) -> dict[str, Estimate]:
     """Return the scalar quantities of all detectors: {"meter.irradiance": Estimate}."""
     return {name: quantity for name, quantity in _quantities(result) if isinstance(quantity, Estimate)}
 
 
-def bins_of(result: Result) -> dict[str, EstimateArray]:
+def binned_quantities(result: Result) -> dict[str, EstimateArray]:
     """Return the binned quantities of all detectors: {"meter.radiance": EstimateArray}."""
     return {name: quantity for name, quantity in _quantities(result) if isinstance(quantity, EstimateArray)}
 

@@ -122,11 +122,16 @@ def _photons(scene: Scene, photons: int, tracking: str) -> Callable[[], int]:
 
 # ---- Benchmarks of the engine: speed against the yardstick, two threads, each pass, and peak memory.
 
-LEAST_REPEATS = 5
-SPEED, LONG = 300.0, 10.0  # speed of particles [m/s]; duration [s] in which every history ends
+MIN_REPEATS = 5
+SPEED, LONG_DURATION = 300.0, 10.0  # speed of particles [m/s]; duration [s] in which every history ends
 GAS = Maxwellian(sigma=SPEED)
 # particles per timing
-BOX, BOX_ONE_BY_ONE, DISKS, DISKS_ONE_BY_ONE = 2_000_000, 600_000, 20_000_000, 3_000_000
+BOX_PARTICLES, BOX_YARDSTICK_PARTICLES, DISK_PARTICLES, DISK_YARDSTICK_PARTICLES = (
+    2_000_000,
+    600_000,
+    20_000_000,
+    3_000_000,
+)
 
 
 def box_scene(
@@ -149,7 +154,7 @@ def box_scene(
 
 def thermal_box_scene() -> Scene:
     """Return the same cube with a duration, a Maxwellian gas and thermal walls."""
-    return box_scene(duration=LONG, speed=GAS, wall_speed=GAS)
+    return box_scene(duration=LONG_DURATION, speed=GAS, wall_speed=GAS)
 
 
 def disks_scene() -> Scene:
@@ -183,15 +188,15 @@ def mesh_box_scene() -> Scene:
     return Scene([source], [walls], [Detector("walls", side="back", directions=Directions(mu=16))])
 
 
-def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False) -> list[dict]:
+def bench(repeats: int = MIN_REPEATS, quick: bool = False, long: bool = False) -> list[dict]:
     """Run the benchmarks and return rows {name, value, unit, ratio}; ratio is None without a reference.
 
     Timings are medians of `repeats` calls after a first call that compiles.  The two timings of a ratio
     alternate, and the ratio is the median over the pairs.  `quick` runs a quarter of the particles; `long`
     measures memory with 1e9 particles instead of 1e7.  Raises ValueError for fewer than 5 repeats.
     """
-    if repeats < LEAST_REPEATS:
-        raise ValueError(f"bench: repeats must be at least {LEAST_REPEATS} for a median, got {repeats}")
+    if repeats < MIN_REPEATS:
+        raise ValueError(f"bench: repeats must be at least {MIN_REPEATS} for a median, got {repeats}")
     share = 4 if quick else 1
     return [
         *_box_rows(repeats, share),
@@ -225,7 +230,7 @@ def render(rows: list[dict]) -> Table:
 def _box_rows(repeats: int, share: int) -> list[dict]:
     from transport.cli.bench.yardstick import run_box
 
-    scene, histories, slow = box_scene(), BOX // share, BOX_ONE_BY_ONE // share
+    scene, histories, slow = box_scene(), BOX_PARTICLES // share, BOX_YARDSTICK_PARTICLES // share
     first = simulate(scene, particles=histories, seed=1, threads=1, progress=False)
     busy = []  # CPU time / wall time of each run on two threads
 
@@ -258,7 +263,7 @@ def _box_rows(repeats: int, share: int) -> list[dict]:
 def _disk_rows(repeats: int, share: int) -> list[dict]:
     from transport.cli.bench.yardstick import run_disks
 
-    scene, histories, slow = disks_scene(), DISKS // share, DISKS_ONE_BY_ONE // share
+    scene, histories, slow = disks_scene(), DISK_PARTICLES // share, DISK_YARDSTICK_PARTICLES // share
     engine, by_one = rates(
         repeats,
         lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.particles,
@@ -273,11 +278,13 @@ def _disk_rows(repeats: int, share: int) -> list[dict]:
 def _clock_rows(repeats: int, share: int) -> list[dict]:
     """Return the time per crossing with a clock, speeds and thermal walls, as ratios to the scene before."""
     scenes = {
-        "with a clock, against without": box_scene(duration=LONG),
-        "with a clock and speeds, against a clock": box_scene(duration=LONG, speed=GAS),
+        "with a clock, against without": box_scene(duration=LONG_DURATION),
+        "with a clock and speeds, against a clock": box_scene(duration=LONG_DURATION, speed=GAS),
         "with thermal walls as well, against speeds": thermal_box_scene(),
     }
-    found = rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
+    found = rates(
+        repeats, *(_crossings(scene, BOX_PARTICLES // share) for scene in (box_scene(), *scenes.values()))
+    )
     pairs = zip(scenes, found, found[1:], strict=False)
     return [
         row(f"time of a closed box {what}", 1e9 / rate, "ns/crossing", before / rate)
@@ -288,7 +295,9 @@ def _clock_rows(repeats: int, share: int) -> list[dict]:
 def _optics_rows(repeats: int, share: int) -> list[dict]:
     """Return crossing rates of curved, refracting and meshed surfaces, as ratios to the closed box."""
     scenes = {"tube": tube_scene(), "glass ball": glass_ball_scene(), "mesh box": mesh_box_scene()}
-    found = rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
+    found = rates(
+        repeats, *(_crossings(scene, BOX_PARTICLES // share) for scene in (box_scene(), *scenes.values()))
+    )
     return [
         row(f"{name}, against the closed box", rate, "crossings/s", rate / found[0])
         for name, rate in zip(scenes, found[1:], strict=True)

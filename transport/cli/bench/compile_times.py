@@ -9,7 +9,7 @@ from transport.cli.bench.benchmarks import (
     slab_scene,
     thermal_box_scene,
 )
-from transport.cli.effects.compile_times import Start, copied_library, starts_in
+from transport.cli.effects.compile_times import CompileTime, compile_times_in, library_copy
 from transport.cli.effects.costs import Footprint, footprint_of
 from transport.cli.effects.prices import base_room, with_addition
 from transport.cli.effects.treatment import Treatment, treatment_of
@@ -19,7 +19,7 @@ def _room_with(name: str) -> Callable[[], Treatment]:
     return lambda: with_addition(name, base_room())
 
 
-KINDS: dict[str, Callable[[], Treatment]] = {
+SCENES: dict[str, Callable[[], Treatment]] = {
     "coaxial disks, one flight": disks_scene,
     "closed box of diffuse walls": base_room,
     "... with clock, speeds, thermal walls": thermal_box_scene,
@@ -32,20 +32,20 @@ KINDS: dict[str, Callable[[], Treatment]] = {
 }
 
 
-def cold_starts() -> dict[str, tuple[Start, Start, Footprint]]:
+def compile_times() -> dict[str, tuple[CompileTime, CompileTime, Footprint]]:
     """Return for each kind of scene the start with an empty cache, the next start, and the footprint."""
-    from transport.engine.program import program_of
+    from transport.engine.program import build_program
 
     found = {}
-    for name, make in KINDS.items():
+    for name, make in SCENES.items():
         kind = treatment_of(make())
-        with copied_library() as folder:
-            first, second = starts_in(folder, [kind, kind])
-        found[name] = first, second, footprint_of(program_of(kind.plan))
+        with library_copy() as folder:
+            first, second = compile_times_in(folder, [kind, kind])
+        found[name] = first, second, footprint_of(build_program(kind.plan))
     return found
 
 
-def cold_rows(starts: dict[str, tuple[Start, Start, Footprint]]) -> list[dict]:
+def compile_time_rows(starts: dict[str, tuple[CompileTime, CompileTime, Footprint]]) -> list[dict]:
     """Return rows {name, value, unit, ratio} with sizes for JSON; ratio is second start / first start."""
     return [
         {

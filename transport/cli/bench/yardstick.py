@@ -1,7 +1,7 @@
 """The yardstick: two benchmark problems solved one particle at a time, as a plain kernel without bundles.
 
 It uses float64, libm's sine and cosine, branches and plain float64 sums.  Random numbers and the rule of the
-roulette are the engine's, so that both do the same work for the same answer.  `replay` times single passes.
+roulette are the engine's, so that both do the same work for the same answer.  `replay_pass` times single passes.
 """
 
 import math
@@ -55,19 +55,19 @@ def run_disks(
 
 
 with cached_kernels():
-    one_by_one = njit(cache=True, nogil=True, error_model="numpy")
+    plain_njit = njit(cache=True, nogil=True, error_model="numpy")
 
-    @one_by_one
+    @plain_njit
     def _cosine_law(nx, ny, nz, u, turn):
         """Return a unit direction about n with density cosθ/π, from two uniforms."""
         s, phi = math.sqrt(u), 2.0 * math.pi * turn
         return turned_by(nx, ny, nz, math.sqrt(1.0 - u), s * math.cos(phi), s * math.sin(phi))
 
-    @one_by_one
+    @plain_njit
     def _cell(mu):
         return min(int(mu * CELLS), CELLS - 1)
 
-    @one_by_one
+    @plain_njit
     def _nearest_wall(walls, last, x, y, z, ux, uy, uz):
         """Return distance and number of the next wall, without the wall `last` that the particle is on."""
         nearest, wall = math.inf, -1
@@ -84,7 +84,7 @@ with cached_kernels():
                     nearest, wall = t, q
         return nearest, wall
 
-    @one_by_one
+    @plain_njit
     def _box(histories, seed, walls, ceiling, arrivals, departures):
         seed_low, seed_high = seed & 0xFFFFFFFF, seed >> 32
         crossings = 0
@@ -116,7 +116,7 @@ with cached_kernels():
                     weight = 1.0 if short_uniform(r3) < weight else 0.0
         return crossings
 
-    @one_by_one
+    @plain_njit
     def _disks(histories, seed, radius, meter_radius, distance, arrivals):
         seed_low, seed_high = seed & 0xFFFFFFFF, seed >> 32
         hits = 0
@@ -133,8 +133,8 @@ with cached_kernels():
                 hits += 1
         return hits
 
-    @one_by_one
-    def replay(entry, table, handles, spans, states, rows, repeats):
+    @plain_njit
+    def replay_pass(entry, table, handles, spans, states, rows, repeats):
         """Restore bundles to their states and call a pass on each; entry 0 only restores.
 
         `spans` holds the first and live lane of each bundle, `states` the bundles as int64, shape (bundles,
@@ -161,7 +161,10 @@ with cached_kernels():
 # It uses float64, libm's logarithm, sine and cosine, survival weights and roulette as in MCML (Wang, Jacques,
 # Zheng 1995), branches and plain float64 sums.  Random numbers are the engine's.
 
-LIGHT, CHANCE = 1e-4, 0.1  # MCML's roulette: threshold weight, and survival probability
+ROULETTE_THRESHOLD, SURVIVAL_PROBABILITY = (
+    1e-4,
+    0.1,
+)  # MCML's roulette: threshold weight, and survival probability
 
 
 def run_fog(
@@ -176,9 +179,9 @@ def run_fog(
 
 
 with cached_kernels():
-    fog_one_by_one = njit(cache=True, nogil=True, error_model="numpy")
+    media_njit = njit(cache=True, nogil=True, error_model="numpy")
 
-    @fog_one_by_one
+    @media_njit
     def _reflectance(cosine, index):
         """Return the Fresnel reflectance from inside for unpolarised light."""
         sine2 = index * index * (1.0 - cosine * cosine)
@@ -189,7 +192,7 @@ with cached_kernels():
         p = (cosine - index * other) / (cosine + index * other)
         return 0.5 * (s * s + p * p)
 
-    @fog_one_by_one
+    @media_njit
     def _fog(histories, seed, depth, albedo, g, index):
         seed_low, seed_high = seed & 0xFFFFFFFF, seed >> 32
         specular = ((index - 1.0) / (index + 1.0)) ** 2
@@ -218,10 +221,10 @@ with cached_kernels():
                 collisions += 1
                 kept += weight * (1.0 - albedo)
                 weight *= albedo
-                if weight < LIGHT:
-                    if short_uniform(w1) >= CHANCE:
+                if weight < ROULETTE_THRESHOLD:
+                    if short_uniform(w1) >= SURVIVAL_PROBABILITY:
                         break
-                    weight /= CHANCE
+                    weight /= SURVIVAL_PROBABILITY
                 t = (1.0 - g * g) / (1.0 - g + 2.0 * g * short_uniform(w2)) if g != 0.0 else 0.0
                 mu = (1.0 + g * g - t * t) / (2.0 * g) if g != 0.0 else 2.0 * short_uniform(w2) - 1.0
                 sine, phi = math.sqrt(max(0.0, 1.0 - mu * mu)), 2.0 * math.pi * short_uniform(w3)

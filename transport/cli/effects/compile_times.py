@@ -19,7 +19,7 @@ CHILD = "from transport.cli.effects.compile_times import compile_here; compile_h
 
 
 @dataclass(frozen=True)
-class Start:
+class CompileTime:
     """Cost of the first run of a program in a process.
 
     `passes` is the number of passes, `on_disk` the number of those loaded from the cache.  `seconds` is the
@@ -34,17 +34,17 @@ class Start:
     bytes: int
 
 
-def cold_start(treatment: Treatment) -> Start:
+def cold_compile_time(treatment: Treatment) -> CompileTime:
     """Start a treatment in a copy of the library without machine code.
 
     Raises SceneError if the treatment cannot be pickled.
     """
-    with copied_library() as folder:
-        return next(starts_in(folder, [treatment]))
+    with library_copy() as folder:
+        return next(compile_times_in(folder, [treatment]))
 
 
 @contextmanager
-def copied_library() -> Iterator[Path]:
+def library_copy() -> Iterator[Path]:
     """Yield a temporary folder with a copy of the library's sources, without machine code."""
     with tempfile.TemporaryDirectory(prefix="transport-cold-") as folder:
         leave = shutil.ignore_patterns("__kernels__", "__pycache__")
@@ -52,7 +52,7 @@ def copied_library() -> Iterator[Path]:
         yield Path(folder)
 
 
-def starts_in(folder: Path, treatments: Iterable[Treatment]) -> Iterator[Start]:
+def compile_times_in(folder: Path, treatments: Iterable[Treatment]) -> Iterator[CompileTime]:
     """Yield the Start of each treatment, in a new process each, with the library of `folder`."""
     environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONSAFEPATH": "1"}
     for treatment in treatments:
@@ -70,11 +70,11 @@ def starts_in(folder: Path, treatments: Iterable[Treatment]) -> Iterator[Start]:
 
 def compile_here() -> None:
     """Read a treatment from standard input, start it, and write its Start; runs in the new process."""
-    start = start_of(pickle.load(sys.stdin.buffer))
+    start = compile_time_of(pickle.load(sys.stdin.buffer))
     sys.stdout.buffer.write(pickle.dumps(start))
 
 
-def start_of(treatment: Treatment, compiling=None) -> Start:
+def compile_time_of(treatment: Treatment, compiling=None) -> CompileTime:
     """Compile or load the program of a treatment, and run one history.
 
     Calls `compiling(done, of, name)` before each pass.
@@ -82,20 +82,20 @@ def start_of(treatment: Treatment, compiling=None) -> Start:
     import time
 
     from transport.engine.cache import kernel_folder
-    from transport.engine.driver import machine_of, run_batch
-    from transport.engine.program import program_of
+    from transport.engine.driver import compile_program, run_batch
+    from transport.engine.program import build_program
 
-    program = program_of(treatment.plan)
+    program = build_program(treatment.plan)
     begun = time.process_time()
-    machine = machine_of(program, compiling)
+    machine = compile_program(program, compiling)
     ready = time.process_time()
     run_batch(machine, 1, 0, 1)
     done = time.process_time()
-    on_disk = sum(is_from_disk(lane_pass) for lane_pass in program.passes)
+    on_disk = sum(is_cached(lane_pass) for lane_pass in program.passes)
     size = sum(path.stat().st_size for path in kernel_folder().rglob("*") if path.is_file())
-    return Start(len(program.passes), on_disk, ready - begun, done - ready, size)
+    return CompileTime(len(program.passes), on_disk, ready - begun, done - ready, size)
 
 
-def is_from_disk(lane_pass) -> bool:
+def is_cached(lane_pass) -> bool:
     """Return whether this process loaded the pass from the cache instead of compiling it."""
     return getattr(lane_pass.compiled, "cache_hits", 0) > 0

@@ -14,9 +14,9 @@ from transport.cli.effects.treatment import Treatment, treatment_of
 from transport.scene.scene import Scene
 
 # steps before states are recorded, limit of steps, states kept per pass
-WARM_UP, MOST_STEPS, STATES = 32, 400, 8
+WARM_UP, MAX_STEPS, STATES_PER_PASS = 32, 400, 8
 # time of one timing of a pass [s], and number of timings; short timings avoid disturbances
-TIMED, TIMINGS = 1e-3, 15
+TIMING_SECONDS, TIMINGS = 1e-3, 15
 
 
 def pass_costs(scene: Scene | Treatment) -> dict[str, float]:
@@ -28,62 +28,62 @@ def pass_costs(scene: Scene | Treatment) -> dict[str, float]:
     call dominates; without lanes the cost is nan.
     """
     from transport.engine.bundle import LANES
-    from transport.engine.driver import Sums, machine_of
-    from transport.engine.program import program_of
+    from transport.engine.driver import Sums, compile_program
+    from transport.engine.program import build_program
 
     plan = treatment_of(scene).plan
-    program = machine_of(program_of(plan)).program
-    sums = Sums(plan, MOST_STEPS * LANES)
+    program = compile_program(build_program(plan)).program
+    sums = Sums(plan, MAX_STEPS * LANES)
     costs = defaultdict(list)
-    for (name, entry, table), visits in _visits(program, sums).items():
-        costs[name] += [_cost(entry, table, visits)] if visits else []
+    for (name, entry, table), visits in _record_states(program, sums).items():
+        costs[name] += [_time_pass(entry, table, visits)] if visits else []
     return {name: statistics.fmean(of_calls) if of_calls else math.nan for name, of_calls in costs.items()}
 
 
-def lanes_a_history(scene: Scene | Treatment) -> dict[str, float]:
+def lanes_per_history(scene: Scene | Treatment) -> dict[str, float]:
     """Count the lanes per history that reach each pass of the scene's program, summed over its calls.
 
     The count runs over steps with full bundles, after the warm-up, when as many histories end as are born.
     """
     from transport.engine.bundle import LANES
-    from transport.engine.driver import Sums, machine_of
-    from transport.engine.program import program_of
+    from transport.engine.driver import Sums, compile_program
+    from transport.engine.program import build_program
 
     plan = treatment_of(scene).plan
-    program, lanes, ready = machine_of(program_of(plan)).program, Counter(), 0
+    program, lanes, ready = compile_program(build_program(plan)).program, Counter(), 0
 
     def count(key, first, live, before, after):
         lanes[key[0]] += max(0, live - first)
 
-    for turn, born in enumerate(_turns(program, Sums(plan, MOST_STEPS * LANES), count)):
+    for turn, born in enumerate(_run_steps(program, Sums(plan, MAX_STEPS * LANES), count)):
         if turn == WARM_UP:
             ready = born
             lanes.clear()
     return {name: number / max(1, born - ready) for name, number in lanes.items()}
 
 
-def _visits(program, sums) -> dict[tuple, deque]:
+def _record_states(program, sums) -> dict[tuple, deque]:
     """Return for each (name, entry, table) of a program the last (first, live, bundle before, after)."""
-    visits = defaultdict(lambda: deque(maxlen=STATES))
+    visits = defaultdict(lambda: deque(maxlen=STATES_PER_PASS))
 
     def keep(key, first, live, before, after):
         seen = visits[key]
         if first < live:
             seen.append((first, live, before, after.copy()))
 
-    for turn, _ in enumerate(_turns(program, sums, keep)):
-        if turn >= WARM_UP and all(len(seen) == STATES for seen in visits.values()):
+    for turn, _ in enumerate(_run_steps(program, sums, keep)):
+        if turn >= WARM_UP and all(len(seen) == STATES_PER_PASS for seen in visits.values()):
             break
     return visits
 
 
-def _turns(program, sums, tell: Callable) -> Iterator[int]:
+def _run_steps(program, sums, tell: Callable) -> Iterator[int]:
     """Run real steps of one bundle, refilled from each emitter in turn; yield the histories born so far.
 
     `tell` is called with (name, entry, table) of each pass, its first and live lane, and the bundle before
     and after.
     """
-    from transport.cli.bench.yardstick import replay
+    from transport.cli.bench.yardstick import replay_pass
     from transport.engine.bundle import LANES, empty_bundle
 
     bundle, nothing = empty_bundle(), np.zeros(0, np.int64)
@@ -93,12 +93,14 @@ def _turns(program, sums, tell: Callable) -> Iterator[int]:
     def visit(step, first, live):
         lane_pass, table = step
         entry, place, before = lane_pass.entry, table.ctypes.data, words.copy()
-        left = replay(entry, place, bundle["address"], np.array([[first, live]]), words[None], nothing, 1)
+        left = replay_pass(
+            entry, place, bundle["address"], np.array([[first, live]]), words[None], nothing, 1
+        )
         tell((lane_pass.name, entry, place), first, live, before, words)
         return left
 
     emitters, live, history = itertools.cycle(program.births), 0, 0
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         if live < LANES:
             bundle["next_history"] = history
             for step in next(emitters):
@@ -109,9 +111,9 @@ def _turns(program, sums, tell: Callable) -> Iterator[int]:
         yield history
 
 
-def _cost(entry: int, table: int, visits: deque) -> float:
+def _time_pass(entry: int, table: int, visits: deque) -> float:
     """Time a pass on these recorded states and return ns per lane."""
-    from transport.cli.bench.yardstick import replay
+    from transport.cli.bench.yardstick import replay_pass
     from transport.engine.bundle import HEADER, LANES, Bundle, empty_bundle
     from transport.engine.registry import LANE_FIELDS
 
@@ -126,10 +128,10 @@ def _cost(entry: int, table: int, visits: deque) -> float:
 
     def seconds(which, repeats):
         begun = time.perf_counter()
-        replay(which, table, handles, spans, before, rows, repeats)
+        replay_pass(which, table, handles, spans, before, rows, repeats)
         return time.perf_counter() - begun
 
-    repeats = max(1, int(TIMED / min(seconds(entry, 1) for _ in range(TIMINGS))))
+    repeats = max(1, int(TIMING_SECONDS / min(seconds(entry, 1) for _ in range(TIMINGS))))
     turns = [(seconds(entry, repeats), seconds(0, repeats)) for _ in range(TIMINGS)]
     # Take the least disturbed timings.
     with_pass, without = (min(column) for column in zip(*turns, strict=True))
@@ -175,10 +177,10 @@ class EffectCost:
 
 def effect_costs(scene: Scene | Treatment) -> list[EffectCost]:
     """Measure the cost of each effect of the scene; return them sorted, most expensive first."""
-    return grouped(pass_costs(scene), lanes_a_history(scene), files_of_passes())
+    return costs_by_effect(pass_costs(scene), lanes_per_history(scene), files_of_passes())
 
 
-def grouped(
+def costs_by_effect(
     costs: Mapping[str, float], lanes: Mapping[str, float], files: Mapping[str, str]
 ) -> list[EffectCost]:
     """Sum the costs of passes by effect.
@@ -189,7 +191,7 @@ def grouped(
     ns, passes = defaultdict(float), defaultdict(list)
     effects = {file: name for name, members in EFFECTS.items() for file in members}
     for name, cost in costs.items():
-        effect = effects.get(files.get(plain_name(name), ""), "other")
+        effect = effects.get(files.get(base_name(name), ""), "other")
         ns[effect] += 0.0 if math.isnan(cost) else cost * lanes.get(name, 0.0)
         passes[effect].append(name)
     total = math.fsum(ns.values())
@@ -206,16 +208,16 @@ def grouped(
     return sorted(told, key=lambda effect: -effect.ns)
 
 
-def plain_name(name: str) -> str:
+def base_name(name: str) -> str:
     """Return the name of a pass without the name of its sampling."""
     return name.partition(" by ")[0]
 
 
 def files_of_passes() -> dict[str, str]:
     """Return the engine's file of each pass, by the name of the pass."""
-    from transport.engine.registry import HOMES
+    from transport.engine.registry import MODULE_OF_PASS
 
-    return HOMES
+    return MODULE_OF_PASS
 
 
 # ---- Memory of a program: bytes touched per lane, bytes carried with a particle, size of the bundle.

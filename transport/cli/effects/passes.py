@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from transport.cli.effects.treatment import Treatment, treatment_of
-from transport.run.progress import progress_on
+from transport.run.progress import open_progress
 from transport.scene.scene import Scene
 
 
@@ -40,10 +40,10 @@ class Effects:
 
 def effects_of(scene: Scene | Treatment) -> Effects:
     """Return the effects of a scene without compiling or running anything."""
-    from transport.engine.program import program_of
+    from transport.engine.program import build_program
     from transport.engine.registry import LANE_FIELDS
 
-    program = program_of(treatment_of(scene).plan)
+    program = build_program(treatment_of(scene).plan)
     carried = program.carried
     touched = {name for lane_pass in program.passes for name in lane_pass.fields}
     fields = {
@@ -68,18 +68,18 @@ def known_passes() -> list[str]:
     return list(names)
 
 
-def costs_of(scene: Scene | Treatment) -> dict[str, float]:
+def measure_passes(scene: Scene | Treatment) -> dict[str, float]:
     """Measure the ns per lane of each pass, nan where no lane reached it; shows a progress bar."""
     from transport.cli.effects.costs import pass_costs
-    from transport.engine.driver import machine_of
-    from transport.engine.program import program_of
+    from transport.engine.driver import compile_program
+    from transport.engine.program import build_program
 
-    with progress_on(None) as bar:
-        machine_of(program_of(treatment_of(scene).plan), bar.compiling)
+    with open_progress(None) as bar:
+        compile_program(build_program(treatment_of(scene).plan), bar.compiling)
     return pass_costs(scene)
 
 
-def record_of_effects(found: Sequence[tuple[Effects, Mapping[str, float]]]) -> dict[str, object]:
+def effects_record(found: Sequence[tuple[Effects, Mapping[str, float]]]) -> dict[str, object]:
     """Return {passes, fields, absent, ns} for JSON: the union over the scenes, and what none of them uses.
 
     `found` holds the effects of each scene with the costs of its passes.  The ns of a pass come from the

@@ -19,7 +19,7 @@ from transport.geometry.flat import Disk, Rectangle, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.solid import Box, Sphere
-from transport.run.progress import progress_on
+from transport.run.progress import open_progress
 from transport.scene.bins import Directions, Positions
 from transport.scene.cameras import Camera
 from transport.scene.detectors import Detector
@@ -63,27 +63,27 @@ class Addition:
     """
 
     name: str
-    to: Change
+    apply: Change
     over: str | None = None
 
 
-def in_scene(change: Callable[[Scene], Scene]) -> Change:
+def scene_change(change: Callable[[Scene], Scene]) -> Change:
     """Return a change of the treatment that applies `change` to its scene."""
     return lambda treatment: replace(treatment, scene=change(treatment.scene))
 
 
-def meters_ask(**asked: object) -> Change:
+def set_on_detectors(**asked: object) -> Change:
     """Set these fields on every Detector, unless a detector has one of them already."""
 
     def change(scene: Scene) -> Scene:
         if any(getattr(meter, name) not in (None, False) for meter in scene.meters for name in asked):
             return scene
-        return replace(scene, detectors=[_asking(one, asked) for one in scene.detectors])
+        return replace(scene, detectors=[_with_fields(one, asked) for one in scene.detectors])
 
-    return in_scene(change)
+    return scene_change(change)
 
 
-def looks(make: Callable[[Scene], object]) -> Change:
+def add_detector(make: Callable[[Scene], object]) -> Change:
     """Add the detector `make(scene)`, unless the scene has one of its type."""
 
     def change(scene: Scene) -> Scene:
@@ -92,15 +92,15 @@ def looks(make: Callable[[Scene], object]) -> Change:
             return scene
         return replace(scene, detectors=(*scene.detectors, more))
 
-    return in_scene(change)
+    return scene_change(change)
 
 
-def stands(*surfaces: Surface) -> Change:
+def add_surfaces(*surfaces: Surface) -> Change:
     """Add surfaces to the scene."""
-    return in_scene(lambda scene: replace(scene, surfaces=(*scene.surfaces, *surfaces)))
+    return scene_change(lambda scene: replace(scene, surfaces=(*scene.surfaces, *surfaces)))
 
 
-def filled(**coefficients: float) -> Change:
+def fill_with_medium(**coefficients: float) -> Change:
     """Fill a vacuum scene with a medium; coefficients are in units of 1 / (half the scene's size).
 
     A scene that has media stays unchanged.
@@ -113,10 +113,10 @@ def filled(**coefficients: float) -> Change:
         reach = 0.5 * plan.space.size
         return replace(scene, medium=Medium(**{name: value / reach for name, value in coefficients.items()}))
 
-    return in_scene(change)
+    return scene_change(change)
 
 
-def medium_has(**changes: object) -> Change:
+def change_medium(**changes: object) -> Change:
     """Change fields of the ambient medium, if there is one."""
 
     def change(scene: Scene) -> Scene:
@@ -124,15 +124,15 @@ def medium_has(**changes: object) -> Change:
             return scene
         return replace(scene, medium=replace(scene.medium, **changes))
 
-    return in_scene(change)
+    return scene_change(change)
 
 
-def estimated(**changes: str) -> Change:
+def change_method(**changes: str) -> Change:
     """Change the estimator or the sampling."""
     return lambda treatment: replace(treatment, method=replace(treatment.method, **changes))
 
 
-def tracked(**choices: object) -> Change:
+def change_tracking(**choices: object) -> Change:
     """Change the tracking through media, if there are any."""
 
     def change(treatment: Treatment) -> Treatment:
@@ -144,7 +144,7 @@ def tracked(**choices: object) -> Change:
     return change
 
 
-def box_within(scene: Scene) -> Box:
+def central_box(scene: Scene) -> Box:
     """Return a cube of a quarter of the scene's size, at the mean centre of its shapes."""
     shapes = [scene.shape_of(one) for one in (*scene.sources, *scene.meters)]
     shapes += [surface.shape for surface in scene.surfaces]
@@ -152,19 +152,19 @@ def box_within(scene: Scene) -> Box:
     return Box(center=tuple(map(float, middle)), size=0.25 * compile_scene(scene).space.size)
 
 
-def _asking(one: object, asked: dict[str, object]) -> object:
+def _with_fields(one: object, asked: dict[str, object]) -> object:
     return replace(one, **asked) if isinstance(one, Detector) else one
 
 
 # ---- The price list: one line per effect, and the base room that prices are relative to.
 
-LONG = 1e6  # [s] duration in which nearly all histories end
+LONG_DURATION = 1e6  # [s] duration in which nearly all histories end
 GAS = Maxwellian(sigma=300.0)  # [m/s]
 BALL, TILE, BODY = Sphere(radius=0.3), Disk(radius=0.3), Box(size=1.0)
 VOXELS = 1.0 + np.arange(512.0).reshape(8, 8, 8) % 7  # non-uniform
-CLOUD = Grid(box=BODY, absorption=0.02 * VOXELS, scattering=0.1 * VOXELS)
-TABLE = Tabulated(mu=(-1, 0, 1), density=(1.0, 2.0, 3.0))
-FINE = Directions(mu=16, phi=32)
+VOXEL_GRID = Grid(box=BODY, absorption=0.02 * VOXELS, scattering=0.1 * VOXELS)
+PHASE_TABLE = Tabulated(mu=(-1, 0, 1), density=(1.0, 2.0, 3.0))
+FINE_DIRECTIONS = Directions(mu=16, phi=32)
 
 
 def base_room() -> Treatment:
@@ -174,32 +174,34 @@ def base_room() -> Treatment:
     return Treatment(Scene([lamp], walls, [Detector("-z", "floor", side="back")]))
 
 
-def _effused(scene: Scene) -> Scene:
+def _with_gas_source(scene: Scene) -> Scene:
     lamps = [replace(lamp, emission=Effusive(exitance=1.0, speed=GAS)) for lamp in scene.sources]
     return replace(scene, sources=lamps)
 
 
-def _warm(scene: Scene) -> Scene:
+def _with_thermal_walls(scene: Scene) -> Scene:
     walls = [replace(wall, material=Diffuse(0.5, speed=GAS)) for wall in scene.surfaces]
     return replace(scene, surfaces=walls)
 
 
-def _blackened(scene: Scene) -> Scene:
+def _with_black_walls(scene: Scene) -> Scene:
     return replace(scene, surfaces=[replace(wall, material=Black()) for wall in scene.surfaces])
 
 
-def _pulsed(scene: Scene) -> Scene:
+def _with_pulse(scene: Scene) -> Scene:
     return replace(scene, sources=[replace(lamp, pulse=BoxPulse(0.0, 1.0)) for lamp in scene.sources])
 
 
-def _aimed(scene: Scene) -> Scene:
+def _with_aim(scene: Scene) -> Scene:
     return replace(scene, sources=[replace(lamp, aim=TILE) for lamp in scene.sources])
 
 
-def _split(treatment: Treatment) -> Treatment:
-    box = box_within(treatment.scene)
+def _with_splitting(treatment: Treatment) -> Treatment:
+    box = central_box(treatment.scene)
     low, _ = box.bounds
-    return tracked(splitting=Splitting(start=box.center, end=(*box.center[:2], low[2]), gain=4.0))(treatment)
+    return change_tracking(splitting=Splitting(start=box.center, end=(*box.center[:2], low[2]), gain=4.0))(
+        treatment
+    )
 
 
 def _phase_space(scene: Scene) -> PhaseSpace:
@@ -210,12 +212,12 @@ def _snapshot(scene: Scene) -> Snapshot:
     return Snapshot(time=0.5 * scene.duration, particles=1000)
 
 
-def _via(scene: Scene) -> Scene:
+def _with_via(scene: Scene) -> Scene:
     names = [one.name for one in (*scene.surfaces, *scene.meters) if one.name is not None]
-    return meters_ask(via=names[0])(Treatment(scene)).scene if names else scene
+    return set_on_detectors(via=names[0])(Treatment(scene)).scene if names else scene
 
 
-def _seen(scene: Scene) -> Scene:
+def _with_camera(scene: Scene) -> Scene:
     """Replace the detectors by a pinhole camera above the floor, for backward histories."""
     return replace(
         scene,
@@ -225,115 +227,120 @@ def _seen(scene: Scene) -> Scene:
     )
 
 
-def _of(material: object):
+def _last_material(material: object):
     """Change the material of the surface that was added last."""
-    return in_scene(
-        lambda scene: _last_is(replace(scene.surfaces[-1], material=material))(Treatment(scene)).scene
+    return scene_change(
+        lambda scene: _replace_last(replace(scene.surfaces[-1], material=material))(Treatment(scene)).scene
     )
 
 
-def _last_is(thing: Surface):
+def _replace_last(thing: Surface):
     """Replace the surface that was added last."""
-    return in_scene(lambda scene: replace(scene, surfaces=(*scene.surfaces[:-1], thing)))
+    return scene_change(lambda scene: replace(scene, surfaces=(*scene.surfaces[:-1], thing)))
 
 
-def _box_of(medium: Medium | Grid) -> Surface:
+def _filled_box(medium: Medium | Grid) -> Surface:
     return Surface(BODY, Transparent(), "box", inside=medium)
 
 
-def _meters(*more: Detector):
-    return in_scene(lambda scene: replace(scene, detectors=(*scene.detectors, *more)))
+def _add_detectors(*more: Detector):
+    return scene_change(lambda scene: replace(scene, detectors=(*scene.detectors, *more)))
 
 
-def _volume(**asked: object):
-    return looks(lambda scene: VolumeDetector(box_within(scene), "volume", **asked))
+def _add_volume_detector(**asked: object):
+    return add_detector(lambda scene: VolumeDetector(central_box(scene), "volume", **asked))
 
 
-def _clocked(scene: Scene) -> Scene:
-    return scene if scene.duration is not None else replace(scene, duration=LONG)
+def _with_duration(scene: Scene) -> Scene:
+    return scene if scene.duration is not None else replace(scene, duration=LONG_DURATION)
 
 
 CLOCK, FOG = "a clock", "absorption and scattering"
 IN_ANY_SCENE = (
-    Addition("bins of direction, 16", meters_ask(directions=Directions(mu=16))),
-    Addition("bins of direction, 16 x 32", meters_ask(directions=FINE)),
-    Addition("bins of position, 16 x 16", meters_ask(positions=Positions(u=16, v=16))),
-    Addition("filter by crossed surface (via)", in_scene(_via)),
-    Addition("filter by events (events=0)", meters_ask(events=0)),
-    Addition("moments of velocity", meters_ask(moments=True)),
-    Addition(CLOCK, in_scene(_clocked)),
-    Addition("... bins of time, 16", meters_ask(times=16), CLOCK),
-    Addition("... phase space at an instant", looks(_phase_space), CLOCK),
-    Addition("... a snapshot", looks(_snapshot), CLOCK),
-    Addition("a volume detector", _volume()),
-    Addition("a volume detector of 8 x 8 x 8 cells", _volume(cells=(8, 8, 8))),
-    Addition("absorption", filled(absorption=0.5)),
-    Addition("scattering", filled(scattering=0.5)),
-    Addition(FOG, filled(absorption=0.1, scattering=0.5)),
-    Addition("... analog absorption", tracked(absorption="analog"), FOG),
-    Addition("... Henyey-Greenstein, g = 0.8", medium_has(phase=HenyeyGreenstein(0.8)), FOG),
-    Addition("... Rayleigh", medium_has(phase=Rayleigh()), FOG),
-    Addition("... a tabulated phase function", medium_has(phase=TABLE), FOG),
-    Addition("... forced first collisions", tracked(forced=True), FOG),
-    Addition("... splitting", _split, FOG),
-    Addition("... a volume detector, collision estimator", _volume(estimator="collision"), FOG),
-    Addition("... a volume detector", _volume(), FOG),
-    Addition("... estimator expected", estimated(estimator="expected"), FOG),
-    Addition("estimator aimed", estimated(estimator="aimed")),
-    Addition("estimator expected", estimated(estimator="expected")),
-    Addition("estimator backward", estimated(estimator="backward")),
-    Addition("sampling stratified", estimated(sampling="stratified")),
-    Addition("sampling sobol", estimated(sampling="sobol")),
+    Addition("bins of direction, 16", set_on_detectors(directions=Directions(mu=16))),
+    Addition("bins of direction, 16 x 32", set_on_detectors(directions=FINE_DIRECTIONS)),
+    Addition("bins of position, 16 x 16", set_on_detectors(positions=Positions(u=16, v=16))),
+    Addition("filter by crossed surface (via)", scene_change(_with_via)),
+    Addition("filter by events (events=0)", set_on_detectors(events=0)),
+    Addition("moments of velocity", set_on_detectors(moments=True)),
+    Addition(CLOCK, scene_change(_with_duration)),
+    Addition("... bins of time, 16", set_on_detectors(times=16), CLOCK),
+    Addition("... phase space at an instant", add_detector(_phase_space), CLOCK),
+    Addition("... a snapshot", add_detector(_snapshot), CLOCK),
+    Addition("a volume detector", _add_volume_detector()),
+    Addition("a volume detector of 8 x 8 x 8 cells", _add_volume_detector(cells=(8, 8, 8))),
+    Addition("absorption", fill_with_medium(absorption=0.5)),
+    Addition("scattering", fill_with_medium(scattering=0.5)),
+    Addition(FOG, fill_with_medium(absorption=0.1, scattering=0.5)),
+    Addition("... analog absorption", change_tracking(absorption="analog"), FOG),
+    Addition("... Henyey-Greenstein, g = 0.8", change_medium(phase=HenyeyGreenstein(0.8)), FOG),
+    Addition("... Rayleigh", change_medium(phase=Rayleigh()), FOG),
+    Addition("... a tabulated phase function", change_medium(phase=PHASE_TABLE), FOG),
+    Addition("... forced first collisions", change_tracking(forced=True), FOG),
+    Addition("... splitting", _with_splitting, FOG),
+    Addition("... a volume detector, collision estimator", _add_volume_detector(estimator="collision"), FOG),
+    Addition("... a volume detector", _add_volume_detector(), FOG),
+    Addition("... estimator expected", change_method(estimator="expected"), FOG),
+    Addition("estimator aimed", change_method(estimator="aimed")),
+    Addition("estimator expected", change_method(estimator="expected")),
+    Addition("estimator backward", change_method(estimator="backward")),
+    Addition("sampling stratified", change_method(sampling="stratified")),
+    Addition("sampling sobol", change_method(sampling="sobol")),
 )
 
 
-DIFFUSE, BALL_STANDS, BOXED = Diffuse(0.5), "a ball", "a box of fog"
-GAS_FLIES, BLACK = "... a Maxwellian gas", "black walls"
+DIFFUSE, WITH_BALL, WITH_FOG_BOX = Diffuse(0.5), "a ball", "a box of fog"
+WITH_GAS, WITH_BLACK_WALLS = "... a Maxwellian gas", "black walls"
 IN_THE_ROOM = (
-    Addition("a source aimed at a disk", in_scene(_aimed)),
-    Addition(GAS_FLIES, in_scene(_effused), CLOCK),
-    Addition("... ... bins of speed, 8", meters_ask(speeds=tuple(np.linspace(1.0, 1801.0, 9))), GAS_FLIES),
-    Addition("... ... thermal walls", in_scene(_warm), GAS_FLIES),
-    Addition("... a pulse", in_scene(_pulsed), CLOCK),
-    Addition(BLACK, in_scene(_blackened)),
-    Addition("... estimator aimed", estimated(estimator="aimed"), BLACK),
-    Addition("a disk", stands(Surface(TILE, DIFFUSE))),
+    Addition("a source aimed at a disk", scene_change(_with_aim)),
+    Addition(WITH_GAS, scene_change(_with_gas_source), CLOCK),
     Addition(
-        "a triangle", stands(Surface(Triangle(vertices=((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0.3))), DIFFUSE))
+        "... ... bins of speed, 8", set_on_detectors(speeds=tuple(np.linspace(1.0, 1801.0, 9))), WITH_GAS
+    ),
+    Addition("... ... thermal walls", scene_change(_with_thermal_walls), WITH_GAS),
+    Addition("... a pulse", scene_change(_with_pulse), CLOCK),
+    Addition(WITH_BLACK_WALLS, scene_change(_with_black_walls)),
+    Addition("... estimator aimed", change_method(estimator="aimed"), WITH_BLACK_WALLS),
+    Addition("a disk", add_surfaces(Surface(TILE, DIFFUSE))),
+    Addition(
+        "a triangle",
+        add_surfaces(Surface(Triangle(vertices=((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0.3))), DIFFUSE)),
     ),
     Addition(
         "a rectangle with a hole",
-        stands(Surface(Rectangle(width=0.6, height=0.6, hole=Disk(radius=0.2)), DIFFUSE)),
+        add_surfaces(Surface(Rectangle(width=0.6, height=0.6, hole=Disk(radius=0.2)), DIFFUSE)),
     ),
-    Addition("a cylinder", stands(Surface(Cylinder(radius=0.3, height=0.6), DIFFUSE))),
-    Addition("a cone", stands(Surface(Cone(radius=0.3, height=0.6), DIFFUSE))),
-    Addition("a paraboloid", stands(Surface(Paraboloid(focal_length=0.2, radius=0.3), DIFFUSE))),
-    Addition("a mesh of 1280 triangles", stands(Surface(Mesh.sphere(radius=0.3), DIFFUSE))),
-    Addition(BALL_STANDS, stands(Surface(BALL, DIFFUSE))),
-    Addition("... black", _of(Black()), BALL_STANDS),
-    Addition("... a mirror", _of(Mirror(0.9)), BALL_STANDS),
-    Addition("... a half-transparent mirror", _of(Mirror(0.5, 0.5)), BALL_STANDS),
-    Addition("... diffuse with transmission", _of(Diffuse(0.3, 0.3)), BALL_STANDS),
-    Addition("... of glass", _of(Dielectric(1.5)), BALL_STANDS),
-    Addition("... glossy", _of(Glossy(0.3, 0.9)), BALL_STANDS),
-    Addition("... a mixture", _of(Mixture({Mirror(): 0.5, Diffuse(0.5): 0.5})), BALL_STANDS),
-    Addition("... a two-sided material", _of(TwoSided(Diffuse(0.5), Black())), BALL_STANDS),
-    Addition("... a thin lens", _of(ThinLens(0.5)), "a disk"),
+    Addition("a cylinder", add_surfaces(Surface(Cylinder(radius=0.3, height=0.6), DIFFUSE))),
+    Addition("a cone", add_surfaces(Surface(Cone(radius=0.3, height=0.6), DIFFUSE))),
+    Addition("a paraboloid", add_surfaces(Surface(Paraboloid(focal_length=0.2, radius=0.3), DIFFUSE))),
+    Addition("a mesh of 1280 triangles", add_surfaces(Surface(Mesh.sphere(radius=0.3), DIFFUSE))),
+    Addition(WITH_BALL, add_surfaces(Surface(BALL, DIFFUSE))),
+    Addition("... black", _last_material(Black()), WITH_BALL),
+    Addition("... a mirror", _last_material(Mirror(0.9)), WITH_BALL),
+    Addition("... a half-transparent mirror", _last_material(Mirror(0.5, 0.5)), WITH_BALL),
+    Addition("... diffuse with transmission", _last_material(Diffuse(0.3, 0.3)), WITH_BALL),
+    Addition("... of glass", _last_material(Dielectric(1.5)), WITH_BALL),
+    Addition("... glossy", _last_material(Glossy(0.3, 0.9)), WITH_BALL),
+    Addition("... a mixture", _last_material(Mixture({Mirror(): 0.5, Diffuse(0.5): 0.5})), WITH_BALL),
+    Addition("... a two-sided material", _last_material(TwoSided(Diffuse(0.5), Black())), WITH_BALL),
+    Addition("... a thin lens", _last_material(ThinLens(0.5)), "a disk"),
     Addition(
         "a detector on a separate disk",
-        _meters(Detector(TILE, "tile")),
+        _add_detectors(Detector(TILE, "tile")),
     ),
-    Addition("a detector on the source", _meters(Detector("+z", "lamp", side="back"))),
+    Addition("a detector on the source", _add_detectors(Detector("+z", "lamp", side="back"))),
     Addition(
         "a detector on a window in front of the source",
-        _meters(Detector(Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=1, height=1), "window")),
+        _add_detectors(Detector(Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=1, height=1), "window")),
     ),
-    Addition(BOXED, stands(_box_of(Medium(0.1, 0.5)))),
-    Addition("... of 8 x 8 x 8 voxels", _last_is(_box_of(CLOUD)), BOXED),
-    Addition("... with emission", _last_is(_box_of(Medium(0.1, 0.5, emission=0.1))), BOXED),
-    Addition("a point detector", looks(lambda scene: PointDetector((0.2, 0.1, 0.0), "point"))),
-    Addition("... a point detector", looks(lambda scene: PointDetector((0.2, 0.1, 0.0), "point")), FOG),
-    Addition("... a camera of 16 x 16 pixels", in_scene(_seen), "estimator backward"),
+    Addition(WITH_FOG_BOX, add_surfaces(_filled_box(Medium(0.1, 0.5)))),
+    Addition("... of 8 x 8 x 8 voxels", _replace_last(_filled_box(VOXEL_GRID)), WITH_FOG_BOX),
+    Addition("... with emission", _replace_last(_filled_box(Medium(0.1, 0.5, emission=0.1))), WITH_FOG_BOX),
+    Addition("a point detector", add_detector(lambda scene: PointDetector((0.2, 0.1, 0.0), "point"))),
+    Addition(
+        "... a point detector", add_detector(lambda scene: PointDetector((0.2, 0.1, 0.0), "point")), FOG
+    ),
+    Addition("... a camera of 16 x 16 pixels", scene_change(_with_camera), "estimator backward"),
 )
 ADDITIONS = {each.name: each for each in (*IN_ANY_SCENE, *IN_THE_ROOM)}
 
@@ -346,16 +353,16 @@ def with_addition(name: str | None, treatment: Treatment) -> Treatment:
     if name is None:
         return treatment
     addition = ADDITIONS[name]
-    return addition.to(with_addition(addition.over, treatment)).checked()
+    return addition.apply(with_addition(addition.over, treatment)).checked()
 
 
 # ---- Price list: CPU time of a treatment without and with each addition, run in turns; medians over the turns.
 #
 # Differences and ratios are taken within a turn, so that other load of the machine affects both sides.
 
-AS_IT_IS = "unchanged"
+UNCHANGED = "unchanged"
 TURNS, SECONDS = 7, 0.05  # turns of the price list, and approximate time of a run [s]
-MOST = 1 << 22  # largest number of histories of a run
+MAX_HISTORIES = 1 << 22  # largest number of histories of a run
 
 
 @dataclass(frozen=True)
@@ -429,7 +436,7 @@ def prices_in(scene: Treatment, turns: int = 3, seconds: float = 0.02) -> PriceL
 
 def prices_of(treatment: Treatment, additions: Iterable[Addition], turns: int, seconds: float) -> PriceList:
     """Measure a treatment and each addition to it, with a progress bar during compilation."""
-    found, refused, idle = {AS_IT_IS: (None, treatment)}, {}, []
+    found, refused, idle = {UNCHANGED: (None, treatment)}, {}, []
     for addition in additions:
         try:
             before, after = (with_addition(name, treatment) for name in (addition.over, addition.name))
@@ -442,41 +449,41 @@ def prices_of(treatment: Treatment, additions: Iterable[Addition], turns: int, s
         else:
             found[addition.name] = (before, after)
     wanted = dict.fromkeys(each for pair in found.values() for each in pair if each is not None)
-    works, overruns = _works(wanted, seconds)
+    works, overruns = _prepare(wanted, seconds)
     refused |= {name: overruns[after] for name, (_, after) in found.items() if after in overruns}
-    spent = _spent(works, turns)
+    spent = _time_turns(works, turns)
     prices = [
-        _price(name, _over(name, before, treatment), works[after], spent[after], spent[before or after])
+        _price(name, _base_name(name, before, treatment), works[after], spent[after], spent[before or after])
         for name, (before, after) in found.items()
         if after in works and (before is None or before in works)
     ]
     return PriceList(tuple(prices), refused, tuple(idle))
 
 
-def _over(name: str, before: Treatment | None, treatment: Treatment) -> str | None:
-    """Return the name of the treatment that a price is relative to: the needed addition, or AS_IT_IS."""
+def _base_name(name: str, before: Treatment | None, treatment: Treatment) -> str | None:
+    """Return the name of the treatment that a price is relative to: the needed addition, or UNCHANGED."""
     if before is None:
         return None
-    return AS_IT_IS if before == treatment else ADDITIONS[name].over
+    return UNCHANGED if before == treatment else ADDITIONS[name].over
 
 
-class _Work:
+class _PreparedTreatment:
     """A compiled treatment, with a number of histories whose run takes about `seconds`.
 
     Raises OverrunError.
     """
 
     def __init__(self, treatment: Treatment, seconds: float, compiling) -> None:
-        from transport.engine.driver import machine_of
-        from transport.engine.program import program_of
+        from transport.engine.driver import compile_program
+        from transport.engine.program import build_program
 
-        self.program = program_of(treatment.plan)
-        self.machine = machine_of(self.program, compiling)
+        self.program = build_program(treatment.plan)
+        self.machine = compile_program(self.program, compiling)
         self.histories, self.events = 1 << 10, 0.0
         self.run(0)  # load everything before timing
-        while (spent := self.run(0)) < 0.7 * seconds and self.histories < MOST:
+        while (spent := self.run(0)) < 0.7 * seconds and self.histories < MAX_HISTORIES:
             wanted = self.histories * seconds / max(spent, 1e-6)
-            self.histories = min(MOST, max(2 * self.histories, 1 << round(math.log2(wanted))))
+            self.histories = min(MAX_HISTORIES, max(2 * self.histories, 1 << round(math.log2(wanted))))
 
     def run(self, batch: int) -> float:
         """Run one batch and return its CPU time [s]; store the events per history."""
@@ -489,19 +496,19 @@ class _Work:
         return spent
 
 
-def _works(treatments: Iterable[Treatment], seconds: float) -> tuple[dict, dict]:
+def _prepare(treatments: Iterable[Treatment], seconds: float) -> tuple[dict, dict]:
     """Compile each treatment; return the works, and the reason for each treatment that cannot run."""
     works, overruns = {}, {}
-    with progress_on(None) as bar:
+    with open_progress(None) as bar:
         for treatment in treatments:
             try:
-                works[treatment] = _Work(treatment, seconds, bar.compiling)
+                works[treatment] = _PreparedTreatment(treatment, seconds, bar.compiling)
             except OverrunError as reason:
                 overruns[treatment] = str(reason)
     return works, overruns
 
 
-def _spent(works: Mapping[Treatment, _Work], turns: int) -> dict[Treatment, np.ndarray]:
+def _time_turns(works: Mapping[Treatment, _PreparedTreatment], turns: int) -> dict[Treatment, np.ndarray]:
     """Return the CPU nanoseconds per history of each treatment, shape (turns,).
 
     The order rotates each turn, so that no treatment always follows the most expensive one.
@@ -514,7 +521,9 @@ def _spent(works: Mapping[Treatment, _Work], turns: int) -> dict[Treatment, np.n
     return spent
 
 
-def _price(name: str, over: str | None, work: _Work, spent: np.ndarray, before: np.ndarray) -> Price:
+def _price(
+    name: str, over: str | None, work: _PreparedTreatment, spent: np.ndarray, before: np.ndarray
+) -> Price:
     return Price(
         name,
         over,

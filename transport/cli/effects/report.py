@@ -5,23 +5,23 @@ from dataclasses import asdict
 
 from rich.table import Table
 
-from transport.cli.console import say, say_json, say_labelled
-from transport.cli.effects.compile_times import Start, cold_start, start_of
+from transport.cli.console import print_json, print_labelled, print_rich
+from transport.cli.effects.compile_times import CompileTime, cold_compile_time, compile_time_of
 from transport.cli.effects.costs import (
     EFFECTS,
     EffectCost,
     Footprint,
+    base_name,
+    costs_by_effect,
     files_of_passes,
     footprint_of,
-    grouped,
-    lanes_a_history,
-    plain_name,
+    lanes_per_history,
 )
-from transport.cli.effects.passes import Effects, costs_of
-from transport.cli.effects.prices import AS_IT_IS, Price, PriceList, base_prices, prices_in
+from transport.cli.effects.passes import Effects, measure_passes
+from transport.cli.effects.prices import UNCHANGED, Price, PriceList, base_prices, prices_in
 from transport.cli.effects.treatment import Treatment
 from transport.cli.tables import effect_table, effects_lines, pass_table, plain_table
-from transport.run.progress import progress_on
+from transport.run.progress import open_progress
 from transport.statistics.notation import duration
 
 # ---- Tables and lines on effects: memory, compilation, and prices of additional effects.
@@ -47,7 +47,7 @@ def price_table(prices: Iterable[Price]) -> Table:
         of_scene = price.over is None
         table.add_row(
             price.name,
-            "" if of_scene or price.over == AS_IT_IS else price.over,
+            "" if of_scene or price.over == UNCHANGED else price.over,
             f"{price.ns:.3g}",
             "" if of_scene else f"{price.added:+.3g}",
             "" if of_scene else f"{price.ratio:.2f}",
@@ -67,7 +67,7 @@ def price_lines(prices: PriceList) -> list[tuple[str, str]]:
             "CPU time per history, medians of alternating runs; an event is a crossing or a collision",
         )
     ]
-    if any(price.over not in (None, AS_IT_IS) for price in prices.prices):
+    if any(price.over not in (None, UNCHANGED) for price in prices.prices):
         lines.append(
             (
                 "note",
@@ -90,7 +90,7 @@ def memory_line(footprint: Footprint) -> str:
     )
 
 
-def start_line(start: Start) -> str:
+def start_line(start: CompileTime) -> str:
     """Return a line on how many passes were compiled and how many loaded."""
     new = start.passes - start.on_disk
     if new == 0:
@@ -100,7 +100,7 @@ def start_line(start: Start) -> str:
     )
 
 
-def cold_table(starts: Mapping[str, tuple[Start, Start, Footprint]]) -> Table:
+def cold_table(starts: Mapping[str, tuple[CompileTime, CompileTime, Footprint]]) -> Table:
     """Return a table of the first start (empty cache) and the second start of each kind of scene."""
     table = plain_table(*COLD_HEADS)
     for name, (first, second, footprint) in starts.items():
@@ -125,32 +125,32 @@ def print_effects(told: Effects, scene: Treatment, cold: bool, more: bool) -> No
     `cold` also measures compilation with an empty cache; `more` also prices each effect that the scene lacks.
     """
     for label, names in (*effects_lines(told)[:2], ("absent", absent_line(told))):
-        say_labelled(label, names)
-    say_labelled("memory", memory_line(_footprint(scene)))
-    say_labelled("compiled", start_line(started(scene)))
+        print_labelled(label, names)
+    print_labelled("memory", memory_line(_footprint(scene)))
+    print_labelled("compiled", start_line(compile_with_progress(scene)))
     if cold:
-        first = cold_start(scene)
-        say_labelled("cold", f"{duration(first.seconds)} for {first.passes} passes, with an empty cache")
-    costs = costs_of(scene)
+        first = cold_compile_time(scene)
+        print_labelled("cold", f"{duration(first.seconds)} for {first.passes} passes, with an empty cache")
+    costs = measure_passes(scene)
     for number, births in enumerate(told.births):
-        say(f"\nbirths at emitter {number}", style="bold")
-        say(pass_table(births, costs))
-    say("\nevery step", style="bold")
-    say(pass_table(told.steps, costs))
-    say("\ncost of each effect", style="bold")
-    say(effect_table(_shares(scene, costs)))
+        print_rich(f"\nbirths at emitter {number}", style="bold")
+        print_rich(pass_table(births, costs))
+    print_rich("\nevery step", style="bold")
+    print_rich(pass_table(told.steps, costs))
+    print_rich("\ncost of each effect", style="bold")
+    print_rich(effect_table(_effect_costs(scene, costs)))
     if more:
         found = prices_in(scene)
-        say("\ncost of one additional effect", style="bold")
-        say(price_table(found.prices))
+        print_rich("\ncost of one additional effect", style="bold")
+        print_rich(price_table(found.prices))
         for label, text in price_lines(found):
-            say_labelled(label, text)
+            print_labelled(label, text)
 
 
 def absent_line(told: Effects) -> str:
     """Return the names of the absent effects, and the numbers of absent passes and fields."""
     files, kinds = files_of_passes(), list(told.absent.values())
-    present = {files.get(plain_name(name)) for name in told.passes}
+    present = {files.get(base_name(name)) for name in told.passes}
     absent = [name for name, members in EFFECTS.items() if not present & set(members)]
     return (
         f"{', '.join(absent)}; in all {kinds.count('pass')} passes and {kinds.count('field')} fields"
@@ -165,13 +165,13 @@ def record_of_scene(
 
     `cold` and the entries on additions are None if not requested.
     """
-    start = started(scene)
+    start = compile_with_progress(scene)
     found = prices_in(scene) if more else None
     return {
         "memory": asdict(_footprint(scene)),
         "compiled": asdict(start),
-        "cold": asdict(cold_start(scene)) if cold else None,
-        "effects": [asdict(effect) for effect in _shares(scene, costs)],
+        "cold": asdict(cold_compile_time(scene)) if cold else None,
+        "effects": [asdict(effect) for effect in _effect_costs(scene, costs)],
         "additions": None if found is None else [price.record for price in found.prices],
         "refused": None if found is None else dict(found.refused),
         "idle": None if found is None else list(found.idle),
@@ -182,32 +182,32 @@ def print_base_prices(turns: int, json: bool) -> None:
     """Measure and print the price list of the base room."""
     found = base_prices(turns)
     if json:
-        say_json([price.record for price in found.prices])
+        print_json([price.record for price in found.prices])
         return
-    say(price_table(found.prices))
+    print_rich(price_table(found.prices))
     for label, text in price_lines(found):
-        say_labelled(label, text)
+        print_labelled(label, text)
 
 
 def print_cold_starts(json: bool) -> None:
     """Measure and print compilation times of each kind of scene with an empty cache, and bytes per lane."""
-    from transport.cli.bench.compile_times import cold_rows, cold_starts
+    from transport.cli.bench.compile_times import compile_time_rows, compile_times
 
-    starts = cold_starts()
-    say_json(cold_rows(starts)) if json else say(cold_table(starts))
+    starts = compile_times()
+    print_json(compile_time_rows(starts)) if json else print_rich(cold_table(starts))
 
 
-def started(scene: Treatment) -> Start:
+def compile_with_progress(scene: Treatment) -> CompileTime:
     """Compile or load the scene's program, with a progress bar."""
-    with progress_on(None) as bar:
-        return start_of(scene, bar.compiling)
+    with open_progress(None) as bar:
+        return compile_time_of(scene, bar.compiling)
 
 
-def _shares(scene: Treatment, costs: Mapping[str, float]) -> list[EffectCost]:
-    return grouped(costs, lanes_a_history(scene), files_of_passes()) if costs else []
+def _effect_costs(scene: Treatment, costs: Mapping[str, float]) -> list[EffectCost]:
+    return costs_by_effect(costs, lanes_per_history(scene), files_of_passes()) if costs else []
 
 
 def _footprint(scene: Treatment):
-    from transport.engine.program import program_of
+    from transport.engine.program import build_program
 
-    return footprint_of(program_of(scene.plan))
+    return footprint_of(build_program(scene.plan))

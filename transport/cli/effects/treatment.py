@@ -5,12 +5,12 @@ from types import ModuleType
 
 from transport.compile.compiler import compile_scene
 from transport.compile.method_aimed import aimed_scene
-from transport.compile.methods import ANALOG, AUTO, Method, checked_method
+from transport.compile.methods import ANALOG, AUTO, Method, coerce_method
 from transport.compile.plan import Plan
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.simulate import checked_tracking
-from transport.verification.experiment import ways_of
+from transport.simulate import coerce_tracking
+from transport.verification.experiment import run_settings_of
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class Treatment:
 
     def checked(self) -> "Treatment":
         """Return this treatment.  Raises SceneError if the scene does not allow its settings."""
-        checked_method(self.scene, self.method.estimator, self.method.sampling)
-        checked_tracking(self.scene, self.tracking)
+        coerce_method(self.scene, self.method.estimator, self.method.sampling)
+        coerce_tracking(self.scene, self.tracking)
         return self
 
     @property
@@ -39,10 +39,10 @@ def treatment_of(scene: Scene | Treatment, **ways: object) -> Treatment:
     if isinstance(scene, Treatment):
         return scene
     estimator = ways.get("estimator")
-    method = checked_method(scene, None if estimator == AUTO else estimator, ways.get("sampling") or "random")
-    return Treatment(scene, checked_tracking(scene, ways.get("tracking")), method)
+    method = coerce_method(scene, None if estimator == AUTO else estimator, ways.get("sampling") or "random")
+    return Treatment(scene, coerce_tracking(scene, ways.get("tracking")), method)
 
 
-def treatment_by(module: ModuleType, scene: Scene) -> Treatment:
+def experiment_treatment(module: ModuleType, scene: Scene) -> Treatment:
     """Return the treatment of a scene with the default settings of its experiment."""
-    return treatment_of(scene, **ways_of(module))
+    return treatment_of(scene, **run_settings_of(module))

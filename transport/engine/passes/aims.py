@@ -22,7 +22,7 @@ from transport.physics.streams import AIM, random_words, short_uniform, uniform
 
 
 @lane_pass(TARGET)
-def pick_on_rectangle(b, table, first, live):
+def sample_target_rectangle(b, table, first, live):
     """Sample a point uniformly on a rectangle, and find whether the ray as it is hits the rectangle.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
@@ -43,7 +43,7 @@ def pick_on_rectangle(b, table, first, live):
 
 
 @lane_pass(TARGET)
-def pick_on_disk(b, table, first, live):
+def sample_target_disk(b, table, first, live):
     """Sample a point uniformly on a disk or annulus, and find whether the ray as it is hits it.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
@@ -66,7 +66,7 @@ def pick_on_disk(b, table, first, live):
 
 
 @lane_pass(TARGET)
-def pick_on_triangle(b, table, first, live):
+def sample_target_triangle(b, table, first, live):
     """Sample a point uniformly on a triangle, and find whether the ray as it is hits it.
 
     The edges e_u, e_v start at the corner c.
@@ -90,7 +90,7 @@ def pick_on_triangle(b, table, first, live):
 
 
 @lane_pass(TARGET)
-def aim_at_picked(b, table, first, live):
+def aim_at_sampled_point(b, table, first, live):
     """Aim at the point sampled on a flat target.
 
     A share `natural` of particles keeps its direction (mixture pdf).
@@ -212,7 +212,7 @@ def aim_at_box(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def account_born(b, table, first, live):
+def account_births(b, table, first, live):
     """Add the births towards a target to the ledger, with the largest weight.
 
     The rest of the power is `unsampled`.

@@ -9,12 +9,12 @@ import math
 import numpy as np
 from numba import int64, uint64
 
-from transport.compile.layout import LAYERS, METER, NO_TABLE, SENSOR, SLACK, VOLUME
+from transport.compile.layout import COLLISION_CLEARANCE, DETECTOR, LAYERS, NO_TABLE, SENSOR, VOLUME
 from transport.engine.bundle import add_to_row, view
-from transport.engine.passes.detector_bins import PARALLEL, along_surface
-from transport.engine.passes.volumes import A_SCORE, mean_of_fading
+from transport.engine.passes.detector_bins import PARALLEL, tangential_part
+from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
 from transport.engine.registry import lane_pass
-from transport.engine.tally import chance_of, fair_limbs, salt_of
+from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 from transport.physics.directions import either, turned_by
@@ -25,7 +25,7 @@ SLANT_UNITS = 1 << 22  # units of a slant of 1
 
 
 @lane_pass(SENSOR)
-def draw_cell(b, table, first, live):
+def assign_cells(b, table, first, live):
     """Assign cells in turn, from a random one on: per batch each has equally many histories, or one more.
 
     Fields: reads `history`; writes `cell`.
@@ -67,40 +67,40 @@ def draw_direction(b, table, first, live):
 
 
 @device
-def between(edges, cells, number, u):
+def coordinate_in_bin(edges, cells, number, u):
     """Return the coordinate at share u of a bin."""
     bounds = view(edges, cells + 1, np.float64)
     return bounds[number] + u * (bounds[number + 1] - bounds[number])
 
 
 @lane_pass(SENSOR)
-def find_place(b, table, first, live):
+def place_in_cell(b, table, first, live):
     """Set the two coordinates, uniform in area, within the cell's bin of position.
 
     Fields: reads `cell`; updates `u0`, `u1`.
     """
     for k in range(first, live):
         number = (b.cell[k] - table.first) // (table.mu_cells * table.turn_cells)
-        b.u0[k] = between(table.u_edges, table.u_cells, number // table.v_cells, b.u0[k])
-        b.u1[k] = between(table.v_edges, table.v_cells, number % table.v_cells, b.u1[k])
+        b.u0[k] = coordinate_in_bin(table.u_edges, table.u_cells, number // table.v_cells, b.u0[k])
+        b.u1[k] = coordinate_in_bin(table.v_edges, table.v_cells, number % table.v_cells, b.u1[k])
     return live
 
 
 @lane_pass(SENSOR)
-def find_direction(b, table, first, live):
+def direction_in_cell(b, table, first, live):
     """Set the two coordinates, uniform in their measure, within the cell's bin of direction.
 
     Fields: reads `cell`; updates `u2`, `u3`.
     """
     for k in range(first, live):
         number = (b.cell[k] - table.first) % (table.mu_cells * table.turn_cells)
-        b.u2[k] = between(table.mu_edges, table.mu_cells, number % table.mu_cells, b.u2[k])
-        b.u3[k] = between(table.turn_edges, table.turn_cells, number // table.mu_cells, b.u3[k])
+        b.u2[k] = coordinate_in_bin(table.mu_edges, table.mu_cells, number % table.mu_cells, b.u2[k])
+        b.u3[k] = coordinate_in_bin(table.turn_edges, table.turn_cells, number // table.mu_cells, b.u3[k])
     return live
 
 
 @lane_pass(SENSOR)
-def find_hemisphere_direction(b, table, first, live):
+def hemisphere_direction_in_cell(b, table, first, live):
     """Set squared cosine, squared sine and turn within the cell's bin.
 
     The sine is computed apart because it keeps its digits near the normal.
@@ -110,14 +110,14 @@ def find_hemisphere_direction(b, table, first, live):
     for k in range(first, live):
         number = (b.cell[k] - table.first) % (table.mu_cells * table.turn_cells)
         column, u = number % table.mu_cells, b.u2[k]
-        b.u2[k] = between(table.mu_edges, table.mu_cells, column, u)
-        b.u4[k] = between(table.sine_edges, table.mu_cells, column, u)
-        b.u3[k] = between(table.turn_edges, table.turn_cells, number // table.mu_cells, b.u3[k])
+        b.u2[k] = coordinate_in_bin(table.mu_edges, table.mu_cells, column, u)
+        b.u4[k] = coordinate_in_bin(table.sine_edges, table.mu_cells, column, u)
+        b.u3[k] = coordinate_in_bin(table.turn_edges, table.turn_cells, number // table.mu_cells, b.u3[k])
     return live
 
 
 @device
-def wrapped(turn):
+def positive_turn(turn):
     """Return a turn in [-1, 1) as one in [0, 1)."""
     return turn + 1.0 if turn < 0.0 else turn
 
@@ -145,7 +145,7 @@ def start_on_disk(b, table, first, live):
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz = table.evx, table.evy, table.evz
     for k in range(first, live):
-        c, s = cos_sin_turn(wrapped(b.u1[k]))
+        c, s = cos_sin_turn(positive_turn(b.u1[k]))
         radius = math.sqrt(b.u0[k])
         u, v = radius * c, radius * s
         b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
@@ -163,7 +163,7 @@ def start_on_sphere(b, table, first, live):
     radius, side = table.radius, table.side
     for k in range(first, live):
         w = b.u0[k]
-        c, s = cos_sin_turn(wrapped(b.u1[k]))
+        c, s = cos_sin_turn(positive_turn(b.u1[k]))
         sine = math.sqrt((1.0 - w) * (1.0 + w))
         u, v = sine * c, sine * s
         nx, ny, nz = u * eux + v * evx + w * ax, u * euy + v * evy + w * ay, u * euz + v * evz + w * az
@@ -173,7 +173,7 @@ def start_on_sphere(b, table, first, live):
 
 
 @lane_pass(SENSOR)
-def look_from_plane(b, table, first, live):
+def cosine_law_from_plane(b, table, first, live):
     """Set a direction by the cosine law within the cell's bin, for one common normal.
 
     Fields: reads `u2`, `u3`, `u4`; writes `ux, uy, uz`.
@@ -184,7 +184,7 @@ def look_from_plane(b, table, first, live):
     evx, evy, evz = table.evx, table.evy, table.evz
     for k in range(first, live):
         mu, sine = math.sqrt(b.u2[k]), math.sqrt(b.u4[k])
-        c, s = cos_sin_turn(wrapped(b.u3[k]))
+        c, s = cos_sin_turn(positive_turn(b.u3[k]))
         c, s = c * sine, s * sine
         b.ux[k] = c * eux + s * evx + mu * nx
         b.uy[k] = c * euy + s * evy + mu * ny
@@ -193,7 +193,7 @@ def look_from_plane(b, table, first, live):
 
 
 @lane_pass(SENSOR)
-def look_from_surface(b, table, first, live):
+def cosine_law_from_surface(b, table, first, live):
     """Set a direction by the cosine law about the local normal; e_v is the projected axis of the shape.
 
     Fields: reads `nx, ny, nz`, `u2`, `u3`, `u4`; writes `ux, uy, uz`.
@@ -201,11 +201,11 @@ def look_from_surface(b, table, first, live):
     ax, ay, az, ox, oy, oz = table.nx, table.ny, table.nz, table.evx, table.evy, table.evz
     for k in range(first, live):
         mu, sine = math.sqrt(b.u2[k]), math.sqrt(b.u4[k])
-        c, s = cos_sin_turn(wrapped(b.u3[k]))
+        c, s = cos_sin_turn(positive_turn(b.u3[k]))
         c, s = c * sine, s * sine
         nx, ny, nz = b.nx[k], b.ny[k], b.nz[k]
-        evx, evy, evz = along_surface(ax, ay, az, nx, ny, nz)
-        qx, qy, qz = along_surface(ox, oy, oz, nx, ny, nz)  # at the pole of a sphere
+        evx, evy, evz = tangential_part(ax, ay, az, nx, ny, nz)
+        qx, qy, qz = tangential_part(ox, oy, oz, nx, ny, nz)  # at the pole of a sphere
         upright = evx * evx + evy * evy + evz * evz >= PARALLEL
         evx, evy, evz = either(upright, evx, evy, evz, qx, qy, qz)
         scale = 1.0 / math.sqrt(evx * evx + evy * evy + evz * evz)
@@ -218,21 +218,21 @@ def look_from_surface(b, table, first, live):
 
 
 @lane_pass(SENSOR)
-def look_evenly(b, table, first, live):
+def uniform_direction(b, table, first, live):
     """Set a direction from its cosine to +z and azimuth: uniform in solid angle.
 
     Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
     """
     for k in range(first, live):
         mu = b.u2[k]
-        c, s = cos_sin_turn(wrapped(b.u3[k]))
+        c, s = cos_sin_turn(positive_turn(b.u3[k]))
         sine = math.sqrt((1.0 - mu) * (1.0 + mu))
         b.ux[k], b.uy[k], b.uz[k] = sine * c, sine * s, mu
     return live
 
 
 @lane_pass(SENSOR)
-def look_into_cone(b, table, first, live):
+def direction_in_cone(b, table, first, live):
     """Set a direction uniform in the solid angle of a cone: 1 - cos uniform up to `spread`.
 
     Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
@@ -247,7 +247,7 @@ def look_into_cone(b, table, first, live):
 
 
 @lane_pass(SENSOR)
-def look_through_pixel(b, table, first, live):
+def direction_through_pixel(b, table, first, live):
     """Set the direction through a point of the image plane at distance 1.
 
     Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
@@ -312,7 +312,7 @@ def refine_by_cell(b, table, first, live):
 
     Fields: reads `weight`, `cell`, `home`, `meter`; updates `bin`; writes `slant`.
     """
-    meters, half = view(table.meters, table.meter_count, METER), table.half
+    meters, half = view(table.meters, table.meter_count, DETECTOR), table.half
     for k in range(first, live):
         m, is_flight = meters[b.meter[k]], b.home[k] < half
         arrives = is_flight | ((b.home[k] >= 2 * half) & (b.home[k] < 3 * half))
@@ -323,38 +323,40 @@ def refine_by_cell(b, table, first, live):
 
 
 @lane_pass(VOLUME)
-def score_way_by_cell(b, table, first, live):
+def score_path_by_cell(b, table, first, live):
     """Score weight times path length in a source that fills a volume, by cell of birth.
 
     Fields: reads `weight`, `history`, `cell`, `within`; updates `scored`.
     """
-    total, scale, salt = 0, table.scale, salt_of(b.seed_low, b.batch)
+    total, scale, salt = 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         way = b.within[k]
         if way > 0.0:
-            high, low = fair_limbs(b.weight[k] * way * scale, chance_of(bits_of(way), salt + b.history[k]))
-            seen = 1 if way > SLACK else 0  # paths left by rounding alone do not count
+            high, low = unbiased_limbs(
+                b.weight[k] * way * scale, hashed_uniform(bits_of(way), salt + b.history[k])
+            )
+            seen = 1 if way > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
             add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)
             total += high
-    b.scored += total + A_SCORE * int64(live - first)
+    b.scored += total + SCORE_BOUND * int64(live - first)
     return live
 
 
 @lane_pass(VOLUME)
-def score_way_by_cell_in_media(b, table, first, live):
+def score_path_by_cell_in_media(b, table, first, live):
     """The same where media absorb: mean weight along the path times its length.
 
     Fields: reads `weight`, `history`, `cell`, `lead`, `within`, `fade`; updates `scored`.
     """
-    total, scale, salt = 0, table.scale, salt_of(b.seed_low, b.batch)
+    total, scale, salt = 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         way, fade = b.within[k], b.fade[k]
         if way > 0.0:
-            mean, _ = mean_of_fading(fade * way)
+            mean, _ = mean_transmittance(fade * way)
             track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way
-            high, low = fair_limbs(track * scale, chance_of(bits_of(way), salt + b.history[k]))
-            seen = 1 if way > SLACK else 0
+            high, low = unbiased_limbs(track * scale, hashed_uniform(bits_of(way), salt + b.history[k]))
+            seen = 1 if way > COLLISION_CLEARANCE else 0
             add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)
             total += high
-    b.scored += total + A_SCORE * int64(live - first)
+    b.scored += total + SCORE_BOUND * int64(live - first)
     return live

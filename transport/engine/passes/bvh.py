@@ -14,10 +14,10 @@ from transport.compile.layout import NODE
 from transport.engine.cache import cached_kernels
 
 BINS = 16
-LEAF = 4  # largest number of facets in a leaf
+MAX_LEAF_FACETS = 4  # largest number of facets in a leaf
 # beyond this depth nodes are halved by number, so that the tree never exceeds a lane's traversal stack
-DEEP = 40
-PAD = 2.0**-46  # [scene lengths] margin about each box, larger than a ray's rounding
+MAX_SAH_DEPTH = 40
+BOX_MARGIN = 2.0**-46  # [scene lengths] margin about each box, larger than a ray's rounding
 
 
 def _build(vertices, faces, center, nodes, order):
@@ -40,7 +40,7 @@ def _build(vertices, faces, center, nodes, order):
     # Stack of open nodes: parent, which child, first and last facet, depth.
     stack = np.empty((512, 5), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3], stack[0, 4] = 0, 0, 0, n, 0
-    _enter(nodes[0], 1, np.full(3, math.inf), np.full(3, -math.inf), 0, 1)  # an empty child
+    _write_child(nodes[0], 1, np.full(3, math.inf), np.full(3, -math.inf), 0, 1)  # an empty child
     top, used = 1, 1
     while top > 0:
         top -= 1
@@ -54,13 +54,13 @@ def _build(vertices, faces, center, nodes, order):
             for a in range(3):
                 box_low[a], box_high[a] = min(box_low[a], low[i, a]), max(box_high[a], high[i, a])
                 mid_low[a], mid_high[a] = min(mid_low[a], middle[i, a]), max(mid_high[a], middle[i, a])
-        if last - first <= LEAF:
-            _enter(nodes[node], child, box_low, box_high, first, last - first)
+        if last - first <= MAX_LEAF_FACETS:
+            _write_child(nodes[node], child, box_low, box_high, first, last - first)
             continue
-        _enter(nodes[node], child, box_low, box_high, used, 0)
+        _write_child(nodes[node], child, box_low, box_high, used, 0)
         # Find the split of least cost (number times half area, on both sides).
         best, axis, cut = math.inf, -1, 0
-        if depth < DEEP:
+        if depth < MAX_SAH_DEPTH:
             for a in range(3):
                 width = mid_high[a] - mid_low[a]
                 if not width > 0.0:
@@ -115,22 +115,38 @@ def _build(vertices, faces, center, nodes, order):
 
 
 @njit(inline="always")
-def _enter(node, child, low, high, first, count):
+def _write_child(node, child, low, high, first, count):
     """Write a child of a node: its box, and its first facet and count, or its node and 0."""
     if child == 0:
-        node.low_x0, node.low_y0, node.low_z0 = _below(low[0]), _below(low[1]), _below(low[2])
-        node.high_x0, node.high_y0, node.high_z0 = -_below(-high[0]), -_below(-high[1]), -_below(-high[2])
+        node.low_x0, node.low_y0, node.low_z0 = (
+            _rounded_down(low[0]),
+            _rounded_down(low[1]),
+            _rounded_down(low[2]),
+        )
+        node.high_x0, node.high_y0, node.high_z0 = (
+            -_rounded_down(-high[0]),
+            -_rounded_down(-high[1]),
+            -_rounded_down(-high[2]),
+        )
         node.first0, node.count0 = first, count
     else:
-        node.low_x1, node.low_y1, node.low_z1 = _below(low[0]), _below(low[1]), _below(low[2])
-        node.high_x1, node.high_y1, node.high_z1 = -_below(-high[0]), -_below(-high[1]), -_below(-high[2])
+        node.low_x1, node.low_y1, node.low_z1 = (
+            _rounded_down(low[0]),
+            _rounded_down(low[1]),
+            _rounded_down(low[2]),
+        )
+        node.high_x1, node.high_y1, node.high_z1 = (
+            -_rounded_down(-high[0]),
+            -_rounded_down(-high[1]),
+            -_rounded_down(-high[2]),
+        )
         node.first1, node.count1 = first, count
 
 
 @njit(inline="always")
-def _below(x):
+def _rounded_down(x):
     """Return a bound below x by more than the rounding to single precision and that of a ray."""
-    return x - PAD - 2.0**-23 * abs(x)
+    return x - BOX_MARGIN - 2.0**-23 * abs(x)
 
 
 @njit(inline="always")
@@ -144,7 +160,7 @@ with cached_kernels():
     _compiled = njit(cache=True, nogil=True)(_build)
 
 
-def complete(table) -> None:
+def build_mesh(table) -> None:
     """Sort the facets of a compile.meshes.MeshTable; build its nodes, area shares and addresses."""
     if table.nodes is None:
         table.nodes, order = build_hierarchy(table.vertices, table.faces, table.center)

@@ -1,7 +1,7 @@
 """Media along a flight: free path, absorption at collisions or along the path, scattering.
 
 A flight ends at a surface or, before that, at a collision: the free path bounds `distance` before surfaces
-are searched. Lanes at a surface wait while the others collide and fly on (driver._fly_on); `flies`
+are searched. Lanes at a surface wait while the others collide and fly on (driver._fly_until_few); `flies`
 distinguishes them.
 
 Collisions keep layout.SLACK clear of what lies ahead and behind, so no rounding carries one through a
@@ -11,17 +11,17 @@ surface.
 import math
 
 from transport.compile.layout import (
+    ABSORBING_MEDIUM,
+    COLLISION_CLEARANCE,
     MEDIA,
     NO_TABLE,
     PHASE_LAW,
-    SLACK,
     TWO_ROWS,
-    WEIGHED,
 )
 from transport.compile.media import SEGMENT
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
-from transport.engine.tally import chance_of, enter, limbs, salt_of
+from transport.engine.tally import add_to_ledger, hash_salt, hashed_uniform, limbs
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
 from transport.physics.directions import either, sample_isotropic
@@ -43,30 +43,30 @@ from transport.physics.scattering import (
 # with the right mean.
 
 # optical depth below which this is done: above it rounding errs by at most 1e-10 of the absorbed weight
-THIN = 2.0**-20
+WEAK_DEPTH = 2.0**-20
 
 
 @device
-def is_thin(depth):
+def is_weak(depth):
     """Return whether a path absorbs so little."""
-    return (depth > 0.0) & (depth < THIN)
+    return (depth > 0.0) & (depth < WEAK_DEPTH)
 
 
 @device
-def thinned(before, depth, salt):
+def attenuated_unbiased(before, depth, salt):
     """Return before * exp(-depth) for depth < THIN, rounded at random to be exact in the mean over salts."""
     kept = before * (depth - depth * depth * (0.5 - depth / 6.0))
     after = before - kept
     excess = (before - after) - kept  # by which rounding has absorbed too much
     other = float_of(bits_of(after) + (1 if excess > 0.0 else -1))
-    return other if chance_of(bits_of(depth), salt) * abs(other - after) < abs(excess) else after
+    return other if hashed_uniform(bits_of(depth), salt) * abs(other - after) < abs(excess) else after
 
 
 # ---- Media along a flight: free path, absorption at collisions or along the path, scattering.
 
 
 @lane_pass(NO_TABLE)
-def set_out(b, table, first, live):
+def start_flight(b, table, first, live):
     """Mark all lanes as flying: distance 0, no hit.
 
     Fields: writes `distance`, `hit`.
@@ -78,7 +78,7 @@ def set_out(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def fly_straight(b, table, first, live):
+def fly_uncollided(b, table, first, live):
     """Set an infinite free path (no collisions): fly to the next surface.
 
     Fields: writes `distance`, `hit`, `flies`.
@@ -91,13 +91,13 @@ def fly_straight(b, table, first, live):
 
 
 @device
-def takes_off(hit, distance, weight):
+def is_flying(hit, distance, weight):
     """Return whether a lane flies: no surface hit yet, not leaving, alive."""
     return (hit == 0) & (distance < math.inf) & (weight != 0.0)
 
 
 @lane_pass(NO_TABLE)
-def fly(b, table, first, live):
+def sample_free_path(b, table, first, live):
     """Sample a free path by the exponential law, and the uniforms u0, u1 of the collision at its end.
 
     Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
@@ -106,8 +106,10 @@ def fly(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
-        flies = takes_off(b.hit[k], b.distance[k], b.weight[k])
-        b.distance[k] = b.start[k] + (depth * b.mfp[k] + 2.0 * SLACK) if flies else b.distance[k]
+        flies = is_flying(b.hit[k], b.distance[k], b.weight[k])
+        b.distance[k] = (
+            b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if flies else b.distance[k]
+        )
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
     return live
@@ -123,7 +125,7 @@ def collide(b, table, first, live):
     colliding = 0
     for k in range(first, live):
         collides = (b.flies[k] != 0) & (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
-        d = b.distance[k] - SLACK if collides else 0.0
+        d = b.distance[k] - COLLISION_CLEARANCE if collides else 0.0
         b.x[k] += d * b.ux[k]
         b.y[k] += d * b.uy[k]
         b.z[k] += d * b.uz[k]
@@ -146,9 +148,9 @@ def attenuate(b, table, first, live):
     """
     any_thin = 0
     for k in range(first, live):
-        any_thin |= 1 if is_thin(b.sigma_a[k] * (b.distance[k] - b.start[k])) else 0
+        any_thin |= 1 if is_weak(b.sigma_a[k] * (b.distance[k] - b.start[k])) else 0
     if any_thin != 0:
-        attenuate_thinly(b, first, live)
+        attenuate_unbiased(b, first, live)
         return live
     for k in range(first, live):
         way, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
@@ -162,17 +164,19 @@ def attenuate(b, table, first, live):
 
 
 @device
-def attenuate_thinly(b, first, live):
+def attenuate_unbiased(b, first, live):
     """The same if some paths are too thin for the digits of a weight (collisions.py).
 
     Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
     """
-    salt = salt_of(b.seed_low, b.batch)
+    salt = hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         way, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
         depth = sigma_a * way if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
-        fair = is_thin(depth) and before != 0.0
-        after = thinned(before, depth, salt + b.history[k]) if fair else before * exp_negative(-depth)
+        fair = is_weak(depth) and before != 0.0
+        after = (
+            attenuated_unbiased(before, depth, salt + b.history[k]) if fair else before * exp_negative(-depth)
+        )
         high, low = limbs(before)
         left_high, left_low = limbs(after)
         b.high[k], b.low[k] = high - left_high, low - left_low
@@ -180,7 +184,7 @@ def attenuate_thinly(b, first, live):
 
 
 @lane_pass(NO_TABLE)
-def absorb_by_chance(b, table, first, live):
+def absorb_at_collisions(b, table, first, live):
     """Absorb all or nothing at a collision: survive with probability `survival`; rescales and reuses u0.
 
     Fields: reads `survival`; updates `weight`, `u0`, `collides`; writes `high`, `low`.
@@ -197,7 +201,7 @@ def absorb_by_chance(b, table, first, live):
     return live
 
 
-@lane_pass(WEIGHED)
+@lane_pass(ABSORBING_MEDIUM)
 def account_absorbed_in(b, table, first, live):
     """Add the absorption in one medium to its row of the ledger.
 
@@ -208,12 +212,12 @@ def account_absorbed_in(b, table, first, live):
         here = b.medium[k] == medium
         high += b.high[k] if here else 0
         low += b.low[k] if here else 0
-    enter(b, table.ledger, high, low)
+    add_to_ledger(b, table.ledger, high, low)
     return live
 
 
-@lane_pass(WEIGHED)
-def account_absorbed_everywhere(b, table, first, live):
+@lane_pass(ABSORBING_MEDIUM)
+def account_absorbed_in_all(b, table, first, live):
     """The same for many media: one addition per lane, from the row of the first medium on.
 
     Fields: reads `medium`, `high`, `low`.

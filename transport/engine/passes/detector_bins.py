@@ -10,10 +10,10 @@ import numpy as np
 
 from transport.compile.layout import (
     CONE,
+    DETECTOR,
     DISK_PLACE,
     LAYER,
     LAYERS,
-    METER,
     RECTANGLE_PLACE,
     REVOLVED_PLACE,
     SHEET_SHIFT,
@@ -31,7 +31,7 @@ PARALLEL = 1e-12
 
 
 @device
-def cell(value, cells, edges):
+def find_cell(value, cells, edges):
     """Return the number of the cell that holds the value, by binary search in the edges at an address.
 
     -1: none.
@@ -48,7 +48,7 @@ def cell(value, cells, edges):
 
 
 @device
-def shifted(bin, base, found, stride):
+def row_after(bin, base, found, stride):
     """Return the row `found` cells further along an axis, or the outside row."""
     return bin + found * stride if found >= 0 else base
 
@@ -64,14 +64,14 @@ def sine_squared(ux, uy, uz, ax, ay, az):
 
 
 @device
-def along_surface(ax, ay, az, nx, ny, nz):
+def tangential_part(ax, ay, az, nx, ny, nz):
     """Return the part of a vector perpendicular to a unit normal."""
     a = ax * nx + ay * ny + az * nz
     return ax - a * nx, ay - a * ny, az - a * nz
 
 
 @lane_pass(LAYERS)
-def know_meter(b, table, first, live):
+def find_detector_row(b, table, first, live):
     """Set the index of the detector's row, for the bin axes that follow.
 
     Fields: reads `hit`; writes `meter`.
@@ -90,15 +90,15 @@ def refine_by_time(b, table, first, live):
 
     Fields: reads `time`, `meter`; updates `home`, `bin`.
     """
-    meters = view(table.meters, table.meter_count, METER)
+    meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
             m = meters[b.meter[k]]
             if m.time_cells != 0:
-                found = cell(b.time[k], m.time_cells, m.time_edges)
+                found = find_cell(b.time[k], m.time_cells, m.time_edges)
                 outside = m.outside + (table.half if b.home[k] >= table.half else 0)
-                b.bin[k] = shifted(b.bin[k], outside, found, m.time_stride)
-                b.home[k] = shifted(b.home[k], outside, found, m.time_stride)
+                b.bin[k] = row_after(b.bin[k], outside, found, m.time_stride)
+                b.home[k] = row_after(b.home[k], outside, found, m.time_stride)
     return live
 
 
@@ -108,15 +108,15 @@ def refine_by_speed(b, table, first, live):
 
     Fields: reads `speed`, `meter`; updates `home`, `bin`.
     """
-    meters = view(table.meters, table.meter_count, METER)
+    meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.home[k]:
             m = meters[b.meter[k]]
             if m.speed_cells != 0:
-                found = cell(b.speed[k], m.speed_cells, m.speed_edges)
+                found = find_cell(b.speed[k], m.speed_cells, m.speed_edges)
                 outside = m.outside + (table.half if b.home[k] >= table.half else 0)
-                b.bin[k] = shifted(b.bin[k], outside, found, m.speed_stride)
-                b.home[k] = shifted(b.home[k], outside, found, m.speed_stride)
+                b.bin[k] = row_after(b.bin[k], outside, found, m.speed_stride)
+                b.home[k] = row_after(b.home[k], outside, found, m.speed_stride)
     return live
 
 
@@ -126,7 +126,7 @@ def refine_by_cosine(b, table, first, live):
 
     Fields: reads `ux, uy, uz`, `mu`, `home`, `meter`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, METER)
+    meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.home[k]:  # not yet outside of another axis
             m = meters[b.meter[k]]
@@ -139,8 +139,8 @@ def refine_by_cosine(b, table, first, live):
                     value = -sine_squared(
                         toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z
                     )
-                found = cell(value, m.mu_cells, m.mu_edges)
-                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.mu_stride)
+                found = find_cell(value, m.mu_cells, m.mu_edges)
+                b.bin[k] = row_after(b.bin[k], b.home[k], found, m.mu_stride)
     return live
 
 
@@ -150,7 +150,7 @@ def refine_by_azimuth(b, table, first, live):
 
     Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `home`, `meter`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, METER)
+    meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.home[k]:
             m = meters[b.meter[k]]
@@ -161,9 +161,9 @@ def refine_by_azimuth(b, table, first, live):
                 # On a sphere: e_v = projected axis, e_u = e_v x n; lengths do not matter.
                 if m.turn_kind == SPHERE_AZIMUTH:
                     nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]
-                    evx, evy, evz = along_surface(m.axis_x, m.axis_y, m.axis_z, nx, ny, nz)
+                    evx, evy, evz = tangential_part(m.axis_x, m.axis_y, m.axis_z, nx, ny, nz)
                     if evx * evx + evy * evy + evz * evz < PARALLEL:  # a facet of a mesh across the axis
-                        evx, evy, evz = along_surface(m.evx, m.evy, m.evz, nx, ny, nz)
+                        evx, evy, evz = tangential_part(m.evx, m.evy, m.evz, nx, ny, nz)
                     eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
                 if m.turn_kind == WORLD_AZIMUTH:
                     turn = azimuth_turn(ux, uy)
@@ -174,8 +174,8 @@ def refine_by_azimuth(b, table, first, live):
                     angle += TWO_PI
                 elif angle >= m.turn_low + TWO_PI:
                     angle -= TWO_PI
-                found = cell(angle, m.turn_cells, m.turn_edges)
-                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.turn_stride)
+                found = find_cell(angle, m.turn_cells, m.turn_edges)
+                b.bin[k] = row_after(b.bin[k], b.home[k], found, m.turn_stride)
     return live
 
 
@@ -187,7 +187,7 @@ def refine_by_place(b, table, first, live):
 
     Fields: reads `x, y, z`, `home`, `meter`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, METER)
+    meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.home[k]:
             m = meters[b.meter[k]]
@@ -204,9 +204,9 @@ def refine_by_place(b, table, first, live):
                     w = px * m.nx + py * m.ny + pz * m.nz
                     polar = azimuth_turn(w, math.sqrt(u * u + v * v)) * TWO_PI
                     u, v = w if m.place == REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
-                found = cell(u, m.u_cells, m.u_edges)
-                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.u_stride)
+                found = find_cell(u, m.u_cells, m.u_edges)
+                b.bin[k] = row_after(b.bin[k], b.home[k], found, m.u_stride)
                 if b.bin[k] > b.home[k]:
-                    found = cell(v, m.v_cells, m.v_edges)
-                    b.bin[k] = shifted(b.bin[k], b.home[k], found, m.v_stride)
+                    found = find_cell(v, m.v_cells, m.v_edges)
+                    b.bin[k] = row_after(b.bin[k], b.home[k], found, m.v_stride)
     return live

@@ -7,26 +7,34 @@ azimuth, cosine), the last fastest, after one row for values outside all bins; d
 from numba import float64, int64, uint64
 
 from transport.compile.layout import (
+    DETECTOR,
+    DETECTOR_BACK,
+    DETECTOR_BASE_MASK,
+    DETECTOR_CELLS_MASK,
+    DETECTOR_CELLS_SHIFT,
     LAYER,
     LAYERS,
-    LOOK_BACK,
-    LOOK_BASE,
-    LOOK_CELLS,
-    LOOK_CELLS_SHIFT,
-    METER,
     MOMENTS,
     NO_TABLE,
     SHEET_SHIFT,
 )
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
-from transport.engine.tally import balance_grazing, chance_of, fair_limbs, grazes, long_limbs, salt_of, slant
+from transport.engine.tally import (
+    count_grazing,
+    hash_salt,
+    hashed_uniform,
+    is_grazing,
+    long_limbs,
+    slant,
+    unbiased_limbs,
+)
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
 
 @lane_pass(LAYERS)
-def look_up_meter(b, table, first, live):
+def find_detector(b, table, first, live):
     """Set the packed word of the detector of this layer on the sheet that was hit.
 
     Fields: reads `hit`; writes `look`.
@@ -38,19 +46,19 @@ def look_up_meter(b, table, first, live):
 
 
 @device
-def facing(look, hit, layer, mu):
+def cosine_to_side(look, hit, layer, mu):
     """Return mu relative to the detector's side: negative for arrivals, positive for departures.
 
     0 without detector.
     """
     covered = (look != 0) & (((hit >> layer) & 1) != 0)
-    return (-mu if look & LOOK_BACK else mu) if covered else 0.0
+    return (-mu if look & DETECTOR_BACK else mu) if covered else 0.0
 
 
 @device
 def cosine_bin(look, mu):
     """Return the row of the cosine bin relative to the detector's first row, which is the outside row."""
-    cells = (look >> LOOK_CELLS_SHIFT) & LOOK_CELLS
+    cells = (look >> DETECTOR_CELLS_SHIFT) & DETECTOR_CELLS_MASK
     return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)
 
 
@@ -59,17 +67,17 @@ def bin_arrivals(b, table, first, live):
     """Find the cosine bin of arrivals at the detector's side, and the integers to score.
 
     Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
-    `grazes`.
+    `is_grazing`.
     """
-    layer, any_grazes, salt = table.layer, 0, salt_of(b.seed_low, b.batch)
+    layer, any_grazes, salt = table.layer, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
-        base = look & LOOK_BASE
-        here = (facing(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
+        base = look & DETECTOR_BASE_MASK
+        here = (cosine_to_side(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
-        any_grazes |= grazes(here, mu)
-        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
-        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        any_grazes |= is_grazing(here, mu)
+        chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
     b.grazes = any_grazes
     return live
@@ -80,17 +88,17 @@ def bin_departures(b, table, first, live):
     """Find the cosine bin of departures from the detector's side, and the integers to score.
 
     Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
-    `grazes`.
+    `is_grazing`.
     """
-    layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
+    layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
-        base = (look & LOOK_BASE) + half
-        here = (facing(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
+        base = (look & DETECTOR_BASE_MASK) + half
+        here = (cosine_to_side(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
-        any_grazes |= grazes(here, mu)
-        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
-        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        any_grazes |= is_grazing(here, mu)
+        chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
     b.grazes = any_grazes
     return live
@@ -101,17 +109,17 @@ def bin_crossings(b, table, first, live):
     """Find the cosine bin where nothing acts: arrival on one side is departure from the other.
 
     Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
-    `grazes`.
+    `is_grazing`.
     """
-    layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
+    layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
-        side = facing(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
-        base = (look & LOOK_BASE) + (half if side > 0.0 else 0)
+        side = cosine_to_side(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
+        base = (look & DETECTOR_BASE_MASK) + (half if side > 0.0 else 0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
-        any_grazes |= grazes((side != 0.0), mu)
-        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
-        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        any_grazes |= is_grazing((side != 0.0), mu)
+        chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
     b.grazes = any_grazes
     return live
@@ -121,7 +129,7 @@ def bin_crossings(b, table, first, live):
 def score(b, table, first, live):
     """Add weight, count and slant (weight/|mu|) to the row of the bin, for the few lanes that have one.
 
-    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
+    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """
     n = 0
     for k in range(first, live):  # no branch, so no misprediction
@@ -130,7 +138,7 @@ def score(b, table, first, live):
     for j in range(n):
         k = uint64(b.listed[j])
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-    balance_grazing(b, first, live)
+    count_grazing(b, first, live)
     return live
 
 
@@ -138,11 +146,11 @@ def score(b, table, first, live):
 def score_all(b, table, first, live):
     """The same where nearly every lane has a bin; row 0 takes the others and is never read.
 
-    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
+    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """
     for k in range(first, live):
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-    balance_grazing(b, first, live)
+    count_grazing(b, first, live)
     return live
 
 
@@ -195,7 +203,7 @@ def require_visits(b, table, first, live):
 
     Fields: reads `visited`, `meter`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, METER)
+    meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
             via = meters[b.meter[k]].via
@@ -209,7 +217,7 @@ def require_reflections(b, table, first, live):
 
     Fields: reads `reflections`, `meter`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, METER)
+    meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
             m = meters[b.meter[k]]

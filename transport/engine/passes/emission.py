@@ -10,8 +10,8 @@ from numba import int64
 from transport.compile.layout import (
     BEAM,
     BIRTH,
-    CODE,
     DISK,
+    HIT_WORD,
     HOLED,
     MEDIUM,
     NO_TABLE,
@@ -21,7 +21,7 @@ from transport.compile.layout import (
     SHEET_SHIFT,
     TRIANGLE,
 )
-from transport.engine.passes.flats import beyond_hole
+from transport.engine.passes.flats import distance_from_hole
 from transport.engine.registry import lane_pass
 from transport.physics.bits import float_of
 from transport.physics.directions import sample_cosine_law, sample_isotropic
@@ -31,10 +31,10 @@ from transport.physics.velocities import sample_normal_pair
 
 
 @lane_pass(BIRTH)
-def begin(b, table, first, live):
+def start_history(b, table, first, live):
     """Start a new history: number, birth weight, ray parameter and sheet.
 
-    The birth weight is that of the table times the factor dealt to the emitter (driver._dealt).
+    The birth weight is that of the table times the factor dealt to the emitter (driver._deal_histories).
 
     Fields: writes `weight`, `history`, `sheet`, `start`.
     """
@@ -47,7 +47,7 @@ def begin(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def begin_events(b, table, first, live):
+def reset_events(b, table, first, live):
     """Set the event counter, which numbers the random blocks, to 0.
 
     Fields: writes `event`.
@@ -58,7 +58,7 @@ def begin_events(b, table, first, live):
 
 
 @lane_pass(MEDIUM)
-def begin_in_medium(b, table, first, live):
+def set_birth_index(b, table, first, live):
     """Set the refractive index to that of the source's medium.
 
     Fields: writes `index`.
@@ -70,7 +70,7 @@ def begin_in_medium(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def begin_visits(b, table, first, live):
+def reset_visits(b, table, first, live):
     """Clear the bit set of visited objects.
 
     Fields: writes `visited`.
@@ -81,7 +81,7 @@ def begin_visits(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def begin_reflections(b, table, first, live):
+def reset_reflections(b, table, first, live):
     """Set the count of reflections to 0.
 
     Fields: writes `reflections`.
@@ -92,7 +92,7 @@ def begin_reflections(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def remember_birth_weight(b, table, first, live):
+def save_birth_weight(b, table, first, live):
     """Keep the birth weight as the reference of Russian roulette.
 
     Fields: reads `weight`; writes `birth`.
@@ -168,7 +168,7 @@ def born_beside_hole(b, table, first, live):
             u = (2.0 * uniform(w0, w1) - 1.0) * table.half_u
             v = (2.0 * uniform(w2, w3) - 1.0) * table.half_v
             outside = (
-                beyond_hole(
+                distance_from_hole(
                     u,
                     v,
                     table.hole_u,
@@ -204,7 +204,7 @@ def born_on_sphere(b, table, first, live):
 
 
 @lane_pass(PATCH)
-def born_on_lit_sphere(b, table, first, live):
+def born_on_sphere_cross_section(b, table, first, live):
     """Sample a point on a sphere, uniformly over its cross section, for a parallel beam.
 
     The beam goes along (nx, ny, nz) of the table.
@@ -223,7 +223,7 @@ def born_on_lit_sphere(b, table, first, live):
 
 
 @lane_pass(PATCH)
-def take_normal(b, table, first, live):
+def set_emission_normal(b, table, first, live):
     """Set the normal of the emitting side, by which an aim weights directions; 0 for isotropic emission.
 
     Fields: writes `nx, ny, nz`.
@@ -364,7 +364,7 @@ def emit_isotropic(b, table, first, live):
 
 
 @lane_pass(BEAM)
-def emit_along(b, table, first, live):
+def emit_beam(b, table, first, live):
     """Set one direction for all.
 
     Fields: writes `ux, uy, uz`.
@@ -382,7 +382,7 @@ def emit_along(b, table, first, live):
 
 
 @lane_pass(BIRTH)
-def stand_at_birth(b, table, first, live):
+def hit_birth_sheet(b, table, first, live):
     """Set the hit to the sheet of birth, without detectors yet.
 
     Fields: writes `hit`.
@@ -394,7 +394,7 @@ def stand_at_birth(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def visit_birthplace(b, table, first, live):
+def move_to_birthplace(b, table, first, live):
     """Move an aimed particle from its target back along the ray to its birthplace.
 
     The target is kept in u0 to u2.
@@ -410,7 +410,7 @@ def visit_birthplace(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def return_to_target(b, table, first, live):
+def move_to_target(b, table, first, live):
     """Restore the target as the position, to its full precision.
 
     Fields: reads `u0`, `u1`, `u2`; writes `x, y, z`.
@@ -471,7 +471,7 @@ def born_over_holed(b, table, first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
         u = px * table.eux + py * table.euy + pz * table.euz
         v = px * table.evx + py * table.evy + pz * table.evz
-        beyond = beyond_hole(
+        beyond = distance_from_hole(
             u, v, table.hole_u, table.hole_v, table.hole_cos, table.hole_sin, table.half_p, table.half_q
         )
         covers = (abs(u) <= table.half_u) & (abs(v) <= table.half_v) & (beyond >= 0.0)
@@ -491,7 +491,7 @@ def born_over_quadric(b, table, first, live):
     return live
 
 
-@lane_pass(CODE)
+@lane_pass(HIT_WORD)
 def born_all_over(b, table, first, live):
     """Add the detectors of the emitter's own shape to the hit of all births, despite rounding at its rim.
 

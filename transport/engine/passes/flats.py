@@ -9,17 +9,17 @@ from transport.compile.layout import (
     PLANES,
     ROUNDING,
     SHEET_SHIFT,
-    STANDING,
+    STANDING_SHEET_MASK,
     TRIANGLE,
 )
-from transport.engine.passes.intersections import ahead
+from transport.engine.passes.intersections import is_ahead
 from transport.engine.registry import lane_pass
 from transport.physics.device import device
 from transport.physics.rays import plane_crossing
 
 
 @device
-def beyond_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q):
+def distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q):
     """Return the distance of a point (u, v) of the plane from the hole; negative inside the hole."""
     du, dv = u - hole_u, v - hole_v
     p, q = abs(hole_cos * du + hole_sin * dv), abs(hole_cos * dv - hole_sin * du)
@@ -40,7 +40,7 @@ def meet_plane(b, table, first, live):
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         t, _, _, _ = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
-        nearer = (t < b.distance[k]) & (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        nearer = (t < b.distance[k]) & (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = code if nearer else b.hit[k]
     return live
@@ -60,18 +60,18 @@ def cover_plane(b, table, first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
         start, places = b.start[k], b.sheet[k]
-        b.distance[k], b.hit[k] = nearest_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
+        b.distance[k], b.hit[k] = keep_nearer_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
     return live
 
 
 @device
-def nearest_plane(t, code, sheet, start, places, distance, hit):
+def keep_nearer_plane(t, code, sheet, start, places, distance, hit):
     """Return distance and hit after a detector's plane at t.
 
     A nearer plane replaces them; on the sheet of the nearest hit its bit is added.
     """
     same = (hit >> SHEET_SHIFT) == sheet
-    covers = (t < math.inf) & ahead(t, start, sheet, places)
+    covers = (t < math.inf) & is_ahead(t, start, sheet, places)
     nearer = covers & ((t < distance) | same)
     found = (hit | code if same else code) if nearer else hit
     return t if nearer & (not same) else distance, found
@@ -91,9 +91,9 @@ def cover_planes(b, table, first, live):
         x, y, z, start, places = b.x[k], b.y[k], b.z[k], b.start[k], b.sheet[k]
         inverse = 1.0 / (b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz)
         t = ((sx - x) * nx + (sy - y) * ny + (sz - z) * nz) * inverse
-        distance, hit = nearest_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
+        distance, hit = keep_nearer_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
         t = ((ox - x) * nx + (oy - y) * ny + (oz - z) * nz) * inverse
-        b.distance[k], b.hit[k] = nearest_plane(t, other_code, other_sheet, start, places, distance, hit)
+        b.distance[k], b.hit[k] = keep_nearer_plane(t, other_code, other_sheet, start, places, distance, hit)
     return live
 
 
@@ -114,7 +114,7 @@ def meet_triangle(b, table, first, live):
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         r, beyond = 1.0 - p - q, slack + ROUNDING * t
         nearer = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (r >= -beyond * reach_c)
-        nearer &= (t < b.distance[k]) & (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        nearer &= (t < b.distance[k]) & (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
         edge = (p < least_a) | (q < least_b) | (r < least_c)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
@@ -141,7 +141,7 @@ def cover_triangle(b, table, first, live):
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
-        covers &= ahead(t, b.start[k], sheet, b.sheet[k])
+        covers &= is_ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -164,9 +164,9 @@ def meet_holed(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         pu, pv, slack = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz, ROUNDING * t
         u, v = abs(pu), abs(pv)
-        beyond = beyond_hole(pu, pv, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
+        beyond = distance_from_hole(pu, pv, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
         nearer = (u - slack <= half_u) & (v - slack <= half_v) & (beyond + slack >= 0.0) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
         edge = (u > inner_u) | (v > inner_v) | (beyond < margin)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
@@ -193,10 +193,10 @@ def cover_holed(b, table, first, live):
         t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         u, v = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz
-        beyond = beyond_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
+        beyond = distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         covers = (abs(u) <= half_u) & (abs(v) <= half_v) & (beyond >= 0.0)
-        covers &= ahead(t, b.start[k], sheet, b.sheet[k])
+        covers &= is_ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]

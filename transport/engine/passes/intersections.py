@@ -11,25 +11,25 @@ from transport.compile.layout import (
     DISK,
     EDGE,
     ESCAPED,
+    LEFT_BOX,
     NO_TABLE,
-    OUT,
     PASSED_SHIFT,
     RECTANGLE,
     ROUNDING,
     SHEET_SHIFT,
     SPHERE,
-    STANDING,
+    STANDING_SHEET_MASK,
     SURFACE_MASK,
     SURFACE_SHIFT,
 )
 from transport.engine.registry import lane_pass
-from transport.engine.tally import enter, limbs, lose
+from transport.engine.tally import add_lost, add_to_ledger, limbs
 from transport.physics.device import device
 from transport.physics.rays import plane_crossing, sphere_crossing
 
 
 @device
-def ahead(t, start, sheet, places):
+def is_ahead(t, start, sheet, places):
     """Return whether a detector lies further along the ray.
 
     Of detectors that meet in a line, the next number is next. places: the lane's `sheet` word; the sheets
@@ -38,20 +38,20 @@ def ahead(t, start, sheet, places):
     passed = places >> PASSED_SHIFT
     further = (t > start) & (passed != sheet)
     is_next = (t == start) & (passed != 0) & (passed < sheet)
-    return (further | is_next) & ((places & STANDING) != sheet)
+    return (further | is_next) & ((places & STANDING_SHEET_MASK) != sheet)
 
 
 @device
-def is_counted(t, start, tie, leaves, places):
+def is_box_face_passed(t, start, tie, leaves, places):
     """Return whether another face of this face's box was entered, or left, at this very point (on an edge).
 
     tie: number of the box's first sheet.
     """
-    return (t == start) & ((places >> PASSED_SHIFT) >= tie) & (((places & OUT) != 0) == leaves)
+    return (t == start) & ((places >> PASSED_SHIFT) >= tie) & (((places & LEFT_BOX) != 0) == leaves)
 
 
 @lane_pass(NO_TABLE)
-def look_ahead(b, table, first, live):
+def reset_hit(b, table, first, live):
     """Reset the nearest hit: infinite distance, no sheet.
 
     Fields: writes `distance`, `hit`.
@@ -79,7 +79,7 @@ def meet_rectangle(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         u, v, slack = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz), ROUNDING * t
         nearer = (u - slack <= half_u) & (v - slack <= half_v) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
         edge = (u > inner_u) | (v > inner_v)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
@@ -106,8 +106,8 @@ def cover_rectangle(b, table, first, live):
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
         leaves = outward * (ux * nx + uy * ny + uz * nz) > 0.0
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, b.sheet[k])
-        covers &= not is_counted(t, b.start[k], tie, leaves, b.sheet[k])
+        covers = (u <= half_u) & (v <= half_v) & is_ahead(t, b.start[k], sheet, b.sheet[k])
+        covers &= not is_box_face_passed(t, b.start[k], tie, leaves, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -135,7 +135,7 @@ def bound_rectangle(b, table, first, live):
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
         found = code | EDGE if (u > inner_u) | (v > inner_v) else code
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (u - slack <= half_u) & (v - slack <= half_v) & ahead(t, b.start[k], sheet, b.sheet[k])
+        covers = (u - slack <= half_u) & (v - slack <= half_v) & is_ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | found if same else found) if nearer else b.hit[k]
@@ -156,7 +156,7 @@ def meet_disk(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         r2, slack = px * px + py * py + pz * pz, ROUNDING * breadth * t
         nearer = (r2 - slack <= outer2) & (r2 + slack >= inner2) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
         edge = (r2 > most2) | (r2 < least2)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
@@ -181,7 +181,7 @@ def cover_disk(b, table, first, live):
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         r2 = px * px + py * py + pz * pz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, b.sheet[k])
+        covers = (r2 <= outer2) & (r2 >= inner2) & is_ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -197,7 +197,7 @@ def meet_sphere(b, table, first, live):
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
+        standing, start = (b.sheet[k] & STANDING_SHEET_MASK) == sheet, b.start[k]
         own = start if start < 0.0 else 0.0  # ray parameter of the origin
         t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, False, False)
         nearer = t < b.distance[k]
@@ -218,7 +218,7 @@ def cover_sphere(b, table, first, live):
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
-        standing = (b.sheet[k] & STANDING) == sheet
+        standing = (b.sheet[k] & STANDING_SHEET_MASK) == sheet
         own = start if start < 0.0 else 0.0
         # Of detectors that meet in a line, the next number is next.
         closed = (last != 0) & (sheet > last)
@@ -236,7 +236,7 @@ def cover_sphere(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def leave(b, table, first, live):
+def end_escaped(b, table, first, live):
     """End lanes without a surface ahead as escaped, and lanes with a non-finite state as lost.
 
     Both weights go into the ledger. Counts the crossings of the other lanes.
@@ -255,7 +255,7 @@ def leave(b, table, first, live):
         hits += 0 if gone | (w == 0.0) else 1
         any_lost |= 0 if is_sane | (w == 0.0) else 1
         b.weight[k] = 0.0 if gone & is_sane else w
-    enter(b, ESCAPED, high, low)
+    add_to_ledger(b, ESCAPED, high, low)
     b.crossings += hits
     # Rarely: end lanes whose state is not finite, as lost.
     if any_lost != 0:
@@ -263,7 +263,7 @@ def leave(b, table, first, live):
             w = b.weight[k]
             is_sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
             if w != 0.0 and not is_sane:
-                lose(b, w)
+                add_lost(b, w)
                 b.weight[k] = 0.0
     return live
 
@@ -284,7 +284,7 @@ def move(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def remember_ray(b, table, first, live):
+def save_ray(b, table, first, live):
     """Keep the origin of the ray, in scenes with detectors that other surfaces may touch.
 
     Fields: reads `x, y, z`, `sheet`, `start`; writes `rx, ry, rz`, `stood`.
@@ -292,12 +292,12 @@ def remember_ray(b, table, first, live):
     for k in range(first, live):
         b.rx[k], b.ry[k], b.rz[k] = b.x[k], b.y[k], b.z[k]
         # The x of an aimed ray is its target: such a ray began on no sheet.
-        b.stood[k] = b.sheet[k] & STANDING if b.start[k] >= 0.0 else 0
+        b.stood[k] = b.sheet[k] & STANDING_SHEET_MASK if b.start[k] >= 0.0 else 0
     return live
 
 
 @lane_pass(NO_TABLE)
-def resume_ray(b, table, first, live):
+def restore_ray(b, table, first, live):
     """Restore the origin of the ray after a transparent detector; `start` becomes the crossing's distance.
 
     All crossings of a ray are thus computed from one origin: a wall that touches a detector lies behind or

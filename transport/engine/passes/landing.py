@@ -8,15 +8,15 @@ from transport.compile.layout import (
     CONTACT,
     DISK_RIM,
     EDGE,
+    LEFT_BOX,
     NO_TABLE,
-    OUT,
     QUADRIC_RIM,
     RECTANGLE_RIM,
     RIM,
     ROWS,
     SHEET,
     SHEET_SHIFT,
-    STANDING,
+    STANDING_SHEET_MASK,
     SURFACE_MASK,
     SURFACE_SHIFT,
     TRIANGLE_RIM,
@@ -26,15 +26,15 @@ from transport.engine.registry import lane_pass
 from transport.physics.device import device
 from transport.physics.quadrics import quadric_form
 
-STEEP = 2.0**-12  # cosine below which a ray grazes a surface
-NARROW = 2.0**-22  # [scene lengths] back from where two surfaces touch: there they are 2^-45 apart
+GRAZING_COSINE = 2.0**-12  # cosine below which a ray grazes a surface
+MIN_RETREAT = 2.0**-22  # [scene lengths] back from where two surfaces touch: there they are 2^-45 apart
 # largest share of a flight: its origin may stand on a surface, within rounding of either side
-SHORT = 31.0 / 32.0
-ZONE = 64.0  # in units of `reach`: distance from a surface within which a point is kept clear of it
+MAX_RETREAT_SHARE = 31.0 / 32.0
+CONTACT_ZONE = 64.0  # in units of `reach`: distance from a surface within which a point is kept clear of it
 
 
 @lane_pass(ROWS)
-def stand_on_sheet(b, table, first, live):
+def set_sheet(b, table, first, live):
     """Set the sheet and its normal.
 
     The gather is a pass of its own because it would slow down a longer loop.
@@ -51,7 +51,7 @@ def stand_on_sheet(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def put_back_on_sphere(b, table, first, live):
+def project_onto_sphere(b, table, first, live):
     """On a sphere: set the normal from the point, and project the point to the radius.
 
     Fields: reads `sheet`; updates `x, y, z`, `nx, ny, nz`.
@@ -72,7 +72,7 @@ def put_back_on_sphere(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def take_cosine(b, table, first, live):
+def set_cosine(b, table, first, live):
     """Set mu = u·n: negative where the particle moves against the normal.
 
     Fields: reads `ux, uy, uz`, `nx, ny, nz`; writes `mu`.
@@ -83,7 +83,7 @@ def take_cosine(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def tell_leaving(b, table, first, live):
+def mark_box_exit(b, table, first, live):
     """Mark in `stood` that a ray leaves a box through this face, where boxes are detectors.
 
     At an edge a ray may enter by one face and leave by another.
@@ -92,12 +92,12 @@ def tell_leaving(b, table, first, live):
     """
     sheets = view(table.rows, table.count, SHEET)
     for k in range(first, live):
-        b.stood[k] |= OUT if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
+        b.stood[k] |= LEFT_BOX if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
     return live
 
 
 @lane_pass(NO_TABLE)
-def remember_origin(b, table, first, live):
+def save_origin(b, table, first, live):
     """Keep the origin of the flight and its sheet.
 
     They give the side of every surface that the flight did not cross.
@@ -109,12 +109,12 @@ def remember_origin(b, table, first, live):
         b.ox[k] = b.x[k] + start * b.ux[k]
         b.oy[k] = b.y[k] + start * b.uy[k]
         b.oz[k] = b.z[k] + start * b.uz[k]
-        b.left[k] = b.sheet[k] & STANDING
+        b.left[k] = b.sheet[k] & STANDING_SHEET_MASK
     return live
 
 
 @device
-def height_over(px, py, pz, ax, ay, az, alpha, beta, gamma, is_plane):
+def height_and_normal(px, py, pz, ax, ay, az, alpha, beta, gamma, is_plane):
     """Return the height of p over a plane or a surface of revolution, and the unit normal there.
 
     The plane passes through the origin; the surface of revolution is centred on it.
@@ -150,8 +150,8 @@ def keep_to_side(b, table, first, live):
         rx, ry, rz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         ox, oy, oz = b.ox[k] - cx, b.oy[k] - cy, b.oz[k] - cz
         # Heights over the other surface at the point and at the origin, and the side of the origin.
-        height, gx, gy, gz = height_over(rx, ry, rz, nx, ny, nz, alpha, beta, gamma, is_plane)
-        before, ex, ey, ez = height_over(ox, oy, oz, nx, ny, nz, alpha, beta, gamma, is_plane)
+        height, gx, gy, gz = height_and_normal(rx, ry, rz, nx, ny, nz, alpha, beta, gamma, is_plane)
+        before, ex, ey, ez = height_and_normal(ox, oy, oz, nx, ny, nz, alpha, beta, gamma, is_plane)
         away = ux * ex + uy * ey + uz * ez
         from_front = away > 0.0 if b.left[k] == sheet else before > 0.0
         # Length to move back along the ray.
@@ -159,16 +159,20 @@ def keep_to_side(b, table, first, live):
         dx, dy, dz = rx - ox, ry - oy, rz - oz
         flight = math.sqrt(dx * dx + dy * dy + dz * dz)
         steepest = min(slope, abs(b.mu[k]))
-        back = 2.0 * reach / (steepest if steepest > STEEP else STEEP)
-        back = SHORT * flight if back > SHORT * flight else back
+        back = 2.0 * reach / (steepest if steepest > GRAZING_COSINE else GRAZING_COSINE)
+        back = MAX_RETREAT_SHARE * flight if back > MAX_RETREAT_SHARE * flight else back
         # Which lanes move, and how.
-        near = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (abs(height) <= ZONE * reach)
-        grazes = (slope <= STEEP) & (abs(height) <= reach)
-        narrow = NARROW if flight > NARROW else flight  # between two surfaces that touch, both grazed
-        along = back if near & (slope > STEEP) else 0.0
-        along = narrow if near & grazes & (abs(b.mu[k]) <= STEEP) else along
+        near = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (
+            abs(height) <= CONTACT_ZONE * reach
+        )
+        grazes = (slope <= GRAZING_COSINE) & (abs(height) <= reach)
+        narrow = (
+            MIN_RETREAT if flight > MIN_RETREAT else flight
+        )  # between two surfaces that touch, both grazed
+        along = back if near & (slope > GRAZING_COSINE) else 0.0
+        along = narrow if near & grazes & (abs(b.mu[k]) <= GRAZING_COSINE) else along
         across = (2.0 * reach if from_front else -2.0 * reach) - height
-        across = across if near & grazes & (abs(b.mu[k]) > STEEP) else 0.0
+        across = across if near & grazes & (abs(b.mu[k]) > GRAZING_COSINE) else 0.0
         b.x[k] += across * gx - along * ux
         b.y[k] += across * gy - along * uy
         b.z[k] += across * gz - along * uz
@@ -182,7 +186,7 @@ def keep_to_side(b, table, first, live):
 
 
 @device
-def out_of_hole(rim, u, v):
+def clamp_outside_hole(rim, u, v):
     """Return a point (u, v) of the plane, moved out of the hole's margin."""
     du, dv = u - rim.hole_u, v - rim.hole_v
     p, q = rim.hole_cos * du + rim.hole_sin * dv, rim.hole_cos * dv - rim.hole_sin * du
@@ -200,15 +204,15 @@ def out_of_hole(rim, u, v):
 
 
 @device
-def within_rectangle(rim, u, v):
+def clamp_to_rectangle(rim, u, v):
     """Return a point (u, v) of the plane, clamped to a rectangle and out of its hole."""
     u = min(max(u, -rim.inner_u), rim.inner_u)
     v = min(max(v, -rim.inner_v), rim.inner_v)
-    return out_of_hole(rim, u, v) if rim.half_p > 0.0 else (u, v)
+    return clamp_outside_hole(rim, u, v) if rim.half_p > 0.0 else (u, v)
 
 
 @device
-def within_disk(rim, u, v):
+def clamp_to_disk(rim, u, v):
     """Return a point (u, v) of the plane, clamped between a disk's radii inner_v and inner_u."""
     r = math.sqrt(u * u + v * v)
     s = min(max(r, rim.inner_v), rim.inner_u) / r if r > 0.0 else 1.0
@@ -216,7 +220,7 @@ def within_disk(rim, u, v):
 
 
 @device
-def within_triangle(rim, u, v):
+def clamp_to_triangle(rim, u, v):
     """Return the barycentric weights of the second and third vertex, clamped away from all three edges."""
     p, q = max(u, rim.least_a), max(v, rim.least_b)
     excess = 0.5 * max(p + q - (1.0 - rim.least_c), 0.0)
@@ -224,7 +228,7 @@ def within_triangle(rim, u, v):
 
 
 @lane_pass(ROWS)
-def draw_back_from_edge(b, table, first, live):
+def clamp_inside_edge(b, table, first, live):
     """Clamp the lanes that landed within rounding of an edge (bit EDGE) to the inner side of it.
 
     Does nothing if no lane did, the usual case.
@@ -268,11 +272,11 @@ def draw_back_from_edge(b, table, first, live):
                     v = px * rim.bx + py * rim.by + pz * rim.bz
                 new_u, new_v = u, v
                 if rim.form == RECTANGLE_RIM:
-                    new_u, new_v = within_rectangle(rim, u, v)
+                    new_u, new_v = clamp_to_rectangle(rim, u, v)
                 elif rim.form == DISK_RIM:
-                    new_u, new_v = within_disk(rim, u, v)
+                    new_u, new_v = clamp_to_disk(rim, u, v)
                 elif is_triangle:
-                    new_u, new_v = within_triangle(rim, u, v)
+                    new_u, new_v = clamp_to_triangle(rim, u, v)
                 du, dv = new_u - u, new_v - v
                 b.x[k] += du * rim.eux + dv * rim.evx
                 b.y[k] += du * rim.euy + dv * rim.evy

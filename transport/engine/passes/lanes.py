@@ -3,18 +3,20 @@
 import numpy as np
 from numba import int64, uint64
 
-from transport.compile.layout import MOVED
+from transport.compile.layout import FIELD_MOVES
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
 from transport.engine.registry import lane_pass
 from transport.physics.device import device
 
-TOGETHER = 4  # fields moved at once, so that both lane numbers are fetched once per group
-PADDING = [len(CARRIED) + k for k in range(TOGETHER - 1)]  # numbers of scratch fields that fill up a group
+FIELDS_PER_GROUP = 4  # fields moved at once, so that both lane numbers are fetched once per group
+PADDING = [
+    len(CARRIED) + k for k in range(FIELDS_PER_GROUP - 1)
+]  # numbers of scratch fields that fill up a group
 FIELDS = len(CARRIED) + len(PADDING)
 
 
 @device
-def rows_of_fields(fields, f):
+def field_offsets(fields, f):
     """Return the offsets in words of four carried fields, unsigned so that no index is tested for sign."""
     return (
         uint64(CARRIED_WORDS + fields[f] * PITCH),
@@ -24,13 +26,13 @@ def rows_of_fields(fields, f):
     )
 
 
-def padded(numbers: list[int]) -> list[int]:
+def pad_group(numbers: list[int]) -> list[int]:
     """Return the numbers of the fields to move, filled up to whole groups of TOGETHER."""
-    return numbers + PADDING[: -len(numbers) % TOGETHER]
+    return numbers + PADDING[: -len(numbers) % FIELDS_PER_GROUP]
 
 
-@lane_pass(MOVED)
-def fill_gaps(b, table, first, live):
+@lane_pass(FIELD_MOVES)
+def compact_lanes(b, table, first, live):
     """Drop ended lanes (weight 0): move the last live lanes into their gaps.
 
     Returns the number of lanes kept. Every carried field that the program uses moves, so a new field cannot
@@ -57,8 +59,8 @@ def fill_gaps(b, table, first, live):
     # Move all carried fields, four at a time.
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for f in range(0, table.count, TOGETHER):
-        r0, r1, r2, r3 = rows_of_fields(fields, f)
+    for f in range(0, table.count, FIELDS_PER_GROUP):
+        r0, r1, r2, r3 = field_offsets(fields, f)
         for j in range(gaps):
             here, there = uint64(b.listed[j]), uint64(b.movers[j])
             words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
@@ -66,8 +68,8 @@ def fill_gaps(b, table, first, live):
     return alive
 
 
-@lane_pass(MOVED)
-def part(b, table, first, live):
+@lane_pass(FIELD_MOVES)
+def compact_and_sort(b, table, first, live):
     """Sort lanes: first those that fly on in a medium (hit 0), then those at a surface; drop ended lanes.
 
     Sets `first` to the first lane at a surface (rounded down to a multiple of 8): the rest of the program
@@ -80,7 +82,7 @@ def part(b, table, first, live):
         going += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
         met += 1 if (b.weight[k] != 0.0) & (b.hit[k] != 0) else 0
     b.first = going // 8 * 8
-    b.crossings -= going  # intersections.leave has counted these
+    b.crossings -= going  # intersections.end_escaped has counted these
     if going + met == 0:
         return 0
     # Swap lanes at a surface among the first `going` with flying lanes beyond them.
@@ -94,8 +96,8 @@ def part(b, table, first, live):
         movers += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for f in range(0, table.count, TOGETHER):
-        r0, r1, r2, r3 = rows_of_fields(fields, f)
+    for f in range(0, table.count, FIELDS_PER_GROUP):
+        r0, r1, r2, r3 = field_offsets(fields, f)
         for j in range(gaps):
             here, there = uint64(b.listed[j]), uint64(b.movers[j])
             k0, k1, k2, k3 = words[r0 + here], words[r1 + here], words[r2 + here], words[r3 + here]
@@ -111,8 +113,8 @@ def part(b, table, first, live):
     for k in range(uint64(end), uint64(live)):
         b.movers[movers] = k
         movers += 1 if b.weight[k] != 0.0 else 0
-    for f in range(0, table.count, TOGETHER):
-        r0, r1, r2, r3 = rows_of_fields(fields, f)
+    for f in range(0, table.count, FIELDS_PER_GROUP):
+        r0, r1, r2, r3 = field_offsets(fields, f)
         for j in range(gaps):
             here, there = uint64(b.listed[j]), uint64(b.movers[j])
             words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]

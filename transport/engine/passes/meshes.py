@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from transport.compile.layout import (
-    AREAS,
+    FACET_AREAS,
     MESH,
     MESHED_SHEET,
     NODE,
@@ -23,7 +23,7 @@ from transport.compile.layout import (
     ROUNDING,
     ROWS,
     SHEET_SHIFT,
-    STANDING,
+    STANDING_SHEET_MASK,
     SURFACE_MASK,
     SURFACE_SHIFT,
 )
@@ -33,17 +33,17 @@ from transport.physics.device import EXACT, exact_device
 from transport.physics.facets import facet_crossing, lies_beside_edge, plane_distance, within_facet
 from transport.physics.streams import DEPTH, POSITION, random_words, uniform
 
-NEVER = 1 << 62
-HUGE = 1e300  # reciprocal of a direction component that is 0: times 0 it gives 0
+NONE_AT_START = 1 << 62
+MAX_RECIPROCAL = 1e300  # reciprocal of a direction component that is 0: times 0 it gives 0
 # [scene lengths] radius about a point of a mesh within which facets count as joined there
 SLACK = 16.0 * ROUNDING
-FORGIVEN = 2.0**-48  # relative rounding of the crossings of a box
+BOX_ROUNDING = 2.0**-48  # relative rounding of the crossings of a box
 
 
 @exact_device
 def reciprocal(u):
     """Return 1/u, finite for u = 0."""
-    return 1.0 / u if abs(u) > 1.0 / HUGE else math.copysign(HUGE, u)
+    return 1.0 / u if abs(u) > 1.0 / MAX_RECIPROCAL else math.copysign(MAX_RECIPROCAL, u)
 
 
 @exact_device
@@ -61,7 +61,7 @@ def box_entry(low_x, low_y, low_z, high_x, high_y, high_z, ox, oy, oz, ix, iy, i
     p, q = (low_z - oz) * iz, (high_z - oz) * iz
     small, large = p if p < q else q, q if p < q else p
     near, far = small if small > near else near, large if large < far else far
-    far += FORGIVEN * abs(far)
+    far += BOX_ROUNDING * abs(far)
     return near if (near <= far) & (far >= start) & (near <= best) else math.inf
 
 
@@ -237,14 +237,14 @@ def meet_mesh(b, table, first, live):
         if b.weight[k] != 0.0:
             x, y, z, ux, uy, uz, start = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.start[k]
             own, side = -1, 0.0
-            if (b.sheet[k] & STANDING) == sheet:
+            if (b.sheet[k] & STANDING_SHEET_MASK) == sheet:
                 own = b.footing[k]
                 at = 3 * own
                 if b.sheet[k] >> PASSED_SHIFT == 0:  # still at its origin
                     side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
             found, t = next_facet(
                 table, nodes, places, faces, normals, b.listed, b.rx, x, y, z, ux, uy, uz,
-                own, side, True, start, NEVER, b.distance[k],
+                own, side, True, start, NONE_AT_START, b.distance[k],
             )  # fmt: skip
             if (found >= 0) & (t < b.distance[k]):
                 b.distance[k], b.hit[k], b.facet[k] = t, code, found
@@ -273,8 +273,8 @@ def cover_mesh(b, table, first, live):
         elif b.weight[k] != 0.0:
             # Which facets at the current distance have been crossed already.
             passed = b.sheet[k] >> PASSED_SHIFT
-            own = b.footing[k] if (b.sheet[k] & STANDING) == sheet else -1
-            last = NEVER
+            own = b.footing[k] if (b.sheet[k] & STANDING_SHEET_MASK) == sheet else -1
+            last = NONE_AT_START
             if (passed != 0) & (passed <= sheet):
                 last = b.crossed[k] if passed == sheet else -1
             start = b.start[k]
@@ -288,7 +288,7 @@ def cover_mesh(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def stand_on_facet(b, table, first, live):
+def land_on_facet(b, table, first, live):
     """On a mesh: set the facet's normal and move the point onto the facet.
 
     The facet of an acting mesh becomes the lane's `footing`, that of a transparent detector its `crossed`.
@@ -318,7 +318,7 @@ def stand_on_facet(b, table, first, live):
     return live
 
 
-@lane_pass(AREAS)
+@lane_pass(FACET_AREAS)
 def born_on_mesh(b, table, first, live):
     """Sample a point uniformly on a mesh: a facet by its area, then a point uniform on it.
 

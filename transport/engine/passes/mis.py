@@ -12,15 +12,15 @@ from numba import uint64
 from transport.compile.layout import (
     DIFFUSE,
     GUARD,
-    HELD,
     MATERIAL_MASK,
     MATERIAL_SHIFT,
+    MIS_PEAK,
+    MIS_SHARE,
     NO_TABLE,
     SHEET_SHIFT,
-    STANDING,
+    STANDING_SHEET_MASK,
     SURFACE_MASK,
     SURFACE_SHIFT,
-    TOLD,
 )
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
@@ -28,8 +28,8 @@ from transport.physics.connections import flights_share
 from transport.physics.directions import either
 
 
-@lane_pass(TOLD)
-def tell_births(b, table, first, live):
+@lane_pass(MIS_PEAK)
+def record_pdf_at_births(b, table, first, live):
     """Record the point and the largest pdf of the direction sampled at birth.
 
     0 if no next-event ray was cast.
@@ -42,8 +42,8 @@ def tell_births(b, table, first, live):
     return live
 
 
-@lane_pass(TOLD)
-def tell_walls(b, table, first, live):
+@lane_pass(MIS_PEAK)
+def record_pdf_at_walls(b, table, first, live):
     """Record the same at acting surfaces.
 
     0 at mirrors, glass and lenses, whose directions no ray can sample.
@@ -60,8 +60,8 @@ def tell_walls(b, table, first, live):
     return live
 
 
-@lane_pass(TOLD)
-def tell_collisions(b, table, first, live):
+@lane_pass(MIS_PEAK)
+def record_pdf_at_collisions(b, table, first, live):
     """Record the same at collisions.
 
     Fields: reads `x, y, z`, `collides`; updates `told`, `ex, ey, ez`.
@@ -75,7 +75,7 @@ def tell_collisions(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def keep_weight(b, table, first, live):
+def save_weight(b, table, first, live):
     """Save the full weight.
 
     Fields: reads `weight`; writes `kept`.
@@ -85,8 +85,8 @@ def keep_weight(b, table, first, live):
     return live
 
 
-@lane_pass(HELD)
-def hold_back(b, table, first, live):
+@lane_pass(MIS_SHARE)
+def apply_mis_weight(b, table, first, live):
     """Multiply the weight by the MIS share of flights, at one detector that next-event rays score too.
 
     Fields: reads `x, y, z`, `hit`, `told`, `ex, ey, ez`; updates `weight`.
@@ -104,7 +104,7 @@ def hold_back(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def give_back(b, table, first, live):
+def restore_weight(b, table, first, live):
     """Restore the full weight.
 
     Fields: reads `kept`; writes `weight`.
@@ -137,5 +137,5 @@ def count_in_guard(b, table, first, live):
         n += 1 if b.score[k] <= radius2 else 0
     for j in range(n):
         k = uint64(b.listed[j])
-        counts[uint64(begin + (b.sheet[k] & STANDING))] += 1
+        counts[uint64(begin + (b.sheet[k] & STANDING_SHEET_MASK))] += 1
     return live

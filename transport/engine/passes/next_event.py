@@ -10,18 +10,18 @@ import math
 from numba import uint64
 
 from transport.compile.layout import (
+    DETECTOR_BASE_MASK,
     DIFFUSE,
     EXPECTATION,
     LAYERS,
-    LOOK_BASE,
     MATERIAL_MASK,
     MATERIAL_SHIFT,
     NO_TABLE,
-    STANDING,
+    STANDING_SHEET_MASK,
     SURFACE_MASK,
     SURFACE_SHIFT,
 )
-from transport.engine.passes.shadow_rays import A_SCORE, INVERSE_PI, NUMBER, towards
+from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, SCORE_BOUND, direction_to
 from transport.engine.registry import lane_pass
 from transport.physics.connections import ball_connection, flat_connection
 from transport.physics.directions import turned_by
@@ -33,7 +33,7 @@ from transport.physics.streams import EXPECT, event_words, random_words, uniform
 
 
 @lane_pass(NO_TABLE)
-def draw_first_at_birth(b, table, first, live):
+def draw_joint_point_at_birth(b, table, first, live):
     """Draw the uniforms p0, p1 for a point on the first detector.
 
     Quasi-random points pair these with the birthplace.
@@ -48,12 +48,17 @@ def draw_first_at_birth(b, table, first, live):
 
 
 @lane_pass(EXPECTATION)
-def draw_at_birth(b, table, first, live):
+def draw_point_at_birth(b, table, first, live):
     """The same for further detectors.
 
     Fields: reads `history`; writes `p0`, `p1`.
     """
-    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, number = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         w0, w1, w2, w3 = event_words(b.history[k], batch, number, EXPECT, seed_low, seed_high)
         b.p0[k], b.p1[k] = uniform(w0, w1), uniform(w2, w3)
@@ -61,12 +66,17 @@ def draw_at_birth(b, table, first, live):
 
 
 @lane_pass(EXPECTATION)
-def draw_at_event(b, table, first, live):
+def draw_point_at_event(b, table, first, live):
     """The same for later events.
 
     Fields: reads `history`, `event`; writes `p0`, `p1`.
     """
-    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, number = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         event = uint64(b.event[k]) | number
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, EXPECT, seed_low, seed_high)
@@ -130,10 +140,10 @@ def connect_to_flat(b, table, first, live):
     nx, ny, nz, sheet = table.nx, table.ny, table.nz, table.sheet
     area, sharing = table.area, table.sharing
     for k in range(first, live):
-        vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], b.sx[k], b.sy[k], b.sz[k])
+        vx, vy, vz, r = direction_to(b.x[k], b.y[k], b.z[k], b.sx[k], b.sy[k], b.sz[k])
         brings = flat_connection(r * r, area, abs(vx * nx + vy * ny + vz * nz), sharing)
         b.vx[k], b.vy[k], b.vz[k], b.onset[k] = vx, vy, vz, b.start[k] - r
-        b.score[k] = brings if (b.sheet[k] & STANDING) != sheet else 0.0
+        b.score[k] = brings if (b.sheet[k] & STANDING_SHEET_MASK) != sheet else 0.0
     return live
 
 
@@ -175,7 +185,7 @@ def connect_to_ball(b, table, first, live):
 
 
 @lane_pass(EXPECTATION)
-def expect_from_births(b, table, first, live):
+def contribute_from_births(b, table, first, live):
     """Set the contribution of a birth: its weight times its pdf [sr^-1] in the ray's direction.
 
     Fields: reads `weight`, `sheet`, `nx, ny, nz`, `vx, vy, vz`; updates `score`; writes `gap`, `density`,
@@ -191,7 +201,7 @@ def expect_from_births(b, table, first, live):
 
 
 @lane_pass(EXPECTATION)
-def expect_from_walls(b, table, first, live):
+def contribute_from_walls(b, table, first, live):
     """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1].
 
     Fields: reads `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`, `vx, vy, vz`; updates `score`; writes `gap`,
@@ -204,12 +214,12 @@ def expect_from_walls(b, table, first, live):
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
         b.score[k] *= scale * b.weight[k] if here & (cosine > 0.0) else 0.0
         b.density[k] = INVERSE_PI * cosine
-        b.gap[k], b.stands[k], b.tally[k] = math.inf, b.sheet[k] & STANDING, tally
+        b.gap[k], b.stands[k], b.tally[k] = math.inf, b.sheet[k] & STANDING_SHEET_MASK, tally
     return live
 
 
 @lane_pass(EXPECTATION)
-def expect_from_collisions(b, table, first, live):
+def contribute_from_collisions(b, table, first, live):
     """Set the contribution of a collision.
 
     Pdfs of phase functions are added next, none for lanes without collision.
@@ -232,7 +242,7 @@ def expect_from_collisions(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def end_unmet(b, table, first, live):
+def end_missed_rays(b, table, first, live):
     """End rays that hit nothing more; idle lanes stay in place.
 
     Fields: updates `weight`, `start`, `distance`, `hit`.
@@ -247,18 +257,18 @@ def end_unmet(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def look_at_target_alone(b, table, first, live):
+def ignore_other_detectors(b, table, first, live):
     """Ignore detectors other than the one that the ray was cast to.
 
     Fields: reads `tally`; updates `look`.
     """
     for k in range(first, live):
-        b.look[k] = b.look[k] if (b.look[k] & LOOK_BASE) == b.tally[k] else 0
+        b.look[k] = b.look[k] if (b.look[k] & DETECTOR_BASE_MASK) == b.tally[k] else 0
     return live
 
 
 @lane_pass(NO_TABLE)
-def look_through(b, table, first, live):
+def keep_transmitted(b, table, first, live):
     """Score departures only for rays that pass through; a ray at a wall does not depart.
 
     Fields: reads `hit`; updates `look`.
@@ -270,7 +280,7 @@ def look_through(b, table, first, live):
 
 
 @lane_pass(LAYERS)
-def pass_target(b, table, first, live):
+def count_target_crossings(b, table, first, live):
     """Count one crossing of its target off the `leg` of each ray.
 
     Fields: reads `weight`, `hit`, `look`; updates `leg`, `scored`.
@@ -280,12 +290,12 @@ def pass_target(b, table, first, live):
         there = (b.look[k] != 0) & (((b.hit[k] >> layer) & 1) != 0) & (b.weight[k] != 0.0)
         passed += 1 if there else 0
         b.leg[k] -= 1 if there else 0
-    b.scored += passed * A_SCORE
+    b.scored += passed * SCORE_BOUND
     return live
 
 
 @lane_pass(NO_TABLE)
-def end_expected(b, table, first, live):
+def end_next_event_rays(b, table, first, live):
     """End rays at acting surfaces, and behind their target.
 
     Fields: reads `hit`, `leg`; updates `weight`.

@@ -22,11 +22,11 @@ from transport.compile.layout import (
     POINT,
     POINT_EMISSION,
     ROWS,
-    STANDING,
+    STANDING_SHEET_MASK,
     TWO_ROWS,
 )
 from transport.engine.bundle import view
-from transport.engine.passes.shadow_rays import INVERSE_PI, NUMBER, towards
+from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, direction_to
 from transport.engine.registry import lane_pass
 from transport.physics.device import device
 from transport.physics.scattering import turned_by_angle
@@ -35,16 +35,16 @@ from transport.physics.streams import AGAIN, event_words, short_uniform, uniform
 
 
 @device
-def detour(x, y, z, px, py, pz, w0, w1, w2, w3):
+def sample_first_leg(x, y, z, px, py, pz, w0, w1, w2, w3):
     """Return direction and length of the first leg, and one over (its pdf times a^2 b^2)."""
-    ex, ey, ez, r = towards(x, y, z, px, py, pz)
+    ex, ey, ez, r = direction_to(x, y, z, px, py, pz)
     mu, sine, leg = sample_detour(r, uniform(w0, w1), short_uniform(w3))
     vx, vy, vz = turned_by_angle(ex, ey, ez, mu, sine, short_uniform(w2))
     return vx, vy, vz, leg, PI_CUBED / r if r > 0.0 else 0.0
 
 
 @lane_pass(POINT_EMISSION)
-def detour_from_births(b, table, first, live):
+def first_leg_from_births(b, table, first, live):
     """Cast the first leg from a birth: light that is scattered once.
 
     Fields: reads `x, y, z`, `weight`, `history`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`,
@@ -52,10 +52,15 @@ def detour_from_births(b, table, first, live):
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
-    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, event = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
-        vx, vy, vz, leg, inverse = detour(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
+        vx, vy, vz, leg, inverse = sample_first_leg(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
         cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
@@ -66,14 +71,19 @@ def detour_from_births(b, table, first, live):
 
 
 @lane_pass(POINT_EMISSION)
-def detour_along_beams(b, table, first, live):
+def first_leg_along_beams(b, table, first, live):
     """Cast the first leg along a beam: a place on its line, sampled equiangularly.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `sheet`; writes `sx, sy, sz`, `vx, vy, vz`,
     `gap`, `score`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
-    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, event = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
@@ -90,7 +100,7 @@ def detour_along_beams(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def know_phase_at_collisions(b, table, first, live):
+def find_phase_at_collisions(b, table, first, live):
     """Set the number of the phase function of the medium that a lane collides in; 0 without a collision.
 
     Fields: reads `medium`, `collides`; writes `law`.
@@ -102,18 +112,23 @@ def know_phase_at_collisions(b, table, first, live):
 
 
 @lane_pass(POINT)
-def detour_from_collisions(b, table, first, live):
+def first_leg_from_collisions(b, table, first, live):
     """Cast the first leg from a collision: light that is scattered once more.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `law`; writes `sx, sy, sz`,
     `vx, vy, vz`, `gap`, `score`, `bent`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
-    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, number = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         event = uint64(b.event[k]) | number
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
-        vx, vy, vz, leg, inverse = detour(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
+        vx, vy, vz, leg, inverse = sample_first_leg(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
         b.bent[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz
@@ -123,30 +138,35 @@ def detour_from_collisions(b, table, first, live):
 
 
 @lane_pass(POINT)
-def detour_from_walls(b, table, first, live):
+def first_leg_from_walls(b, table, first, live):
     """Cast the first leg from a diffuse wall: light that is scattered once.
 
     Fields: reads `x, y, z`, `weight`, `history`, `event`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes
     `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
-    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, number = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         event = uint64(b.event[k]) | number
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
-        vx, vy, vz, leg, inverse = detour(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
+        vx, vy, vz, leg, inverse = sample_first_leg(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
         side = 1.0 if b.mu[k] > 0.0 else -1.0
         cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
         b.score[k] = b.weight[k] * inverse if here & (cosine > 0.0) else 0.0
-        b.density[k], b.stands[k], b.tally[k] = INVERSE_PI * cosine, b.sheet[k] & STANDING, tally
+        b.density[k], b.stands[k], b.tally[k] = INVERSE_PI * cosine, b.sheet[k] & STANDING_SHEET_MASK, tally
     return live
 
 
 @lane_pass(TWO_ROWS)
-def turn_to_point(b, table, first, live):
+def turn_into_second_leg(b, table, first, live):
     """At the end of the first leg, in the medium around its point, turn a ray towards the point.
 
     Fields: reads `weight`, `distance`, `hit`, `medium`, `mfp`, `survival`, `leg`; updates `x, y, z`,
@@ -164,7 +184,7 @@ def turn_to_point(b, table, first, live):
         point, medium, way, mfp = points[b.leg[k] - 1], b.medium[k], b.distance[k], b.mfp[k]
         here = medium == point.medium
         x, y, z = b.x[k] + way * b.ux[k], b.y[k] + way * b.uy[k], b.z[k] + way * b.uz[k]
-        vx, vy, vz, r = towards(x, y, z, point.x, point.y, point.z)
+        vx, vy, vz, r = direction_to(x, y, z, point.x, point.y, point.z)
         sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
         b.bent[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz
         b.law[k] = media[medium].phase if here else 0
@@ -177,7 +197,7 @@ def turn_to_point(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def set_off_again(b, table, first, live):
+def start_second_leg(b, table, first, live):
     """Start the second leg with the weight that is scattered into it.
 
     Fields: reads `hit`, `score`, `density`; updates `weight`, `leg`.

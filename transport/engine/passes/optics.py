@@ -52,7 +52,7 @@ def look_up_optics(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def choose_to_pass(b, table, first, live):
+def sample_transmission(b, table, first, live):
     """Sample transmission with probability `through`.
 
     The uniform u0 is rescaled within its subinterval and reused.
@@ -69,7 +69,7 @@ def choose_to_pass(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def let_pass(b, table, first, live):
+def transmit(b, table, first, live):
     """Transmit: mirror the reflected direction at the surface's plane, for lanes whose `through` is 1.
 
     Fields: reads `nx, ny, nz`, `through`; updates `ux, uy, uz`, `mu`.
@@ -121,7 +121,7 @@ def refract(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def reflect_glossily(b, table, first, live):
-    """Reflect at a sampled visible microfacet (GGX); masked rays are left to the lobe of `spread_lobe`.
+    """Reflect at a sampled visible microfacet (GGX); masked rays are left to the lobe of `scatter_into_lobe`.
 
     With probability G2/G1 the ray leaves; else `lobe` receives a rescaled uniform.
 
@@ -153,7 +153,7 @@ def reflect_glossily(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def spread_lobe(b, table, first, live):
+def scatter_into_lobe(b, table, first, live):
     """Sample the direction of masked rays from the lobe of multiple scattering (Kulla and Conty 2017).
 
     Fields: reads `weight`, `hit`, `nx, ny, nz`, `lobe`, `u4`; updates `mu`; writes `ux, uy, uz`.
@@ -178,7 +178,7 @@ def spread_lobe(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def bend_by_lens(b, table, first, live):
+def deflect_by_lens(b, table, first, live):
     """Deflect by an ideal thin lens (material LENS): subtract x/f from the direction's components along it.
 
     Rays for which no direction remains go back along their path.

@@ -4,6 +4,7 @@ import math
 
 from transport.compile.layout import (
     BAND,
+    COLLISION_CLEARANCE,
     CURVED_SHEET,
     EDGE,
     PASSED_SHIFT,
@@ -11,8 +12,7 @@ from transport.compile.layout import (
     ROUNDING,
     ROWS,
     SHEET_SHIFT,
-    SLACK,
-    STANDING,
+    STANDING_SHEET_MASK,
 )
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
@@ -32,7 +32,7 @@ def meet_quadric(b, table, first, live):
     inner_low, inner_high, code, sheet = table.inner_low, table.inner_high, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
+        standing, start = (b.sheet[k] & STANDING_SHEET_MASK) == sheet, b.start[k]
         own = start if start < 0.0 else 0.0  # ray parameter of the origin
         near, far, w, pace, _ = quadric_crossings(
             ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, True
@@ -64,7 +64,7 @@ def cover_quadric(b, table, first, live):
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
-        standing = (b.sheet[k] & STANDING) == sheet
+        standing = (b.sheet[k] & STANDING_SHEET_MASK) == sheet
         own = start if start < 0.0 else 0.0
         closed = (last != 0) & (sheet > last)  # of detectors that meet in a line, the next number is next
         near, far, w, pace, steep = quadric_crossings(
@@ -86,7 +86,7 @@ def cover_quadric(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def put_back_on_quadric(b, table, first, live):
+def project_onto_quadric(b, table, first, live):
     """Set the normal from the gradient and project the point onto the surface by one Newton step along it.
 
     Fields: reads `ux, uy, uz`, `sheet`; updates `x, y, z`; writes `nx, ny, nz`.
@@ -103,7 +103,9 @@ def put_back_on_quadric(b, table, first, live):
             b.x[k], b.y[k], b.z[k] = b.x[k] - step * gx, b.y[k] - step * gy, b.z[k] - step * gz
             # Within rounding of its apex, a ray steeper than the cone passes through the apex: take the axis.
             pace, narrows = b.ux[k] * ax + b.uy[k] * ay + b.uz[k] * az, row.narrows
-            is_near = (px * px + py * py + pz * pz < SLACK * SLACK) | (w * narrows > 0.0)
+            is_near = (px * px + py * py + pz * pz < COLLISION_CLEARANCE * COLLISION_CLEARANCE) | (
+                w * narrows > 0.0
+            )
             at_apex = (narrows != 0.0) & is_near & ((1.0 + row.gamma) * pace * pace > 1.0)
             has_normal = (g2 > 0.0) & (not at_apex)
             inverse, top = 1.0 / math.sqrt(g2) if has_normal else 0.0, narrows if narrows != 0.0 else 1.0

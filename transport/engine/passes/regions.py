@@ -10,26 +10,26 @@ import numpy as np
 from numba import float64, uint64
 
 from transport.compile.layout import (
-    BESIDE,
+    BIRTH_BODIES,
+    BIRTH_BOUNDARY,
     BODY,
+    BODY_BOUNDS,
     BODY_BOX,
-    BOUNDED,
     EDGE,
+    EMPTY_BACK,
+    EMPTY_FRONT,
     ESCAPED,
-    INSIDE,
     LAYER,
     LAYERS,
     MEDIA,
     NO_TABLE,
-    NOTHING_BEFORE,
-    NOTHING_BEHIND,
     ROWS,
     SHEET_SHIFT,
 )
 from transport.engine.bundle import view
-from transport.engine.passes.surfaces import WHAT_ACTS
+from transport.engine.passes.surfaces import ACTING_BITS
 from transport.engine.registry import lane_pass
-from transport.engine.tally import enter, limbs, lose
+from transport.engine.tally import add_lost, add_to_ledger, limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
@@ -38,11 +38,11 @@ AT_EDGE, OFF_EDGE = (
     2.0**-42,
     2.0**-41,
 )
-STRAY = 2  # value of `flies` that marks a lost lane
+MARKED_LOST = 2  # value of `flies` that marks a lost lane
 
 
-@lane_pass(INSIDE)
-def begin_inside(b, table, first, live):
+@lane_pass(BIRTH_BODIES)
+def set_birth_bodies(b, table, first, live):
     """Set the bodies that contain the source.
 
     Fields: writes `inside`.
@@ -53,8 +53,8 @@ def begin_inside(b, table, first, live):
     return live
 
 
-@lane_pass(BESIDE)
-def begin_beside(b, table, first, live):
+@lane_pass(BIRTH_BOUNDARY)
+def leave_birth_body(b, table, first, live):
     """Remove a body if the particle leaves it, at birth on its boundary.
 
     Fields: reads `ux, uy, uz`; updates `inside`.
@@ -82,7 +82,7 @@ def cross_boundary(b, table, first, live):
         covered = ((b.hit[k] >> layer) & 1) != 0
         side, other = (front, back) if b.mu[k] > 0.0 else (back, front)
         before = b.inside[k] & (front | back)
-        passes = covered & ((b.hit[k] & (EDGE | WHAT_ACTS)) == 0) & (b.weight[k] != 0.0)
+        passes = covered & ((b.hit[k] & (EDGE | ACTING_BITS)) == 0) & (b.weight[k] != 0.0)
         unseen += 1 if passes & (before != other) else 0
         b.inside[k] = (b.inside[k] & ~(front | back)) | side if covered else b.inside[k]
     view(b.ledger, b.ledger_words, np.int64)[4 * ESCAPED + 3] += unseen
@@ -90,7 +90,7 @@ def cross_boundary(b, table, first, live):
 
 
 @device
-def along_axis(p, half, u, positive):
+def box_side_along(p, half, u, positive):
     """Return for one axis of a box and a ray at p: is it outside, is it at a face, which face (+1 or -1).
 
     p: position relative to the middle of the box. A ray along a face is inside the one of two boxes that lies
@@ -105,7 +105,7 @@ def along_axis(p, half, u, positive):
 
 
 @lane_pass(BODY_BOX)
-def settle_at_edges(b, table, first, live):
+def resolve_box_edges(b, table, first, live):
     """Decide by its direction whether a ray within rounding of a box's edges is inside, and move it clear.
 
     The ray moves off the faces to the side that it goes to. So no ray through an edge or corner is mistaken
@@ -117,7 +117,7 @@ def settle_at_edges(b, table, first, live):
     """
     any_edge = 0
     for k in range(first, live):
-        any_edge |= 1 if (b.hit[k] & (EDGE | WHAT_ACTS)) == EDGE else 0
+        any_edge |= 1 if (b.hit[k] & (EDGE | ACTING_BITS)) == EDGE else 0
     if any_edge == 0:
         return live
     cx, cy, cz, hx, hy, hz, bit = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz, table.bit
@@ -128,10 +128,10 @@ def settle_at_edges(b, table, first, live):
             b.ry[k] + t * b.uy[k] - cy,
             b.rz[k] + t * b.uz[k] - cz,
         )
-        out_x, at_x, side_x = along_axis(px, hx, b.ux[k], 1.0)
-        out_y, at_y, side_y = along_axis(py, hy, b.uy[k], 1.0)
-        out_z, at_z, side_z = along_axis(pz, hz, b.uz[k], 1.0)
-        edge = ((b.hit[k] & (EDGE | WHAT_ACTS)) == EDGE) & (b.weight[k] != 0.0)
+        out_x, at_x, side_x = box_side_along(px, hx, b.ux[k], 1.0)
+        out_y, at_y, side_y = box_side_along(py, hy, b.uy[k], 1.0)
+        out_z, at_z, side_z = box_side_along(pz, hz, b.uz[k], 1.0)
+        edge = ((b.hit[k] & (EDGE | ACTING_BITS)) == EDGE) & (b.weight[k] != 0.0)
         touches = (abs(px) <= hx + AT_EDGE) & (abs(py) <= hy + AT_EDGE) & (abs(pz) <= hz + AT_EDGE)
         touches &= edge & (at_x | at_y | at_z)
         outside = out_x | out_y | out_z
@@ -150,20 +150,20 @@ def settle_at_edges(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def escape_at_once(b, table, first, live):
+def escape_to_empty_space(b, table, first, live):
     """End lanes as escaped that leave all bodies to a side without further surfaces.
 
     Fields: reads `hit`, `inside`, `mu`; updates `weight`.
     """
     high, low = 0, 0
     for k in range(first, live):
-        beyond = NOTHING_BEFORE if b.mu[k] > 0.0 else NOTHING_BEHIND
+        beyond = EMPTY_FRONT if b.mu[k] > 0.0 else EMPTY_BACK
         escapes = ((b.hit[k] & beyond) != 0) & (b.inside[k] == 0)
         w_high, w_low = limbs(b.weight[k] if escapes else 0.0)
         high += w_high
         low += w_low
         b.weight[k] = 0.0 if escapes else b.weight[k]
-    enter(b, ESCAPED, high, low)
+    add_to_ledger(b, ESCAPED, high, low)
     return live
 
 
@@ -182,19 +182,19 @@ def ends_beyond(x, y, z, ux, uy, uz, way, low_x, low_y, low_z, high_x, high_y, h
 
 
 @device
-def lose_marked(b, first, live):
+def end_marked(b, first, live):
     """End lanes marked as strays, as lost.
 
     Fields: updates `weight`, `flies`; writes `distance`.
     """
     for k in range(first, live):
-        if b.flies[k] == STRAY:
-            lose(b, b.weight[k])
+        if b.flies[k] == MARKED_LOST:
+            add_lost(b, b.weight[k])
             b.weight[k], b.distance[k], b.flies[k] = 0.0, 0.0, 0
 
 
-@lane_pass(BOUNDED)
-def lose_strays(b, table, first, live):
+@lane_pass(BODY_BOUNDS)
+def end_lost_particles(b, table, first, live):
     """End lanes in a finite body without a surface ahead, or with a collision beyond the body, as lost.
 
     So no ray that rounding carried past a rim flies on as if the body were infinite.
@@ -209,20 +209,20 @@ def lose_strays(b, table, first, live):
         is_stray = ends_beyond(x, y, z, ux, uy, uz, way, low_x, low_y, low_z, high_x, high_y, high_z)
         is_stray &= (b.inside[k] & bit) != 0
         is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)
-        b.flies[k] = STRAY if is_stray else b.flies[k]
+        b.flies[k] = MARKED_LOST if is_stray else b.flies[k]
         strays += 1 if is_stray else 0
     if strays != 0:
-        lose_marked(b, first, live)
+        end_marked(b, first, live)
     return live
 
 
 @lane_pass(ROWS)
-def lose_strays_of_many(b, table, first, live):
+def end_lost_particles_of_many(b, table, first, live):
     """The same for many finite bodies: gathers the row of the innermost one.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
     """
-    rows, strays = view(table.rows, table.count, BOUNDED), 0
+    rows, strays = view(table.rows, table.count, BODY_BOUNDS), 0
     for k in range(first, live):
         row = rows[uint64(innermost(b.inside[k]))]
         low_x, low_y, low_z = row.low_x, row.low_y, row.low_z
@@ -232,15 +232,15 @@ def lose_strays_of_many(b, table, first, live):
         )
         is_stray &= row.bit != 0
         is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)
-        b.flies[k] = STRAY if is_stray else b.flies[k]
+        b.flies[k] = MARKED_LOST if is_stray else b.flies[k]
         strays += 1 if is_stray else 0
     if strays != 0:
-        lose_marked(b, first, live)
+        end_marked(b, first, live)
     return live
 
 
 @lane_pass(BODY)
-def know_surroundings(b, table, first, live):
+def set_outer_medium(b, table, first, live):
     """Set the medium outside all bodies, and its coefficients.
 
     Fields: writes `medium`, `mfp`, `sigma_a`, `survival`.
@@ -252,7 +252,7 @@ def know_surroundings(b, table, first, live):
 
 
 @lane_pass(BODY)
-def know_body(b, table, first, live):
+def find_medium(b, table, first, live):
     """Set the medium of one body for the lanes in it; passes run from the outermost to the innermost body.
 
     Fields: reads `inside`; updates `medium`, `mfp`, `sigma_a`, `survival`.
@@ -268,7 +268,7 @@ def know_body(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def know_bodies(b, table, first, live):
+def find_medium_of_many(b, table, first, live):
     """The same for many bodies: gathers the row of the innermost one.
 
     Fields: reads `inside`; writes `medium`, `mfp`, `sigma_a`, `survival`.

@@ -1,7 +1,7 @@
 """Next-event estimation for point detectors: shadow rays from births, flights and diffuse walls.
 
 Each pass computes, for every lane, the origin of its ray, its direction, and its unoccluded contribution (0:
-no ray). `list_shadows` selects rays with a contribution; the driver traces them before the next pass.
+no ray). `list_shadow_rays` selects rays with a contribution; the driver traces them before the next pass.
 """
 
 import math
@@ -10,9 +10,10 @@ import numpy as np
 from numba import int64, uint64
 
 from transport.compile.layout import (
-    CODE,
+    COLLISION_CLEARANCE,
     DIFFUSE,
     GRID,
+    HIT_WORD,
     MATERIAL_MASK,
     MATERIAL_SHIFT,
     MEDIA,
@@ -24,15 +25,14 @@ from transport.compile.layout import (
     POINT_OCTAVES,
     POINT_PHASE,
     ROWS,
-    SLACK,
-    STANDING,
+    STANDING_SHEET_MASK,
     SURFACE_MASK,
     SURFACE_SHIFT,
     WORD,
 )
 from transport.engine.bundle import LANES, Bundle, add_to_row, view
-from transport.engine.passes.detector_bins import cell
-from transport.engine.passes.volumes import slab
+from transport.engine.passes.detector_bins import find_cell
+from transport.engine.passes.volumes import slab_crossings
 from transport.engine.passes.voxels import cell_at, grid_depth
 from transport.engine.registry import lane_pass
 from transport.engine.tally import limbs
@@ -43,12 +43,12 @@ from transport.physics.elementary import exp_negative
 from transport.physics.sight import henyey_greenstein_density, rayleigh_density, sample_equiangular
 from transport.physics.streams import SHADOW, event_words, random_words, short_uniform, uniform
 
-NUMBER = uint64(24)  # bits of an event below the number of the point detector
+DETECTOR_SHIFT = uint64(24)  # bits of an event below the number of the point detector
 INVERSE_PI = 0.3183098861837907
 
 
 @device
-def towards(x, y, z, px, py, pz):
+def direction_to(x, y, z, px, py, pz):
     """Return unit direction and distance from one point to another; direction 0 if they coincide."""
     dx, dy, dz = px - x, py - y, pz - z
     r = math.sqrt(dx * dx + dy * dy + dz * dz)
@@ -66,7 +66,7 @@ def cast_from_births(b, table, first, live):
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
     for k in range(first, live):
-        vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)
+        vx, vy, vz, r = direction_to(b.x[k], b.y[k], b.z[k], px, py, pz)
         cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
         density = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
@@ -89,13 +89,18 @@ def cast_from_box(b, table, first, live):
     px, py, pz = table.x, table.y, table.z
     hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, event = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
         ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
-        near_x, far_x = slab(ox, ux, hx)
-        near_y, far_y = slab(oy, uy, hy)
-        near_z, far_z = slab(oz, uz, hz)
+        near_x, far_x = slab_crossings(ox, ux, hx)
+        near_y, far_y = slab_crossings(oy, uy, hy)
+        near_z, far_z = slab_crossings(oz, uz, hz)
         # Chord of the box on this line, and a place on it.
         near = max(0.0, max(near_x, max(near_y, near_z)))
         far = min(far_x, min(far_y, far_z))
@@ -117,7 +122,12 @@ def cast_from_sphere(b, table, first, live):
     """
     px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, event = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
         ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
@@ -137,7 +147,7 @@ def cast_from_sphere(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def know_phase(b, table, first, live):
+def find_phase_of_flights(b, table, first, live):
     """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly.
 
     Fields: reads `medium`, `flies`; writes `law`.
@@ -153,14 +163,19 @@ def cast_from_flights(b, table, first, live):
     """Cast a ray from a scattering point sampled equiangularly on each flight (Kulla and Fajardo 2012).
 
     No factor for survival to that point: the flight's length is itself sampled; only absorption along it is
-    weighted. In voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid`.
+    weighted. In voxels the coefficient is not known yet: the score stays negative until `scale_by_grid_scattering`.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `start`, `distance`, `medium`, `mfp`,
     `sigma_a`, `survival`, `flies`, `law`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `bent`,
     `density`, `stands`, `tally`.
     """
     px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
-    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, number = (
+        b.seed_low,
+        b.seed_high,
+        b.batch,
+        uint64(table.number) << DETECTOR_SHIFT,
+    )
     for k in range(first, live):
         event = uint64(b.event[k]) | number
         w0, w1, _, _ = event_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
@@ -170,7 +185,7 @@ def cast_from_flights(b, table, first, live):
         foot = rx * ux + ry * uy + rz * uz
         qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
         least = math.sqrt(qx * qx + qy * qy + qz * qz)
-        start, end, mfp = b.start[k] + SLACK, b.distance[k] - SLACK, b.mfp[k]
+        start, end, mfp = b.start[k] + COLLISION_CLEARANCE, b.distance[k] - COLLISION_CLEARANCE, b.mfp[k]
         flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.law[k] != 0) & (b.medium[k] != medium)
         flies &= (start < end) & (end < math.inf)
         # Sample the place; `inverse` is one over (pdf times r^2).
@@ -179,7 +194,7 @@ def cast_from_flights(b, table, first, live):
         )
         t = foot + place
         sx, sy, sz = x + t * ux, y + t * uy, z + t * uz
-        vx, vy, vz, r = towards(sx, sy, sz, px, py, pz)
+        vx, vy, vz, r = direction_to(sx, sy, sz, px, py, pz)
         sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
         score = b.weight[k] * exp_negative(-b.sigma_a[k] * (t - b.start[k])) * sigma_s * inverse
         b.sx[k], b.sy[k], b.sz[k] = sx, sy, sz
@@ -199,19 +214,19 @@ def cast_from_walls(b, table, first, live):
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     for k in range(first, live):
-        vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)
+        vx, vy, vz, r = direction_to(b.x[k], b.y[k], b.z[k], px, py, pz)
         side = 1.0 if b.mu[k] > 0.0 else -1.0
         cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
         b.score[k] = b.weight[k] * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
-        b.density[k], b.stands[k], b.tally[k] = 1.0, b.sheet[k] & STANDING, tally
+        b.density[k], b.stands[k], b.tally[k] = 1.0, b.sheet[k] & STANDING_SHEET_MASK, tally
     return live
 
 
-@lane_pass(CODE)
-def list_shadows(b, table, first, live):
+@lane_pass(HIT_WORD)
+def list_shadow_rays(b, table, first, live):
     """List the lanes whose rays contribute, and set their `leg` to the table's code.
 
     The score becomes score times pdf.
@@ -233,11 +248,11 @@ def list_shadows(b, table, first, live):
 # `law` is the number of a lane's phase function, `bent` the cosine of its scattering angle; the pdfs of a
 # mixture's parts add up in `density`.
 
-NEUTRAL = 0.07957747154594767  # 1 / 4 pi
+ISOTROPIC_PDF = 0.07957747154594767  # 1 / 4 pi
 
 
 @lane_pass(GRID)
-def weigh_in_grid(b, table, first, live):
+def scale_by_grid_scattering(b, table, first, live):
     """Multiply the score by the scattering coefficient of the voxel where a shadow ray begins.
 
     Only scores that still lack it, which are negative.
@@ -256,19 +271,19 @@ def weigh_in_grid(b, table, first, live):
 
 
 @lane_pass(POINT_PHASE)
-def weigh_isotropically(b, table, first, live):
+def add_isotropic_pdf(b, table, first, live):
     """Add the pdf of isotropic scattering, share/(4 pi) [sr^-1].
 
     Fields: reads `law`; updates `density`.
     """
-    number, density = table.number, table.share * NEUTRAL
+    number, density = table.number, table.share * ISOTROPIC_PDF
     for k in range(first, live):
         b.density[k] += density if b.law[k] == number else 0.0
     return live
 
 
 @lane_pass(POINT_PHASE)
-def weigh_by_henyey_greenstein(b, table, first, live):
+def add_henyey_greenstein_pdf(b, table, first, live):
     """Add the pdf of the phase function of Henyey and Greenstein [sr^-1].
 
     Fields: reads `bent`, `law`; updates `density`.
@@ -281,7 +296,7 @@ def weigh_by_henyey_greenstein(b, table, first, live):
 
 
 @lane_pass(POINT_PHASE)
-def weigh_by_rayleigh(b, table, first, live):
+def add_rayleigh_pdf(b, table, first, live):
     """Add the pdf of Rayleigh's phase function [sr^-1].
 
     Fields: reads `bent`, `law`; updates `density`.
@@ -294,7 +309,7 @@ def weigh_by_rayleigh(b, table, first, live):
 
 
 @lane_pass(POINT_PHASE)
-def weigh_by_table(b, table, first, live):
+def add_tabulated_pdf(b, table, first, live):
     """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1].
 
     Fields: reads `score`, `bent`, `law`; updates `density`.
@@ -304,7 +319,7 @@ def weigh_by_table(b, table, first, live):
     for k in range(first, live):
         if (b.law[k] == table.number) & (b.score[k] != 0.0):
             mu = min(1.0, max(-1.0, b.bent[k]))
-            j = cell(mu, table.cells, table.cosines)
+            j = find_cell(mu, table.cells, table.cosines)
             part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
             b.density[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
     return live
@@ -317,13 +332,13 @@ def weigh_by_table(b, table, first, live):
 
 WORDS = Bundle.itemsize // 8
 WEIGHT = Bundle.fields["weight"][1] // 8
-LARGEST = 2.0**250  # bound of a score; only a beam through the very point exceeds it
-# Contribution to driver.MOST_SCORED: bounds what one score adds to a row, like 2^28 for a volume score.
-A_SCORE = 1 << 30
+MAX_SCORE = 2.0**250  # bound of a score; only a beam through the very point exceeds it
+# Contribution to driver.MAX_SCORED: bounds what one score adds to a row, like 2^28 for a volume score.
+SCORE_BOUND = 1 << 30
 
 
 @lane_pass(ROWS)
-def take_shadows(b, table, first, live):
+def load_shadow_rays(b, table, first, live):
     """Move listed rays into idle lanes of the shadow bundle; returns the number of rays under way there.
 
     Called with the bundle that casts; `table` maps words of its lanes to words of the shadow bundle.
@@ -349,7 +364,7 @@ def take_shadows(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def look_for_point(b, table, first, live):
+def reset_shadow_hit(b, table, first, live):
     """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes.
 
     Fields: reads `weight`, `gap`; writes `distance`, `hit`.
@@ -361,7 +376,7 @@ def look_for_point(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def dim(b, table, first, live):
+def attenuate_shadow_rays(b, table, first, live):
     """Multiply by the transmittance of the medium, exp(-(absorption + scattering) path).
 
     Fields: reads `start`, `distance`, `mfp`, `sigma_a`; updates `weight`.
@@ -373,7 +388,7 @@ def dim(b, table, first, live):
 
 
 @lane_pass(GRID)
-def dim_in_grid(b, table, first, live):
+def attenuate_shadow_rays_in_grid(b, table, first, live):
     """The same in voxels, with the exact optical depth.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `distance`, `medium`; updates `weight`.
@@ -390,7 +405,7 @@ def dim_in_grid(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def arrive(b, table, first, live):
+def score_at_points(b, table, first, live):
     """Score rays that reached their point unoccluded, and end them; acting surfaces end rays too.
 
     Rows hold scores by octaves (POINT_OCTAVES), each scaled to its row.
@@ -403,12 +418,12 @@ def arrive(b, table, first, live):
         arrived += 1 if (b.hit[k] == 0) & (b.weight[k] != 0.0) & (b.leg[k] == 0) else 0
     for item in range(arrived):
         k = b.listed[item]
-        score = min(b.weight[k], LARGEST)
+        score = min(b.weight[k], MAX_SCORE)
         row = ((bits_of(score) >> 52) - 1023) // POINT_OCTAVES
         scale = float_of((1023 - POINT_OCTAVES * (row + 1)) << 52)
         high, low = limbs(score * scale)
         add_to_row(b.tallies + 32 * (b.tally[k] + POINT_MIDDLE + row), high, low, 1, 0)
-    b.scored += arrived * A_SCORE
+    b.scored += arrived * SCORE_BOUND
     for k in range(first, live):
         stopped = (b.hit[k] == 0) & (b.leg[k] == 0)
         stopped |= ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0

@@ -4,9 +4,17 @@ A flight from `time` to `arrival` holds the instant if time <= instant < arrival
 of each history alive, so every particle is counted once.
 """
 
-from transport.compile.layout import NO_TABLE, PHASE, RECORD, SNAPSHOT, SURFACE_MASK, SURFACE_SHIFT, WAY
+from transport.compile.layout import (
+    NO_TABLE,
+    PATH_SEGMENT,
+    PHASE,
+    RECORD,
+    SNAPSHOT,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+)
 from transport.engine.bundle import add_to_row, view
-from transport.engine.passes.detector_bins import cell
+from transport.engine.passes.detector_bins import find_cell
 from transport.engine.registry import lane_pass
 from transport.engine.tally import limbs, long_limbs
 from transport.physics.device import device
@@ -47,11 +55,11 @@ def count_phase_space(b, table, first, live):
         inside = (x >= table.low_x) & (x <= table.high_x) & (y >= table.low_y) & (y <= table.high_y)
         inside &= (z >= table.low_z) & (z <= table.high_z)
         a = coordinate(table.a_kind, x, y, z, vx, vy, vz, speed, uz)
-        found = cell(a, table.a_cells, table.a_edges) if inside else -1
+        found = find_cell(a, table.a_cells, table.a_edges) if inside else -1
         row = 1 + found * table.a_stride if found >= 0 else 0
         if found >= 0 and table.b_kind != 0:
             other = coordinate(table.b_kind, x, y, z, vx, vy, vz, speed, uz)
-            found = cell(other, table.b_cells, table.b_edges)
+            found = find_cell(other, table.b_cells, table.b_edges)
             row = row + found * table.b_stride if found >= 0 else 0
         high, low = limbs(b.weight[k])
         add_to_row(b.tallies + 32 * (table.first + row), high, low, 1, 0)
@@ -106,12 +114,12 @@ def record_snapshot(b, table, first, live):
 
 # ---- Tracks for pictures: each flight is recorded by the engine that flies it.
 
-WAY_BYTES = WAY.itemsize
+SEGMENT_BYTES = PATH_SEGMENT.itemsize
 
 
 @lane_pass(NO_TABLE)
-def write_ways(b, table, first, live):
-    """Record each flight of this round, after volumes.reach_next; without room it is only counted.
+def record_tracks(b, table, first, live):
+    """Record each flight of this round, after volumes.set_flight_end; without room it is only counted.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `distance`, `hit`, `reach`; updates
     `walked`.
@@ -119,7 +127,7 @@ def write_ways(b, table, first, live):
     for k in range(first, live):
         if b.weight[k] != 0.0 and b.reach[k] > b.start[k]:
             if b.walked < b.ways_room:
-                row = view(b.ways + WAY_BYTES * b.walked, 1, WAY)[0]
+                row = view(b.ways + SEGMENT_BYTES * b.walked, 1, PATH_SEGMENT)[0]
                 row.x, row.y, row.z = b.x[k], b.y[k], b.z[k]
                 row.ux, row.uy, row.uz = b.ux[k], b.uy[k], b.uz[k]
                 row.start, row.reach, row.weight = b.start[k], b.reach[k], b.weight[k]

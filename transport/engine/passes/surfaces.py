@@ -19,14 +19,14 @@ from transport.compile.layout import (
 )
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
-from transport.engine.tally import limbs, lose
+from transport.engine.tally import add_lost, limbs
 from transport.physics.directions import either, sample_cosine_law
 from transport.physics.interfaces import mirrored
 from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
 
-MOST_EVENTS = 1 << 24  # after which a history ends as lost
+MAX_EVENTS = 1 << 24  # after which a history ends as lost
 # bits of a hit: surface and material
-WHAT_ACTS = (SURFACE_MASK << SURFACE_SHIFT) | (MATERIAL_MASK << MATERIAL_SHIFT)
+ACTING_BITS = (SURFACE_MASK << SURFACE_SHIFT) | (MATERIAL_MASK << MATERIAL_SHIFT)
 
 
 @lane_pass(ROWS)
@@ -42,7 +42,7 @@ def look_up_surface(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def draw_again(b, table, first, live):
+def draw_second_block(b, table, first, live):
     """Draw a second random block (u3, u4), for mixtures and thermal walls.
 
     Fields: reads `history`, `event`; writes `u3`, `u4`.
@@ -55,7 +55,7 @@ def draw_again(b, table, first, live):
 
 
 @lane_pass(TWO_ROWS)
-def choose_part(b, table, first, live):
+def choose_material(b, table, first, live):
     """Choose the material of the side that was hit.
 
     Of a mixture, one part with the probability of its share.
@@ -77,7 +77,7 @@ def choose_part(b, table, first, live):
             b.u3[k] = min((u - low) / (surfaces[chosen].share - low), 1.0 - 2.0**-53)
         if before != 0:
             bits = (chosen << SURFACE_SHIFT) | (surfaces[chosen].material << MATERIAL_SHIFT)
-            b.hit[k] = (b.hit[k] & ~WHAT_ACTS) | bits
+            b.hit[k] = (b.hit[k] & ~ACTING_BITS) | bits
     return live
 
 
@@ -113,7 +113,7 @@ def account_absorbed(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def draw(b, table, first, live):
+def draw_uniforms(b, table, first, live):
     """Draw one random block (u0, u1, u2) for all samples of this event.
 
     Fields: reads `history`, `hit`; updates `event`; writes `u0`, `u1`, `u2`.
@@ -170,18 +170,18 @@ def count_reflections(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def give_up(b, table, first, live):
-    """End a history of MOST_EVENTS events as lost: the scene confines light and absorbs none.
+def kill_endless(b, table, first, live):
+    """End a history of MAX_EVENTS events as lost: the scene confines light and absorbs none.
 
     Fields: reads `event`; updates `weight`, `given_up`.
     """
     any_endless = 0
     for k in range(first, live):
-        any_endless |= 1 if (b.event[k] >= MOST_EVENTS) & (b.weight[k] != 0.0) else 0
+        any_endless |= 1 if (b.event[k] >= MAX_EVENTS) & (b.weight[k] != 0.0) else 0
     if any_endless != 0:
         for k in range(first, live):
-            if b.event[k] >= MOST_EVENTS and b.weight[k] != 0.0:
-                lose(b, b.weight[k])
+            if b.event[k] >= MAX_EVENTS and b.weight[k] != 0.0:
+                add_lost(b, b.weight[k])
                 b.weight[k] = 0.0
                 b.given_up += 1
     return live

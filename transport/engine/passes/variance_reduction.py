@@ -10,24 +10,31 @@ import math
 import numpy as np
 from numba import int64, uint64
 
-from transport.compile.layout import IMPORTANCE, MOVED, NO_TABLE, ROULETTE, ROULETTE_LAW, SLACK
+from transport.compile.layout import (
+    COLLISION_CLEARANCE,
+    FIELD_MOVES,
+    IMPORTANCE,
+    NO_TABLE,
+    ROULETTE,
+    ROULETTE_LAW,
+)
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
-from transport.engine.passes.collisions import takes_off
+from transport.engine.passes.collisions import is_flying
 from transport.engine.passes.lanes import FIELDS
 from transport.engine.registry import lane_pass
-from transport.engine.tally import enter, limbs
+from transport.engine.tally import add_to_ledger, limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative
 from transport.physics.paths import depth_before, free_flight, survived
 from transport.physics.streams import WEIGH, event_words, uniform
 
-DOUBLE = 0.6931471805599453
-MOST_COPIES = 64.0  # per splitting; the rest follows at the next
+LN_2 = 0.6931471805599453
+MAX_COPIES_PER_SPLIT = 64.0  # per splitting; the rest follows at the next
 
 
 @device
-def rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most):
+def log_importance(x, y, z, cx, cy, cz, kx, ky, kz, most):
     """Return the logarithm of importance at a point.
 
     It is linear along the axis from its start to its end, and constant beyond.
@@ -36,13 +43,13 @@ def rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most):
 
 
 @device
-def wanted_at(x, y, z, birth, cx, cy, cz, kx, ky, kz, most):
+def wanted_weight(x, y, z, birth, cx, cy, cz, kx, ky, kz, most):
     """Return the wanted weight at a point: birth * exp(-rise), at most 1 (the largest birth weight)."""
-    return min(birth * exp_negative(-rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most)), 1.0)
+    return min(birth * exp_negative(-log_importance(x, y, z, cx, cy, cz, kx, ky, kz, most)), 1.0)
 
 
 @lane_pass(IMPORTANCE)
-def begin_where_important(b, table, first, live):
+def set_reference_weight(b, table, first, live):
     """Set the reference weight `birth` so that a newborn history has the wanted weight at its birthplace.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`; writes `birth`.
@@ -51,7 +58,7 @@ def begin_where_important(b, table, first, live):
     for k in range(first, live):
         start = b.start[k] if b.start[k] < 0.0 else 0.0  # an aimed particle, whose x is its target
         x, y, z = b.x[k] + start * b.ux[k], b.y[k] + start * b.uy[k], b.z[k] + start * b.uz[k]
-        rise = rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most)
+        rise = log_importance(x, y, z, cx, cy, cz, kx, ky, kz, most)
         b.birth[k] = b.weight[k] / exp_negative(-rise)
     return live
 
@@ -68,8 +75,8 @@ def cut_flight(b, table, first, live):
     for k in range(first, live):
         slope = b.ux[k] * kx + b.uy[k] * ky + b.uz[k] * kz
         rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz + b.start[k] * slope
-        doubled = max(rise, 0.0) + DOUBLE
-        end = b.start[k] + ((doubled - rise) / slope + 2.0 * SLACK)
+        doubled = max(rise, 0.0) + LN_2
+        end = b.start[k] + ((doubled - rise) / slope + 2.0 * COLLISION_CLEARANCE)
         cuts = (b.flies[k] != 0) & (slope > 0.0) & (doubled < most) & (end < b.distance[k])
         cuts &= (b.mfp[k] < math.inf) | (b.sigma_a[k] > 0.0) | has_grids
         b.distance[k] = end if cuts else b.distance[k]
@@ -78,7 +85,7 @@ def cut_flight(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def pause_at_station(b, table, first, live):
+def revoke_station_collisions(b, table, first, live):
     """Revoke the collision of lanes that were cut at a station.
 
     Mark collisions and stations for weighting.
@@ -96,7 +103,7 @@ def pause_at_station(b, table, first, live):
 
 
 @lane_pass(IMPORTANCE)
-def weigh_by_importance(b, table, first, live):
+def split_or_roulette(b, table, first, live):
     """Split lanes that are too heavy for their place; play Russian roulette with those that are too light.
 
     The ledger takes the weight killed less the weight gained.
@@ -108,10 +115,10 @@ def weigh_by_importance(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        wanted = wanted_at(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
+        wanted = wanted_weight(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
         w, weighed = b.weight[k], (b.cut[k] != 0) & (b.weight[k] != 0.0)
         ratio = w / wanted
-        count = math.floor(ratio) if ratio < MOST_COPIES else MOST_COPIES
+        count = math.floor(ratio) if ratio < MAX_COPIES_PER_SPLIT else MAX_COPIES_PER_SPLIT
         count = count if count > 1.0 else 1.0
         dies_or_rises, splits = weighed & (ratio < 0.5), weighed & (ratio >= 2.0)
         new = w / count if splits else w
@@ -124,7 +131,7 @@ def weigh_by_importance(b, table, first, live):
         total_high += high - many * new_high
         total_low += low - many * new_low
         b.weight[k] = new
-    enter(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, ROULETTE, total_high, total_low)
     return live
 
 
@@ -134,12 +141,12 @@ def weigh_by_importance(b, table, first, live):
 # among the copies, 55 bits and a mark, so that two of 10^6 copies in a batch coincide with probability 1e-5.
 # Results do not depend on when a copy is taken up.
 
-ROOM = 1 << 16  # capacity of a bank in copies
+BANK_CAPACITY = 1 << 16  # capacity of a bank in copies
 HISTORY, WEIGHT, BIRTH, AHEAD = (
     [name for name, _ in CARRIED].index(name) for name in ("history", "weight", "birth", "ahead")
 )
 FORCED = 1 << 20  # index of a copy whose collision is forced, beyond those of splitting
-MARK, LOWER = 1 << 55, (1 << 55) - 1
+COPY_BIT, HASH_MASK = 1 << 55, (1 << 55) - 1
 
 
 @device
@@ -152,11 +159,11 @@ def number_of_copy(history, event, place):
     z = (z ^ (z >> uint64(30))) * uint64(0xBF58476D1CE4E5B9) + uint64(place)
     z = (z ^ (z >> uint64(27))) * uint64(0x94D049BB133111EB)
     z = (z ^ (z >> uint64(30))) * uint64(0xBF58476D1CE4E5B9)
-    return int64((z ^ (z >> uint64(31))) & uint64(LOWER)) | int64(MARK)
+    return int64((z ^ (z >> uint64(31))) & uint64(HASH_MASK)) | int64(COPY_BIT)
 
 
 @device
-def listed_with_copies(b, first, live):
+def list_copied_lanes(b, first, live):
     """List the lanes with copies to bank; returns their number.
 
     Fields: reads `copies`.
@@ -169,7 +176,7 @@ def listed_with_copies(b, first, live):
 
 
 @device
-def laid_down(b, fields, words, count, k, place):
+def write_copy(b, fields, words, count, k, place):
     """Write a copy of lane k into the bank and return its row.
 
     A full bank sets `overfull` and reuses the first row.
@@ -185,24 +192,24 @@ def laid_down(b, fields, words, count, k, place):
     return row
 
 
-@lane_pass(MOVED)
-def deposit(b, table, first, live):
+@lane_pass(FIELD_MOVES)
+def bank_copies(b, table, first, live):
     """Put `copies` copies of each lane into the bank.
 
     Fields: reads `history`, `event`; updates `copies`, `banked`, `overfull`.
     """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for j in range(listed_with_copies(b, first, live)):
+    for j in range(list_copied_lanes(b, first, live)):
         k = b.listed[j]
         for place in range(b.copies[k]):
-            laid_down(b, fields, words, table.count, k, place)
+            write_copy(b, fields, words, table.count, k, place)
         b.copies[k] = 0
     return live
 
 
-@lane_pass(MOVED)
-def deposit_forced(b, table, first, live):
+@lane_pass(FIELD_MOVES)
+def bank_forced_copies(b, table, first, live):
     """Put the copies of force_collision into the bank, with a weight and a path of their own.
 
     Fields: reads `weight`, `birth`, `history`, `event`, `caught`, `path`; updates `copies`, `banked`,
@@ -210,9 +217,9 @@ def deposit_forced(b, table, first, live):
     """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for j in range(listed_with_copies(b, first, live)):
+    for j in range(list_copied_lanes(b, first, live)):
         k = b.listed[j]
-        row = laid_down(b, fields, words, table.count, k, FORCED)
+        row = write_copy(b, fields, words, table.count, k, FORCED)
         caught = b.caught[k]
         # Roulette treats the copy like the undivided particle.
         birth = caught * (b.birth[k] / (b.weight[k] + caught))
@@ -221,8 +228,8 @@ def deposit_forced(b, table, first, live):
     return live
 
 
-@lane_pass(MOVED)
-def withdraw(b, table, first, live):
+@lane_pass(FIELD_MOVES)
+def take_copies(b, table, first, live):
     """Fill free lanes with copies from the bank.
 
     Fields: updates `banked`.
@@ -243,23 +250,23 @@ def withdraw(b, table, first, live):
 # exp(-tau)) flies as a copy, with its own birth weight, to a collision before it, at depth -ln(1 - u (1 -
 # exp(-tau))).
 
-FRESH, FREE = -1.0, 0.0  # to be forced, not to be forced; a positive number: path of a forced copy
+UNCOLLIDED, FREE = -1.0, 0.0  # to be forced, not to be forced; a positive number: path of a forced copy
 
 
 @lane_pass(NO_TABLE)
-def begin_fresh(b, table, first, live):
+def mark_uncollided(b, table, first, live):
     """Mark newborn lanes as not yet collided.
 
     Fields: writes `ahead`.
     """
     for k in range(first, live):
-        b.ahead[k] = FRESH
+        b.ahead[k] = UNCOLLIDED
     return live
 
 
 @lane_pass(NO_TABLE)
-def fly_or_be_forced(b, table, first, live):
-    """Sample a free path like collisions.fly.
+def sample_free_or_forced_path(b, table, first, live):
+    """Sample a free path like collisions.sample_free_path.
 
     Fresh lanes fly to the surface ahead, forced copies have their path.
 
@@ -269,10 +276,10 @@ def fly_or_be_forced(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
-        flies, ahead = takes_off(b.hit[k], b.distance[k], b.weight[k]), b.ahead[k]
+        flies, ahead = is_flying(b.hit[k], b.distance[k], b.weight[k]), b.ahead[k]
         path = ahead if ahead > 0.0 else depth * b.mfp[k]
-        path = math.inf if ahead == FRESH else path
-        b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]
+        path = math.inf if ahead == UNCOLLIDED else path
+        b.distance[k] = b.start[k] + (path + 2.0 * COLLISION_CLEARANCE) if flies else b.distance[k]
         b.ahead[k] = FREE if flies & (ahead > 0.0) else ahead
         b.depth[k] = depth
         b.event[k] += 1 if flies else 0
@@ -291,7 +298,7 @@ def force_collision(b, table, first, live):
     """
     total_high, total_low = 0, 0
     for k in range(first, live):
-        fresh = (b.flies[k] != 0) & (b.ahead[k] == FRESH) & (b.mfp[k] < math.inf)
+        fresh = (b.flies[k] != 0) & (b.ahead[k] == UNCOLLIDED) & (b.mfp[k] < math.inf)
         w, mfp = b.weight[k], b.mfp[k]
         way = b.distance[k] - b.start[k]
         ends = way < math.inf
@@ -311,9 +318,9 @@ def force_collision(b, table, first, live):
         b.copies[k] = 1 if forced & (caught > 0.0) else 0
         b.weight[k] = rest if forced else w
         far = fresh & (not ends)
-        b.distance[k] = b.start[k] + (b.depth[k] * mfp + 2.0 * SLACK) if far else b.distance[k]
+        b.distance[k] = b.start[k] + (b.depth[k] * mfp + 2.0 * COLLISION_CLEARANCE) if far else b.distance[k]
         b.ahead[k] = FREE if far else b.ahead[k]
-    enter(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, ROULETTE, total_high, total_low)
     return live
 
 
@@ -322,11 +329,11 @@ def force_collision(b, table, first, live):
 # A weight is light relative to the history's birth weight, or to the one wanted by importance, so the unit of
 # power does not matter. The ledger takes the weight killed less the weight gained: expectation 0.
 
-LIGHT = 0.5  # share of the wanted weight, where importance gives one
+LIGHT_SHARE = 0.5  # share of the wanted weight, where importance gives one
 
 
 @device
-def played(is_light, weight, wanted, u):
+def roulette_outcome(is_light, weight, wanted, u):
     """Return (weight, uniform, high limb, low limb) after Russian roulette, played only if is_light.
 
     The uniform is a fresh one in place of u, the limbs are those of the loss.
@@ -350,10 +357,10 @@ def play_roulette(b, table, first, live):
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]
         is_light = (w < threshold * birth) & (w > 0.0) & (b.hit[k] != 0)
-        b.weight[k], _, high, low = played(is_light, w, level * birth, b.u2[k])
+        b.weight[k], _, high, low = roulette_outcome(is_light, w, level * birth, b.u2[k])
         total_high += high
         total_low += low
-    enter(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, ROULETTE, total_high, total_low)
     return live
 
 
@@ -368,12 +375,15 @@ def play_roulette_by_importance(b, table, first, live):
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     for k in range(first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        w, wanted = b.weight[k], wanted_at(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
-        is_light = (w < LIGHT * wanted) & (w > 0.0) & (b.hit[k] != 0)
-        b.weight[k], _, high, low = played(is_light, w, wanted, uniform(w0, w1))
+        w, wanted = (
+            b.weight[k],
+            wanted_weight(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most),
+        )
+        is_light = (w < LIGHT_SHARE * wanted) & (w > 0.0) & (b.hit[k] != 0)
+        b.weight[k], _, high, low = roulette_outcome(is_light, w, wanted, uniform(w0, w1))
         total_high += high
         total_low += low
-    enter(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, ROULETTE, total_high, total_low)
     return live
 
 
@@ -387,10 +397,10 @@ def play_roulette_in_flight(b, table, first, live):
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]
         is_light = (b.collides[k] != 0) & (w < threshold * birth)
-        new, b.u0[k], high, low = played(is_light, w, level * birth, b.u0[k])
+        new, b.u0[k], high, low = roulette_outcome(is_light, w, level * birth, b.u0[k])
         b.weight[k] = new
         b.collides[k] = 0 if new == 0.0 else b.collides[k]
         total_high += high
         total_low += low
-    enter(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, ROULETTE, total_high, total_low)
     return live

@@ -6,13 +6,13 @@ Only where speeds differ or are scored.
 import numpy as np
 
 from transport.compile.layout import (
+    BIRTH_TIME,
     CELL_TERMS,
     CLOCK,
-    DRIFTING,
+    DRIFTING_GAS,
     IN_FLIGHT,
     MEDIA,
     MEDIA_CLOCK,
-    MOMENT,
     NO_TABLE,
     OCTAVE,
     QUANTILES,
@@ -24,7 +24,7 @@ from transport.compile.layout import (
 )
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
-from transport.engine.tally import enter, limbs
+from transport.engine.tally import add_to_ledger, limbs
 from transport.physics.device import device
 from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial
 from transport.physics.streams import CLOCK as CLOCK_DRAW
@@ -50,7 +50,7 @@ def quantile(octaves, cells, u):
 
 
 @lane_pass(VELOCITY)
-def take_speed(b, table, first, live):
+def set_speed(b, table, first, live):
     """Set one speed for all particles of this emitter.
 
     Fields: writes `speed`.
@@ -62,7 +62,7 @@ def take_speed(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def draw_speed(b, table, first, live):
+def draw_speed_uniform(b, table, first, live):
     """Draw the uniform (u0) from which a speed is computed.
 
     Fields: reads `history`; writes `u0`.
@@ -75,7 +75,7 @@ def draw_speed(b, table, first, live):
 
 
 @lane_pass(QUANTILES)
-def take_quantile(b, table, first, live):
+def set_speed_by_quantile(b, table, first, live):
     """Set the speed at cumulative probability u0, for a smooth distribution.
 
     Fields: reads `u0`; writes `speed`.
@@ -97,7 +97,7 @@ def take_quantile(b, table, first, live):
 
 
 @lane_pass(QUANTILES)
-def take_stepped_quantile(b, table, first, live):
+def set_speed_by_stepped_quantile(b, table, first, live):
     """Set the speed at cumulative probability u0, for any distribution.
 
     Fields: reads `u0`; writes `speed`.
@@ -123,7 +123,7 @@ def add_drift(b, table, first, live):
     return live
 
 
-@lane_pass(DRIFTING)
+@lane_pass(DRIFTING_GAS)
 def emit_from_drifting_gas(b, table, first, live):
     """Sample the velocity of effusion from a drifting Maxwellian.
 
@@ -152,7 +152,7 @@ def emit_from_drifting_gas(b, table, first, live):
 
 
 @lane_pass(ROWS)
-def take_wall_speed(b, table, first, live):
+def sample_wall_speed(b, table, first, live):
     """Set a speed sampled from the thermal wall that reflected the particle.
 
     Fields: reads `weight`, `hit`, `u4`; writes `speed`.
@@ -174,8 +174,8 @@ def take_wall_speed(b, table, first, live):
 # an instant belongs to exactly one flight of each history and each particle is scored once per instant.
 
 
-@lane_pass(MOMENT)
-def start_at(b, table, first, live):
+@lane_pass(BIRTH_TIME)
+def set_birth_time(b, table, first, live):
     """Set one time of birth for all.
 
     Fields: writes `time`.
@@ -186,8 +186,8 @@ def start_at(b, table, first, live):
     return live
 
 
-@lane_pass(MOMENT)
-def start_within(b, table, first, live):
+@lane_pass(BIRTH_TIME)
+def sample_birth_time(b, table, first, live):
     """Sample a time of birth uniformly in an interval: a steady source, or a pulse of constant power.
 
     Fields: reads `history`; writes `time`.
@@ -200,8 +200,8 @@ def start_within(b, table, first, live):
     return live
 
 
-@lane_pass(MOMENT)
-def start_within_and_draw(b, table, first, live):
+@lane_pass(BIRTH_TIME)
+def sample_birth_time_and_speed(b, table, first, live):
     """The same, and keep in u0 the uniform for a speed from the same random block.
 
     Fields: reads `history`; writes `time`, `u0`.
@@ -214,8 +214,8 @@ def start_within_and_draw(b, table, first, live):
     return live
 
 
-@lane_pass(MOMENT)
-def start_about(b, table, first, live):
+@lane_pass(BIRTH_TIME)
+def sample_pulse_time(b, table, first, live):
     """Sample a time of birth from a Gaussian pulse; width: its standard deviation.
 
     Fields: reads `history`; writes `time`.
@@ -283,5 +283,5 @@ def stop_clock(b, table, first, live):
         b.time[k] = arrival
         b.hit[k] = 0 if late else b.hit[k]
         b.weight[k] = 0.0 if late else b.weight[k]
-    enter(b, IN_FLIGHT, high, low)
+    add_to_ledger(b, IN_FLIGHT, high, low)
     return live

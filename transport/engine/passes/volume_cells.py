@@ -10,23 +10,23 @@ import math
 import numpy as np
 from numba import float64, int64, njit
 
-from transport.compile.layout import GRID, NO_TABLE, SLACK, VOLUME, VOLUME_IN_GRID
+from transport.compile.layout import COLLISION_CLEARANCE, GRID, NO_TABLE, VOLUME, VOLUME_IN_GRID
 from transport.engine.bundle import add_to_row, view
-from transport.engine.passes.detector_bins import cell
-from transport.engine.passes.volumes import A_SCORE, mean_of_fading
-from transport.engine.passes.voxels import axis_of
+from transport.engine.passes.detector_bins import find_cell
+from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
+from transport.engine.passes.voxels import axis_start
 from transport.engine.registry import lane_pass
-from transport.engine.tally import chance_of, fair_limbs, salt_of
+from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import ARITHMETIC, device
 from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
 
 # compiled as a separate function: inlining would only make passes slow to compile
-called = njit(**ARITHMETIC)
+separate_device = njit(**ARITHMETIC)
 
 
 @lane_pass(VOLUME)
-def find_even_bins(b, table, first, live):
+def find_equal_bins(b, table, first, live):
     """Set the direction bin of each lane, where bins of equal width cover all directions.
 
     Fields: reads `ux, uy, uz`; writes `bin`.
@@ -50,7 +50,7 @@ def find_even_bins(b, table, first, live):
     return live
 
 
-@called
+@separate_device
 def direction_bin(b, table, k):
     """Return the direction bin of lane k for any edges: 0 without bins of direction, and outside of them.
 
@@ -61,7 +61,10 @@ def direction_bin(b, table, k):
     ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
     bin = 0
     if table.rows > 1:
-        found, turn = cell(ux * table.nx + uy * table.ny + uz * table.nz, table.mu_cells, table.mu_edges), 0
+        found, turn = (
+            find_cell(ux * table.nx + uy * table.ny + uz * table.nz, table.mu_cells, table.mu_edges),
+            0,
+        )
         if table.turn_cells > 0:
             e_u = ux * table.eux + uy * table.euy + uz * table.euz
             e_v = ux * table.evx + uy * table.evy + uz * table.evz
@@ -70,7 +73,7 @@ def direction_bin(b, table, k):
                 angle += TWO_PI
             elif angle >= table.turn_low + TWO_PI:
                 angle -= TWO_PI
-            turn = cell(angle, table.turn_cells, table.turn_edges)
+            turn = find_cell(angle, table.turn_cells, table.turn_edges)
         if (found >= 0) & (turn >= 0):
             bin = 1 + found * table.mu_stride + turn * table.turn_stride
     return bin
@@ -84,17 +87,17 @@ def score_in_cell(b, table, k, number, bin, track, keep, count):
 
     Fields: reads `history`; updates `scored`.
     """
-    chance = chance_of(bits_of(track) ^ number, salt_of(b.seed_low, b.batch) + b.history[k])
-    high, low = fair_limbs(track * table.scale, chance)
+    chance = hashed_uniform(bits_of(track) ^ number, hash_salt(b.seed_low, b.batch) + b.history[k])
+    high, low = unbiased_limbs(track * table.scale, chance)
     add_to_row(b.tallies + 32 * (table.first + number * table.rows + bin), high, low, count, 0)
-    b.scored += high + A_SCORE
+    b.scored += high + SCORE_BOUND
     if table.kept != 0:
-        high, low = fair_limbs(track * keep, chance)
+        high, low = unbiased_limbs(track * keep, chance)
         add_to_row(b.tallies + 32 * (table.kept + number), high, low, count, 0)
         b.scored += high
 
 
-@called
+@separate_device
 def score_part(b, table, k, number, bin, way, weight, fade, keep):
     """Score the path through one cell; returns the weight behind it.
 
@@ -102,9 +105,9 @@ def score_part(b, table, k, number, bin, way, weight, fade, keep):
     """
     mean, left = 1.0, weight
     if table.kept != 0:
-        mean, less = mean_of_fading(fade * way)
+        mean, less = mean_transmittance(fade * way)
         left = weight + weight * less
-    score_in_cell(b, table, k, number, bin, weight * way * mean, keep, 1 if way > SLACK else 0)
+    score_in_cell(b, table, k, number, bin, weight * way * mean, keep, 1 if way > COLLISION_CLEARANCE else 0)
     return left
 
 
@@ -126,7 +129,7 @@ def next_face(place, number, u, inverse, width, count):
     return (width * number - place) * inverse if (u < 0.0) & (number > 0) else math.inf
 
 
-@called
+@separate_device
 def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
     """Walk a flight through the voxels from distance t to `end` (Amanatides and Woo 1987).
 
@@ -175,7 +178,7 @@ def shell_at(radius, count, radii):
     -1 within the first radius, the last shell beyond all.
     """
     bounds = view(radii, count + 1, np.float64)
-    found = cell(radius, count, radii)
+    found = find_cell(radius, count, radii)
     return (-1 if radius < bounds[0] else count - 1) if found < 0 else found
 
 
@@ -186,7 +189,7 @@ def half_chord(radius, q):
     return math.sqrt(d if d > 0.0 else 0.0)
 
 
-@called
+@separate_device
 def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
     """Walk a flight through spherical shells: inwards as far as the ray hits them, then outwards.
 
@@ -286,9 +289,9 @@ def walk_through_grid(b, table, first, live):
         px, py = (b.x[k] - grid.cx) * grid.per_x, (b.y[k] - grid.cy) * grid.per_y
         pz = (b.z[k] - grid.cz) * grid.per_z
         # Start in the voxel at `start`.
-        i, step_x, face_x, ix = axis_of(px, vx, t, 1.0, grid.nx, float64(grid.nx))
-        j, step_y, face_y, iy = axis_of(py, vy, t, 1.0, grid.ny, float64(grid.ny))
-        m, step_z, face_z, iz = axis_of(pz, vz, t, 1.0, grid.nz, float64(grid.nz))
+        i, step_x, face_x, ix = axis_start(px, vx, t, 1.0, grid.nx, float64(grid.nx))
+        j, step_y, face_y, iy = axis_start(py, vy, t, 1.0, grid.ny, float64(grid.ny))
+        m, step_z, face_z, iz = axis_start(pz, vz, t, 1.0, grid.nz, float64(grid.nz))
         t_x, t_y, t_z = (face_x - px) * ix, (face_y - py) * iy, (face_z - pz) * iz
         going = True
         while going:
@@ -321,7 +324,7 @@ def walk_through_grid(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def know_collisions(b, table, first, live):
+def set_collision_paths(b, table, first, live):
     """Set mean free path (`within`) and total absorption coefficient (`keep`) at collisions.
 
     Fields: reads `mfp`, `sigma_a`, `survival`; writes `within`, `keep`.
@@ -333,7 +336,7 @@ def know_collisions(b, table, first, live):
 
 
 @lane_pass(GRID)
-def know_collisions_in_grid(b, table, first, live):
+def set_collision_paths_in_grid(b, table, first, live):
     """The same in a grid, from the voxel of the collision.
 
     Fields: reads `x, y, z`, `medium`, `collides`; writes `within`, `keep`.

@@ -10,19 +10,19 @@ import math
 
 from numba import int64
 
-from transport.compile.layout import CLOCK, MEDIA, MEDIA_CLOCK, NO_TABLE, SLACK, VOLUME
+from transport.compile.layout import CLOCK, COLLISION_CLEARANCE, MEDIA, MEDIA_CLOCK, NO_TABLE, VOLUME
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
-from transport.engine.tally import chance_of, fair_limbs, salt_of
+from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative, expm1_negative
 
-A_SCORE = 1 << 28  # contribution to driver.MOST_SCORED, so that the low limbs stay in range as well
+SCORE_BOUND = 1 << 28  # contribution to driver.MAX_SCORED, so that the low limbs stay in range as well
 
 
 @lane_pass(NO_TABLE)
-def reach_next(b, table, first, live):
+def set_flight_end(b, table, first, live):
     """Set the end of the flight to the next hit; ended lanes have none (-inf).
 
     Fields: reads `weight`, `distance`; writes `reach`.
@@ -33,7 +33,7 @@ def reach_next(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def reach_next_in_media(b, table, first, live):
+def set_flight_end_in_media(b, table, first, live):
     """The same in media, for lanes that fly.
 
     Also the absorption coefficient along the path, and the total one.
@@ -49,7 +49,7 @@ def reach_next_in_media(b, table, first, live):
 
 
 @lane_pass(CLOCK)
-def reach_until_end(b, table, first, live):
+def limit_by_clock(b, table, first, live):
     """Limit the flight to the end of the clock, for one common speed.
 
     Fields: reads `start`, `time`; updates `reach`.
@@ -62,7 +62,7 @@ def reach_until_end(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def reach_until_end_by_speed(b, table, first, live):
+def limit_by_clock_and_speed(b, table, first, live):
     """The same with the particle's own speed.
 
     Fields: reads `start`, `time`, `speed`; updates `reach`.
@@ -74,7 +74,7 @@ def reach_until_end_by_speed(b, table, first, live):
 
 
 @lane_pass(MEDIA_CLOCK)
-def reach_until_end_in_media(b, table, first, live):
+def limit_by_clock_in_media(b, table, first, live):
     """The same in media, where light slows down by the refractive index.
 
     Fields: reads `start`, `time`, `speed`, `medium`; updates `reach`.
@@ -89,7 +89,7 @@ def reach_until_end_in_media(b, table, first, live):
 
 
 @device
-def slab(o, u, half):
+def slab_crossings(o, u, half):
     """Return where a ray enters and leaves the slab |x| <= half.
 
     A ray along a face or parallel to it counts as inside.
@@ -107,9 +107,9 @@ def clip_to_box(b, table, first, live):
     """
     cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz
     for k in range(first, live):
-        near_x, far_x = slab(b.x[k] - cx, b.ux[k], hx)
-        near_y, far_y = slab(b.y[k] - cy, b.uy[k], hy)
-        near_z, far_z = slab(b.z[k] - cz, b.uz[k], hz)
+        near_x, far_x = slab_crossings(b.x[k] - cx, b.ux[k], hx)
+        near_y, far_y = slab_crossings(b.y[k] - cy, b.uy[k], hy)
+        near_z, far_z = slab_crossings(b.z[k] - cz, b.uz[k], hz)
         start, near, far = b.start[k], b.start[k], b.reach[k]
         near = near_x if near_x > near else near
         near = near_y if near_y > near else near
@@ -147,27 +147,27 @@ def clip_to_ball(b, table, first, live):
 
 
 @lane_pass(VOLUME)
-def score_way(b, table, first, live):
+def score_path(b, table, first, live):
     """Score weight times path length in a volume of one cell (track-length estimator).
 
     Fields: reads `weight`, `history`, `within`; updates `scored`.
     """
-    total_high, total_low, count, scale, salt = 0, 0, 0, table.scale, salt_of(b.seed_low, b.batch)
+    total_high, total_low, count, scale, salt = 0, 0, 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         way = b.within[k]
         inside = way > 0.0
-        chance = chance_of(bits_of(way), salt + b.history[k])
-        high, low = fair_limbs(b.weight[k] * way * scale if inside else 0.0, chance)
+        chance = hashed_uniform(bits_of(way), salt + b.history[k])
+        high, low = unbiased_limbs(b.weight[k] * way * scale if inside else 0.0, chance)
         total_high += high
         total_low += low
-        count += 1 if way > SLACK else 0  # paths left by rounding alone do not count
+        count += 1 if way > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
     add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
-    b.scored += total_high + A_SCORE * int64(live - first)
+    b.scored += total_high + SCORE_BOUND * int64(live - first)
     return live
 
 
 @device
-def mean_of_fading(depth):
+def mean_transmittance(depth):
     """Return the mean of exp(-s) for s from 0 to an optical depth, and exp(-depth) - 1.
 
     Both keep their digits near 0.
@@ -177,27 +177,27 @@ def mean_of_fading(depth):
 
 
 @lane_pass(VOLUME)
-def score_way_in_media(b, table, first, live):
+def score_path_in_media(b, table, first, live):
     """The same where media absorb: mean weight along the path times its length; also the absorbed weight.
 
     Fields: reads `weight`, `history`, `lead`, `within`, `fade`, `keep`; updates `scored`.
     """
     total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
-    salt = salt_of(b.seed_low, b.batch)
+    salt = hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         way, fade = b.within[k], b.fade[k]
         inside = way > 0.0
-        mean, _ = mean_of_fading(fade * way)
+        mean, _ = mean_transmittance(fade * way)
         track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way if inside else 0.0
-        chance = chance_of(bits_of(way), salt + b.history[k])
-        high, low = fair_limbs(track * scale, chance)
+        chance = hashed_uniform(bits_of(way), salt + b.history[k])
+        high, low = unbiased_limbs(track * scale, chance)
         total_high += high
         total_low += low
-        high, low = fair_limbs(track * b.keep[k] if inside else 0.0, chance)
+        high, low = unbiased_limbs(track * b.keep[k] if inside else 0.0, chance)
         kept_high += high
         kept_low += low
-        count += 1 if way > SLACK else 0  # paths left by rounding alone do not count
+        count += 1 if way > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
     add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
     add_to_row(b.tallies + 32 * table.kept, kept_high, kept_low, count, 0)
-    b.scored += total_high + kept_high + A_SCORE * int64(live - first)
+    b.scored += total_high + kept_high + SCORE_BOUND * int64(live - first)
     return live

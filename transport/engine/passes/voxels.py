@@ -5,28 +5,28 @@ import math
 import numpy as np
 from numba import float64, int64, uint64
 
-from transport.compile.layout import GRID, LEVELS, NO_TABLE, SLACK
+from transport.compile.layout import COLLISION_CLEARANCE, GRID, LEVELS, NO_TABLE
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH, view
-from transport.engine.passes.collisions import is_thin, takes_off, thinned
+from transport.engine.passes.collisions import attenuated_unbiased, is_flying, is_weak
 from transport.engine.registry import lane_pass
-from transport.engine.tally import enter, limbs, salt_of
+from transport.engine.tally import add_to_ledger, hash_salt, limbs
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative, log_positive
 from transport.physics.paths import free_flight
 from transport.physics.streams import VOXELS, event_words, uniform
 
 # a direction component below SLOWEST never leaves a cell; NEVER is its reciprocal
-SLOWEST, NEVER = 1e-280, 1e300
+MIN_COMPONENT, NO_CROSSING = 1e-280, 1e300
 
 
 @device
-def pace(v):
+def component_and_reciprocal(v):
     """Return a direction component in cells per scene length and its reciprocal.
 
     The component is 0, and the reciprocal NEVER, if the ray never leaves a cell along this axis.
     """
-    moves = abs(v) > SLOWEST
-    return v if moves else 0.0, 1.0 / v if moves else NEVER
+    moves = abs(v) > MIN_COMPONENT
+    return v if moves else 0.0, 1.0 / v if moves else NO_CROSSING
 
 
 @device
@@ -39,9 +39,9 @@ def cell_at(place, count):
 
 
 @device
-def axis_of(p, v, start, block, cells, count):
+def axis_start(p, v, start, block, cells, count):
     """Return for one axis of a ray p + v t in voxels: cell at `start`, its step, the face ahead, 1/v."""
-    v, inverse = pace(v)
+    v, inverse = component_and_reciprocal(v)
     step = 1 if v >= 0.0 else -1
     cell = int64(cell_at((p + start * v) / block, cells))
     face = (float64(cell) + (1.0 if v >= 0.0 else 0.0)) * block
@@ -79,9 +79,9 @@ def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
     """
     per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
     px, py, pz = (x - table.cx) * per_x, (y - table.cy) * per_y, (z - table.cz) * per_z
-    vx, ix = pace(ux * per_x)
-    vy, iy = pace(uy * per_y)
-    vz, iz = pace(uz * per_z)
+    vx, ix = component_and_reciprocal(ux * per_x)
+    vy, iy = component_and_reciprocal(uy * per_y)
+    vz, iz = component_and_reciprocal(uz * per_z)
     i, j, m = (
         cell_at(px + start * vx, table.nx),
         cell_at(py + start * vy, table.ny),
@@ -120,19 +120,19 @@ def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
 # A walk spends an optical depth. In each macro cell it spends it at the rate of the majorant, the largest
 # extinction there; where it is spent, a tentative collision is real with probability extinction of the voxel
 # over majorant, else the walk continues with a new depth. Macro cells are left by incrementing indices, never
-# by comparing positions, so every turn makes progress. These are loops over walks for `voxels.collide_in_grid`.
+# by comparing positions, so every turn makes progress. These are loops over walks for `voxels.delta_track_in_grid`.
 
-FLIES, TRIES, UNSURE, REJECTED, ENDED, COLLIDED, PAUSED = range(7)  # states of a walk
+FLYING, TENTATIVE, UNDECIDED, REJECTED, ENDED, COLLIDED, PAUSED = range(7)  # states of a walk
 WALK = [name for name, _ in SCRATCH if name.startswith("walk_")]
 WALK_FIELDS = len(WALK)
 WALK_WORDS = CARRIED_WORDS + PITCH * [name for name, _ in CARRIED + SCRATCH].index(WALK[0])
-DRAW = uint64(8)  # bits of a purpose below the number of the draw
-MOST_TURNS = 8  # turns before a walk pauses, so that the others do not wait for long
+DRAW_SHIFT = uint64(8)  # bits of a purpose below the number of the draw
+MAX_TURNS = 8  # turns before a walk pauses, so that the others do not wait for long
 BELOW_ONE = 1.0 - 2.0**-53
 
 
 @device
-def place_of(i, j, m, my, mz):
+def majorant_index(i, j, m, my, mz):
     """Return the index of a macro cell in the table of majorants.
 
     The table has two numbers per cell, and one more cell on every side.
@@ -141,7 +141,7 @@ def place_of(i, j, m, my, mz):
 
 
 @device
-def cross(b, table, first, last):
+def cross_macro_cells(b, table, first, last):
     """Move each walk to the end of its macro cell, to its tentative collision or to its end.
 
     Returns the numbers of walks that try a collision, that go on (or try), and that pause.
@@ -166,8 +166,8 @@ def cross(b, table, first, last):
         stop = stop if stop > t else t
         spent = top * (stop - t)
         # Tentative collision, end, pause, or on to the next macro cell.
-        pauses = (state == FLIES) & (turns >= MOST_TURNS)
-        flies, tries = (state == FLIES) & (not pauses), depth < spent
+        pauses = (state == FLYING) & (turns >= MAX_TURNS)
+        flies, tries = (state == FLYING) & (not pauses), depth < spent
         ends = (not tries) & ((leaves >= end) | (top < 0.0))  # top < 0: beyond the grid
         crosses = flies & (not tries) & (not ends)
         is_x = leaves == t_x
@@ -176,22 +176,22 @@ def cross(b, table, first, last):
         i += (1.0 if up_x else -1.0) if crosses & is_x else 0.0
         j += (1.0 if up_y else -1.0) if crosses & is_y else 0.0
         m += (1.0 if up_z else -1.0) if crosses & is_z else 0.0
-        new = TRIES if tries else (ENDED if ends else FLIES)
+        new = TENTATIVE if tries else (ENDED if ends else FLYING)
         new = new if flies else (PAUSED if pauses else state)
         b.walk_i[k], b.walk_j[k], b.walk_m[k] = i, j, m
-        b.walk_cell[k] = place_of(i, j, m, my, mz)
+        b.walk_cell[k] = majorant_index(i, j, m, my, mz)
         b.walk_t[k] = (t + depth / top if tries else stop) if flies else t
         b.walk_depth[k] = depth - spent if crosses else depth
         b.walk_turns[k] = turns + 1 if flies else turns
         b.walk_state[k] = new
-        trying += 1 if new == TRIES else 0
+        trying += 1 if new == TENTATIVE else 0
         walking += 1 if new < ENDED else 0
         pausing += 1 if new == PAUSED else 0
     return trying, walking, pausing
 
 
 @device
-def look(b, table, first, last):
+def find_voxels(b, table, first, last):
     """Find the voxels of tentative collisions, and those whose extinction byte must be read.
 
     Few need it where extinction hardly varies within a macro cell: below `sure` a collision is real in any
@@ -208,13 +208,13 @@ def look(b, table, first, last):
         y = voxel_along(b.walk_py[k] + t * b.walk_vy[k], b.walk_j[k], block, ny)
         z = voxel_along(b.walk_pz[k] + t * b.walk_vz[k], b.walk_m[k], block, nz)
         voxel = (x * ny + y) * nz + z
-        is_open = 1.0 if (b.walk_state[k] == TRIES) & (b.walk_chance[k] >= b.sure[k]) else 0.0
+        is_open = 1.0 if (b.walk_state[k] == TENTATIVE) & (b.walk_chance[k] >= b.sure[k]) else 0.0
         b.voxel[k] = int64(voxel)
         b.open[k] = int64(voxel * is_open)
 
 
 @device
-def decide(b, first, last):
+def accept_by_levels(b, first, last):
     """Accept or reject tentative collisions as far as the quantised extinction of voxels decides.
 
     Returns the numbers of real, rejected and undecided collisions. The uniform is rescaled within its
@@ -226,8 +226,8 @@ def decide(b, first, last):
     for k in range(first, last):
         state, chance, sure, level = b.walk_state[k], b.walk_chance[k], b.sure[k], b.level[k] * 1.0
         at, is_sure = chance * LEVELS, chance < sure
-        new = COLLIDED if is_sure | (at < level) else (UNSURE if at < level + 1.0 else REJECTED)
-        new = new if state == TRIES else state
+        new = COLLIDED if is_sure | (at < level) else (UNDECIDED if at < level + 1.0 else REJECTED)
+        new = new if state == TENTATIVE else state
         low, high = 0.0 if is_sure else sure, sure if is_sure else level * (1.0 / LEVELS)
         fresh = (chance - low) / (high - low)
         fresh = fresh if fresh < BELOW_ONE else BELOW_ONE
@@ -235,12 +235,12 @@ def decide(b, first, last):
         b.walk_state[k] = new
         real += 1 if new == COLLIDED else 0
         rejected += 1 if new == REJECTED else 0
-        unsure += 1 if new == UNSURE else 0
+        unsure += 1 if new == UNDECIDED else 0
     return real, rejected, unsure
 
 
 @device
-def settle(b, k, extinction):
+def accept_exactly(b, k, extinction):
     """Decide an undecided collision by the extinction itself [1/scene lengths]; returns 1 if it is real.
 
     Fields: reads `walk_top`, `sure`, `level`; updates `walk_chance`; writes `walk_state`.
@@ -257,7 +257,7 @@ def settle(b, k, extinction):
 
 
 @device
-def draw_again(b, first, last):
+def resample_rejected(b, first, last):
     """Sample a new optical depth and a new uniform for walks whose collision was rejected.
 
     Fields: reads `walk_history`, `walk_event`; updates `walk_state`, `walk_chance`, `walk_draw`,
@@ -266,31 +266,31 @@ def draw_again(b, first, last):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, last):
         again, drawn = b.walk_state[k] == REJECTED, b.walk_draw[k]
-        purpose = uint64(VOXELS) | uint64(drawn) << DRAW
+        purpose = uint64(VOXELS) | uint64(drawn) << DRAW_SHIFT
         w0, w1, w2, w3 = event_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
         depth = -log_positive(BELOW_ONE - uniform(w0, w1))
         b.walk_depth[k] = depth if again else b.walk_depth[k]
         b.walk_chance[k] = uniform(w2, w3) if again else b.walk_chance[k]
         b.walk_draw[k] = drawn + (1 if again else 0)
-        b.walk_state[k] = FLIES if again else b.walk_state[k]
+        b.walk_state[k] = FLYING if again else b.walk_state[k]
 
 
 @device
-def end_in_place(b, first, last):
+def end_collided_flights(b, first, last):
     """End the flights of walks that collided, while each walk is still in the row of its lane.
 
     Fields: reads `walk_chance`, `walk_t`; updates `distance`, `hit`, `u0`, `walk_state`.
     """
     for k in range(first, last):
         collided = b.walk_state[k] == COLLIDED
-        b.distance[k] = b.walk_t[k] + 2.0 * SLACK if collided else b.distance[k]
+        b.distance[k] = b.walk_t[k] + 2.0 * COLLISION_CLEARANCE if collided else b.distance[k]
         b.hit[k] = 0 if collided else b.hit[k]
         b.u0[k] = b.walk_chance[k] if collided else b.u0[k]
         b.walk_state[k] = ENDED if collided else b.walk_state[k]
 
 
 @device
-def list_of(b, state, first, last):
+def list_walks(b, state, first, last):
     """List the walks in a state; returns their number.
 
     Fields: reads `walk_state`.
@@ -303,7 +303,7 @@ def list_of(b, state, first, last):
 
 
 @device
-def end_listed(b, count, cuts):
+def end_listed_flights(b, count, cuts):
     """End the flights of listed walks at their current distance: by a collision (cuts 0) or cut (cuts 1).
 
     Fields: reads `walk_lane`, `walk_chance`, `walk_t`; writes `distance`, `hit`, `u0`, `cut`, `walk_state`.
@@ -311,13 +311,13 @@ def end_listed(b, count, cuts):
     for g in range(count):
         k = b.listed[g]
         lane = b.walk_lane[k]
-        b.distance[lane], b.hit[lane] = b.walk_t[k] + 2.0 * SLACK, 0
+        b.distance[lane], b.hit[lane] = b.walk_t[k] + 2.0 * COLLISION_CLEARANCE, 0
         b.u0[lane], b.cut[lane] = b.walk_chance[k], cuts
         b.walk_state[k] = ENDED
 
 
 @device
-def close_ranks(b, words, first, last, walking):
+def compact_walks(b, words, first, last, walking):
     """Compact walks: move the last ones into the gaps of ended ones; returns the new end, in full vectors.
 
     Fields: updates `walk_state`.
@@ -349,8 +349,8 @@ def close_ranks(b, words, first, last, walking):
 
 
 @lane_pass(NO_TABLE)
-def fly_in_grids(b, table, first, live):
-    """Sample a free path like collisions.fly and keep its optical depth, which grids spend voxel by voxel.
+def sample_path_in_grids(b, table, first, live):
+    """Sample a free path like collisions.sample_free_path and keep its optical depth, which grids spend voxel by voxel.
 
     Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
     `depth`, `flies`.
@@ -358,16 +358,18 @@ def fly_in_grids(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
-        flies = takes_off(b.hit[k], b.distance[k], b.weight[k])
+        flies = is_flying(b.hit[k], b.distance[k], b.weight[k])
         b.depth[k] = depth
-        b.distance[k] = b.start[k] + (depth * b.mfp[k] + 2.0 * SLACK) if flies else b.distance[k]
+        b.distance[k] = (
+            b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if flies else b.distance[k]
+        )
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
     return live
 
 
 @lane_pass(NO_TABLE)
-def cut_nothing(b, table, first, live):
+def reset_cuts(b, table, first, live):
     """Clear the mark of cut flights.
 
     Fields: writes `cut`.
@@ -378,7 +380,7 @@ def cut_nothing(b, table, first, live):
 
 
 @lane_pass(NO_TABLE)
-def pause(b, table, first, live):
+def revoke_cut_collisions(b, table, first, live):
     """Revoke the collision of lanes whose flight was cut within voxels.
 
     Fields: reads `cut`; updates `collides`, `collisions`.
@@ -393,7 +395,7 @@ def pause(b, table, first, live):
 
 
 @lane_pass(GRID)
-def collide_in_grid(b, table, first, live):
+def delta_track_in_grid(b, table, first, live):
     """Find the first real collision in one grid, if it lies before the nearest surface (delta tracking).
 
     Sets what `collide` needs and, in `survival`, the albedo of the voxel. All flights walk together, in turns
@@ -417,55 +419,55 @@ def collide_in_grid(b, table, first, live):
     for k in range(first, live):
         walks, start = (b.flies[k] != 0) & (b.medium[k] == medium), b.start[k]
         px, py, pz = (b.x[k] - cx) * per_x, (b.y[k] - cy) * per_y, (b.z[k] - cz) * per_z
-        vx, ix = pace(b.ux[k] * per_x)
-        vy, iy = pace(b.uy[k] * per_y)
-        vz, iz = pace(b.uz[k] * per_z)
+        vx, ix = component_and_reciprocal(b.ux[k] * per_x)
+        vy, iy = component_and_reciprocal(b.uy[k] * per_y)
+        vz, iz = component_and_reciprocal(b.uz[k] * per_z)
         i, j, m = cell_at(px + start * vx, mx), cell_at(py + start * vy, my), cell_at(pz + start * vz, mz)
-        b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_cell[k] = i, j, m, place_of(i, j, m, my, mz)
+        b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_cell[k] = i, j, m, majorant_index(i, j, m, my, mz)
         b.walk_px[k], b.walk_py[k], b.walk_pz[k] = px, py, pz
         b.walk_vx[k], b.walk_vy[k], b.walk_vz[k] = vx, vy, vz
         b.walk_ix[k], b.walk_iy[k], b.walk_iz[k] = ix, iy, iz
-        b.walk_t[k], b.walk_end[k] = start, b.distance[k] - 2.0 * SLACK
+        b.walk_t[k], b.walk_end[k] = start, b.distance[k] - 2.0 * COLLISION_CLEARANCE
         b.walk_depth[k], b.walk_chance[k] = b.depth[k], b.u0[k]
         b.walk_history[k], b.walk_event[k], b.walk_lane[k] = b.history[k], b.event[k], k
-        b.walk_draw[k], b.walk_turns[k], b.walk_state[k] = 0, 0, FLIES if walks else ENDED
+        b.walk_draw[k], b.walk_turns[k], b.walk_state[k] = 0, 0, FLYING if walks else ENDED
         walking += 1 if walks else 0
     last, rejected, is_in_place = live, 0, table.absorbs == 0
     while walking > 0:
         # Compact the walks when a quarter has ended.
         if walking * 4 < (int64(last) - int64(first)) * 3:
-            last, is_in_place = close_ranks(b, words, first, last, walking), False
+            last, is_in_place = compact_walks(b, words, first, last, walking), False
         # New depths after rejected collisions; then cross one macro cell.
         if rejected > 0:
-            draw_again(b, first, last)
+            resample_rejected(b, first, last)
         rejected = 0
         for k in range(first, last):
             cell = uint64(b.walk_cell[k])
             b.walk_top[k], b.sure[k] = tops[cell], tops[cell + uint64(1)]
-        trying, walking, pausing = cross(b, table, first, last)
+        trying, walking, pausing = cross_macro_cells(b, table, first, last)
         if pausing > 0:
-            end_listed(b, list_of(b, PAUSED, first, last), 1)
+            end_listed_flights(b, list_walks(b, PAUSED, first, last), 1)
         # Decide tentative collisions: by quantised extinctions, then exactly.
         if trying * 2 >= walking:
-            look(b, table, first, last)
+            find_voxels(b, table, first, last)
             for k in range(first, last):
                 b.level[k] = levels[uint64(b.open[k])]
-            real, rejected, unsure = decide(b, first, last)
-            for g in range(list_of(b, UNSURE, first, last) if unsure > 0 else 0):
+            real, rejected, unsure = accept_by_levels(b, first, last)
+            for g in range(list_walks(b, UNDECIDED, first, last) if unsure > 0 else 0):
                 k = b.listed[g]
                 scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
-                real += settle(b, k, (scatters + absorbs) * table.length)
+                real += accept_exactly(b, k, (scatters + absorbs) * table.length)
             rejected, walking = rejected + unsure, walking - real
             # End the flights of real collisions.
             if is_in_place:
-                end_in_place(b, first, last)
+                end_collided_flights(b, first, last)
             else:
-                collided = list_of(b, COLLIDED, first, last)
+                collided = list_walks(b, COLLIDED, first, last)
                 for g in range(collided if table.absorbs != 0 else 0):
                     k = b.listed[g]
                     scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
                     b.survival[b.walk_lane[k]] = scatters / (scatters + absorbs)
-                end_listed(b, collided, 0)
+                end_listed_flights(b, collided, 0)
     return live
 
 
@@ -480,7 +482,7 @@ def attenuate_in_grid(b, table, first, live):
     """
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
-    high, low, salt = 0, 0, salt_of(b.seed_low, b.batch)
+    high, low, salt = 0, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
         if b.flies[k] == 0 or b.medium[k] != table.medium or b.weight[k] == 0.0:
             continue
@@ -488,19 +490,21 @@ def attenuate_in_grid(b, table, first, live):
         depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, b.start[k], b.distance[k])
         before = b.weight[k]
         after = (
-            thinned(before, depth, salt + b.history[k]) if is_thin(depth) else before * exp_negative(-depth)
+            attenuated_unbiased(before, depth, salt + b.history[k])
+            if is_weak(depth)
+            else before * exp_negative(-depth)
         )
         w_high, w_low = limbs(before)
         left_high, left_low = limbs(after)
         high += w_high - left_high
         low += w_low - left_low
         b.weight[k] = after
-    enter(b, table.ledger, high, low)
+    add_to_ledger(b, table.ledger, high, low)
     return live
 
 
 @lane_pass(NO_TABLE)
-def absorb_share(b, table, first, live):
+def absorb_by_albedo(b, table, first, live):
     """Absorb at collisions in grids by weight: multiply by the voxel's albedo (`survival`).
 
     `high`, `low` receive the absorbed weight as a difference of exact sums.

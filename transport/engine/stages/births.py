@@ -2,83 +2,85 @@
 
 from transport.compile import layout
 from transport.compile.media import importance_row
-from transport.compile.surfaces import name_of
+from transport.compile.surfaces import pass_name
 from transport.engine.passes import aims, detectors, emission, regions, variance_reduction
-from transport.engine.registry import named, step
-from transport.engine.stages.next_event import casts_of_births, expected_of_births
-from transport.engine.stages.surfaces import metering, stood, visits
+from transport.engine.registry import step, step_by_name
+from transport.engine.stages.next_event import next_event_from_births, shadow_rays_from_births
+from transport.engine.stages.surfaces import land_on_surface, mark_visits, score_detectors
 
-METERS = (1 << layout.METERS_A_SHEET) - 1
+DETECTOR_BITS = (1 << layout.DETECTORS_PER_SHEET) - 1
 
 
-def newborn_of(plan, emitter):
+def birth_steps(plan, emitter):
     """Yield all steps of a particle born at one emitter."""
     # Place, direction, time, speed; aim at a target.
-    yield step(emission.begin, emitter.birth)
+    yield step(emission.start_history, emitter.birth)
     for each in (*emitter.cells, emitter.place):
-        yield named(each)
-    yield named(emitter.law)
-    yield from _moment_and_speed(plan, emitter)
+        yield step_by_name(each)
+    yield step_by_name(emitter.law)
+    yield from _time_and_speed(plan, emitter)
     if emitter.target is not None:
         if emitter.facing is not None:
-            yield step(emission.take_normal, emitter.facing)
+            yield step(emission.set_emission_normal, emitter.facing)
         for each in emitter.target:
-            yield named(each)
-        yield step(aims.account_born)
+            yield step_by_name(each)
+        yield step(aims.account_births)
     # State that other passes need.
     if plan.reflects or plan.scatters:
-        yield step(emission.begin_events)
+        yield step(emission.reset_events)
     if emitter.inside is not None:
-        yield step(regions.begin_inside, emitter.inside)
+        yield step(regions.set_birth_bodies, emitter.inside)
     for row in emitter.beside:
-        yield step(regions.begin_beside, row)
+        yield step(regions.leave_birth_body, row)
     if emitter.medium is not None:
-        yield step(emission.begin_in_medium, emitter.medium)
+        yield step(emission.set_birth_index, emitter.medium)
     if plan.plays_roulette:
-        yield step(emission.remember_birth_weight)
+        yield step(emission.save_birth_weight)
     if plan.splits:
-        yield step(variance_reduction.begin_where_important, importance_row(plan))
-    if plan.forces:
-        yield step(variance_reduction.begin_fresh)
+        yield step(variance_reduction.set_reference_weight, importance_row(plan))
+    if plan.forces_collisions:
+        yield step(variance_reduction.mark_uncollided)
     if plan.marks:
-        yield step(emission.begin_visits)
+        yield step(emission.reset_visits)
     if plan.counts_reflections:
-        yield step(emission.begin_reflections)
+        yield step(emission.reset_reflections)
     # Next-event estimation, and detectors on the emitting sheet.
-    yield from casts_of_births(plan, emitter)
-    yield from expected_of_births(plan, emitter)
+    yield from shadow_rays_from_births(plan, emitter)
+    yield from next_event_from_births(plan, emitter)
     sheet = emitter.birth["sheet"]
     metered = [
-        (row, shape) for _, row, shape in plan.members if row["sheet"] == sheet and row["code"] & METERS
+        (row, shape)
+        for _, row, shape in plan.members
+        if row["sheet"] == sheet and row["code"] & DETECTOR_BITS
     ]
     if metered and emitter.place[0] != "born_at_point" and plan.turned is None:
-        yield from _birth_counted(plan, emitter, metered)
+        yield from _score_birth(plan, emitter, metered)
 
 
-def _moment_and_speed(plan, emitter):
+def _time_and_speed(plan, emitter):
     """Yield the steps of time and speed of birth; one random block serves both where possible."""
     moment, steps = emitter.moment, emitter.speed if plan.has_speeds else ()
-    draws = steps and steps[0][0] == "draw_speed"
-    if plan.has_clock and moment[0] == "start_within" and draws:
-        moment, steps = ("start_within_and_draw", moment[1]), steps[1:]
+    draws = steps and steps[0][0] == "draw_speed_uniform"
+    if plan.has_clock and moment[0] == "sample_birth_time" and draws:
+        moment, steps = ("sample_birth_time_and_speed", moment[1]), steps[1:]
     if plan.has_clock:
-        yield named(moment)
+        yield step_by_name(moment)
     for each in steps:
-        yield named(each)
+        yield step_by_name(each)
 
 
-def _birth_counted(plan, emitter, metered):
+def _score_birth(plan, emitter, metered):
     """Yield the steps that score a birth as a departure at the detectors of its sheet."""
     if emitter.target is not None:
-        yield step(emission.visit_birthplace)
-    yield step(emission.stand_at_birth, emitter.birth)
+        yield step(emission.move_to_birthplace)
+    yield step(emission.hit_birth_sheet, emitter.birth)
     for row, shape in metered:
         if shape == emitter.shape or shape.is_closed or shape.is_infinite:
-            yield step(emission.born_all_over, layout.row(layout.CODE, code=row["code"]))
+            yield step(emission.born_all_over, layout.row(layout.HIT_WORD, code=row["code"]))
         else:
-            yield named((f"born_over_{name_of(shape)}", row))
-    yield from stood(plan)
-    yield from metering(plan, detectors.bin_departures, is_born=True)
-    yield from visits(plan)
+            yield step_by_name((f"born_over_{pass_name(shape)}", row))
+    yield from land_on_surface(plan)
+    yield from score_detectors(plan, detectors.bin_departures, is_born=True)
+    yield from mark_visits(plan)
     if emitter.target is not None:
-        yield step(emission.return_to_target)
+        yield step(emission.move_to_target)

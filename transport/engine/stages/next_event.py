@@ -3,11 +3,11 @@
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.next_event import LAMBERTIAN
-from transport.compile.points import dims_anywhere, phase_densities
+from transport.compile.next_event import LAMBERTIAN_DENSITY
+from transport.compile.points import attenuates_anywhere, phase_densities
 from transport.engine.bundle import Bundle
 from transport.engine.passes import emission, mis, next_event, once_more_collided, shadow_rays
-from transport.engine.registry import named, rows_of, step
+from transport.engine.registry import step, step_by_name, table_of_rows
 from transport.geometry.flat import Disk, Rectangle, Triangle
 from transport.geometry.solid import Sphere
 
@@ -15,118 +15,118 @@ from transport.geometry.solid import Sphere
 
 # Fields moved from the casting lane into the ray's lane; the set of bodies and the facet of a mesh are added
 # where needed.
-MOVES = (
+RAY_FIELDS = (
     ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"), ("gap", "gap"),
     ("score", "weight"), ("stands", "sheet"), ("tally", "tally"), (None, "start"),
 )  # fmt: skip
-STRAIGHT = 0  # `leg` of rays that go straight to their point
+DIRECT = 0  # `leg` of rays that go straight to their point
 
 
-def casts_of_births(plan, emitter):
+def shadow_rays_from_births(plan, emitter):
     """Yield the steps that cast rays from births to every point: direct, and once more collided."""
     number = next(k for k, each in enumerate(plan.emitters) if each is emitter)
-    casts = [(point.births[number], STRAIGHT) for point in plan.points]
+    casts = [(point.births[number], DIRECT) for point in plan.points]
     casts += [(point.detours[number], point.leg) for point in plan.points]
     casts = [(cast, leg) for cast, leg in casts if cast is not None]
     if casts and emitter.facing is not None and emitter.law[0] == "emit_lambertian_from_plane":
-        yield step(emission.take_normal, emitter.facing)
+        yield step(emission.set_emission_normal, emitter.facing)
     for cast, leg in casts:
-        yield named(cast)
-        yield _listed(leg)
+        yield step_by_name(cast)
+        yield _list_step(leg)
 
 
-def casts_of_flights(plan):
+def shadow_rays_from_flights(plan):
     """Yield the steps that cast rays from flights: scattering outside the medium around a point."""
-    points = [point for point in plan.points if point.by_flights]
+    points = [point for point in plan.points if point.has_other_scatterers]
     if points:
-        yield step(shadow_rays.know_phase, rows_of(plan.media))
+        yield step(shadow_rays.find_phase_of_flights, table_of_rows(plan.media))
     for point in points:
         yield step(shadow_rays.cast_from_flights, point.row)
         for row in plan.grids:
-            yield step(shadow_rays.weigh_in_grid, row)
-        yield from map(named, phase_densities(plan))
-        yield _listed(STRAIGHT)
+            yield step(shadow_rays.scale_by_grid_scattering, row)
+        yield from map(step_by_name, phase_densities(plan))
+        yield _list_step(DIRECT)
 
 
-def detours_of_collisions(plan):
+def once_more_collided_rays(plan):
     """Yield the steps that cast once-more-collided rays from collisions."""
     points = [point for point in plan.points if point.row["medium"] >= 0]
     if points:
-        yield step(once_more_collided.know_phase_at_collisions, rows_of(plan.media))
+        yield step(once_more_collided.find_phase_at_collisions, table_of_rows(plan.media))
     for point in points:
-        yield step(once_more_collided.detour_from_collisions, point.row)
-        yield from map(named, phase_densities(plan))
-        yield _listed(point.leg)
+        yield step(once_more_collided.first_leg_from_collisions, point.row)
+        yield from map(step_by_name, phase_densities(plan))
+        yield _list_step(point.leg)
 
 
-def casts_of_walls(plan):
+def shadow_rays_from_walls(plan):
     """Yield the steps that cast rays from diffuse walls: direct, and once more collided."""
     if layout.DIFFUSE not in plan.materials:
         return
     for point in plan.points:
         yield step(shadow_rays.cast_from_walls, point.row)
-        yield _listed(STRAIGHT)
+        yield _list_step(DIRECT)
         if point.row["medium"] >= 0:
-            yield step(once_more_collided.detour_from_walls, point.row)
-            yield _listed(point.leg)
+            yield step(once_more_collided.first_leg_from_walls, point.row)
+            yield _list_step(point.leg)
 
 
-def _listed(leg):
+def _list_step(leg):
     """Return the step that lists contributing rays with this leg."""
-    return step(shadow_rays.list_shadows, layout.row(layout.CODE, code=leg))
+    return step(shadow_rays.list_shadow_rays, layout.row(layout.HIT_WORD, code=leg))
 
 
-def sight_of(plan, media, members, crossing):
+def point_ray_steps(plan, media, members, crossing):
     """Yield the steps of shadow rays: the first gets the handle of the casting bundle, the others their own.
 
     media: steps that set each lane's medium. members: steps that find the next surface. crossing: steps of a
     ray through transparent surfaces.
     """
-    yield step(shadow_rays.take_shadows, rows_of(_point_ray_fields(plan)))
-    yield step(shadow_rays.look_for_point)
+    yield step(shadow_rays.load_shadow_rays, table_of_rows(_point_ray_fields(plan)))
+    yield step(shadow_rays.reset_shadow_hit)
     yield from media
     yield from members
-    if plan.has_media and dims_anywhere(plan):
-        yield step(shadow_rays.dim)
-    for row in (*plan.grids, *plan.thinning_grids):
-        yield step(shadow_rays.dim_in_grid, row)
-    yield step(shadow_rays.arrive)
-    if _has_detours(plan):
-        yield from _turn(plan)
+    if plan.has_media and attenuates_anywhere(plan):
+        yield step(shadow_rays.attenuate_shadow_rays)
+    for row in (*plan.grids, *plan.absorbing_grids):
+        yield step(shadow_rays.attenuate_shadow_rays_in_grid, row)
+    yield step(shadow_rays.score_at_points)
+    if _has_once_more_collided(plan):
+        yield from _second_leg(plan)
     yield from crossing
 
 
-def _turn(plan):
+def _second_leg(plan):
     """Yield the steps from the first leg of a once-more-collided ray to the second."""
     points = np.array([point.row for point in plan.points], layout.POINT)
     plan.kept.append(points)
     both = {"rows": points.ctypes.data, "count": len(points)}
     both |= {"others": plan.media.ctypes.data, "other_count": len(plan.media)}
-    yield step(once_more_collided.turn_to_point, layout.row(layout.TWO_ROWS, **both))
+    yield step(once_more_collided.turn_into_second_leg, layout.row(layout.TWO_ROWS, **both))
     for row in plan.grids:
-        yield step(shadow_rays.weigh_in_grid, row)
-    yield from map(named, phase_densities(plan))
-    yield step(once_more_collided.set_off_again)
+        yield step(shadow_rays.scale_by_grid_scattering, row)
+    yield from map(step_by_name, phase_densities(plan))
+    yield step(once_more_collided.start_second_leg)
 
 
-def _has_detours(plan) -> bool:
+def _has_once_more_collided(plan) -> bool:
     """Return whether any point lies in a scattering medium."""
     return any(point.row["medium"] >= 0 for point in plan.points)
 
 
 def _point_ray_fields(plan) -> np.ndarray:
     """Return the moves of fields from the casting lane into the ray's lane."""
-    moves = list(MOVES)
+    moves = list(RAY_FIELDS)
     if plan.has_bodies:
         moves.append(("inside", "inside"))
     if plan.meshes:
         moves.append(("footing", "footing"))
-    if _has_detours(plan):
+    if _has_once_more_collided(plan):
         moves.append(("leg", "leg"))
-    return word_moves(plan, moves)
+    return field_moves(plan, moves)
 
 
-def word_moves(plan, moves) -> np.ndarray:
+def field_moves(plan, moves) -> np.ndarray:
     """Return rows of layout.WORD: for each move, source field of a lane (None: 0) and target field of a ray.
 
     The plan keeps the rows alive.
@@ -139,45 +139,49 @@ def word_moves(plan, moves) -> np.ndarray:
 
 # ---- Steps of next-event estimation for surface detectors: cast rays, trace them, weight flights by MIS.
 
-POINTS = {Rectangle: "point_on_rectangle", Disk: "point_on_disk", Triangle: "point_on_triangle"}
+POINT_PASSES = {Rectangle: "point_on_rectangle", Disk: "point_on_disk", Triangle: "point_on_triangle"}
 
 
-def expected_of_births(plan, emitter):
+def next_event_from_births(plan, emitter):
     """Yield the steps that cast rays from births to every detector, and record the pdf for MIS."""
     number = next(k for k, each in enumerate(plan.emitters) if each is emitter)
     rows = [(each, each.births[number]) for each in plan.expectations if each.births[number] is not None]
     if rows and emitter.facing is not None and emitter.law[0] == "emit_lambertian_from_plane":
-        yield step(emission.take_normal, emitter.facing)
+        yield step(emission.set_emission_normal, emitter.facing)
     for each, row in rows:
-        yield step(next_event.draw_at_birth, row) if row["number"] else step(next_event.draw_first_at_birth)
-        yield from _connected(plan, each, row, next_event.expect_from_births)
+        yield (
+            step(next_event.draw_point_at_birth, row)
+            if row["number"]
+            else step(next_event.draw_joint_point_at_birth)
+        )
+        yield from _connect(plan, each, row, next_event.contribute_from_births)
     if plan.expectations:
-        yield step(mis.tell_births, _told(float(rows[0][1]["peak"]) if rows else 0.0))
+        yield step(mis.record_pdf_at_births, _pdf_table(float(rows[0][1]["peak"]) if rows else 0.0))
 
 
-def expected_of_walls(plan):
+def next_event_from_walls(plan):
     """Yield the steps that cast rays from diffuse walls, and record the pdf for MIS."""
     for each in plan.expectations:
         if each.walls is not None:
-            yield step(next_event.draw_at_event, each.walls)
-            yield from _connected(plan, each, each.walls, next_event.expect_from_walls)
+            yield step(next_event.draw_point_at_event, each.walls)
+            yield from _connect(plan, each, each.walls, next_event.contribute_from_walls)
     if plan.expectations and plan.reflects:
-        yield step(mis.tell_walls, _told(LAMBERTIAN))
+        yield step(mis.record_pdf_at_walls, _pdf_table(LAMBERTIAN_DENSITY))
 
 
-def expected_of_collisions(plan):
+def next_event_from_collisions(plan):
     """Yield the steps that cast rays from collisions, and record the pdf for MIS."""
     rows = [(each, each.collisions) for each in plan.expectations if each.collisions is not None]
     if not rows:
         return
-    yield step(once_more_collided.know_phase_at_collisions, rows_of(plan.media))
+    yield step(once_more_collided.find_phase_at_collisions, table_of_rows(plan.media))
     for each, row in rows:
-        yield step(next_event.draw_at_event, row)
-        yield from _connected(plan, each, row, next_event.expect_from_collisions, phase_densities(plan))
-    yield step(mis.tell_collisions, _told(float(rows[0][1]["peak"])))
+        yield step(next_event.draw_point_at_event, row)
+        yield from _connect(plan, each, row, next_event.contribute_from_collisions, phase_densities(plan))
+    yield step(mis.record_pdf_at_collisions, _pdf_table(float(rows[0][1]["peak"])))
 
 
-def guards(plan):
+def count_guarded_flights(plan):
     """Yield the steps that count flights without a next-event ray near a detector.
 
     The counts identify the surfaces that send such light.
@@ -186,70 +190,70 @@ def guards(plan):
         yield step(mis.count_in_guard, guard.row)
 
 
-def _connected(plan, each, row, send, densities=()):
+def _connect(plan, each, row, send, densities=()):
     """Yield the steps of a ray from each lane's event to the sampled point, and of its contribution."""
     shape = plan.scene.shape_of(each.detector)
     if isinstance(shape, Sphere):
         yield step(next_event.connect_to_ball, row)
     else:
-        yield named((POINTS[type(shape)], row))
+        yield step_by_name((POINT_PASSES[type(shape)], row))
         yield step(next_event.connect_to_flat, row)
     yield step(send, row)
-    yield from map(named, densities)
-    yield step(shadow_rays.list_shadows, layout.row(layout.CODE, code=row["legs"]))
+    yield from map(step_by_name, densities)
+    yield step(shadow_rays.list_shadow_rays, layout.row(layout.HIT_WORD, code=row["legs"]))
 
 
-def held_back(plan, layer, passing):
+def mis_steps_before(plan, layer, passing):
     """Yield the steps that apply MIS weights before a layer's detectors score flights.
 
     There are none without next-event estimation.
     """
-    if expects_on(plan, layer):
-        yield step(mis.keep_weight)
+    if uses_next_event(plan, layer):
+        yield step(mis.save_weight)
     for each in plan.expectations:
         if each.layer == layer:
-            yield step(mis.hold_back, layout.row(layout.HELD, **each.held, passing=passing))
+            yield step(mis.apply_mis_weight, layout.row(layout.MIS_SHARE, **each.held, passing=passing))
 
 
-def given_back(plan, layer):
+def mis_steps_after(plan, layer):
     """Yield the step that restores the full weights afterwards."""
-    if expects_on(plan, layer):
-        yield step(mis.give_back)
+    if uses_next_event(plan, layer):
+        yield step(mis.restore_weight)
 
 
-def expects_on(plan, layer):
+def uses_next_event(plan, layer):
     """Return whether next-event estimation applies to a detector of the layer."""
     return any(each.layer == layer for each in plan.expectations)
 
 
-def expected_sight(plan, media, members, crossing):
+def next_event_ray_steps(plan, media, members, crossing):
     """Yield the steps of next-event rays; the first has the handle of the bundle that casts them.
 
     media, members: as those of flights. crossing: from arrival at a surface to its other side.
     """
-    yield step(shadow_rays.take_shadows, rows_of(_moves(plan)))
-    yield step(shadow_rays.look_for_point)
+    yield step(shadow_rays.load_shadow_rays, table_of_rows(_next_event_ray_fields(plan)))
+    yield step(shadow_rays.reset_shadow_hit)
     yield from media
     yield from members
-    yield step(next_event.end_unmet)
-    if plan.has_media and dims_anywhere(plan):
-        yield step(shadow_rays.dim)
-    for row in (*plan.grids, *plan.thinning_grids):
-        yield step(shadow_rays.dim_in_grid, row)
+    yield step(next_event.end_missed_rays)
+    if plan.has_media and attenuates_anywhere(plan):
+        yield step(shadow_rays.attenuate_shadow_rays)
+    for row in (*plan.grids, *plan.absorbing_grids):
+        yield step(shadow_rays.attenuate_shadow_rays_in_grid, row)
     yield from crossing
 
 
-def _moves(plan):
+def _next_event_ray_fields(plan):
     """Return the moves of fields from the casting lane into the ray's lane."""
-    moves = [("onset" if name == "start" else source, name) for source, name in MOVES]
+    moves = [("onset" if name == "start" else source, name) for source, name in RAY_FIELDS]
     moves += [("leg", "leg"), ("history", "history")]
     moves += [("inside", "inside")] * plan.has_bodies + [("footing", "footing")] * bool(plan.meshes)
     moves += [("visited", "visited")] * bool(plan.marks)
     moves += [("reflections", "reflections")] * plan.counts_reflections
     moves += [("cell", "cell")] * (plan.turned is not None)
-    return word_moves(plan, moves)
+    return field_moves(plan, moves)
 
 
-def _told(peak):
+def _pdf_table(peak):
     """Return the table with the largest pdf of sampled directions."""
-    return layout.row(layout.TOLD, peak=peak)
+    return layout.row(layout.MIS_PEAK, peak=peak)

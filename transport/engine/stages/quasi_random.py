@@ -22,15 +22,15 @@ WORDS = {
 }
 
 
-def sampled_steps(steps: list[Step], sampling: str) -> list[Step]:
+def quasi_random_steps(steps: list[Step], sampling: str) -> list[Step]:
     """Return the same steps with draws by this sampling."""
-    return [(sampled(lane_pass, sampling), table) for lane_pass, table in steps]
+    return [(quasi_random_twin(lane_pass, sampling), table) for lane_pass, table in steps]
 
 
 @cache
-def sampled(lane_pass: Pass, sampling: str) -> Pass:
+def quasi_random_twin(lane_pass: Pass, sampling: str) -> Pass:
     """Return the twin of a pass; the pass itself if it draws nothing."""
-    drawing = _drawing(lane_pass.function, sampling)
+    drawing = _drawing_globals(lane_pass.function, sampling)
     return replace(lane_pass, function=_twin(lane_pass.function, drawing, sampling)) if drawing else lane_pass
 
 
@@ -42,11 +42,11 @@ def _twin_of_device(function, sampling: str):
     python = getattr(function, "py_func", function)
     if not isinstance(python, FunctionType) or not python.__module__.startswith("transport."):
         return None
-    drawing = _drawing(python, sampling)
+    drawing = _drawing_globals(python, sampling)
     return device(_twin(python, drawing, sampling)) if drawing else None
 
 
-def _drawing(function: FunctionType, sampling: str) -> dict[str, object]:
+def _drawing_globals(function: FunctionType, sampling: str) -> dict[str, object]:
     """Return {name: replacement} of the globals of a function's code that draw."""
     names = {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
     known = {name: function.__globals__.get(name) for name in sorted(names)}

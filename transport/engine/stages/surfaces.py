@@ -12,49 +12,49 @@ from transport.engine.passes import (
     quadrics,
     regions,
 )
-from transport.engine.registry import layer_of, named, rows_of, step
-from transport.engine.stages.next_event import expects_on, given_back, held_back
+from transport.engine.registry import step, step_by_name, table_of_layer, table_of_rows
+from transport.engine.stages.next_event import mis_steps_after, mis_steps_before, uses_next_event
 
 # Bins of time and speed are the outer blocks of rows, so they come first.
-REFINEMENTS = ("time", "speed", "cosine", "azimuth", "place", "cell")
+BIN_AXES = ("time", "speed", "cosine", "azimuth", "place", "cell")
 
 
-def stood(plan):
+def land_on_surface(plan):
     """Yield the steps that set the sheet, its normal and the cosine of incidence."""
-    yield step(landing.stand_on_sheet, rows_of(plan.sheets))
+    yield step(landing.set_sheet, table_of_rows(plan.sheets))
     if plan.is_curved:
-        yield step(landing.put_back_on_sphere, rows_of(plan.sheets))
+        yield step(landing.project_onto_sphere, table_of_rows(plan.sheets))
     if plan.has_quadrics:
-        yield step(quadrics.put_back_on_quadric, rows_of(plan.curved_sheets))
+        yield step(quadrics.project_onto_quadric, table_of_rows(plan.curved_sheets))
     if plan.meshes:
-        yield step(meshes.stand_on_facet, rows_of(plan.meshed_sheets))
-    yield step(landing.take_cosine)
+        yield step(meshes.land_on_facet, table_of_rows(plan.meshed_sheets))
+    yield step(landing.set_cosine)
 
 
-def metering(plan, binning, is_known=False, is_born=False):
+def score_detectors(plan, binning, is_known=False, is_born=False):
     """Yield the steps that score at the detectors of every layer.
 
     binning: pass that finds the bin. is_known: lanes have already looked up their only detector at this
     crossing. is_born: they leave their birthplace.
     """
     for layer, rows in enumerate(plan.layers):
-        table = layer_of(plan, layer)
+        table = table_of_layer(plan, layer)
         if not (rows["look"] != 0).any():
             continue
         if not is_known:
-            yield step(detectors.look_up_meter, table)
+            yield step(detectors.find_detector, table)
         if not is_born:
-            yield from held_back(plan, layer, passing=binning is detectors.bin_departures)
+            yield from mis_steps_before(plan, layer, passing=binning is detectors.bin_departures)
         yield step(binning, table)
-        yield from refined(plan, table)
-        yield scored(plan, is_dense(plan, rows))
+        yield from bin_axes(plan, table)
+        yield score_step(plan, is_dense(plan, rows))
         if plan.moments is not None:
             yield step(detectors.score_moments, plan.moments)
         if not is_born:
-            yield from given_back(plan, layer)
+            yield from mis_steps_after(plan, layer)
 
 
-def scored(plan, by_nearly_all=False):
+def score_step(plan, by_nearly_all=False):
     """Return the step that adds scores to their rows and, where they differ, counts their sizes.
 
     by_nearly_all: nearly every lane has a bin.
@@ -64,83 +64,85 @@ def scored(plan, by_nearly_all=False):
     return step(detectors.score_all if by_nearly_all else detectors.score)
 
 
-def refined(plan, table):
+def bin_axes(plan, table):
     """Yield the steps of further bin axes and of `via` and `events` of a layer's detectors."""
     if plan.axes | plan.filters:
-        yield step(detector_bins.know_meter, table)
+        yield step(detector_bins.find_detector_row, table)
     for what in sorted(plan.filters):
-        yield named((f"require_{what}", table))
-    for axis in REFINEMENTS:
+        yield step_by_name((f"require_{what}", table))
+    for axis in BIN_AXES:
         if axis in plan.axes:
-            yield named((f"refine_by_{axis}", table))
+            yield step_by_name((f"refine_by_{axis}", table))
 
 
-def visits(plan):
+def mark_visits(plan):
     """Yield the steps that mark visits for `via`, after all detectors of this crossing."""
     for layer, rows in enumerate(plan.layers):
         if (rows["mark"] != 0).any():
-            yield step(detectors.mark_visit, layer_of(plan, layer))
+            yield step(detectors.mark_visit, table_of_layer(plan, layer))
 
 
-def boundaries(plan):
+def cross_media(plan):
     """Yield the steps that update the set of bodies for the side that lanes leave to."""
     if plan.bounds_bodies:
         for layer, rows in enumerate(plan.layers):
             if (rows["front"] != rows["back"]).any():
-                yield step(regions.cross_boundary, layer_of(plan, layer))
+                yield step(regions.cross_boundary, table_of_layer(plan, layer))
 
 
 # ---- Steps of shadow rays at surfaces: passage through transparent ones, and scores along the path.
 
 
-def through(plan):
+def transmit_shadow_rays(plan):
     """Yield the steps of a shadow ray through transparent surfaces, on along the same ray."""
-    if _lets_pass(plan):
-        yield from _landed(plan, ())
+    if _has_transparent(plan):
+        yield from _land_ray(plan, ())
 
 
-def expected_crossing(plan):
+def cross_next_event_rays(plan):
     """Yield the steps of a next-event ray from arrival at a surface to its other side."""
-    counted = [each for layer in range(len(plan.layers)) for each in _expected_metering(plan, layer)]
-    yield from _landed(plan, [*counted, *visits(plan), step(next_event.end_expected)])
+    counted = [each for layer in range(len(plan.layers)) for each in _score_next_event(plan, layer)]
+    yield from _land_ray(plan, [*counted, *mark_visits(plan), step(next_event.end_next_event_rays)])
 
 
-def _lets_pass(plan):
+def _has_transparent(plan):
     """Return whether the scene has transparent detectors or boundaries of media."""
     return any(name.startswith(("cover", "bound")) for name, *_ in plan.members)
 
 
-def _landed(plan, counted):
+def _land_ray(plan, counted):
     """Yield the steps of a ray at a surface: move there, score, change bodies, resume the ray."""
-    passes = _lets_pass(plan)
+    passes = _has_transparent(plan)
     if passes:
-        yield step(intersections.remember_ray)
+        yield step(intersections.save_ray)
     yield step(intersections.move)
-    yield from stood(plan)
+    yield from land_on_surface(plan)
     if passes and (plan.sheets["outward"] != 0).any():
-        yield step(landing.tell_leaving, rows_of(plan.sheets))
+        yield step(landing.mark_box_exit, table_of_rows(plan.sheets))
     yield from counted
-    yield from boundaries(plan)
+    yield from cross_media(plan)
     if passes:
-        yield step(intersections.resume_ray)
+        yield step(intersections.restore_ray)
 
 
-def _expected_metering(plan, layer):
+def _score_next_event(plan, layer):
     """Yield the steps that score rays at the detectors of a layer that they were cast to.
 
     A transparent detector is scored on both sides.
     """
-    if not expects_on(plan, layer):
+    if not uses_next_event(plan, layer):
         return
-    table = layer_of(plan, layer, plan.expected_layers[layer])
-    yield step(detectors.look_up_meter, table)
-    yield step(next_event.look_at_target_alone)
+    table = table_of_layer(plan, layer, plan.expected_layers[layer])
+    yield step(detectors.find_detector, table)
+    yield step(next_event.ignore_other_detectors)
     for binning in (
-        (detectors.bin_arrivals, detectors.bin_departures) if plan.acts else (detectors.bin_crossings,)
+        (detectors.bin_arrivals, detectors.bin_departures)
+        if plan.has_acting_surfaces
+        else (detectors.bin_crossings,)
     ):
         if binning is detectors.bin_departures:
-            yield step(next_event.look_through)
+            yield step(next_event.keep_transmitted)
         yield step(binning, table)
-        yield from refined(plan, table)
-        yield scored(plan)
-    yield step(next_event.pass_target, table)
+        yield from bin_axes(plan, table)
+        yield score_step(plan)
+    yield step(next_event.count_target_crossings, table)

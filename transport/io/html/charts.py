@@ -13,7 +13,7 @@ from transport.statistics.quantities import AXIS_UNITS
 # ---- Reduce many bins to the few that fit into a small picture: each block of whole bins is their mean.
 
 
-def gathered(numbers: np.ndarray, most: tuple[int, ...]) -> tuple[np.ndarray, tuple[int, ...]]:
+def block_means(numbers: np.ndarray, most: tuple[int, ...]) -> tuple[np.ndarray, tuple[int, ...]]:
     """Means over blocks of bins, at most `most` blocks along each axis, and the bins per block along each.
 
     Values that are not finite are left out; a block of only such values is nan.  The last block may be
@@ -31,15 +31,15 @@ def gathered(numbers: np.ndarray, most: tuple[int, ...]) -> tuple[np.ndarray, tu
         return total / count, sizes
 
 
-def gathered_edges(edges: np.ndarray, bins: int, size: int) -> np.ndarray:
+def block_edges(edges: np.ndarray, bins: int, size: int) -> np.ndarray:
     """Edges of the blocks; for instants, of which there are as many as bins, the first one of each block."""
     return np.append(edges[:bins:size], edges[bins:])
 
 
 # ---- From values to positions in a small picture: linear from zero, or logarithmic if they differ by decades.
 
-WIDE = 1e3  # ratio of the largest to the smallest value, above which the scale is logarithmic
-DECADES = 15  # shown at most
+LOGARITHMIC_RATIO = 1e3  # ratio of the largest to the smallest value, above which the scale is logarithmic
+MAX_DECADES = 15  # shown at most
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ def scale_of(reached: np.ndarray, values: np.ndarray) -> Scale:
     known, values = reached[np.isfinite(reached)], values[np.isfinite(values)]
     low, high = (min(known.min(), 0.0), max(known.max(), 0.0)) if known.size else (0.0, 0.0)
     positive = values[values > 0]
-    if positive.size and not (values < 0).any() and positive.min() * WIDE < positive.max():
+    if positive.size and not (values < 0).any() and positive.min() * LOGARITHMIC_RATIO < positive.max():
         top = 10.0 ** math.ceil(math.log10(high) - 1e-9)
         bottom = 10.0 ** math.floor(math.log10(positive.min()) + 1e-9)
-        return Scale(max(bottom, top * 10.0**-DECADES), top, True)
+        return Scale(max(bottom, top * 10.0**-MAX_DECADES), top, True)
     if values.size and not (values < 0).any():
         low = 0.0
     return Scale(float(low), float(high), False) if high > low else Scale(0.0, 1.0, False)
@@ -76,51 +76,54 @@ def scale_of(reached: np.ndarray, values: np.ndarray) -> Scale:
 ANGLES = ("theta", "phi")
 
 
-def axis_words(name: str) -> str:
+def axis_label(name: str) -> str:
     """The label of an axis, with its unit if it has one: "φ [°]", "time [s]"."""
     unit = "°" if name in ANGLES else AXIS_UNITS.get(name, "1")
     return plain_typeset(symbol_of(name)) + (f" [{plain_typeset(unit)}]" if unit != "1" else "")
 
 
-def place_text(name: str, place: float) -> str:
+def position_text(name: str, place: float) -> str:
     """A position on the axis as a number; angles in degrees."""
     number = math.degrees(place) if name in ANGLES else float(place)
     return plain_typeset(f"{number + 0.0:.4g}")
 
 
-def bin_text(name: str, edges: np.ndarray, number: int, bins: int) -> str:
+def bin_range_text(name: str, edges: np.ndarray, number: int, bins: int) -> str:
     """The range of a bin, "0.5 … 0.6", or its instant."""
     if len(edges) == bins:
-        return place_text(name, edges[number])
-    return f"{place_text(name, edges[number])} … {place_text(name, edges[number + 1])}"
+        return position_text(name, edges[number])
+    return f"{position_text(name, edges[number])} … {position_text(name, edges[number + 1])}"
 
 
 # ---- Estimates along one axis as a small SVG: a bar per bin, with a whisker of two standard errors.
 
-FILL = "#3b8ec2"  # of equal contrast to white and to black
-PALE = ' opacity=".4"'
-MOST_BARS = 128
+BAR_COLOUR = "#3b8ec2"  # of equal contrast to white and to black
+UNKNOWN_OPACITY = ' opacity=".4"'
+MAX_BARS = 128
 WIDTH, HEIGHT, LEFT, TOP, BELOW = 400, 110, 8, 18, 18
 
 
-def bars(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray, unit: str) -> str:
+def bar_chart(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray, unit: str) -> str:
     """The bar chart as SVG; a bar with unknown error is pale and has no whisker.
 
     value, error: (n,);  edges: (n + 1,), or n instants.
     """
-    means, (size,) = gathered(value, (MOST_BARS,))
-    errors, _ = gathered(np.where(np.isfinite(value), error, np.nan), (MOST_BARS,))
+    means, (size,) = block_means(value, (MAX_BARS,))
+    errors, _ = block_means(np.where(np.isfinite(value), error, np.nan), (MAX_BARS,))
     scale = scale_of(
         np.concatenate([means - 2 * np.nan_to_num(errors), means + 2 * np.nan_to_num(errors)]), means
     )
-    places = _places(gathered_edges(edges, len(value), size), len(means))
+    places = _bar_edges(block_edges(edges, len(value), size), len(means))
     drawn = [
         _bar(scale, *places[k : k + 2], means[k], errors[k])
         for k in range(len(means))
         if np.isfinite(means[k])
     ]
-    ends = [(LEFT, "start", place_text(name, edges[0])), (LEFT + WIDTH, "end", place_text(name, edges[-1]))]
-    middle = (LEFT + WIDTH / 2, "middle", axis_words(name))
+    ends = [
+        (LEFT, "start", position_text(name, edges[0])),
+        (LEFT + WIDTH, "end", position_text(name, edges[-1])),
+    ]
+    middle = (LEFT + WIDTH / 2, "middle", axis_label(name))
     top = f"{plain_typeset(f'{scale.high:.4g}')}{f' {plain_typeset(unit)}' if unit != '1' else ''}"
     note = plain_typeset(f", by decades from {scale.low:.0e}") if scale.is_log else ""
     blocks = f"; each bar is the mean of {size} bins, its whisker that of single bins" if size > 1 else ""
@@ -138,11 +141,11 @@ def bars(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray, uni
     return "".join(lines)
 
 
-def thumbnail(value: np.ndarray, edges: np.ndarray) -> str:
+def bar_thumbnail(value: np.ndarray, edges: np.ndarray) -> str:
     """The bars alone, as high as a line of text."""
-    means, (size,) = gathered(value, (MOST_BARS,))
+    means, (size,) = block_means(value, (MAX_BARS,))
     scale = scale_of(means, means)
-    places = _places(gathered_edges(edges, len(value), size), len(means)) / WIDTH
+    places = _bar_edges(block_edges(edges, len(value), size), len(means)) / WIDTH
     base = scale.place(0.0)
     drawn = []
     for k in np.flatnonzero(np.isfinite(means)):
@@ -152,7 +155,7 @@ def thumbnail(value: np.ndarray, edges: np.ndarray) -> str:
             f'<rect x="{x:.1f}" y="{20 * (1 - max(y, base)):.1f}" width="{max(width - 0.3, 0.3):.1f}"'
             f' height="{20 * abs(y - base):.1f}"/>'
         )
-    return f'<svg width="110" height="20" role="img" fill="{FILL}">{"".join(drawn)}</svg>'
+    return f'<svg width="110" height="20" role="img" fill="{BAR_COLOUR}">{"".join(drawn)}</svg>'
 
 
 def _bar(scale: Scale, left: float, right: float, value: float, error: float) -> str:
@@ -160,7 +163,7 @@ def _bar(scale: Scale, left: float, right: float, value: float, error: float) ->
     is_known = np.isfinite(error)
     bar = (
         f'<rect x="{left:.1f}" y="{min(base, top):.1f}" width="{max(right - left - 0.6, 0.4):.1f}"'
-        f' height="{abs(base - top):.1f}" fill="{FILL}"{"" if is_known else PALE}/>'
+        f' height="{abs(base - top):.1f}" fill="{BAR_COLOUR}"{"" if is_known else UNKNOWN_OPACITY}/>'
     )
     if not is_known or error == 0:
         return bar
@@ -176,7 +179,7 @@ def _base(scale: Scale) -> str:
     return f'<path d="M{LEFT} {y:.1f}H{LEFT + WIDTH}" stroke="currentColor" stroke-width="1" opacity=".5"/>'
 
 
-def _places(edges: np.ndarray, bars: int) -> np.ndarray:
+def _bar_edges(edges: np.ndarray, bars: int) -> np.ndarray:
     """Left and right ends of the bars.
 
     Those of the bins, or even ones if bins have no width or are infinite.

@@ -100,7 +100,7 @@ def code(text: object) -> str:
     return f'<span class="tp-k">{escaped(text)}</span>'
 
 
-def warnings_of(told: Iterable[str]) -> str:
+def warning_boxes(told: Iterable[str]) -> str:
     """Each warning in its own box."""
     return "".join(f'<div class="tp-w"><b>warning</b> {escaped(text)}</div>' for text in told)
 
@@ -118,12 +118,12 @@ def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), best: int | 
     return f"<table>{head}<tbody>{body}</tbody></table>"
 
 
-def folded(summary: str, inner: str, is_open: bool) -> str:
+def details(summary: str, inner: str, is_open: bool) -> str:
     """A folded section, open at first if `is_open`."""
     return f"<details{' open' if is_open else ''}><summary>{summary}</summary>{inner}</details>"
 
 
-def beside(*parts: str) -> str:
+def side_by_side(*parts: str) -> str:
     """Parts side by side, if there is room."""
     return '<div class="tp-r">' + "".join(f"<div>{part}</div>" for part in parts if part) + "</div>"
 

@@ -7,29 +7,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.io.html.charts import axis_words, bars, bin_text, thumbnail
+from transport.io.html.charts import axis_label, bar_chart, bar_thumbnail, bin_range_text
 from transport.io.html.elements import (
-    beside,
     code,
     escaped,
     framed,
     heading,
     muted,
+    side_by_side,
     table,
     typeset,
-    warnings_of,
+    warning_boxes,
 )
-from transport.io.html.maps import map_thumbnail, maps
+from transport.io.html.maps import map_thumbnail, value_and_error_maps
 from transport.results.phase_space import PhaseReading, SnapshotReading
 from transport.results.report import title_of
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
-    from transport.results.reading import Quantified
+    from transport.results.reading import ReadingBase
 
 
-FEW = 8  # bins that are all listed
+MAX_LISTED_BINS = 8  # bins that are all listed
 
 
 def estimate_html(estimate: Estimate) -> str:
@@ -40,27 +40,31 @@ def estimate_html(estimate: Estimate) -> str:
 
 def array_html(array: EstimateArray) -> str:
     """The range of an array, a picture of it, and some of its bins."""
-    cut, where = _plane(array)
+    cut, where = _largest_slice(array)
     seen = f"<div>{muted(f'slice shown where {where}')}</div>" if where else ""
-    return framed(heading(type(array).__name__, told_of(array)), seen, beside(_picture(cut), _some_bins(cut)))
+    return framed(
+        heading(type(array).__name__, array_summary(array)),
+        seen,
+        side_by_side(_array_picture(cut), _bins_table(cut)),
+    )
 
 
-def told_of(array: EstimateArray) -> str:
+def array_summary(array: EstimateArray) -> str:
     """The axes and the range of an array, as in its text."""
     return f"<span>{typeset(repr(array).strip('<>').partition(' ')[2])}</span>"
 
 
-def thumbnail_of(array: EstimateArray) -> str:
+def array_thumbnail(array: EstimateArray) -> str:
     """A picture as high as a line of text; "" if all values are zero."""
-    cut, _ = _plane(array)
+    cut, _ = _largest_slice(array)
     if cut is None or not np.nan_to_num(cut.value).any():
         return ""
     if len(cut.dims) == 1:
-        return thumbnail(cut.value, cut.coords[cut.dims[0]])
+        return bar_thumbnail(cut.value, cut.coords[cut.dims[0]])
     return map_thumbnail(cut.value, cut.dims, [cut.coords[name] for name in cut.dims])
 
 
-def _plane(array: EstimateArray) -> tuple[EstimateArray | None, str]:
+def _largest_slice(array: EstimateArray) -> tuple[EstimateArray | None, str]:
     """Slice of the two longest axes through the largest value, and its position in HTML."""
     if 0 in array.shape:
         return None, ""
@@ -73,46 +77,46 @@ def _plane(array: EstimateArray) -> tuple[EstimateArray | None, str]:
     place = np.unravel_index(np.argmax(np.where(np.isfinite(value), value, -np.inf)), value.shape)
     index = tuple(slice(None) if axis in kept else int(place[axis]) for axis in range(len(array.shape)))
     where = [
-        f"{axis_words(array.dims[axis])} is {_bin(array, axis, int(place[axis]))}"
+        f"{axis_label(array.dims[axis])} is {_bin_label(array, axis, int(place[axis]))}"
         for axis in left
         if array.shape[axis] > 1
     ]
     return array[index], " and ".join(where)
 
 
-def _picture(cut: EstimateArray | None) -> str:
+def _array_picture(cut: EstimateArray | None) -> str:
     if cut is None or not np.isfinite(cut.value).any():
         return ""
     edges = [cut.coords[name] for name in cut.dims]
     if len(cut.dims) == 1:
-        return bars(cut.value, cut.error, cut.dims[0], edges[0], str(cut.unit))
-    return maps(cut.value, cut.relative_error, cut.dims, edges, str(cut.unit))
+        return bar_chart(cut.value, cut.error, cut.dims[0], edges[0], str(cut.unit))
+    return value_and_error_maps(cut.value, cut.relative_error, cut.dims, edges, str(cut.unit))
 
 
-def _some_bins(cut: EstimateArray | None) -> str:
+def _bins_table(cut: EstimateArray | None) -> str:
     """All bins if they are few; some along one axis; else those of the largest, median and smallest value."""
     if cut is None:
         return ""
-    is_long = cut.value.size > FEW and len(cut.dims) > 1
-    chosen = _telling(cut) if is_long else [("", place) for place in _spread(cut)]
-    heads = [*([""] if chosen and chosen[0][0] else []), *(f">{axis_words(name)}" for name in cut.dims)]
+    is_long = cut.value.size > MAX_LISTED_BINS and len(cut.dims) > 1
+    chosen = _notable_bins(cut) if is_long else [("", place) for place in _evenly_spaced_bins(cut)]
+    heads = [*([""] if chosen and chosen[0][0] else []), *(f">{axis_label(name)}" for name in cut.dims)]
     rows = []
     for word, flat in chosen:
         place = tuple(int(k) for k in np.unravel_index(flat, cut.shape))
-        bins = [f">{_bin(cut, axis, k)}" for axis, k in enumerate(place)]
+        bins = [f">{_bin_label(cut, axis, k)}" for axis, k in enumerate(place)]
         rows.append([*([muted(word)] if word else []), *bins, f">{typeset(cut[place])}"])
     return table(rows, [*heads, ">estimate"])
 
 
-def _spread(cut: EstimateArray) -> np.ndarray:
+def _evenly_spaced_bins(cut: EstimateArray) -> np.ndarray:
     """Flat indices of a few bins from first to last; of many bins those with a known error."""
     flat = np.arange(cut.value.size)
     known = flat[np.isfinite(cut.error.ravel())]
-    flat = known if flat.size > FEW and known.size else flat
-    return flat[np.unique(np.linspace(0, flat.size - 1, min(flat.size, FEW)).round().astype(int))]
+    flat = known if flat.size > MAX_LISTED_BINS and known.size else flat
+    return flat[np.unique(np.linspace(0, flat.size - 1, min(flat.size, MAX_LISTED_BINS)).round().astype(int))]
 
 
-def _telling(cut: EstimateArray) -> list[tuple[str, int]]:
+def _notable_bins(cut: EstimateArray) -> list[tuple[str, int]]:
     """Flat indices of the largest, median and smallest value, and of the largest relative error."""
     known = np.flatnonzero(np.isfinite(cut.value.ravel()))
     if not known.size:
@@ -130,26 +134,28 @@ def _telling(cut: EstimateArray) -> list[tuple[str, int]]:
     return found
 
 
-def _bin(array: EstimateArray, axis: int, number: int) -> str:
-    return bin_text(array.dims[axis], array.coords[array.dims[axis]], number, array.shape[axis])
+def _bin_label(array: EstimateArray, axis: int, number: int) -> str:
+    return bin_range_text(array.dims[axis], array.coords[array.dims[axis]], number, array.shape[axis])
 
 
 # ---- The reading of a detector in a notebook: a row per quantity.
 
-HEAVY = 1 << 22  # numbers (bins times batches) of one quantity, above which other quantities are only named
+MAX_NUMBERS = (
+    1 << 22
+)  # numbers (bins times batches) of one quantity, above which other quantities are only named
 
 
-def reading_html(reading: Quantified) -> str:
+def reading_html(reading: ReadingBase) -> str:
     """The reading, with the reason for a missing score if it is known."""
     warning = reading.note and reading.note[1]
     looking = reading.phase_space if isinstance(reading, PhaseReading) else reading.detector
     title = title_of(looking, reading)
     return framed(
-        heading(escaped(title)), warnings_of([warning] if warning else []), quantities_table(reading)
+        heading(escaped(title)), warning_boxes([warning] if warning else []), quantities_table(reading)
     )
 
 
-def quantities_table(reading: Quantified) -> str:
+def quantities_table(reading: ReadingBase) -> str:
     """A row per available quantity; with very many bins only for those that are already computed."""
     rows, named, is_heavy = [], [], False
     for name in reading.known:
@@ -160,8 +166,8 @@ def quantities_table(reading: Quantified) -> str:
             quantity = getattr(reading, name)
         except SceneError:
             continue
-        rows.append([_explained(reading, name), *_cells(quantity)])
-        is_heavy = is_heavy or _numbers(quantity) > HEAVY
+        rows.append([_name_with_tooltip(reading, name), *_cells(quantity)])
+        is_heavy = is_heavy or _number_count(quantity) > MAX_NUMBERS
     more = f"not computed for so many bins unless read: {', '.join(map(code, named))}" if named else ""
     return (table(rows) if rows else "") + (f"<div>{muted(more)}</div>" if more else "")
 
@@ -169,32 +175,32 @@ def quantities_table(reading: Quantified) -> str:
 def _cells(quantity: Estimate | EstimateArray) -> tuple[str, str]:
     """The text of a quantity, and its picture if it is an array."""
     if isinstance(quantity, EstimateArray):
-        return told_of(quantity), thumbnail_of(quantity)
+        return array_summary(quantity), array_thumbnail(quantity)
     return f"<span>{typeset(quantity)}</span>", ""
 
 
-def _explained(reading: Quantified, name: str) -> str:
+def _name_with_tooltip(reading: ReadingBase, name: str) -> str:
     """The name, with its meaning as a tooltip."""
     meaning = inspect.getdoc(inspect.getattr_static(type(reading), name, None)) or ""
     line = meaning.partition("\n\n")[0].replace("\n", " ")
     return f'<span title="{escaped(line)}">{code(name)}</span>'
 
 
-def _numbers(quantity: Estimate | EstimateArray) -> int:
+def _number_count(quantity: Estimate | EstimateArray) -> int:
     return quantity.value.size * quantity.batches if isinstance(quantity, EstimateArray) else 1
 
 
 def sample_html(reading: SnapshotReading) -> str:
     """A snapshot: its number of particles, and the ranges of positions and velocities."""
     rows = [
-        [code("positions"), _spread_of_reading(reading.positions, "m")],
-        [code("velocities"), _spread_of_reading(reading.velocities, "m s^-1")],
+        [code("positions"), _component_ranges(reading.positions, "m")],
+        [code("velocities"), _component_ranges(reading.velocities, "m s^-1")],
     ]
     title = title_of(reading.snapshot, reading)
     return framed(heading(escaped(title)), table(rows) if len(reading) else "")
 
 
-def _spread_of_reading(vectors, unit: str) -> str:
+def _component_ranges(vectors, unit: str) -> str:
     """The smallest and largest value of each component."""
     spans = zip("xyz", vectors.min(axis=0, initial=0), vectors.max(axis=0, initial=0), strict=True)
     return typeset(", ".join(f"{axis} {low:.4g} to {high:.4g}" for axis, low, high in spans) + f" {unit}")

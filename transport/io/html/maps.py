@@ -11,7 +11,7 @@ import zlib
 
 import numpy as np
 
-from transport.io.html.charts import WIDE, axis_words, gathered, gathered_edges, place_text
+from transport.io.html.charts import LOGARITHMIC_RATIO, axis_label, block_edges, block_means, position_text
 from transport.io.html.elements import plain_typeset
 
 # ---- A raster of numbers as a PNG of a few hundred bytes, written without an image library.
@@ -61,28 +61,28 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 # ---- Estimates over two axes as a small SVG.
 
-MOST_CELLS = 96
+MAX_CELLS = 96
 WIDTH, TALL, LOW, GAP, LEFT, TOP, BELOW = 190, 190, 80, 24, 52, 18, 52
-UPWARDS = ("mu", "theta", "v")  # vertical axes if they come first; all others are horizontal
-DOWNWARDS = ("theta",)  # axes with their small end on top: the zenith
+VERTICAL_AXES = ("mu", "theta", "v")  # vertical axes if they come first; all others are horizontal
+TOP_DOWN_AXES = ("theta",)  # axes with their small end on top: the zenith
 POLAR = (  # axes of a map of directions beside an azimuth, which grows to the left (seen from inside)
     "mu",
     "theta",
 )
-ALIKE_TO = 1e-6  # relative spread of bin widths that are drawn as equal
-ALIKE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # pairs of axes drawn to scale
+EQUAL_WIDTH_TOLERANCE = 1e-6  # relative spread of bin widths that are drawn as equal
+AXES_TO_SCALE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # pairs of axes drawn to scale
 
 
-def maps(
+def value_and_error_maps(
     value: np.ndarray, relative: np.ndarray, names: tuple[str, str], edges: list[np.ndarray], unit: str
 ) -> str:
     """The maps as SVG; value, relative (relative standard errors): (*names)."""
-    if names[0] not in UPWARDS:
+    if names[0] not in VERTICAL_AXES:
         value, relative, names, edges = value.T, relative.T, names[::-1], edges[::-1]
-    most = (MOST_CELLS, MOST_CELLS)
-    (means, sizes), (errors, _) = gathered(value, most), gathered(relative, most)
-    means, errors = (_to_scale(numbers, edges, value.shape, sizes) for numbers in (means, errors))
-    tall = _height(names, edges, value.shape)
+    most = (MAX_CELLS, MAX_CELLS)
+    (means, sizes), (errors, _) = block_means(value, most), block_means(relative, most)
+    means, errors = (_resampled_to_scale(numbers, edges, value.shape, sizes) for numbers in (means, errors))
+    tall = _map_height(names, edges, value.shape)
     unit = f" [{unit}]" if unit != "1" else ""
     panels = [(means, VIRIDIS, f"value{unit}", 1.0)]
     if (
@@ -99,23 +99,25 @@ def maps(
         f'<svg width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img"'
         f' fill="currentColor" font-size="11"><title>values and their relative standard errors; blank:'
         f" not known{blocks}</title>"
-        f"{_upwards(names[0], edges[0], tall)}{''.join(drawn)}</svg>"
+        f"{_vertical_axis(names[0], edges[0], tall)}{''.join(drawn)}</svg>"
     )
 
 
 def map_thumbnail(value: np.ndarray, names: tuple[str, str], edges: list[np.ndarray]) -> str:
     """The map of the values alone, as high as a line of text."""
-    if names[0] not in UPWARDS:
+    if names[0] not in VERTICAL_AXES:
         value, names, edges = value.T, names[::-1], edges[::-1]
-    means, sizes = gathered(value, (20, 110))
-    means = _to_scale(means, edges, value.shape, sizes)
+    means, sizes = block_means(value, (20, 110))
+    means = _resampled_to_scale(means, edges, value.shape, sizes)
     rows, columns = value.shape
-    width = min(max(round(20 * columns / rows), 20), 110) if set(names) in ALIKE else 110
-    picture = _image(0, 0, width, 20, _turned(means, names), VIRIDIS)[0]
+    width = min(max(round(20 * columns / rows), 20), 110) if set(names) in AXES_TO_SCALE else 110
+    picture = _image(0, 0, width, 20, _in_image_order(means, names), VIRIDIS)[0]
     return f'<svg width="{width}" height="20" role="img">{picture}</svg>'
 
 
-def _to_scale(numbers: np.ndarray, edges: list[np.ndarray], shape: tuple, sizes: tuple) -> np.ndarray:
+def _resampled_to_scale(
+    numbers: np.ndarray, edges: list[np.ndarray], shape: tuple, sizes: tuple
+) -> np.ndarray:
     """Resample blocks of unequal bins to a raster of WIDTH cells.
 
     Equal bins, instants and infinite ones stay.
@@ -123,21 +125,21 @@ def _to_scale(numbers: np.ndarray, edges: list[np.ndarray], shape: tuple, sizes:
     share = (np.arange(WIDTH) + 0.5) / WIDTH
     for axis, (along, bins, size) in enumerate(zip(edges, shape, sizes, strict=True)):
         widths = np.diff(along)
-        if len(widths) != bins or not np.isfinite(widths).all() or _are_alike(widths):
+        if len(widths) != bins or not np.isfinite(widths).all() or _have_equal_widths(widths):
             continue
-        ends = gathered_edges(along, bins, size)
+        ends = block_edges(along, bins, size)
         places = along[0] + share * (along[-1] - along[0])
         numbers = np.take(numbers, np.searchsorted(ends, places, side="right") - 1, axis)
     return numbers
 
 
-def _are_alike(widths: np.ndarray) -> bool:
-    return bool(np.ptp(widths) <= ALIKE_TO * widths.max())
+def _have_equal_widths(widths: np.ndarray) -> bool:
+    return bool(np.ptp(widths) <= EQUAL_WIDTH_TOLERANCE * widths.max())
 
 
 def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, title: str) -> str:
     """One map with its title, the ends of the axis below it, and its colour scale."""
-    picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _turned(numbers, names), colours)
+    picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _in_image_order(numbers, names), colours)
     y, note = TOP + tall, ", log" if is_log else ""
     left, right, view = edges[1][0], edges[1][-1], ""
     if _is_seen_from_inside(names):
@@ -149,9 +151,9 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
             picture,
             f'<rect x="{x}" y="{TOP}" width="{WIDTH}" height="{tall}" fill="none" stroke="currentColor"'
             ' opacity=".35"/>',
-            _text(x, y + 13, "start", place_text(names[1], left)),
-            _text(x + WIDTH / 2, y + 13, "middle", axis_words(names[1]) + view),
-            _text(x + WIDTH, y + 13, "end", place_text(names[1], right)),
+            _text(x, y + 13, "start", position_text(names[1], left)),
+            _text(x + WIDTH / 2, y + 13, "middle", axis_label(names[1]) + view),
+            _text(x + WIDTH, y + 13, "end", position_text(names[1], right)),
             f'<image x="{x}" y="{y + 22}" width="{WIDTH}" height="8" preserveAspectRatio="none"'
             f' href="{ramp}"/>',
             _text(x, y + 43, "start", plain_typeset(f"{low:.3g}")),
@@ -165,7 +167,7 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
     known = numbers[np.isfinite(numbers)]
     low, high = (known.min(), known.max()) if known.size else (0.0, 0.0)
     positive = known[known > 0]
-    is_log = bool(low >= 0 and positive.size and high > WIDE * positive.min())
+    is_log = bool(low >= 0 and positive.size and high > LOGARITHMIC_RATIO * positive.min())
     if is_log:
         low = max(positive.min(), high * 1e-6)
         with np.errstate(divide="ignore"):
@@ -182,9 +184,9 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
     return picture, float(low), float(high), is_log
 
 
-def _turned(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
+def _in_image_order(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
     """Arrange rows from the top and columns from the left."""
-    upright = numbers if names[0] in DOWNWARDS else numbers[::-1]
+    upright = numbers if names[0] in TOP_DOWN_AXES else numbers[::-1]
     return upright[:, ::-1] if _is_seen_from_inside(names) else upright
 
 
@@ -193,26 +195,26 @@ def _is_seen_from_inside(names: tuple[str, str]) -> bool:
     return names[0] in POLAR and names[1] == "phi"
 
 
-def _upwards(name: str, edges: np.ndarray, tall: float) -> str:
+def _vertical_axis(name: str, edges: np.ndarray, tall: float) -> str:
     """The vertical axis on the left: its ends, and its name between them."""
-    words = axis_words(name)
+    words = axis_label(name)
     turned = (
         f'<text transform="translate({LEFT - 34} {TOP + tall / 2:.1f}) rotate(-90)"'
         f' text-anchor="middle">{words}</text>'
     )
-    top, bottom = (edges[0], edges[-1]) if name in DOWNWARDS else (edges[-1], edges[0])
+    top, bottom = (edges[0], edges[-1]) if name in TOP_DOWN_AXES else (edges[-1], edges[0])
     return "".join(
         [
-            _text(LEFT - 4, TOP + 9, "end", place_text(name, top)),
+            _text(LEFT - 4, TOP + 9, "end", position_text(name, top)),
             _text(LEFT - 18, TOP + tall / 2 + 4, "end", words) if len(words) < 3 else turned,
-            _text(LEFT - 4, TOP + tall, "end", place_text(name, bottom)),
+            _text(LEFT - 4, TOP + tall, "end", position_text(name, bottom)),
         ]
     )
 
 
-def _height(names: tuple[str, str], edges: list[np.ndarray], shape: tuple[int, int]) -> float:
+def _map_height(names: tuple[str, str], edges: list[np.ndarray], shape: tuple[int, int]) -> float:
     """The height that draws both axes to scale if they have one unit, else a fixed one."""
-    if set(names) not in ALIKE:
+    if set(names) not in AXES_TO_SCALE:
         return 110.0
     tall, wide = (float(abs(along[-1] - along[0])) for along in edges)
     return min(max(WIDTH * tall / wide, LOW), TALL) if wide > 0 else float(LOW)

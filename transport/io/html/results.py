@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from transport.io.html.charts import FILL
-from transport.io.html.elements import escaped, folded, framed, heading, muted, table, typeset, warnings_of
+from transport.io.html.charts import BAR_COLOUR
+from transport.io.html.elements import details, escaped, framed, heading, muted, table, typeset, warning_boxes
 from transport.io.html.estimates import quantities_table
 from transport.results.report import (
-    all_is_well,
     cost_lines,
-    head_of,
+    error_bar_line,
     ledger_title,
     method_lines,
     price_lines,
+    printed_entries,
+    run_line,
     title_of,
-    told_entries,
     tracking_lines,
 )
 from transport.scene.phase_space import Snapshot
@@ -24,7 +24,7 @@ from transport.scene.phase_space import Snapshot
 if TYPE_CHECKING:
     from transport.results.result import Ledger, Result
 
-OPEN = 2  # number of detectors up to which they are shown unfolded
+MAX_UNFOLDED_DETECTORS = 2  # number of detectors up to which they are shown unfolded
 
 
 def result_html(result: Result) -> str:
@@ -33,13 +33,16 @@ def result_html(result: Result) -> str:
     how = [*method_lines(result), *tracking_lines(result)]
     detectors = result.scene.detectors
     return framed(
-        heading("Result", escaped(head_of(result))),
-        warnings_of(warnings),
+        heading("Result", escaped(run_line(result))),
+        warning_boxes(warnings),
         *(f"<div>{typeset(line)}</div>" for line in how),
-        folded(escaped(ledger_title(result)), ledger_table(result._own_ledger), True),
-        *(_detector(result, detector, len(detectors) <= OPEN) for detector in detectors),
+        details(escaped(ledger_title(result)), ledger_table(result._own_ledger), True),
+        *(
+            _detector_section(result, detector, len(detectors) <= MAX_UNFOLDED_DETECTORS)
+            for detector in detectors
+        ),
         *(f"<div>{muted(typeset(line))}</div>" for line in cost_lines(result)),
-        "" if warnings else f"<div>{muted(typeset(all_is_well(result)))}</div>",
+        "" if warnings else f"<div>{muted(typeset(error_bar_line(result)))}</div>",
     )
 
 
@@ -55,26 +58,26 @@ def ledger_table(ledger: Ledger) -> str:
         [
             ("&emsp;" if is_part else "") + escaped(name),
             f"<span>{typeset(estimate)}</span>",
-            _share(estimate.value / emitted if emitted else math.nan),
+            _share_bar(estimate.value / emitted if emitted else math.nan),
         ]
-        for name, estimate, is_part in told_entries(ledger)
+        for name, estimate, is_part in printed_entries(ledger)
     )
 
 
-def _detector(result: Result, detector: object, is_open: bool) -> str:
+def _detector_section(result: Result, detector: object, is_open: bool) -> str:
     reading = result[detector.name]
     told = f"<b>{escaped(title_of(detector, reading))}</b>"
     if isinstance(detector, Snapshot):
         return f"<div>{told}</div>"
     prices = "".join(f"<div>{muted(typeset(line))}</div>" for line in price_lines(result, detector.name))
-    return folded(told, quantities_table(reading) + prices, is_open)
+    return details(told, quantities_table(reading) + prices, is_open)
 
 
-def _share(share: float) -> str:
+def _share_bar(share: float) -> str:
     """A bar of 100 pixels for a share of the whole."""
     if not 0 <= share <= 1:
         return ""
     return (
-        f'<svg width="100" height="9" role="img" fill="{FILL}"><title>{100 * share:.3g} %</title>'
+        f'<svg width="100" height="9" role="img" fill="{BAR_COLOUR}"><title>{100 * share:.3g} %</title>'
         f'<rect width="100" height="9" opacity=".16"/><rect width="{100 * share:.2f}" height="9"/></svg>'
     )

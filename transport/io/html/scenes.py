@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.io.html.elements import code, escaped, folded, framed, heading, muted, table, typeset
+from transport.io.html.elements import code, details, escaped, framed, heading, muted, table, typeset
 from transport.units import speed_of_light
-from transport.validation import shown
+from transport.validation import short_repr
 
 if TYPE_CHECKING:
     from transport.scene.scene import Scene
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 # ---- A user's object in few words: its kind and the parameters that differ from their defaults.
 
-DEEPEST = 4  # levels of nested objects that are written out
+MAX_DEPTH = 4  # levels of nested objects that are written out
 
 
-def described(thing: object, without: Collection[str] = (), depth: int = DEEPEST) -> str:
+def constructor_text(thing: object, without: Collection[str] = (), depth: int = MAX_DEPTH) -> str:
     """The object as code that would make it, such as "Sphere(radius=0.5)", shortened if it is long.
 
     without: parameters to leave out.
@@ -29,15 +29,18 @@ def described(thing: object, without: Collection[str] = (), depth: int = DEEPEST
     if isinstance(thing, Mapping):
         return (
             "{"
-            + ", ".join(f"{described(k, (), depth)}: {described(v, (), depth)}" for k, v in thing.items())
+            + ", ".join(
+                f"{constructor_text(k, (), depth)}: {constructor_text(v, (), depth)}"
+                for k, v in thing.items()
+            )
             + "}"
         )
-    if not dataclasses.is_dataclass(thing) or _has_words_of_its_own(thing):
-        return _value(thing)
+    if not dataclasses.is_dataclass(thing) or _has_own_repr(thing):
+        return _literal_text(thing)
     if depth == 0:
         return f"{type(thing).__name__}(...)"
     given = [
-        f"{field.name}={described(getattr(thing, field.name), (), depth - 1)}"
+        f"{field.name}={constructor_text(getattr(thing, field.name), (), depth - 1)}"
         for field in dataclasses.fields(thing)
         if field.init
         and field.repr
@@ -47,7 +50,7 @@ def described(thing: object, without: Collection[str] = (), depth: int = DEEPEST
     return f"{type(thing).__name__}({', '.join(given)})"
 
 
-def _has_words_of_its_own(thing: object) -> bool:
+def _has_own_repr(thing: object) -> bool:
     """Whether it holds arrays or code and its class defines its own text: a mesh, for example."""
     is_generated = hasattr(
         type(thing).__repr__, "__wrapped__"
@@ -56,13 +59,15 @@ def _has_words_of_its_own(thing: object) -> bool:
     return not is_generated and any(isinstance(part, np.ndarray) or callable(part) for part in parts)
 
 
-def _value(thing: object) -> str:
+def _literal_text(thing: object) -> str:
     """A number or text; whole numbers without a decimal point, long lists shortened."""
     if isinstance(thing, float) and thing.is_integer() and abs(thing) < 1e15:
         return str(int(thing))
     if isinstance(thing, tuple) and 0 < len(thing) <= 6:
-        return f"({', '.join(described(part, (), 2) for part in thing)}{',' if len(thing) == 1 else ''})"
-    return shown(thing)
+        return (
+            f"({', '.join(constructor_text(part, (), 2) for part in thing)}{',' if len(thing) == 1 else ''})"
+        )
+    return short_repr(thing)
 
 
 def _is_default(field: dataclasses.Field, value: object) -> bool:
@@ -77,7 +82,7 @@ def _is_default(field: dataclasses.Field, value: object) -> bool:
 
 # ---- A scene in a notebook: its sources, surfaces and detectors, one row each.
 
-MOST_ROWS = 12  # per kind; the others are counted
+MAX_ROWS = 12  # per kind; the others are counted
 
 
 def scene_html(scene: Scene) -> str:
@@ -85,52 +90,65 @@ def scene_html(scene: Scene) -> str:
     facts = [f"in {scene.measured_in}", "lengths in m"]
     if scene.duration is not None:
         facts.append(f"clock from 0 to {scene.duration:g} s")
-    filled = [["", code(described(scene.medium))]] if scene.medium is not None else []
+    filled = [["", code(constructor_text(scene.medium))]] if scene.medium is not None else []
     return framed(
         heading("Scene", typeset(", ".join(facts))),
-        _part("source", scene.sources, _source),
-        _part("surface", scene.surfaces, _surface),
-        _part("detector", scene.detectors, _detector),
+        _section("source", scene.sources, _source_row),
+        _section("surface", scene.surfaces, _surface_row),
+        _section("detector", scene.detectors, _detector_row),
         f"<b>surrounding medium</b>{table(filled)}" if filled else "",
     )
 
 
-def _part(kind: str, things: Sequence, row: Callable[[object], list[str]]) -> str:
+def _section(kind: str, things: Sequence, row: Callable[[object], list[str]]) -> str:
     if not things:
         return ""
-    rows = [row(thing) for thing in things[:MOST_ROWS]]
+    rows = [row(thing) for thing in things[:MAX_ROWS]]
     left = len(things) - len(rows)
     more = f"<div>{muted(f'and {left} more')}</div>" if left else ""
-    return folded(f"<b>{len(things)} {kind}{'s' if len(things) > 1 else ''}</b>", table(rows) + more, True)
+    return details(f"<b>{len(things)} {kind}{'s' if len(things) > 1 else ''}</b>", table(rows) + more, True)
 
 
-def _source(source) -> list[str]:
-    return [_where(source.shape), code(described(source.emission)), _rest(source, ("shape", "emission"))]
+def _source_row(source) -> list[str]:
+    return [
+        _shape_cell(source.shape),
+        code(constructor_text(source.emission)),
+        _other_parameters(source, ("shape", "emission")),
+    ]
 
 
-def _surface(surface) -> list[str]:
-    rest = _rest(surface, ("name", "shape", "material"))
-    return [_name(surface.name), _where(surface.shape), code(described(surface.material)), rest]
+def _surface_row(surface) -> list[str]:
+    rest = _other_parameters(surface, ("name", "shape", "material"))
+    return [
+        _name_cell(surface.name),
+        _shape_cell(surface.shape),
+        code(constructor_text(surface.material)),
+        rest,
+    ]
 
 
-def _detector(detector) -> list[str]:
+def _detector_row(detector) -> list[str]:
     has_shape = "shape" in type(detector).__dataclass_fields__
     if not has_shape:
-        return [_name(detector.name), code(described(detector, ("name",))), ""]
+        return [_name_cell(detector.name), code(constructor_text(detector, ("name",))), ""]
     told = "" if type(detector).__name__ == "Detector" else muted(escaped(type(detector).__name__))
-    return [_name(detector.name), f"{told} {_where(detector.shape)}", _rest(detector, ("name", "shape"))]
+    return [
+        _name_cell(detector.name),
+        f"{told} {_shape_cell(detector.shape)}",
+        _other_parameters(detector, ("name", "shape")),
+    ]
 
 
-def _name(name: str | None) -> str:
+def _name_cell(name: str | None) -> str:
     return f"<b>{escaped(name)}</b>" if name is not None else muted("no name")
 
 
-def _where(shape: object) -> str:
+def _shape_cell(shape: object) -> str:
     """A shape, or the name of a surface."""
-    return f"on <b>{escaped(shape)}</b>" if isinstance(shape, str) else code(described(shape))
+    return f"on <b>{escaped(shape)}</b>" if isinstance(shape, str) else code(constructor_text(shape))
 
 
-def _rest(thing: object, told: tuple[str, ...]) -> str:
+def _other_parameters(thing: object, told: tuple[str, ...]) -> str:
     """The other parameters, without the parentheses."""
-    _, _, inner = described(thing, told).partition("(")
+    _, _, inner = constructor_text(thing, told).partition("(")
     return code(inner.removesuffix(")"))

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from transport.scene.phase_functions import PiecewiseLinear
-from transport.validation import shown
+from transport.validation import short_repr
 
-MOST = 10  # differences listed one by one
+MAX_LISTED = 10  # differences listed one by one
 
 
 def differences(one: object, other: object) -> list[str]:
@@ -19,11 +19,11 @@ def differences(one: object, other: object) -> list[str]:
     Parts with names are compared by name.  Beyond ten differences the rest is counted.
     """
     found = list(_differences(one, other, ""))
-    rest = len(found) - MOST
-    return found[:MOST] + ([f"and {rest} more"] if rest > 0 else [])
+    rest = len(found) - MAX_LISTED
+    return found[:MAX_LISTED] + ([f"and {rest} more"] if rest > 0 else [])
 
 
-def are_alike(one: object, other: object) -> bool:
+def are_identical(one: object, other: object) -> bool:
     """Return whether two values are equal bit for bit: 0.0 and -0.0 differ, nan equals nan."""
     return next(_differences(one, other, ""), None) is None
 
@@ -32,29 +32,31 @@ def _differences(one: object, other: object, path: str) -> Iterator[str]:
     if one is other:
         return
     if type(one) is not type(other):
-        yield _told(one, other, path)
+        yield _difference_text(one, other, path)
     elif isinstance(one, tuple | list):
-        yield from _of_lists(one, other, path)
+        yield from _list_differences(one, other, path)
     elif isinstance(one, np.ndarray):
-        yield from _of_arrays(one, other, path)
+        yield from _array_differences(one, other, path)
     elif isinstance(one, float):
         if one.hex() != other.hex():
-            yield _told(one, other, path)
+            yield _difference_text(one, other, path)
     elif dataclasses.is_dataclass(one):
         for field in dataclasses.fields(one):
             if field.init:
                 inner = f"{path}.{field.name}".lstrip(".")
                 yield from _differences(getattr(one, field.name), getattr(other, field.name), inner)
     elif isinstance(one, PiecewiseLinear):
-        yield from _of_arrays(one.values, other.values, path)
+        yield from _array_differences(one.values, other.values, path)
     elif one != other:
-        yield _told(one, other, path)
+        yield _difference_text(one, other, path)
 
 
-def _of_lists(one: tuple, other: tuple, path: str) -> Iterator[str]:
+def _list_differences(one: tuple, other: tuple, path: str) -> Iterator[str]:
     names, others = ([getattr(part, "name", None) for part in parts] for parts in (one, other))
     if names != others and None not in (*names, *others):
-        yield from _of_named(dict(zip(names, one, strict=True)), dict(zip(others, other, strict=True)), path)
+        yield from _named_differences(
+            dict(zip(names, one, strict=True)), dict(zip(others, other, strict=True)), path
+        )
     elif len(one) != len(other):
         yield f"{path}: {len(one)} instead of {len(other)}"
     else:
@@ -62,7 +64,7 @@ def _of_lists(one: tuple, other: tuple, path: str) -> Iterator[str]:
             yield from _differences(*pair, f"{path}[{place}]")
 
 
-def _of_named(one: dict[str, object], other: dict[str, object], path: str) -> Iterator[str]:
+def _named_differences(one: dict[str, object], other: dict[str, object], path: str) -> Iterator[str]:
     """Yield the names that only one of two lists has, then the differences of parts with equal names."""
     for word, only in (("also has", one.keys() - other.keys()), ("lacks", other.keys() - one.keys())):
         if only:
@@ -74,7 +76,7 @@ def _of_named(one: dict[str, object], other: dict[str, object], path: str) -> It
             yield from _differences(part, other[name], f"{path}[{place}]")
 
 
-def _of_arrays(one: np.ndarray, other: np.ndarray, path: str) -> Iterator[str]:
+def _array_differences(one: np.ndarray, other: np.ndarray, path: str) -> Iterator[str]:
     if one.shape != other.shape:
         yield f"{path}: an array of shape {one.shape} instead of {other.shape}"
         return
@@ -84,15 +86,15 @@ def _of_arrays(one: np.ndarray, other: np.ndarray, path: str) -> Iterator[str]:
         place = tuple(int(k) for k in np.argwhere(unlike)[0])
         where = f"{path}{list(place)}"
         more = f", and {int(unlike.sum()) - 1} more of its numbers" if unlike.sum() > 1 else ""
-        yield _told(one[place].item(), other[place].item(), where) + more
+        yield _difference_text(one[place].item(), other[place].item(), where) + more
 
 
-def _told(one: object, other: object, path: str) -> str:
-    said = f"{_in_words(one)} instead of {_in_words(other)}"
+def _difference_text(one: object, other: object, path: str) -> str:
+    said = f"{_value_text(one)} instead of {_value_text(other)}"
     return f"{path}: {said}" if path else said
 
 
-def _in_words(value: object) -> str:
+def _value_text(value: object) -> str:
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape}"
-    return "nothing" if value is None else shown(value)
+    return "nothing" if value is None else short_repr(value)

@@ -39,7 +39,7 @@ from transport.scene.tracking import Splitting, Tracking
 from transport.scene.volumes import VolumeDetector
 from transport.units import speed_of_light
 
-_ALL = (
+_SCENE_TYPES = (
     Beam, Black, Box, BoxPulse, Camera, Cloud, Cone, Cylinder, Detector, Dielectric, Diffuse, DirectionCone,
     DirectionSphere, Directions, Disk, Effusive, EnvironmentMap, Gas, GaussianPulse, Glossy, Grid,
     HenyeyGreenstein, Instant, Isotropic, Lambertian, Maxwellian, Medium, Mesh, Mirror, Mixture, Paraboloid,
@@ -47,28 +47,28 @@ _ALL = (
     SpeedTable, Sphere, Splitting, Surface, Tabulated, ThinLens, Tracking, Transparent, Triangle, TwoSided,
     Vacuum, VolumeDetector,
 )  # fmt: skip
-KINDS: dict[str, type] = {kind.__name__: kind for kind in _ALL}
-UNWRITTEN = {  # types that no file can hold: the reason, and what to write instead
+SCENE_TYPES: dict[str, type] = {kind.__name__: kind for kind in _SCENE_TYPES}
+UNSUPPORTED = {  # types that no file can hold: the reason, and what to write instead
     "InverseCDF": "holds a Python function, which no file can store;"
     " write SpeedTable(speeds=..., density=...) instead",
 }
-HEAVY = (Grid, Mesh, SpeedTable, Tabulated)  # written once if used several times
+SHARED_TYPES = (Grid, Mesh, SpeedTable, Tabulated)  # written once if used several times
 
 
-def fields_of(kind: type) -> list[dataclasses.Field]:
+def init_fields(kind: type) -> list[dataclasses.Field]:
     """Return the init fields of a type, without derived attributes."""
     return [field for field in dataclasses.fields(kind) if field.init]
 
 
 @functools.cache
-def arrays_of(kind: type) -> frozenset[str]:
+def array_fields(kind: type) -> frozenset[str]:
     """Return the names of the fields that take an array."""
     hints = {name: typing.get_args(hint) or (hint,) for name, hint in typing.get_type_hints(kind).items()}
     names = {name for name, types in hints.items() if np.ndarray in types}
     return frozenset(names | ({"density"} if kind is Tabulated else set()))  # stored as a function
 
 
-def default_of(field: dataclasses.Field) -> object:
+def default_value(field: dataclasses.Field) -> object:
     """Return the default of a field; MISSING for a required field."""
     return field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
 
@@ -76,7 +76,7 @@ def default_of(field: dataclasses.Field) -> object:
 # ---- Derived fields: they follow from an object's other fields, so a file omits them.
 
 
-def following(part: object) -> tuple[str, ...]:
+def derived_fields(part: object) -> tuple[str, ...]:
     """Return the names of the fields that have the same value if omitted."""
     match part:
         case Surface():

@@ -10,55 +10,55 @@ import math
 
 import numpy as np
 
-from transport.io.json.text import said
-from transport.statistics.chunked import ALWAYS, memory_left, size_text
+from transport.io.json.text import value_text
+from transport.statistics.chunked import MIN_FREE, available_memory, size_text
 from transport.validation import as_float
 
-LONGEST = 64  # largest array written as lists
+MAX_LISTED_NUMBERS = 64  # largest array written as lists
 DTYPES = ("float64", "float32", "int64", "int32", "uint8")
-UNENDING = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
-MOST_NUMBERS = 1 << 33  # largest array that a file may request by its shape
-READING = 16  # bytes per number while a scene is read
+NON_FINITE = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
+MAX_NUMBERS = 1 << 33  # largest array that a file may request by its shape
+BYTES_PER_NUMBER = 16  # bytes per number while a scene is read
 
 
-def number_written(number: float) -> float | dict[str, str]:
+def number_to_json(number: float) -> float | dict[str, str]:
     """Return a float as a JSON number, or {"float": "inf"}."""
     return float(number) if math.isfinite(number) else {"float": repr(float(number))}
 
 
-def array_written(array: np.ndarray) -> object:
+def array_to_json(array: np.ndarray) -> object:
     """Return an array of finite numbers as JSON data."""
     if array.size > 1 and not any(array.strides):
         return {"constant": array.flat[0].item(), "shape": list(array.shape)}
-    if array.size <= LONGEST:
+    if array.size <= MAX_LISTED_NUMBERS:
         return array.tolist()
     data = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).tobytes()
     return {"dtype": array.dtype.name, "shape": list(array.shape), "base64": base64.b64encode(data).decode()}
 
 
-def number_read(data: dict) -> float:
+def number_from_json(data: dict) -> float:
     """Return the number of {"float": "inf"}.  Raises ValueError for another text."""
     word = data["float"]
-    if not isinstance(word, str) or word not in UNENDING:
+    if not isinstance(word, str) or word not in NON_FINITE:
         raise ValueError(
-            f'float must be "inf", "-inf" or "nan", got {said(word)}; write other numbers as they are'
+            f'float must be "inf", "-inf" or "nan", got {value_text(word)}; write other numbers as they are'
         )
-    return UNENDING[word]
+    return NON_FINITE[word]
 
 
-def array_read(data: dict) -> np.ndarray:
+def array_from_json(data: dict) -> np.ndarray:
     """Return the array of {"dtype", "shape", "base64"} or {"constant", "shape"}.
 
     Raises ValueError for wrong data.
     """
     shape = data.get("shape")
     if not isinstance(shape, list) or not shape or not all(type(n) is int and n > 0 for n in shape):
-        raise ValueError(f"shape must be a list of whole numbers above 0, got {said(shape)}")
+        raise ValueError(f"shape must be a list of whole numbers above 0, got {value_text(shape)}")
     _check_size(shape)
     if "constant" in data:
         return _constant(data["constant"], shape)
     if data.get("dtype") not in DTYPES:
-        raise ValueError(f"dtype must be one of {', '.join(DTYPES)}, got {said(data.get('dtype'))}")
+        raise ValueError(f"dtype must be one of {', '.join(DTYPES)}, got {value_text(data.get('dtype'))}")
     dtype = np.dtype(data["dtype"])
     try:
         content = base64.b64decode(data["base64"], validate=True)
@@ -73,10 +73,10 @@ def array_read(data: dict) -> np.ndarray:
 def _check_size(shape: list[int]) -> None:
     """Raise ValueError if the array does not fit into memory: a short text may request a huge array."""
     count = math.prod(shape)
-    asked = f"shape {said(shape)} requests {float(min(count, 10**300)):.3g} numbers"
-    if count > MOST_NUMBERS:
-        raise ValueError(f"{asked}, more than any scene needs; take fewer, at most {MOST_NUMBERS:.3g}")
-    need, left = READING * count, memory_left() if READING * count > ALWAYS else None
+    asked = f"shape {value_text(shape)} requests {float(min(count, 10**300)):.3g} numbers"
+    if count > MAX_NUMBERS:
+        raise ValueError(f"{asked}, more than any scene needs; take fewer, at most {MAX_NUMBERS:.3g}")
+    need, left = BYTES_PER_NUMBER * count, available_memory() if BYTES_PER_NUMBER * count > MIN_FREE else None
     if left is not None and need > left:
         figures = f"{size_text(need)} while reading, but {size_text(left)} of memory are left"
         raise ValueError(f"{asked}, {figures}; take fewer")
@@ -85,5 +85,5 @@ def _check_size(shape: list[int]) -> None:
 def _constant(number: object, shape: list[int]) -> np.ndarray:
     value = as_float(number)
     if value is None:
-        raise ValueError(f"constant must be a number, got {said(number)}")
+        raise ValueError(f"constant must be a number, got {value_text(number)}")
     return np.broadcast_to(np.float64(value), shape)

@@ -15,9 +15,9 @@ import numpy as np
 
 from transport.geometry.shape import Shape
 from transport.io.json.documents import FORMAT, VERSION
-from transport.io.json.kinds import KINDS, default_of, fields_of
+from transport.io.json.kinds import SCENE_TYPES, default_value, init_fields
 from transport.io.json.numbers import DTYPES
-from transport.io.json.text import printed
+from transport.io.json.text import pretty_print
 from transport.scene.bins import DIRECTION_RANGES
 from transport.scene.emissions import Emission
 from transport.scene.materials import Material
@@ -31,16 +31,16 @@ from transport.scene.volumes import COLLISION, TRACK
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 FILE = Path(__file__).with_name("scene.schema.json")
 FAMILIES = (Emission, Material, Phase, Pulse, Shape, SpeedDistribution)
-PLAIN = {
+PLAIN_TYPES = {
     float: {"type": "number"},
     int: {"type": "integer"},
     str: {"type": "string"},
     bool: {"type": "boolean"},
 }
-TEXTS = {"side": list(IS_BACK), "frame": list(DIRECTION_RANGES), "estimator": [TRACK, COLLISION]}
+STRING_VALUES = {"side": list(IS_BACK), "frame": list(DIRECTION_RANGES), "estimator": [TRACK, COLLISION]}
 NUMBERS = {"type": "array", "items": {"anyOf": [{"type": "number"}, {"$ref": "#/$defs/numbers"}]}}
 ARRAY = {"$ref": "#/$defs/array"}
-SPECIAL = {  # fields whose type hints are less specific than their values
+SPECIAL_FIELDS = {  # fields whose type hints are less specific than their values
     ("Detector", "events"): {
         "anyOf": [
             {"type": "null"},
@@ -79,48 +79,49 @@ def schema() -> dict[str, object]:
         "$schema": DRAFT,
         "title": FORMAT,
         "description": "A scene of the Monte Carlo transport library `transport`; SI units, radians.",
-        **_strict(head, ["format", "version", "scene"]),
-        "$defs": _words()
-        | {"Part": _any_of(object)}
-        | {family.__name__: _any_of(family) for family in FAMILIES}
-        | {name: _kind(kind) for name, kind in sorted(KINDS.items())},
+        **_strict_object(head, ["format", "version", "scene"]),
+        "$defs": _definitions()
+        | {"Part": _family_schema(object)}
+        | {family.__name__: _family_schema(family) for family in FAMILIES}
+        | {name: _object_schema(kind) for name, kind in sorted(SCENE_TYPES.items())},
     }
 
 
 def schema_text() -> str:
     """Return the schema as the text of its file."""
-    return printed(schema()) + "\n"
+    return pretty_print(schema()) + "\n"
 
 
-def _words() -> dict[str, object]:
+def _definitions() -> dict[str, object]:
     """Return the definitions of numbers, arrays and references to shared objects."""
     shape = {"type": "array", "items": {"type": "integer", "minimum": 1}, "minItems": 1}
     binary = {"dtype": {"enum": list(DTYPES)}, "shape": shape, "base64": {"type": "string"}}
     constant = {"constant": {"type": "number"}, "shape": shape}
     return {
-        "reference": _strict({"shared": {"type": "string"}})
+        "reference": _strict_object({"shared": {"type": "string"}})
         | {"description": "Name of an object in `shared`."},
-        "unending": _strict({"float": {"enum": ["inf", "-inf", "nan"]}}),
+        "unending": _strict_object({"float": {"enum": ["inf", "-inf", "nan"]}}),
         "numbers": NUMBERS,
-        "array": {"anyOf": [NUMBERS, _strict(binary), _strict(constant)]},
+        "array": {"anyOf": [NUMBERS, _strict_object(binary), _strict_object(constant)]},
     }
 
 
-def _kind(kind: type) -> dict[str, object]:
+def _object_schema(kind: type) -> dict[str, object]:
     """Return the schema of one type of object."""
     hints = typing.get_type_hints(kind)
-    fields = fields_of(kind)
+    fields = init_fields(kind)
     properties = {
-        field.name: SPECIAL.get((kind.__name__, field.name)) or _typed(hints[field.name], field.name)
+        field.name: SPECIAL_FIELDS.get((kind.__name__, field.name))
+        or _type_schema(hints[field.name], field.name)
         for field in fields
     }
     if kind is Scene:
         properties = {name: _list_or_one(inner) for name, inner in properties.items()}
-    required = [field.name for field in fields if default_of(field) is MISSING]
+    required = [field.name for field in fields if default_value(field) is MISSING]
     told = " ".join(kind.__doc__.partition("\n")[0].split())
     return {
         "description": told,
-        **_strict({"type": {"const": kind.__name__}} | properties, ["type", *required]),
+        **_strict_object({"type": {"const": kind.__name__}} | properties, ["type", *required]),
     }
 
 
@@ -131,47 +132,47 @@ def _list_or_one(field: dict[str, object]) -> dict[str, object]:
     return {"anyOf": [field, *field["items"].get("anyOf", [field["items"]])]}
 
 
-def _typed(hint: object, name: str) -> dict[str, object]:
+def _type_schema(hint: object, name: str) -> dict[str, object]:
     """Return the schema of a field with this type hint."""
-    if hint in PLAIN:
-        return {"enum": TEXTS[name]} if name in TEXTS and hint is str else PLAIN[hint]
+    if hint in PLAIN_TYPES:
+        return {"enum": STRING_VALUES[name]} if name in STRING_VALUES and hint is str else PLAIN_TYPES[hint]
     if hint is type(None):
         return {"type": "null"}
     if hint is np.ndarray:
         return ARRAY
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        return _either(hint, name)
+        return _union_schema(hint, name)
     if typing.get_origin(hint) is tuple:
-        return _row(typing.get_args(hint), name)
-    return {"$ref": f"#/$defs/{hint.__name__}"} if hint in FAMILIES else _any_of(hint)
+        return _tuple_schema(typing.get_args(hint), name)
+    return {"$ref": f"#/$defs/{hint.__name__}"} if hint in FAMILIES else _family_schema(hint)
 
 
-def _either(hint: object, name: str) -> dict[str, object]:
+def _union_schema(hint: object, name: str) -> dict[str, object]:
     """Return the schema of a union; object types are merged into one list."""
     choices: list[dict[str, object]] = []
     for inner in typing.get_args(hint):
-        choice = _typed(inner, name)
+        choice = _type_schema(inner, name)
         choices += [each for each in choice.get("anyOf", [choice]) if each not in choices]
     return {"anyOf": choices}
 
 
-def _row(items: tuple[object, ...], name: str) -> dict[str, object]:
+def _tuple_schema(items: tuple[object, ...], name: str) -> dict[str, object]:
     """Return the schema of a tuple, of any length or of these types in turn."""
     if items[-1] is Ellipsis:
-        return {"type": "array", "items": _typed(items[0], name)}
+        return {"type": "array", "items": _type_schema(items[0], name)}
     size = {"minItems": len(items), "maxItems": len(items)}
     if len(set(items)) == 1:
-        return {"type": "array", "items": _typed(items[0], name), **size}
-    return {"type": "array", "prefixItems": [_typed(item, name) for item in items], **size}
+        return {"type": "array", "items": _type_schema(items[0], name), **size}
+    return {"type": "array", "prefixItems": [_type_schema(item, name) for item in items], **size}
 
 
-def _any_of(family: type) -> dict[str, object]:
+def _family_schema(family: type) -> dict[str, object]:
     """Return the schema of an object of a family, or of a reference to a shared object."""
-    names = sorted(name for name, kind in KINDS.items() if issubclass(kind, family))
+    names = sorted(name for name, kind in SCENE_TYPES.items() if issubclass(kind, family))
     return {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in (*names, "reference")]}
 
 
-def _strict(properties: dict[str, object], required: list[str] | None = None) -> dict[str, object]:
+def _strict_object(properties: dict[str, object], required: list[str] | None = None) -> dict[str, object]:
     """Return the schema of an object with exactly these fields; `required` None requires all."""
     required = list(properties) if required is None else required
     return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}

@@ -7,15 +7,15 @@ import re
 from collections.abc import Iterator
 from typing import NoReturn
 
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 
-LONGEST = 120  # characters of a value in a message
-LONGEST_NAME = 40  # characters of a name in a path
-HALVES = re.compile("[\ud800-\udfff]")  # surrogates of UTF-16; none alone is a character
-MAY_HOLD_HALVES = re.compile(r"[\ud800-\udfff]|\\u[dD][89a-fA-F]")
+MAX_VALUE_LENGTH = 120  # characters of a value in a message
+MAX_NAME_LENGTH = 40  # characters of a name in a path
+SURROGATES = re.compile("[\ud800-\udfff]")  # surrogates of UTF-16; none alone is a character
+MAY_HOLD_SURROGATES = re.compile(r"[\ud800-\udfff]|\\u[dD][89a-fA-F]")
 
 
-class Repeated(dict):
+class RepeatedName(dict):
     """A JSON object with a repeated name."""
 
     def __init__(self, pairs: list[tuple[str, object]]) -> None:
@@ -24,19 +24,19 @@ class Repeated(dict):
         self.name = next(name for name, _ in pairs if name in seen or seen.add(name))
 
 
-def parsed(text: str) -> object:
+def parse_json(text: str) -> object:
     """Return the data of a JSON text.  Raises SceneError with the line or the path of the error."""
-    repeated: list[Repeated] = []
+    repeated: list[RepeatedName] = []
 
     def as_object(pairs: list[tuple[str, object]]) -> dict[str, object]:
         data = dict(pairs)
         if len(data) < len(pairs):
-            data = Repeated(pairs)
+            data = RepeatedName(pairs)
             repeated.append(data)
         return data
 
     try:
-        data = json.loads(text, object_pairs_hook=as_object, parse_constant=_refuse_constant)
+        data = json.loads(text, object_pairs_hook=as_object, parse_constant=_raise_constant)
     except json.JSONDecodeError as error:
         raise SceneError(f"line {error.lineno}, column {error.colno}: not JSON, {error.msg}") from None
     except SceneError:
@@ -44,62 +44,66 @@ def parsed(text: str) -> object:
     except ValueError:  # the only other error of Python's parser
         raise SceneError("unreadable JSON: an integer of thousands of digits; write 1e30") from None
     if repeated:
-        _refuse_repeated(data)
-    if MAY_HOLD_HALVES.search(text):
-        _refuse_halves(data)
+        _raise_repeated(data)
+    if MAY_HOLD_SURROGATES.search(text):
+        _raise_surrogates(data)
     return data
 
 
 def check_characters(text: str, path: str) -> None:
     """Raise SceneError if UTF-8 cannot encode the text."""
-    if half := HALVES.search(text):
-        problem = f"{half[0]!r} is half of a character, which UTF-8 cannot encode, got {said(text)}"
-        refuse_at(path, f"{problem}; leave it out")
+    if half := SURROGATES.search(text):
+        problem = f"{half[0]!r} is half of a character, which UTF-8 cannot encode, got {value_text(text)}"
+        raise_at(path, f"{problem}; leave it out")
 
 
-def refuse_at(path: str, problem: str) -> NoReturn:
+def raise_at(path: str, problem: str) -> NoReturn:
     """Raise a SceneError that starts with the place in the file."""
     raise SceneError(f"{path}: {problem}" if path else problem)
 
 
-def said(data: object) -> str:
+def value_text(data: object) -> str:
     """Return data as text for a message, cut if it is long."""
-    text = shown(data)
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    text = short_repr(data)
+    return text if len(text) <= MAX_VALUE_LENGTH else f"{text[:MAX_VALUE_LENGTH]}..."
 
 
-def joined(path: str, name: str) -> str:
+def field_path(path: str, name: str) -> str:
     """Return the path of a field; unprintable or long names are escaped."""
-    name = name if name.isprintable() and len(name) <= LONGEST_NAME else shown(name[: 2 * LONGEST_NAME])
+    name = (
+        name
+        if name.isprintable() and len(name) <= MAX_NAME_LENGTH
+        else short_repr(name[: 2 * MAX_NAME_LENGTH])
+    )
     return f"{path}.{name}" if path else name
 
 
-def _refuse_repeated(data: object) -> NoReturn:
-    path, part = next((path, part) for path, part in _parts(data, "") if isinstance(part, Repeated))
-    refuse_at(joined(path, part.name), "is given twice in one object; drop one")
+def _raise_repeated(data: object) -> NoReturn:
+    path, part = next((path, part) for path, part in _walk(data, "") if isinstance(part, RepeatedName))
+    raise_at(field_path(path, part.name), "is given twice in one object; drop one")
 
 
-def _refuse_halves(data: object) -> None:
-    for path, part in _parts(data, ""):
+def _raise_surrogates(data: object) -> None:
+    for path, part in _walk(data, ""):
         if isinstance(part, str):
             check_characters(part, path)
         elif isinstance(part, dict):
             for name in part:
-                check_characters(name, joined(path, name))
+                check_characters(name, field_path(path, name))
 
 
-def _parts(data: object, path: str) -> Iterator[tuple[str, object]]:
+def _walk(data: object, path: str) -> Iterator[tuple[str, object]]:
     """Yield each part of the data with its path, outer parts first."""
     yield path, data
     if isinstance(data, dict):
         for name, part in data.items():
-            yield from _parts(part, joined(path, name).removeprefix("scene."))
+            yield from _walk(part, field_path(path, name).removeprefix("scene."))
     elif isinstance(data, list):
         for place, part in enumerate(data):
-            yield from _parts(part, f"{path}[{place}]")
+            yield from _walk(part, f"{path}[{place}]")
 
 
-def _refuse_constant(word: str) -> NoReturn:
+def _raise_constant(word: str) -> NoReturn:
     said = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}[word]
     raise SceneError(f'{word} is not JSON; write {{"float": "{said}"}}')
 
@@ -107,39 +111,39 @@ def _refuse_constant(word: str) -> NoReturn:
 # ---- Pretty-printed JSON: data that fit are on one line, other data have one line per part.
 
 WIDTH = 110  # characters
-STEP = 2  # spaces
+INDENT = 2  # spaces
 
 
-def printed(data: object, depth: int = 0, taken: int = 0) -> str:
+def pretty_print(data: object, depth: int = 0, taken: int = 0) -> str:
     """Return the data as JSON text; `taken` characters of the first line are in use."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False) if _may_fit(data) else ""
-    if (text and len(text) + depth * STEP + taken <= WIDTH) or not (isinstance(data, dict | list) and data):
+    if (text and len(text) + depth * INDENT + taken <= WIDTH) or not (isinstance(data, dict | list) and data):
         return text
-    inner = "\n" + " " * STEP * (depth + 1)
+    inner = "\n" + " " * INDENT * (depth + 1)
     if isinstance(data, list):
         if not any(isinstance(item, dict | list) for item in data):
             return _filled(data, depth)
         opened, closed = "[]"
-        parts = [printed(item, depth + 1, 1) for item in data]
+        parts = [pretty_print(item, depth + 1, 1) for item in data]
     else:
         opened, closed = "{}"
         parts = []
         for name, value in data.items():
             label = f"{json.dumps(name, ensure_ascii=False)}: "
-            parts.append(label + printed(value, depth + 1, len(label) + 1))
-    return opened + inner + f",{inner}".join(parts) + "\n" + " " * STEP * depth + closed
+            parts.append(label + pretty_print(value, depth + 1, len(label) + 1))
+    return opened + inner + f",{inner}".join(parts) + "\n" + " " * INDENT * depth + closed
 
 
 def _may_fit(data: object) -> bool:
     """Return whether one line may hold the data; data with too many parts are not tried."""
-    return not isinstance(data, dict | list) or 2 * _printed_parts(data, WIDTH) <= WIDTH
+    return not isinstance(data, dict | list) or 2 * _count_parts(data, WIDTH) <= WIDTH
 
 
-def _printed_parts(data: object, most: int) -> int:
+def _count_parts(data: object, most: int) -> int:
     """Count the parts of the data, up to `most`."""
     count = 1
     for item in data.values() if isinstance(data, dict) else data if isinstance(data, list) else ():
-        count += _printed_parts(item, most - count)
+        count += _count_parts(item, most - count)
         if count > most:
             break
     return count
@@ -150,9 +154,9 @@ def _filled(numbers: list, depth: int) -> str:
     lines, line = [], ""
     for number in numbers:
         word = json.dumps(number, ensure_ascii=False, allow_nan=False)
-        if line and len(line) + len(word) + 3 + (depth + 1) * STEP > WIDTH:
+        if line and len(line) + len(word) + 3 + (depth + 1) * INDENT > WIDTH:
             lines.append(line)
             line = ""
         line += f" {word}," if line else f"{word},"
-    inner = "\n" + " " * STEP * (depth + 1)
-    return "[" + inner + inner.join([*lines, line.rstrip(",")]) + "\n" + " " * STEP * depth + "]"
+    inner = "\n" + " " * INDENT * (depth + 1)
+    return "[" + inner + inner.join([*lines, line.rstrip(",")]) + "\n" + " " * INDENT * depth + "]"

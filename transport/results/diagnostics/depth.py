@@ -29,18 +29,20 @@ from transport.vectors import Vector
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter
     from transport.geometry.shape import Shape
-    from transport.results.tally import MeterSums
+    from transport.results.tally import DetectorSums
     from transport.scene.media import Grid, Medium
     from transport.scene.scene import Scene
     from transport.statistics.estimates import Estimate
 
 
-FAINTEST = 2.0**-63  # of the largest birth weight: the unit of sums; smaller scores are counted by chance
-DEEPEST = -math.log(FAINTEST)
+SMALLEST_WEIGHT = (
+    2.0**-63
+)  # of the largest birth weight: the unit of sums; smaller scores are counted by chance
+MAX_OPTICAL_DEPTH = -math.log(SMALLEST_WEIGHT)
 
 
 @dataclass(frozen=True)
-class Way:
+class StraightPath:
     """Mean free paths along a straight path, and the decay exponent of diffusing light along it.
 
     absorbed, scattered: mean free paths to absorption and to scattering;  decay: the exponent.
@@ -58,43 +60,43 @@ class Way:
     def is_too_deep(self, plan: Plan, particles: int) -> bool:
         """Whether so many histories resolve next to no direct light, by chance or by too small weights."""
         chance = self.scattered if plan.tracking.absorption == "weighted" else self.depth
-        return chance > math.log(particles) or self.depth > DEEPEST
+        return chance > math.log(particles) or self.depth > MAX_OPTICAL_DEPTH
 
 
-def why_so_deep(plan: Plan, title: str, place: Shape | Vector, particles: int) -> str | None:
+def optical_depth_message(plan: Plan, title: str, place: Shape | Vector, particles: int) -> str | None:
     """Message about a detector without a score if all straight paths to it cross thick media; None otherwise.
 
     title: name of the detector in the message;  place: its shape, or a point [m].
     """
     if plan.turned is not None or not has_media(plan.scene):
         return None
-    ways = [(way_to(plan.scene, emitter, place), emitter) for emitter in plan.emitters]
+    ways = [(straight_path_to(plan.scene, emitter, place), emitter) for emitter in plan.emitters]
     way, emitter = min(ways, key=lambda found: found[0].depth)
-    is_hopeless = max(way.absorbed, way.decay) > DEEPEST
+    is_hopeless = max(way.absorbed, way.decay) > MAX_OPTICAL_DEPTH
     if not (is_hopeless if plan.splits else way.is_too_deep(plan, particles)):
         return None
     where = (
-        f"the straight path from {_titled(plan, emitter)} to it crosses {way.depth:.3g} mean free paths of"
+        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {way.depth:.3g} mean free paths of"
         " media"
     )
-    return f"no particle has reached {title}: {where}; {_cure(plan, emitter, way)}"
+    return f"no particle has reached {title}: {where}; {_depth_cure(plan, emitter, way)}"
 
 
-def _cure(plan: Plan, emitter: Emitter, way: Way) -> str:
+def _depth_cure(plan: Plan, emitter: Emitter, way: StraightPath) -> str:
     """What to do about light that is so faint, or that comes from so thin an outer layer."""
     if way.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
         return (
             "only the outer mean free path of so dense a body is visible, and hardly any history is born"
             " there; let its surface emit instead, Lambertian(radiance=emission / absorption)"
         )
-    if max(way.absorbed, way.decay) > DEEPEST:
+    if max(way.absorbed, way.decay) > MAX_OPTICAL_DEPTH:
         passes = (
             f"about exp(-{way.decay:.3g}) of the diffusing light"
             if way.scattered
             else f"exp(-{way.depth:.3g}) of it"
         )
         return (
-            f"{passes} is transmitted, and no run resolves less than {FAINTEST:.0e} of a birth weight:"
+            f"{passes} is transmitted, and no run resolves less than {SMALLEST_WEIGHT:.0e} of a birth weight:"
             " place the detector at a smaller depth"
         )
     if way.scattered == 0:
@@ -105,7 +107,7 @@ def _cure(plan: Plan, emitter: Emitter, way: Way) -> str:
     )
 
 
-def way_to(scene: Scene, emitter: Emitter, place: Shape | Vector) -> Way:
+def straight_path_to(scene: Scene, emitter: Emitter, place: Shape | Vector) -> StraightPath:
     """The straight path from the centre of an emitter to a detector: to its centre, or to its surface."""
     start = np.array(emitter.shape.middle, float)
     is_point = isinstance(place, tuple)
@@ -115,10 +117,12 @@ def way_to(scene: Scene, emitter: Emitter, place: Shape | Vector) -> Way:
     if not is_point:
         met = crossings(place, start, direction).distances
         distance = float(np.min(met[met > 0], initial=math.inf if (met > 0).any() else distance))
-    return _through(scene, start, direction, distance)
+    return _path_through_media(scene, start, direction, distance)
 
 
-def _through(scene: Scene, start: np.ndarray, direction: np.ndarray, distance: float) -> Way:
+def _path_through_media(
+    scene: Scene, start: np.ndarray, direction: np.ndarray, distance: float
+) -> StraightPath:
     """Sum over the media along a straight line; a grid of voxels counts as its mean."""
     met = [crossings(surface.shape, start, direction).distances.ravel() for surface in scene.surfaces]
     ends = np.concatenate([[0.0], *met, [distance]])
@@ -134,7 +138,7 @@ def _through(scene: Scene, start: np.ndarray, direction: np.ndarray, distance: f
             turned = scattered * (1 - _asymmetry(medium))
             decay = math.sqrt(3 * absorbed) * math.sqrt(absorbed + turned)
         way += length * np.array([absorbed, scattered, decay])
-    return Way(*map(float, way))
+    return StraightPath(*map(float, way))
 
 
 def _asymmetry(medium: Medium | Grid) -> float:
@@ -147,7 +151,7 @@ def _asymmetry(medium: Medium | Grid) -> float:
     return 1.0
 
 
-def _titled(plan: Plan, emitter: Emitter) -> str:
+def _emitter_name(plan: Plan, emitter: Emitter) -> str:
     numbers = [number for number, source in enumerate(plan.scene.sources) if source is emitter.source]
     return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
 
@@ -159,10 +163,10 @@ def _titled(plan: Plan, emitter: Emitter) -> str:
 # of the light ones alone.  Such a run can be recognised: a single survivor would add more than the error
 # allows.
 
-NOISELESS = 1e-6  # relative error below which scores have not passed a medium by chance
+MIN_RELATIVE_NOISE = 1e-6  # relative error below which scores have not passed a medium by chance
 
 
-def roulette_survivors(sums: MeterSums, side: int, total: Estimate) -> Iterator[Finding]:
+def detector_survivor_findings(sums: DetectorSums, side: int, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector's side, with bounds as mean weights of a history.
 
     total: the mean of arrivals.
@@ -170,13 +174,17 @@ def roulette_survivors(sums: MeterSums, side: int, total: Estimate) -> Iterator[
     detector, plan = sums.detector, sums.plan
     if detector.events is None or detector.events[1] > 0:
         bins = None
-        if _thins_out(plan) and (sums.place_axes or sums.direction_axes) and not sums.is_large:
+        if (
+            _plays_roulette_in_media(plan)
+            and (sums.position_axes or sums.direction_axes)
+            and not sums.is_large
+        ):
             bins = sums.by_direction("weights", side)
         title = f"detector {detector.name!r}"
-        yield from missing_survivors(plan, sums.batches, title, total, sums.shape.middle, bins)
+        yield from survivor_findings(plan, sums.batches, title, total, sums.shape.middle, bins)
 
 
-def missing_survivors(
+def survivor_findings(
     plan: Plan,
     batches: list[Batch],
     title: str,
@@ -192,16 +200,16 @@ def missing_survivors(
     that did not come, or all weight for which roulette was played if that is less.  Nothing if no medium
     played roulette.
     """
-    if not _thins_out(plan) or total.error <= NOISELESS * total.value:
+    if not _plays_roulette_in_media(plan) or total.error <= MIN_RELATIVE_NOISE * total.value:
         return
     histories = sum(batch.histories for batch in batches)
     born = sum(batch.born for batch in batches) / histories
     if born == 0:  # an aim behind its source: nothing can be missing
         return
     # Bound the weight of missing survivors.
-    heaviest = born * _heaviest_share(plan, place)
-    is_by_share = plan.splits or plan.absorbs_by_share
-    played = math.inf if is_by_share else _played(batches, histories, heaviest)
+    heaviest = born * _max_relative_weight(plan, place)
+    is_by_share = plan.splits or plan.absorbs_weighted
+    played = math.inf if is_by_share else _roulette_weight(batches, histories, heaviest)
     bound = min(unseen_scores(0) * heaviest / histories, played) * most
     if bound > 0:
         # Suggest a threshold at which one survivor adds less than the error.
@@ -212,15 +220,17 @@ def missing_survivors(
             ).error
             error = float(np.min(errors, where=errors > 0, initial=error))
         roulette = (error / most if math.isfinite(error) else heaviest / histories) / born
-        yield Finding(DOUBTFUL, title, "", *_in_words(plan, roulette, bound), name="roulette survivors")
+        yield Finding(
+            DOUBTFUL, title, "", *_survivor_message(plan, roulette, bound), name="roulette survivors"
+        )
 
 
-def _thins_out(plan: Plan) -> bool:
+def _plays_roulette_in_media(plan: Plan) -> bool:
     """Whether media end light histories by chance."""
     return plan.has_roulette_in_flight or plan.splits
 
 
-def _heaviest_share(plan: Plan, place: Vector) -> float:
+def _max_relative_weight(plan: Plan, place: Vector) -> float:
     """The largest possible weight of a history near a place, relative to its birth weight.
 
     Importance falls from there to the births; in voxels that absorb, nothing reduces the weight of an
@@ -230,10 +240,10 @@ def _heaviest_share(plan: Plan, place: Vector) -> float:
         rise_at = plan.tracking.splitting.rise_at
         births = max(rise_at(emitter.shape.middle) for emitter in plan.emitters)
         return min(1.0, math.exp(births - rise_at(place)))
-    return 1.0 if plan.absorbs_by_share else plan.tracking.survivors_weight
+    return 1.0 if plan.absorbs_weighted else plan.tracking.survivors_weight
 
 
-def _played(batches: list[Batch], histories: int, heaviest: float) -> float:
+def _roulette_weight(batches: list[Batch], histories: int, heaviest: float) -> float:
     """Approximate weight for which roulette was played, per history.
 
     Roulette kills w with chance 1 - w/h and gains h - w with chance w/h, where h is the heaviest weight.
@@ -244,7 +254,7 @@ def _played(batches: list[Batch], histories: int, heaviest: float) -> float:
     return max(abs(balance.sum()), (balance**2).sum() / heaviest) / histories
 
 
-def _in_words(plan: Plan, roulette: float, bound: float) -> tuple[str, float, str]:
+def _survivor_message(plan: Plan, roulette: float, bound: float) -> tuple[str, float, str]:
     """What is missing, its bound, and the cure; roulette: a threshold that would suffice."""
     if plan.splits:
         gain = plan.tracking.splitting.gain
@@ -252,15 +262,19 @@ def _in_words(plan: Plan, roulette: float, bound: float) -> tuple[str, float, st
             f"let the Splitting rise towards it, and raise its gain, got {gain:g}, to about 1 / transmission"
         )
         return "rare heavy histories that the Splitting thins out not sampled", bound, cure
-    if plan.absorbs_by_share:
+    if plan.absorbs_weighted:
         what = "uncollided particles through voxels not sampled"
         return what, bound, "use more particles, or a Splitting"
     what = (
         f"rare survivors of Russian roulette, at {plan.tracking.roulette:g} of the birth weight, not sampled"
     )
-    return what, bound, f"pass tracking=Tracking(roulette={_rounded(roulette)}), or use a Splitting"
+    return (
+        what,
+        bound,
+        f"pass tracking=Tracking(roulette={_floor_power_of_ten(roulette)}), or use a Splitting",
+    )
 
 
-def _rounded(share: float) -> str:
+def _floor_power_of_ten(share: float) -> str:
     """Round down to a power of ten."""
     return f"1e{math.floor(math.log10(share)):03d}"

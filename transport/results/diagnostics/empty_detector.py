@@ -14,19 +14,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile.media import glowing_sources
-from transport.geometry.distances import is_behind, least_distance, point_beside
+from transport.compile.media import emitting_media
+from transport.geometry.distances import distance_to_shape, is_behind, point_beside
 from transport.geometry.flat import FlatShape
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import ROUNDING, Point, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.geometry.supports import are_on_one_support
-from transport.scene.bodies import surrounding_of
-from transport.scene.checks.enclosures import ClosedShape, Patches, rooms_of
-from transport.scene.materials import Black, Surface, Transparent, lets_through, simple_parts, titled
-from transport.scene.sheets import pieces
+from transport.scene.bodies import surrounding_medium
+from transport.scene.checks.enclosures import ClosedPatches, ClosedShape, finite_enclosures
+from transport.scene.materials import (
+    Black,
+    Surface,
+    Transparent,
+    display_name,
+    elementary_materials,
+    is_transmissive,
+)
+from transport.scene.sheets import pieces_of
 from transport.scene.sides import IS_BACK, OTHER_SIDE
-from transport.validation import listed
+from transport.validation import join_names
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
@@ -34,14 +41,16 @@ if TYPE_CHECKING:
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
 
-Room = ClosedShape | Patches
+Room = ClosedShape | ClosedPatches
 # A shape, and the side at which it counts or emits; None for a volume or a point.
 Sided = tuple[Shape, str | None]
 
-ROOMS, BALLS = "opaque rooms", "balls about them"  # keys of scene.proofs
+OPAQUE_ROOMS_KEY, BOUNDING_BALLS_KEY = "opaque rooms", "balls about them"  # keys of scene.proofs
 
 
-def why_dark(scene: Scene, title: str, place: Shape | Vector, detector: Detector | None = None) -> str | None:
+def no_light_message(
+    scene: Scene, title: str, place: Shape | Vector, detector: Detector | None = None
+) -> str | None:
     """Explain why no light can reach a detector; None if geometry does not prove it.
 
     Parameters
@@ -62,9 +71,9 @@ def why_dark(scene: Scene, title: str, place: Shape | Vector, detector: Detector
     """
     shape = place if isinstance(place, Shape) else Point(position=place)
     looks = (shape, None if detector is None else detector.side)
-    why = _walled_off(scene, looks) or _behind_sources(scene, shape)
+    why = _enclosure_reason(scene, looks) or _behind_sources_reason(scene, shape)
     if why is None and detector is not None and _is_opaque(scene, detector) and _faces_away(scene, looks):
-        why = f"{_facing_away(looks)}. Reverse its normal, or write side={_other_side(looks)!r}"
+        why = f"{_facing_away_message(looks)}. Reverse its normal, or write side={_other_side(looks)!r}"
     return why and f"{title} counted nothing: {why}"
 
 
@@ -83,7 +92,7 @@ def is_on_surface(scene: Scene, shape: Shape, detector: Detector) -> bool:
     return isinstance(detector.shape, str) or _has_source_on(scene, shape)
 
 
-def none_crosses(scene: Scene, shape: Shape, detector: Detector) -> bool:
+def no_light_departs(scene: Scene, shape: Shape, detector: Detector) -> bool:
     """Whether geometry proves that no light leaves the detector's side.
 
     No light reaches its other side, and it is no surface.
@@ -91,15 +100,15 @@ def none_crosses(scene: Scene, shape: Shape, detector: Detector) -> bool:
     if is_on_surface(scene, shape, detector) or any(
         are_on_one_support(one, other)
         for surface in scene.surfaces
-        for one, other in product(pieces(shape), pieces(surface.shape))
+        for one, other in product(pieces_of(shape), pieces_of(surface.shape))
     ):  # such a surface reflects arrivals
         return False
     return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
 
 
-def none_can_arrive(detectors: list[Detector]) -> str:
+def no_arrival_warning(detectors: list[Detector]) -> str:
     """The warning about detectors at which no light can arrive."""
-    names = listed([repr(detector.name) for detector in detectors])
+    names = join_names([repr(detector.name) for detector in detectors])
     why = "every source, and nothing in front of {} reflects or scatters light. Reverse {}, write side={},"
     why += " or read flux_out and exitance, which count light from {}"
     if len(detectors) > 1:
@@ -110,69 +119,78 @@ def none_can_arrive(detectors: list[Detector]) -> str:
     return f"no light can arrive at detector {names}: its {side} faces away from {why}"
 
 
-def are_parted(scene: Scene, one: Sided, other: Sided, number: int | None = None) -> bool:
+def are_separated(scene: Scene, one: Sided, other: Sided, number: int | None = None) -> bool:
     """Whether an opaque room encloses one of two shapes and not the other, so that it blocks all light.
 
     number: index of the surface that the other shape is, if any; a room of which it is a wall separates it
     from nothing.
     """
     return any(
-        (_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other))
-        for room in _rooms_about(scene, one[0], other[0])
+        (_is_certainly_inside(room, one) and _is_certainly_outside(room, other))
+        or (_is_certainly_outside(room, one) and _is_certainly_inside(room, other))
+        for room in _rooms_near(scene, one[0], other[0])
         if number not in room.numbers
     )
 
 
 def _is_opaque(scene: Scene, detector: Detector) -> bool:
     """Whether a detector is an opaque surface, so that nothing departs where nothing arrives."""
-    return any(s.name == detector.shape and not lets_through(s.material) for s in scene.surfaces)
+    return any(s.name == detector.shape and not is_transmissive(s.material) for s in scene.surfaces)
 
 
 def _has_source_on(scene: Scene, shape: Shape) -> bool:
     """Whether a source lies on a shape, so that particles depart from the shape at birth."""
     return any(
         source.emission.has_side and are_on_one_support(one, other)
-        for source, origin in _sources(scene)
-        for one, other in product(pieces(shape), pieces(origin))
+        for source, origin in _sources_with_shapes(scene)
+        for one, other in product(pieces_of(shape), pieces_of(origin))
     )
 
 
 # ---- opaque rooms ----
 
 
-def _walled_off(scene: Scene, looks: Sided) -> str | None:
+def _enclosure_reason(scene: Scene, looks: Sided) -> str | None:
     """Explain that opaque surfaces separate the detector from every source, by enclosing one of the two."""
-    rooms = [room for room in _opaque_rooms(scene) if _is_in(room, looks) or _is_out(room, looks)]
-    sources = list(_emitting(scene))
+    rooms = [
+        room
+        for room in _opaque_rooms(scene)
+        if _is_certainly_inside(room, looks) or _is_certainly_outside(room, looks)
+    ]
+    sources = list(_emitting_sides(scene))
     for room in rooms:
-        if all(_parts(room, looks, source) for source in sources):
-            return _in_words(scene, room, looks, sources)
-    parting = [next((room for room in rooms if _parts(room, looks, source)), None) for source in sources]
+        if all(_room_separates(room, looks, source) for source in sources):
+            return _enclosure_message(scene, room, looks, sources)
+    parting = [
+        next((room for room in rooms if _room_separates(room, looks, source)), None) for source in sources
+    ]
     if None in parting:
         return None
-    names = listed([_title(scene, room)[0] for room in dict.fromkeys(parting)])
+    names = join_names([_room_name(scene, room)[0] for room in dict.fromkeys(parting)])
     return f"{names} separate it from every source, and let no light through. Move the detector or a source"
 
 
-def _parts(room: Room, looks: Sided, source: Sided) -> bool:
+def _room_separates(room: Room, looks: Sided, source: Sided) -> bool:
     """Whether the walls of a room lie between the detector and a source."""
-    if _is_in(room, looks):
-        return _is_out(room, source)
-    return _is_in(room, source)
+    if _is_certainly_inside(room, looks):
+        return _is_certainly_outside(room, source)
+    return _is_certainly_inside(room, source)
 
 
-def _in_words(scene: Scene, room: Room, looks: Sided, sources: list[Sided]) -> str:
+def _enclosure_message(scene: Scene, room: Room, looks: Sided, sources: list[Sided]) -> str:
     """Which walls enclose what, and what to do.
 
     Change the side of the detector or the sources, or move one.
     """
-    (name, encloses), is_within = _title(scene, room), _is_in(room, looks)
+    (name, encloses), is_within = _room_name(scene, room), _is_certainly_inside(room, looks)
     if is_within and all(
-        side is not None and _is_in(room, (o, _other_side((o, side)))) for o, side in sources
+        side is not None and _is_certainly_inside(room, (o, _other_side((o, side)))) for o, side in sources
     ):
         cure = f"Write side={_other_side(sources[0])!r} in the source"
         return f"every source emits from the outside of {name}. {cure}"
-    if looks[1] is not None and (_is_out if is_within else _is_in)(room, (looks[0], _other_side(looks))):
+    if looks[1] is not None and (_is_certainly_outside if is_within else _is_certainly_inside)(
+        room, (looks[0], _other_side(looks))
+    ):
         cure = f"Write side={_other_side(looks)!r}"
     else:
         cure = (
@@ -185,13 +203,13 @@ def _in_words(scene: Scene, room: Room, looks: Sided, sources: list[Sided]) -> s
     return f"{name} {encloses} every source and lets no light through. {cure}, or move a source outside"
 
 
-def _title(scene: Scene, room: Room) -> tuple[str, str]:
+def _room_name(scene: Scene, room: Room) -> tuple[str, str]:
     """The names of a room's walls, and the verb that follows them."""
-    names = [titled(scene.surfaces[number], number) for number in room.numbers]
-    return listed(names), "encloses" if len(names) == 1 else "together encloses"
+    names = [display_name(scene.surfaces[number], number) for number in room.numbers]
+    return join_names(names), "encloses" if len(names) == 1 else "together encloses"
 
 
-def _is_in(room: Room, sided: Sided) -> bool:
+def _is_certainly_inside(room: Room, sided: Sided) -> bool:
     """Whether a shape is certainly in a room, and its side, if it has one, faces the inside."""
     shape, side = sided
     if side is None:
@@ -200,31 +218,31 @@ def _is_in(room: Room, sided: Sided) -> bool:
         return IS_BACK[side]
     if not isinstance(shape, FlatShape):
         return room.holds(shape)
-    is_wall = isinstance(room, Patches) and shape in room.shapes
+    is_wall = isinstance(room, ClosedPatches) and shape in room.shapes
     return (is_wall or room.holds(shape)) and room.holds(point_beside(shape, IS_BACK[side], room.shapes))
 
 
-def _is_out(room: Room, sided: Sided) -> bool:
+def _is_certainly_outside(room: Room, sided: Sided) -> bool:
     """Whether a shape is certainly outside a room, or its side, if it has one, faces away from the room."""
     shape, side = sided
     if side is None:
-        return room.clears(shape)
+        return room.excludes(shape)
     if isinstance(room, ClosedShape) and are_on_one_support(room.shapes[0], shape):
         return not IS_BACK[side]
-    if isinstance(room, Patches) and shape in room.shapes:
+    if isinstance(room, ClosedPatches) and shape in room.shapes:
         return isinstance(shape, FlatShape) and not room.holds(
             point_beside(shape, IS_BACK[side], room.shapes)
         )
     if isinstance(shape, FlatShape) and all(is_behind(wall, shape, side) for wall in room.shapes):
         return True
     is_round = shape.is_closed and not shape.is_infinite
-    if is_round and all(least_distance(shape, wall.middle) > wall.extent for wall in room.shapes):
-        place = _place_on(shape)
+    if is_round and all(distance_to_shape(shape, wall.middle) > wall.extent for wall in room.shapes):
+        place = _point_on(shape)
         return place is not None and not room.holds(place)  # a surface around the room, or beside it
-    return room.clears(shape)
+    return room.excludes(shape)
 
 
-def _place_on(shape: Shape) -> Vector | None:
+def _point_on(shape: Shape) -> Vector | None:
     """A point on a closed surface; None for kinds of shapes that need none here."""
     x, y, z = shape.middle
     if isinstance(shape, Sphere):
@@ -234,14 +252,14 @@ def _place_on(shape: Shape) -> Vector | None:
     return tuple(map(float, shape.vertices[0])) if isinstance(shape, Mesh) else None
 
 
-def _rooms_about(scene: Scene, *shapes: Shape) -> list[Room]:
+def _rooms_near(scene: Scene, *shapes: Shape) -> list[Room]:
     """The opaque rooms whose bounding balls meet those of any of the shapes."""
     rooms = _opaque_rooms(scene)
-    if BALLS not in scene.proofs:
-        balls = [_ball_about(room.shapes) for room in rooms]
+    if BOUNDING_BALLS_KEY not in scene.proofs:
+        balls = [_bounding_ball(room.shapes) for room in rooms]
         middles, reaches = [middle for middle, _ in balls], [reach for _, reach in balls]
-        scene.proofs[BALLS] = np.reshape(middles, (-1, 3)), np.array(reaches)
-    middles, reaches = scene.proofs[BALLS]
+        scene.proofs[BOUNDING_BALLS_KEY] = np.reshape(middles, (-1, 3)), np.array(reaches)
+    middles, reaches = scene.proofs[BOUNDING_BALLS_KEY]
     near = np.zeros(len(rooms), bool)
     for shape in shapes:
         if shape.is_infinite:
@@ -250,7 +268,7 @@ def _rooms_about(scene: Scene, *shapes: Shape) -> list[Room]:
     return [rooms[k] for k in np.flatnonzero(near)]
 
 
-def _ball_about(shapes: Sequence[Shape]) -> tuple[Vector, float]:
+def _bounding_ball(shapes: Sequence[Shape]) -> tuple[Vector, float]:
     """Centre and radius of a ball that contains all of the shapes."""
     if any(shape.is_infinite for shape in shapes):
         return (0.0, 0.0, 0.0), math.inf
@@ -262,23 +280,23 @@ def _ball_about(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 
 def _opaque_rooms(scene: Scene) -> list[Room]:
     """The rooms that opaque surfaces enclose; computed once per scene."""
-    if ROOMS not in scene.proofs:
-        opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
-        scene.proofs[ROOMS] = rooms_of(opaque)
-    return scene.proofs[ROOMS]
+    if OPAQUE_ROOMS_KEY not in scene.proofs:
+        opaque = {number: s for number, s in enumerate(scene.surfaces) if not is_transmissive(s.material)}
+        scene.proofs[OPAQUE_ROOMS_KEY] = finite_enclosures(opaque)
+    return scene.proofs[OPAQUE_ROOMS_KEY]
 
 
 # ---- planes ----
 
 
-def _behind_sources(scene: Scene, shape: Shape) -> str | None:
+def _behind_sources_reason(scene: Scene, shape: Shape) -> str | None:
     """Explain that the detector lies behind every source, all of them flat, and nothing redirects light."""
-    emitting = list(_emitting(scene))
-    if not emitting or any(True for _ in _redirecting(scene)):
+    emitting = list(_emitting_sides(scene))
+    if not emitting or any(True for _ in _redirecting_shapes(scene)):
         return None
     for origin, side in emitting:
         is_flat = side is not None and isinstance(origin, FlatShape)
-        is_on_it = any(are_on_one_support(piece, origin) for piece in pieces(shape))
+        is_on_it = any(are_on_one_support(piece, origin) for piece in pieces_of(shape))
         if not is_flat or is_on_it or not is_behind(shape, origin, side):
             return None
     return (
@@ -290,13 +308,13 @@ def _behind_sources(scene: Scene, shape: Shape) -> str | None:
 def _faces_away(scene: Scene, looks: Sided) -> bool:
     """Whether the detector is flat, and everything that emits or redirects light lies behind its plane."""
     shape, side = looks
-    shapes = [*(origin for _, origin in _sources(scene)), *_redirecting(scene)]
+    shapes = [*(origin for _, origin in _sources_with_shapes(scene)), *_redirecting_shapes(scene)]
     return isinstance(shape, FlatShape) and all(
         other is not None and is_behind(other, shape, side) for other in shapes
     )
 
 
-def _facing_away(looks: Sided) -> str:
+def _facing_away_message(looks: Sided) -> str:
     return (
         f"its {looks[1]} faces away from every source, and nothing in front of it reflects or scatters light"
     )
@@ -311,27 +329,30 @@ def _other_side(sided: Sided) -> str:
 # ---- emitting and redirecting shapes ----
 
 
-def _sources(scene: Scene) -> Iterator[tuple[Source, Shape]]:
+def _sources_with_shapes(scene: Scene) -> Iterator[tuple[Source, Shape]]:
     """Every source with its shape, emitting media included."""
-    return ((source, scene.shape_of(source)) for source in (*scene.sources, *glowing_sources(scene)))
+    return ((source, scene.shape_of(source)) for source in (*scene.sources, *emitting_media(scene)))
 
 
-def _emitting(scene: Scene) -> Iterator[Sided]:
+def _emitting_sides(scene: Scene) -> Iterator[Sided]:
     """The shape of every source, and its emitting side; None if a whole volume emits."""
-    return ((origin, source.side if source.emission.has_side else None) for source, origin in _sources(scene))
+    return (
+        (origin, source.side if source.emission.has_side else None)
+        for source, origin in _sources_with_shapes(scene)
+    )
 
 
-def _redirecting(scene: Scene) -> Iterator[Shape | None]:
+def _redirecting_shapes(scene: Scene) -> Iterator[Shape | None]:
     """Shapes at or in which light may change direction; None for a medium without known bounds."""
-    if np.max(surrounding_of(scene).scattering) > 0:
+    if np.max(surrounding_medium(scene).scattering) > 0:
         yield None
     for surface in scene.surfaces:
-        if any(not isinstance(part, Black | Transparent) for part in simple_parts(surface.material)):
+        if any(not isinstance(part, Black | Transparent) for part in elementary_materials(surface.material)):
             yield surface.shape
-        yield from _scattering(surface)
+        yield from _scattering_regions(surface)
 
 
-def _scattering(surface: Surface) -> Iterator[Shape | None]:
+def _scattering_regions(surface: Surface) -> Iterator[Shape | None]:
     """The region beside a surface in which a medium scatters; None if the surface alone does not bound it."""
     for medium, is_bounded in ((surface.front, False), (surface.back, surface.shape.is_closed)):
         if medium is not None and np.max(medium.scattering) > 0:

@@ -4,7 +4,7 @@ The estimators "expected" and "backward" connect diffuse walls, collisions and b
 lamp, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light whose last
 vertex is specular, beams, light from very near, and, in a backward run, the direct view of a lamp.  These
 flights have sums of their own, apart from those of rays, so a run knows how often each class scored.  A class
-with fewer than MIN_SCORES scores may contribute (U(n) - n) S / N more, with S the largest possible score
+with fewer than MIN_SCORES_FOR_ERROR scores may contribute (U(n) - n) S / N more, with S the largest possible score
 (findings.unseen_scores); a class that geometry proves to be empty is left out.
 
 Every other estimator finds all light by chance, which is one class.
@@ -21,29 +21,29 @@ import numpy as np
 
 from transport.compile import method_backward
 from transport.compile.layout import SIZE_CELLS
-from transport.compile.next_event import face_of
-from transport.compile.volumes import EDGES, LARGE
+from transport.compile.next_event import side_of
+from transport.compile.volumes import EDGES, LARGE_SHARE
 from transport.results.diagnostics.proofs import (
-    beams_of,
     bound_by_lines,
     bound_by_probe,
     events_of,
     is_hidden,
-    mirrors_of,
-    most_that_passes,
-    names_of,
-    way_past,
-    why_no_probe,
+    max_transmitted_weight,
+    miss_distance,
+    no_probe_reason,
+    specular_surfaces_of,
+    surface_names,
+    unconnected_sources,
 )
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Lambertian
 from transport.scene.sides import IS_BACK, OTHER_SIDE
-from transport.statistics.batches import MIN_SCORES
-from transport.statistics.findings import DOUBTFUL, MORE, Finding, unseen_scores
-from transport.validation import listed
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR
+from transport.statistics.findings import DOUBTFUL, MORE_PARTICLES, Finding, unseen_scores
+from transport.validation import join_names
 
 if TYPE_CHECKING:
-    from transport.compile.adjoint import Part
+    from transport.compile.adjoint import SensorPart
     from transport.compile.plan import Plan
     from transport.results.batches import Batch
     from transport.scene.scene import Scene
@@ -70,7 +70,7 @@ class PathClass:
 
     def finding(self, title: str, histories: float) -> Finding | None:
         """The finding for a run of so many histories; None if its error already includes the class."""
-        if self.scores >= MIN_SCORES or self.largest == 0:
+        if self.scores >= MIN_SCORES_FOR_ERROR or self.largest == 0:
             return None
         few = (
             f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}"
@@ -78,14 +78,14 @@ class PathClass:
             else f"{self.what} not sampled"
         )
         bound = unseen_scores(self.scores) * self.largest / histories
-        times = MIN_SCORES / self.scores if self.scores else math.nan
+        times = MIN_SCORES_FOR_ERROR / self.scores if self.scores else math.nan
         return Finding(
             DOUBTFUL, title, "", few, bound, self.cure, name=self.name, times=times, seen=self.seen
         )
 
 
 @dataclass(frozen=True)
-class Met:
+class LampScores:
     """How often flights and rays reached a lamp, and how many rays had a score near the largest (LARGE)."""
 
     flights: int
@@ -93,7 +93,7 @@ class Met:
     strong_rays: int
 
 
-def chances_of_detector(
+def detector_path_findings(
     plan: Plan, batches: list[Batch], title: str, name: str, side: int, scores: int, mean: float, error: float
 ) -> Iterator[Finding]:
     """Findings for a detector that histories arrive at, with bounds as mean weights of a history.
@@ -107,17 +107,17 @@ def chances_of_detector(
     for each in _classes_of_detector(plan, batches, name, side, scores, mean):
         finding = each.finding(title, histories)
         if finding is not None and is_probed:
-            finding = _probed(
+            finding = _with_probe_bound(
                 plan.scene, sided, each, finding, histories, error, plan.unit, events=events_of(batches)
             )
         if finding is not None:
             yield finding
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
     if expectation is not None and expectation.scattered is not None:
-        yield _near_collisions(plan, batches, title, name, side, mean, expectation.scattered)
+        yield _near_collision_finding(plan, batches, title, name, side, mean, expectation.scattered)
 
 
-def _probed(
+def _with_probe_bound(
     scene: Scene,
     detector: Detector,
     light: PathClass,
@@ -141,7 +141,7 @@ def _probed(
     if lamp is not None and not isinstance(lamp.emission, Lambertian):
         return finding
     bound, found = bound_by_probe(scene, detector, light.surfaces, histories, error * unit, lamp, events)
-    if math.isinf(bound) and (why := why_no_probe(scene, light.surfaces, lamp)):
+    if math.isinf(bound) and (why := no_probe_reason(scene, light.surfaces, lamp)):
         why = f"no probe bounds it: {why}"
         return replace(finding, seen=f"{finding.seen}; {why}" if finding.seen else why)
     bound += straight * unit
@@ -150,10 +150,12 @@ def _probed(
     scores = found / unit / (light.largest * gain) * histories
     if light.scores or not scores > 0:
         return replace(finding, bound=bound / unit)
-    return replace(finding, bound=bound / unit, times=max(MIN_SCORES / scores, 1.0), about=found / bound)
+    return replace(
+        finding, bound=bound / unit, times=max(MIN_SCORES_FOR_ERROR / scores, 1.0), about=found / bound
+    )
 
 
-def _near_collisions(
+def _near_collision_finding(
     plan: Plan,
     batches: list[Batch],
     title: str,
@@ -172,14 +174,14 @@ def _near_collisions(
     scattering = max(float(np.max(getattr(medium, "scattering", 0.0))) for medium in plan.distinct_media)
     shape, histories = plan.scene.shape_of(_detector(plan, name)), sum(batch.histories for batch in batches)
     beams = [
-        (emitter.bound / plan.unit, way_past(emitter.shape, emitter.source.emission.direction, shape))
+        (emitter.bound / plan.unit, miss_distance(emitter.shape, emitter.source.emission.direction, shape))
         for emitter in plan.emitters
         if isinstance(emitter.source.emission, Beam)
     ]
     bounds = []
     for distance in np.geomspace(1e-2, 1e4, 61) * shape.extent:
         largest = share(distance)
-        unseen = unseen_scores(large_scores(plan, batches, name, side, largest, 0))
+        unseen = unseen_scores(count_large_scores(plan, batches, name, side, largest, 0))
         passing = math.fsum(2 * amount * share(apart) for amount, apart in beams if apart < distance)
         near = scattering * distance * (mean + passing)
         bounds.append(near + unseen * largest / histories)
@@ -190,7 +192,7 @@ def _near_collisions(
         "",
         what,
         min(bounds),
-        method_backward.more_or_backward(plan.scene),
+        method_backward.more_particles_or_backward(plan.scene),
         name="path class",
     )
 
@@ -208,39 +210,39 @@ def _classes_of_detector(
     heaviest = max(batch.heaviest for batch in batches) if is_aimed else 1.0
     # Without next-event estimation, all light arrives by chance.
     if expectation is None:
-        if plan.scatters and (plan.lessens or plan.splits or plan.forces):
+        if plan.scatters and (plan.reduces_weights or plan.splits or plan.forces_collisions):
             # Scattering reduces weights along the path, down to the limits of roulette and splitting
             # (depth.py).
-            yield PathClass("light", scores, heaviest, MORE, name=ALL_LIGHT)
+            yield PathClass("light", scores, heaviest, MORE_PARTICLES, name=ALL_LIGHT)
             if not is_aimed:
                 return
             born = sum(batch.born for batch in batches)
             heaviest *= min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0
         else:
-            heaviest *= most_that_passes(plan, plan.scene.shape_of(_detector(plan, name)))
-        number = large_scores(plan, batches, name, side, heaviest, scores)
+            heaviest *= max_transmitted_weight(plan, plan.scene.shape_of(_detector(plan, name)))
+        number = count_large_scores(plan, batches, name, side, heaviest, scores)
         what = "the heaviest births of an aimed source" if is_aimed else "light"
-        if number < min(scores, MIN_SCORES) and plan.attenuates and not is_aimed:
+        if number < min(scores, MIN_SCORES_FOR_ERROR) and plan.attenuates and not is_aimed:
             what = "light that media hardly attenuate"
-        yield PathClass(what, number, heaviest, MORE, name=ALL_LIGHT)
+        yield PathClass(what, number, heaviest, MORE_PARTICLES, name=ALL_LIGHT)
         return
     scene, detector = plan.scene, expectation.detector
     looks = detector.side if side == 0 else OTHER_SIDE[detector.side]
     face = "back" if IS_BACK[looks] else "front"
     shape = scene.shape_of(detector)
     if side == 1 and isinstance(detector.shape, str):  # departures from a surface are counted by flights
-        number = large_scores(plan, batches, name, side, 1.0, scores)
-        yield PathClass("light", number, 1.0, MORE, name=ALL_LIGHT)
+        number = count_large_scores(plan, batches, name, side, 1.0, scores)
+        yield PathClass("light", number, 1.0, MORE_PARTICLES, name=ALL_LIGHT)
         return
     # Flights: light that no ray connects.
-    mirrors, beams = mirrors_of(scene, shape, looks), list(beams_of(plan, shape, looks))
-    unconnected = [*names_of(scene, mirrors), *beams]
-    largest = heaviest if unconnected else expectation.nearest[face]
-    number = large_scores(plan, batches, name, side, largest, scores)
-    what = f"light via {listed(unconnected)}" if unconnected else "light from very near"
-    seen, radius = _guarded(plan, batches, name) if unconnected and not number else ({}, 0.0)
+    mirrors, beams = specular_surfaces_of(scene, shape, looks), list(unconnected_sources(plan, shape, looks))
+    unconnected = [*surface_names(scene, mirrors), *beams]
+    largest = heaviest if unconnected else expectation.largest_flight_share[face]
+    number = count_large_scores(plan, batches, name, side, largest, scores)
+    what = f"light via {join_names(unconnected)}" if unconnected else "light from very near"
+    seen, radius = _guard_counts(plan, batches, name) if unconnected and not number else ({}, 0.0)
     if seen:
-        what = f"light via {listed(list(seen))}"
+        what = f"light via {join_names(list(seen))}"
     flights = " and ".join(
         f"{passed} flight{'s' * (passed > 1)} from {title}" for title, passed in seen.items()
     )
@@ -248,24 +250,24 @@ def _classes_of_detector(
         what,
         number,
         largest,
-        _cure(scene),
+        _estimator_advice(scene),
         f"{flights} passed within {radius:.2g} m" if seen else "",
         () if beams else tuple(mirrors),
     )
     # Rays from walls and sources so near that a few of them matter.
-    strongest = expectation.strongest[face]
-    rays = large_scores(plan, batches, name, side, strongest * expectation.scale, scores, block=1)
+    strongest = expectation.largest_score[face]
+    rays = count_large_scores(plan, batches, name, side, strongest * expectation.scale, scores, block=1)
     yield PathClass(
         "light from near walls or sources", rays, strongest, "use more particles", name="strong rays"
     )
 
 
-def chances_of_sensor(
+def sensor_path_findings(
     plan: Plan,
     title: str,
     sensor: object,
-    parts: list[Part],
-    met: dict[int, Met],
+    parts: list[SensorPart],
+    met: dict[int, LampScores],
     histories: float,
     error: float,
     heaviest: float = 1.0,
@@ -277,7 +279,7 @@ def chances_of_sensor(
     the mean radiance;  heaviest: weight of a cell, relative to equal cells;  events: of the run.
     """
     scene = plan.turned.scene
-    for number, each in _classes_of_lamps(plan, sensor, parts, met, error, heaviest):
+    for number, each in _classes_of_sources(plan, sensor, parts, met, error, heaviest):
         finding = each.finding(title, histories) if isinstance(each, PathClass) else each
         if finding is None:
             continue
@@ -286,12 +288,19 @@ def chances_of_sensor(
         if isinstance(each, PathClass) and isinstance(sensor, Detector):
             lamp = plan.turned.lamps[number].source
             unit = math.pi * scene.shape_of(sensor).area
-            finding = _probed(scene, sensor, each, finding, histories, error, unit, gain, lamp, events)
+            finding = _with_probe_bound(
+                scene, sensor, each, finding, histories, error, unit, gain, lamp, events
+            )
         yield finding
 
 
-def _classes_of_lamps(
-    plan: Plan, sensor: object, parts: list[Part], met: dict[int, Met], error: float, heaviest: float
+def _classes_of_sources(
+    plan: Plan,
+    sensor: object,
+    parts: list[SensorPart],
+    met: dict[int, LampScores],
+    error: float,
+    heaviest: float,
 ) -> Iterator[tuple[int, PathClass | Finding]]:
     """The classes of each lamp by its index.
 
@@ -300,19 +309,19 @@ def _classes_of_lamps(
     scene = plan.turned.scene
     expected = {each.detector.name: each for each in plan.expectations}
     with_rays = {
-        k: expected[lamp.seen_by.name]
+        k: expected[lamp.detector.name]
         for k, lamp in enumerate(plan.turned.lamps)
-        if lamp.seen_by.name in expected
+        if lamp.detector.name in expected
     }
     for number, lamp in enumerate(plan.turned.lamps):
         if number not in met:
             continue
         # Flights: direct light of the lamp, and light via specular surfaces.
         shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
-        mirrors = mirrors_of(scene, shape, side)
+        mirrors = specular_surfaces_of(scene, shape, side)
         seen = not is_hidden(scene, sensor, parts, shape, side)
         straight = 0.0
-        if seen and met[number].flights < MIN_SCORES:
+        if seen and met[number].flights < MIN_SCORES_FOR_ERROR:
             gain = max(part.gains[number] for part in parts)
             straight, is_shown = bound_by_lines(scene, sensor, number, parts, shape, side, error / gain)
             if not is_shown and not met[number].flights:
@@ -325,7 +334,7 @@ def _classes_of_lamps(
                 straight = 0.0
         if mirrors or seen:
             ways = [f"from {lamp.name!r}"] * seen
-            ways += [f"via {listed(names_of(scene, mirrors))}"] * bool(mirrors)
+            ways += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
             yield (
                 number,
                 PathClass(
@@ -351,14 +360,14 @@ def _classes_of_lamps(
                 PathClass(
                     f"light from {lamp.name!r} via {near}",
                     strong,
-                    heaviest * each.strongest[face_of(lamp.seen_by)],
+                    heaviest * each.largest_score[side_of(lamp.detector)],
                     "use more particles",
                     name="strong rays",
                 ),
             )
 
 
-def _guarded(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int], float]:
+def _guard_counts(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int], float]:
     """How many flights from each surface a guard saw pass a detector, and within which distance [m]."""
     guard = next((each for each in plan.guards if each.detector == name), None)
     if guard is None:
@@ -366,13 +375,13 @@ def _guarded(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int
     first, seen = int(guard.row["first"]), {}
     for sheet, number in guard.surfaces.items():
         passed = int(sum(batch.sizes[first + sheet] for batch in batches))
-        (title,) = names_of(plan.scene, [number])
+        (title,) = surface_names(plan.scene, [number])
         if passed:
             seen[title] = seen.get(title, 0) + passed
     return seen, guard.radius
 
 
-def large_scores(
+def count_large_scores(
     plan: Plan, batches: list[Batch], name: str, side: int, largest: float, scores: int, block: int = 0
 ) -> int:
     """Number of scores of at least LARGE (a quarter) of the largest possible one; all if they are alike.
@@ -384,11 +393,11 @@ def large_scores(
         return scores
     first = blocks[block]
     counts = sum(batch.sizes[first : first + SIZE_CELLS] for batch in batches)
-    return int(counts[EDGES[:-1] >= LARGE * largest].sum())
+    return int(counts[EDGES[:-1] >= LARGE_SHARE * largest].sum())
 
 
-def _cure(scene: Scene) -> str:
+def _estimator_advice(scene: Scene) -> str:
     """The estimator that finds such light."""
-    if method_backward.why_not(scene) is None:
+    if method_backward.refusal(scene) is None:
         return "use estimator='backward'"
     return "use estimator='analog' with more particles or a larger detector"

@@ -26,17 +26,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import method_backward
-from transport.compile.adjoint import gains_of, turned_scene
+from transport.compile.adjoint import adjoint_scene, gains_of
 from transport.compile.limits_exceeded import OverrunError
-from transport.geometry.distances import is_behind, least_gap
+from transport.geometry.distances import gap_lower_bound, is_behind
 from transport.geometry.flat import Disk, FlatShape, Rectangle, Slab
 from transport.geometry.line_crossings import crossings
 from transport.geometry.shape import ROUNDING, Point, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.renderers import function_for
-from transport.results.diagnostics.empty_detector import are_parted
+from transport.results.diagnostics.empty_detector import are_separated
 from transport.results.tally import ARRIVALS
-from transport.scene.bodies import nested, surrounding_of
+from transport.scene.bodies import nested_bodies, surrounding_medium
 from transport.scene.cameras import Camera
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Lambertian
@@ -46,9 +46,9 @@ from transport.scene.materials import (
     Mirror,
     Surface,
     TwoSided,
+    display_name,
     is_specular,
-    lets_through,
-    titled,
+    is_transmissive,
 )
 from transport.scene.media import Medium
 from transport.scene.points import PointDetector
@@ -56,36 +56,45 @@ from transport.scene.sides import IS_BACK
 from transport.scene.sources import Source
 from transport.statistics.batches import student_quantile
 from transport.statistics.findings import unseen_scores
-from transport.validation import SceneError, listed
+from transport.validation import SceneError, join_names
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
-    from transport.compile.adjoint import Part
+    from transport.compile.adjoint import SensorPart
     from transport.compile.plan import Plan
     from transport.results.batches import Batch
     from transport.results.record import Record
     from transport.scene.scene import Scene
 
-LINES, MOST_LINES = 1 << 13, 1 << 17  # lines of sight between a sensor and a lamp
-NEARLY = 0.25  # of the largest score of a line
-CLEAR = 1e-9  # of a line, at its ends: the surfaces at its ends do not block it
-FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and their growth
-LAST, SHARE = 1 << 22, 1.25  # histories of the longest probe, and relative to the run concerned
-EVENTS = FIRST * 128  # crossings and collisions allowed to any probe; else SHARE of those of the run ...
-PLAIN = 32  # ... in which a history counts as having at least this many
-PILOTS = 8, 128  # histories of the pilots that measure the events per history
-BATCH = 128  # histories per batch of a short probe: with fewer a crossing costs more time
-SHORTEST, FEWEST, MANY = 256, 8, 32  # histories of a probe, and batches of a short one
-MOST = 16  # surfaces of one probe, each of which needs passes of its own
-NEAR = 1.15  # times the measured value: a bound so near to it needs no improvement
-BRIGHT = 0.5  # reflectance that replaces that of darker mirrors
-SEED = 0x9E3779B9
+MIN_LINES, MAX_LINES = 1 << 13, 1 << 17  # lines of sight between a sensor and a lamp
+LARGE_LINE_SCORE = 0.25  # of the largest score of a line
+END_TOLERANCE = 1e-9  # of a line, at its ends: the surfaces at its ends do not block it
+MIN_PROBE_HISTORIES, GROWTH = 1 << 16, 4  # histories of a probe, and their growth
+MAX_PROBE_HISTORIES, MAX_SHARE_OF_RUN = (
+    1 << 22,
+    1.25,
+)  # histories of the longest probe, and relative to the run concerned
+MIN_EVENT_BUDGET = (
+    MIN_PROBE_HISTORIES * 128
+)  # crossings and collisions allowed to any probe; else SHARE of those of the run ...
+MIN_EVENTS_PER_HISTORY = 32  # ... in which a history counts as having at least this many
+PILOT_HISTORIES = 8, 128  # histories of the pilots that measure the events per history
+SHORT_PROBE_BATCH = 128  # histories per batch of a short probe: with fewer a crossing costs more time
+SHORT_PROBE_HISTORIES, MIN_SHORT_PROBE_BATCHES, MAX_SHORT_PROBE_BATCHES = (
+    256,
+    8,
+    32,
+)  # histories of a probe, and batches of a short one
+MAX_PROBE_SURFACES = 16  # surfaces of one probe, each of which needs passes of its own
+CLOSE_BOUND_RATIO = 1.15  # times the measured value: a bound so near to it needs no improvement
+MIN_PROBE_REFLECTANCE = 0.5  # reflectance that replaces that of darker mirrors
+PROBE_SEED = 0x9E3779B9
 
 
 # ---- empty classes ----
 
 
-def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
+def specular_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     """Indices of the surfaces whose specular light may come straight to a side of a shape.
 
     side: None for all.
@@ -93,18 +102,18 @@ def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     key = "mirrors", id(shape), side
     if key not in scene.proofs:
         # Keep the shape, so that no other object takes its id.
-        scene.proofs[key] = shape, _mirrors_of(scene, shape, side)
+        scene.proofs[key] = shape, _find_specular_surfaces(scene, shape, side)
     return scene.proofs[key][1]
 
 
-def _mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
+def _find_specular_surfaces(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     found = []
     for number, surface in enumerate(scene.surfaces):
         if not is_specular(surface.material):
             continue
         if side is not None and isinstance(shape, FlatShape) and is_behind(surface.shape, shape, side):
             continue
-        if _faces_away(surface.shape, surface.material, shape) or are_parted(
+        if _faces_away(surface.shape, surface.material, shape) or are_separated(
             scene, (shape, side), (surface.shape, None), number
         ):
             continue
@@ -112,10 +121,12 @@ def _mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     return found
 
 
-def names_of(scene: Scene, numbers: Iterable[int]) -> list[str]:
+def surface_names(scene: Scene, numbers: Iterable[int]) -> list[str]:
     """Names of the surfaces with these indices."""
     surfaces = [(number, scene.surfaces[number]) for number in numbers]
-    return [repr(surface.name) if surface.name else titled(surface, number) for number, surface in surfaces]
+    return [
+        repr(surface.name) if surface.name else display_name(surface, number) for number, surface in surfaces
+    ]
 
 
 def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
@@ -124,25 +135,25 @@ def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
         return False
     sides = {"front": material.front, "back": material.back}
     specular = [side for side, each in sides.items() if is_specular(each)]
-    is_opaque = not any(lets_through(each) for each in sides.values())
+    is_opaque = not any(is_transmissive(each) for each in sides.values())
     return is_opaque and len(specular) == 1 and is_behind(shape, mirror, specular[0])
 
 
-def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
+def unconnected_sources(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
     """The sources whose births no ray connects and that may send light straight to a side of a shape."""
     for emitter in plan.emitters:
         emission = emitter.source.emission
         if emitter.target is not None and plan.turned is None:
             yield source_name(plan.scene, emitter.source)
             continue
-        if not isinstance(emission, Beam) or way_past(emitter.shape, emission.direction, shape) > 0:
+        if not isinstance(emission, Beam) or miss_distance(emitter.shape, emission.direction, shape) > 0:
             continue
         along = dot(emission.direction, shape.normal) if isinstance(shape, FlatShape) else 0.0
         if not isinstance(shape, FlatShape) or ((along > 0) == IS_BACK[side] and along != 0):
             yield source_name(plan.scene, emitter.source)
 
 
-def way_past(origin: Shape, direction: Vector, shape: Shape) -> float:
+def miss_distance(origin: Shape, direction: Vector, shape: Shape) -> float:
     """Least distance at which parallel rays from one shape pass another, by bounding balls [m].
 
     0 if they may meet.
@@ -160,7 +171,7 @@ def source_name(scene: Scene, source: Source) -> str:
     return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
 
 
-def is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None) -> bool:
+def is_hidden(scene: Scene, sensor: object, parts: list[SensorPart], lamp: Shape, side: str | None) -> bool:
     """Whether geometry proves that no direct light of a lamp reaches a sensor."""
     if isinstance(sensor, Camera) and not sensor.may_see(lamp):
         return True
@@ -170,7 +181,7 @@ def is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side
             continue
         if side is not None and isinstance(lamp, FlatShape) and is_behind(part.shape, lamp, side):
             continue
-        if not are_parted(scene, (part.shape, looks), (lamp, side)):
+        if not are_separated(scene, (part.shape, looks), (lamp, side)):
             return False
     return True
 
@@ -179,7 +190,7 @@ def bound_by_lines(
     scene: Scene,
     sensor: object,
     number: int,
-    parts: list[Part],
+    parts: list[SensorPart],
     lamp: Shape,
     side: str | None,
     enough: float,
@@ -189,20 +200,20 @@ def bound_by_lines(
     Lines connect even points on both, with as many lines as it takes to get below `enough` or close to the
     measured share.  Returns (infinite, True) for shapes without points.  number: index of the lamp.
     """
-    bound, is_shown, lines = math.inf, True, LINES
-    while lines <= MOST_LINES:
+    bound, is_shown, lines = math.inf, True, MIN_LINES
+    while lines <= MAX_LINES:
         key = sensor.name, number, lines  # cached per scene: a run with a requested error calls this often
         if key not in scene.proofs:
-            scene.proofs[key] = _seen_by_lines(scene, sensor, parts, lamp, side, lines)
+            scene.proofs[key] = _visible_share(scene, sensor, parts, lamp, side, lines)
         bound, found, is_shown = scene.proofs[key]
-        if bound <= max(enough, NEAR * found) or math.isinf(bound):
+        if bound <= max(enough, CLOSE_BOUND_RATIO * found) or math.isinf(bound):
             break
-        lines *= FACTOR
+        lines *= GROWTH
     return bound, is_shown
 
 
-def _seen_by_lines(
-    scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None, lines: int
+def _visible_share(
+    scene: Scene, sensor: object, parts: list[SensorPart], lamp: Shape, side: str | None, lines: int
 ) -> tuple[float, float, bool]:
     """Bound and estimate of the share of a sensor's view that a lamp fills, and whether any line is clear."""
     rng, bound, found, is_shown = np.random.default_rng(0), 0.0, 0.0, False
@@ -211,7 +222,7 @@ def _seen_by_lines(
         return math.inf, 0.0, True
     for part in parts:
         # Draw the ends of the lines, and compute the score of each line.
-        ends = [points_on(shape, rng.random((lines, 2))) for shape in (part.shape, lamp)]
+        ends = [even_points_on(shape, rng.random((lines, 2))) for shape in (part.shape, lamp)]
         if any(end is None for end in ends):
             return math.inf, 0.0, True
         (start, facing), (end, emitting) = ends
@@ -231,16 +242,16 @@ def _seen_by_lines(
         mean = float(shown.sum()) / lines
         spread = 2 * math.sqrt(max(float((shown**2).sum()) / lines - mean**2, 0.0) / lines)
         # The shortest lines score most, and none of them may have been drawn.
-        gap, full = least_gap(part.shape, lamp), 1 / math.pi if is_directed else 0.25 / math.pi
+        gap, full = gap_lower_bound(part.shape, lamp), 1 / math.pi if is_directed else 0.25 / math.pi
         limit = lamp.area * full / gap**2 if gap > 0 else math.inf
-        strong = int((shown >= NEARLY * limit).sum())
+        strong = int((shown >= LARGE_LINE_SCORE * limit).sum())
         unseen = unseen_scores(strong) * limit / lines
         bound = max(bound, min(mean + spread + unseen, 1.0))
         found, is_shown = max(found, mean), is_shown or len(free) > 0
     return bound, found, is_shown
 
 
-def points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+def even_points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Points even over the area of a shape from numbers (n, 2) in [0, 1), and normals, each (n, 3).
 
     None for other kinds of shapes.
@@ -271,16 +282,16 @@ def _are_blocked(scene: Scene, start: np.ndarray, ways: np.ndarray, distances: n
     """Whether an opaque surface lies between the ends of each line."""
     blocked = np.zeros(len(start), bool)
     for surface in scene.surfaces:
-        if not lets_through(surface.material):
+        if not is_transmissive(surface.material):
             met = crossings(surface.shape, start, ways).distances / distances[:, None]
-            blocked |= ((met > CLEAR) & (met < 1 - CLEAR)).any(axis=1)
+            blocked |= ((met > END_TOLERANCE) & (met < 1 - END_TOLERANCE)).any(axis=1)
     return blocked
 
 
 # ---- transmission of media ----
 
 
-def most_that_passes(plan: Plan, shape: Shape) -> float:
+def max_transmitted_weight(plan: Plan, shape: Shape) -> float:
     """Largest possible weight of a history at a shape, relative to its birth weight; 1 unless proven less.
 
     Absorption along a path reduces weights by exp(-absorption * length).  The length is proven if a single
@@ -288,12 +299,12 @@ def most_that_passes(plan: Plan, shape: Shape) -> float:
     """
     key = "passes", id(plan), id(shape)
     if key not in plan.scene.proofs:
-        share = max(_share_past_media(plan, emitter.shape, shape) for emitter in plan.emitters)
+        share = max(_max_transmission(plan, emitter.shape, shape) for emitter in plan.emitters)
         plan.scene.proofs[key] = plan, shape, share  # keep both, so that no other objects take their ids
     return plan.scene.proofs[key][2]
 
 
-def _share_past_media(plan: Plan, origin: Shape, shape: Shape) -> float:
+def _max_transmission(plan: Plan, origin: Shape, shape: Shape) -> float:
     if plan.plays_roulette or not plan.attenuates:  # survivors of roulette are heavier
         return 1.0
     return math.exp(-_least_depth(plan, origin, shape))
@@ -302,34 +313,37 @@ def _share_past_media(plan: Plan, origin: Shape, shape: Shape) -> float:
 def _least_depth(plan: Plan, origin: Shape, shape: Shape) -> float:
     """Least number of mean free paths to absorption on any path between two shapes, as far as proven."""
     scene, depth = plan.scene, 0.0
-    bodies, holders = nested(scene)
+    bodies, holders = nested_bodies(scene)
     is_straight = not (
         plan.reflects or plan.scatters or any(is_specular(each.material) for each in scene.surfaces)
     )
-    outside = surrounding_of(scene)
+    outside = surrounding_medium(scene)
     if not bodies and isinstance(outside, Medium):
-        depth += outside.absorption * least_gap(origin, shape)
+        depth += outside.absorption * gap_lower_bound(origin, shape)
     for number, body in enumerate(bodies):
         is_whole = len(body.surfaces) == 1 and not any(number in each for each in holders)
         if is_whole and isinstance(body.medium, Medium):
             within = scene.surfaces[body.surfaces[0]].shape
-            depth += body.medium.absorption * _least_way(within, origin, shape, is_straight)
+            depth += body.medium.absorption * _least_length_in_body(within, origin, shape, is_straight)
     return depth
 
 
-def _least_way(body: Shape, origin: Shape, shape: Shape, is_straight: bool) -> float:
+def _least_length_in_body(body: Shape, origin: Shape, shape: Shape, is_straight: bool) -> float:
     """Least length inside a body of any path between two shapes [m], as far as proven.
 
     is_straight: whether all paths are straight.
     """
     if isinstance(body, Slab):
-        (low, high), (least, most) = (_heights(body, each) for each in (origin, shape))
+        (low, high), (least, most) = (_heights_above_slab(body, each) for each in (origin, shape))
         half = body.thickness / 2 * (1 - ROUNDING)
         return body.thickness if (high <= -half and least >= half) or (most <= -half and low >= half) else 0.0
     if origin.is_infinite or shape.is_infinite or not isinstance(body, Box | Sphere) or not body.is_closed:
         return 0.0
     for inner, outer in ((origin, shape), (shape, origin)):
-        if _height_over(body, outer)[0] >= 0 and (height := _height_over(body, inner)[1]) < 0:
+        if (
+            _height_above_surface(body, outer)[0] >= 0
+            and (height := _height_above_surface(body, inner)[1]) < 0
+        ):
             return -height
     if not (isinstance(body, Box) and is_straight):
         return 0.0
@@ -348,18 +362,18 @@ def _least_way(body: Shape, origin: Shape, shape: Shape, is_straight: bool) -> f
     return 0.0
 
 
-def _heights(body: Slab, shape: Shape) -> tuple[float, float]:
+def _heights_above_slab(body: Slab, shape: Shape) -> tuple[float, float]:
     """Range of heights of a shape above the middle of a slab [m]; infinite if unknown."""
     middle = dot(tuple(p - q for p, q in zip(shape.middle, body.middle, strict=True)), body.normal)
     is_level = isinstance(shape, FlatShape) and abs(dot(shape.normal, body.normal)) >= 1 - ROUNDING
-    reach = 0.0 if is_level else _reach(shape)
+    reach = 0.0 if is_level else _bounding_radius(shape)
     return middle - reach, middle + reach
 
 
-def _height_over(body: Box | Sphere, shape: Shape) -> tuple[float, float]:
+def _height_above_surface(body: Box | Sphere, shape: Shape) -> tuple[float, float]:
     """Bounds of the height of a shape above the surface of a body [m]; negative inside it."""
     if isinstance(body, Sphere):
-        apart, reach = math.dist(shape.middle, body.center) - body.radius, _reach(shape)
+        apart, reach = math.dist(shape.middle, body.center) - body.radius, _bounding_radius(shape)
         return apart - reach, apart + reach
     (low, high), (least, most) = body.bounds, shape.bounds
     lowest = max(
@@ -373,7 +387,7 @@ def _height_over(body: Box | Sphere, shape: Shape) -> tuple[float, float]:
     return lowest, highest
 
 
-def _reach(shape: Shape) -> float:
+def _bounding_radius(shape: Shape) -> float:
     """Radius of a ball about the centre of a shape that contains it [m]."""
     return shape.radius if isinstance(shape, Sphere) and shape.is_closed else shape.extent
 
@@ -397,42 +411,44 @@ def bound_by_probe(
     improvement.
     """
     bound, value = math.inf, 0.0
-    for length in _lengths(scene, detector, surfaces, lamp, histories, events):
-        key = _key(scene, detector, surfaces, lamp), length
+    for length in _probe_sizes(scene, detector, surfaces, lamp, histories, events):
+        key = _probe_key(scene, detector, surfaces, lamp), length
         if key not in scene.proofs:
             try:
                 if lamp is None:
-                    scene.proofs[key] = _backwards(scene, detector, surfaces, length)
+                    scene.proofs[key] = _backward_probe(scene, detector, surfaces, length)
                 else:
-                    scene.proofs[key] = _forwards(scene, detector, lamp, surfaces, length)
+                    scene.proofs[key] = _forward_probe(scene, detector, lamp, surfaces, length)
             except (SceneError, MemoryError):
                 scene.proofs[key] = math.inf, 0.0
         bound, value = scene.proofs[key]
-        if bound <= max(enough, NEAR * value) or math.isinf(bound):  # a longer probe would not improve it
+        if bound <= max(enough, CLOSE_BOUND_RATIO * value) or math.isinf(
+            bound
+        ):  # a longer probe would not improve it
             break
     return bound, value
 
 
-def why_no_probe(scene: Scene, surfaces: Sequence[int], lamp: Source | None) -> str:
+def no_probe_reason(scene: Scene, surfaces: Sequence[int], lamp: Source | None) -> str:
     """Why no probe can bound light of these surfaces, if that is known without running one; else ""."""
-    if len(surfaces) > MOST:
-        return f"more than {MOST} surfaces"
+    if len(surfaces) > MAX_PROBE_SURFACES:
+        return f"more than {MAX_PROBE_SURFACES} surfaces"
     endless = [number for number in surfaces if scene.surfaces[number].shape.is_infinite]
     if endless:
-        return f"{listed(names_of(scene, endless))} is infinite"
+        return f"{join_names(surface_names(scene, endless))} is infinite"
     try:
         if lamp is None:
-            _turned(scene)
+            _adjoint_scene(scene)
     except SceneError as error:
         return str(error)
     return ""
 
 
-def _key(scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None) -> tuple:
+def _probe_key(scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None) -> tuple:
     return detector.name, detector.side, lamp and scene.sources.index(lamp), tuple(surfaces)
 
 
-def _lengths(
+def _probe_sizes(
     scene: Scene,
     detector: Detector,
     surfaces: Sequence[int],
@@ -442,34 +458,36 @@ def _lengths(
 ) -> list[int]:
     """Numbers of histories of the probes for a run, to be tried one after the other."""
     # Measure the events per history by pilots.
-    most = max(EVENTS, SHARE * max(events, PLAIN * histories))
+    most = max(MIN_EVENT_BUDGET, MAX_SHARE_OF_RUN * max(events, MIN_EVENTS_PER_HISTORY * histories))
     each = 1.0
-    for length in PILOTS:
+    for length in PILOT_HISTORIES:
         if each * length <= most:
-            each = _events_each(scene, detector, surfaces, lamp, length)
+            each = _events_per_history(scene, detector, surfaces, lamp, length)
     # Choose the numbers of histories within the limits of histories and events.
-    longest = min(max(FIRST, SHARE * histories), LAST, most / each)
-    if longest < FIRST:  # take one that fits, out of a few lengths, so that similar runs share it
-        lengths = [FIRST // FACTOR**k for k in range(1, 5)]
-        return [length for length in lengths if SHORTEST <= length <= longest][:1]
-    lengths = [FIRST]
-    while FACTOR * lengths[-1] <= longest:
-        lengths.append(FACTOR * lengths[-1])
+    longest = min(max(MIN_PROBE_HISTORIES, MAX_SHARE_OF_RUN * histories), MAX_PROBE_HISTORIES, most / each)
+    if (
+        longest < MIN_PROBE_HISTORIES
+    ):  # take one that fits, out of a few lengths, so that similar runs share it
+        lengths = [MIN_PROBE_HISTORIES // GROWTH**k for k in range(1, 5)]
+        return [length for length in lengths if SHORT_PROBE_HISTORIES <= length <= longest][:1]
+    lengths = [MIN_PROBE_HISTORIES]
+    while GROWTH * lengths[-1] <= longest:
+        lengths.append(GROWTH * lengths[-1])
     return lengths
 
 
-def _events_each(
+def _events_per_history(
     scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None, length: int
 ) -> float:
     """Crossings and collisions per history of a probe, measured by a pilot; infinite if there is none."""
-    key = "events", *_key(scene, detector, surfaces, lamp), length
+    key = "events", *_probe_key(scene, detector, surfaces, lamp), length
     if key not in scene.proofs:
         try:
             if lamp is None:
-                turned, _ = _turned(scene)
-                result = _run(scene, _start_at(detector), surfaces, turned.detectors, length)
+                turned, _ = _adjoint_scene(scene)
+                result = _run_probe(scene, _source_on_detector(detector), surfaces, turned.detectors, length)
             else:
-                result = _run(scene, _start_of(scene, lamp), surfaces, [detector], length)
+                result = _run_probe(scene, _diffuse_source(scene, lamp), surfaces, [detector], length)
             scene.proofs[key] = max(events_of(result.batches) / length, 1.0)
         except (SceneError, MemoryError):
             scene.proofs[key] = math.inf
@@ -481,64 +499,74 @@ def events_of(batches: Iterable[Batch]) -> int:
     return sum(batch.crossings + batch.collisions for batch in batches)
 
 
-def _turned(scene: Scene):
+def _adjoint_scene(scene: Scene):
     """The scene for backward histories, and its lamps.  Raises SceneError if there is none."""
-    if (why := method_backward.why_not(scene)) is not None:
+    if (why := method_backward.refusal(scene)) is not None:
         raise SceneError(str(why))
-    turned, lamps = turned_scene(scene)
-    if not all(isinstance(lamp.seen_by, Detector) for lamp in lamps):
+    turned, lamps = adjoint_scene(scene)
+    if not all(isinstance(lamp.detector, Detector) for lamp in lamps):
         raise SceneError("a source emits from a volume")
     return turned, lamps
 
 
-def _start_at(detector: Detector) -> Source:
+def _source_on_detector(detector: Detector) -> Source:
     return Source(detector.shape, Lambertian(power=1.0), side=detector.side)
 
 
-def _start_of(scene: Scene, lamp: Source) -> Source:
+def _diffuse_source(scene: Scene, lamp: Source) -> Source:
     return replace(lamp, emission=Lambertian(power=lamp.amount(scene.shape_of(lamp), None)))
 
 
-def _backwards(scene: Scene, detector: Detector, surfaces: Sequence[int], length: int) -> tuple[float, float]:
+def _backward_probe(
+    scene: Scene, detector: Detector, surfaces: Sequence[int], length: int
+) -> tuple[float, float]:
     """Bound and estimate of light via surfaces to a detector [W], from histories that start there."""
-    turned, lamps = _turned(scene)
-    result = _run(scene, _start_at(detector), surfaces, turned.detectors, length)
+    turned, lamps = _adjoint_scene(scene)
+    result = _run_probe(scene, _source_on_detector(detector), surfaces, turned.detectors, length)
     gains = gains_of(result.plan, scene, lamps, result.plan.emitters[0])
     scale = math.pi * scene.shape_of(detector).area * result.plan.unit
-    found = [_found(result, lamp.seen_by) for lamp in lamps]
+    found = [_probe_result(result, lamp.detector) for lamp in lamps]
     return tuple(
         scale * math.fsum(gain * each[k] for gain, each in zip(gains, found, strict=True)) for k in (0, 1)
     )
 
 
-def _forwards(
+def _forward_probe(
     scene: Scene, detector: Detector, lamp: Source, surfaces: Sequence[int], length: int
 ) -> tuple[float, float]:
     """Bound and estimate of light from a lamp via surfaces [W], from histories that start at the lamp."""
-    result = _run(scene, _start_of(scene, lamp), surfaces, [detector], length)
-    unit, mirrors = result.plan.unit, mirrors_of(scene, scene.shape_of(detector), detector.side)
+    result = _run_probe(scene, _diffuse_source(scene, lamp), surfaces, [detector], length)
+    unit, mirrors = result.plan.unit, specular_surfaces_of(scene, scene.shape_of(detector), detector.side)
     events = events_of(result.batches)
     straight = bound_by_probe(scene, detector, mirrors, length, 0.0, events=events)[0] if mirrors else 0.0
-    return tuple(unit * each for each in _found(result, detector, straight / unit))
+    return tuple(unit * each for each in _probe_result(result, detector, straight / unit))
 
 
-def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequence[Detector], length: int):
+def _run_probe(
+    scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequence[Detector], length: int
+):
     """Run histories from a shape towards each of the surfaces."""
     simulate = function_for(type(scene), "simulate")
-    if len(surfaces) > MOST or any(scene.surfaces[number].shape.is_infinite for number in surfaces):
+    if len(surfaces) > MAX_PROBE_SURFACES or any(
+        scene.surfaces[number].shape.is_infinite for number in surfaces
+    ):
         raise SceneError("cannot aim histories at an infinite surface, or at so many surfaces")
     # Aim one source at each surface, and brighten dark mirrors.
     born, there = [], list(scene.surfaces)
     for number in surfaces:
         surface = scene.surfaces[number]
-        there[number], share = _brightened(surface)
+        there[number], share = _with_bright_mirror(surface)
         power = Lambertian(power=share * start.emission.power)
         born.append(replace(start, emission=power, aim=surface.shape))
     # Use next-event estimation if the scene allows it.
     probe = type(scene)(born, there, detectors, scene.medium)
-    how = {"seed": SEED, "threads": 1, "progress": False}
-    if length < FIRST:
-        how["batches"] = min(max(length // BATCH, FEWEST), MANY) if length >= SHORTEST else 2
+    how = {"seed": PROBE_SEED, "threads": 1, "progress": False}
+    if length < MIN_PROBE_HISTORIES:
+        how["batches"] = (
+            min(max(length // SHORT_PROBE_BATCH, MIN_SHORT_PROBE_BATCHES), MAX_SHORT_PROBE_BATCHES)
+            if length >= SHORT_PROBE_HISTORIES
+            else 2
+        )
     try:
         result = simulate(probe, length, estimator="expected", **how)
     except OverrunError:
@@ -550,7 +578,7 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
     return result
 
 
-def _found(result: Record, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
+def _probe_result(result: Record, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
     """Bound and estimate of the mean weight per history at a detector.
 
     straight: bound of the part whose last vertex was not a diffuse wall.
@@ -568,18 +596,18 @@ def _found(result: Record, detector: Detector, straight: float = math.inf) -> tu
     return float(total.value) + spread + math.fsum(unseen), float(total.value)
 
 
-def _brightened(surface: Surface) -> tuple[Surface, float]:
+def _with_bright_mirror(surface: Surface) -> tuple[Surface, float]:
     """Replace a dark mirror by one on which few histories die.
 
     Return it and the power that remains, as a share.
     """
     material = surface.material
     if isinstance(material, Mirror):
-        share = (material.reflectance + material.transmission) / BRIGHT
+        share = (material.reflectance + material.transmission) / MIN_PROBE_REFLECTANCE
         if share < 1:
             bright = Mirror(material.reflectance / share, material.transmission / share)
             return replace(surface, material=bright), share
-    if isinstance(material, Glossy) and material.albedo < BRIGHT:
-        bright = replace(material, albedo=BRIGHT)
-        return replace(surface, material=bright), material.albedo / BRIGHT
+    if isinstance(material, Glossy) and material.albedo < MIN_PROBE_REFLECTANCE:
+        bright = replace(material, albedo=MIN_PROBE_REFLECTANCE)
+        return replace(surface, material=bright), material.albedo / MIN_PROBE_REFLECTANCE
     return surface, 1.0

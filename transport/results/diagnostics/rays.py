@@ -18,21 +18,21 @@ import numpy as np
 
 from transport.compile import method_backward
 from transport.compile.layout import GRAZING_CUT
-from transport.compile.method_expected import expects
-from transport.compile.next_event import nearest_collision, peak_of
+from transport.compile.method_expected import uses_next_event
+from transport.compile.next_event import max_phase_density, min_collision_distance
 from transport.compile.volumes import weights_vary
-from transport.geometry.distances import is_behind, least_distance
+from transport.geometry.distances import distance_to_shape, is_behind
 from transport.geometry.flat import FlatShape
 from transport.geometry.shape import Point
 from transport.results.tally import ARRIVALS, DEPARTURES
-from transport.scene.materials import Diffuse, simple_parts, titled
-from transport.statistics.batches import MIN_SCORES, student_quantile
+from transport.scene.materials import Diffuse, display_name, elementary_materials
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR, student_quantile
 from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.results.batches import Batch
-    from transport.results.tally import MeterSums
+    from transport.results.tally import DetectorSums
     from transport.scene.detectors import Detector
     from transport.scene.materials import Surface
     from transport.scene.media import Medium
@@ -40,19 +40,24 @@ if TYPE_CHECKING:
     from transport.vectors import Vector
 
 
-def unvisited_walls_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Finding]:
+def detector_unvisited_findings(sums: DetectorSums, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
     plan, detector, shape = sums.plan, sums.detector, sums.shape
-    if not (plan.expects and plan.turned is None and expects(plan.scene, detector) and total.error > 0):
+    if not (
+        plan.sends_shadow_rays
+        and plan.turned is None
+        and uses_next_event(plan.scene, detector)
+        and total.error > 0
+    ):
         return
     light = total.value * plan.unit / shape.area
-    for finding in unvisited_walls(
+    for finding in unvisited_surface_findings(
         plan, sums.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light, detector
     ):
         yield replace(finding, bound=finding.bound * shape.area / plan.unit)
 
 
-def unvisited_walls(
+def unvisited_surface_findings(
     plan: Plan,
     batches: list[Batch],
     title: str,
@@ -69,13 +74,13 @@ def unvisited_walls(
     histories = sum(batch.histories for batch in batches)
     found = []
     for number, surface in enumerate(plan.scene.surfaces):
-        share = 0.0 if _cannot_light(plan, surface, detector) else _sent(surface)
-        unseen = unseen_scores(_visits(plan, batches, number, share, light)) if share > 0 else 0.0
+        share = 0.0 if _cannot_light(plan, surface, detector) else _max_diffuse_share(surface)
+        unseen = unseen_scores(_estimated_visits(plan, batches, number, share, light)) if share > 0 else 0.0
         if unseen > 0:
-            distance = max(least_distance(surface.shape, place), size)
+            distance = max(distance_to_shape(surface.shape, place), size)
             if distance > 0:
                 added = plan.unit / histories * share / (math.pi * distance**2)
-                found.append((unseen * added, distance, titled(surface, number)))
+                found.append((unseen * added, distance, display_name(surface, number)))
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
     if most > 0:
         what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has reached it"
@@ -85,7 +90,7 @@ def unvisited_walls(
             "",
             what,
             most,
-            method_backward.more_or_backward(plan.scene),
+            method_backward.more_particles_or_backward(plan.scene),
             name="unvisited surface",
         )
 
@@ -96,13 +101,13 @@ def _cannot_light(plan: Plan, surface: Surface, detector: Detector | None) -> bo
     return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, detector.side)
 
 
-def _sent(surface: Surface) -> float:
+def _max_diffuse_share(surface: Surface) -> float:
     """Largest share of the incident weight that leaves a surface diffusely."""
-    parts = [part for part in simple_parts(surface.material) if isinstance(part, Diffuse)]
+    parts = [part for part in elementary_materials(surface.material) if isinstance(part, Diffuse)]
     return max((part.albedo + part.transmission for part in parts), default=0.0)
 
 
-def _visits(plan: Plan, batches: list[Batch], number: int, share: float, light: float) -> float:
+def _estimated_visits(plan: Plan, batches: list[Batch], number: int, share: float, light: float) -> float:
     """Approximate number of histories of full weight that reached a surface, from its absorbed weight.
 
     A surface that absorbs nothing is assumed to receive the irradiance of the detector.
@@ -110,7 +115,7 @@ def _visits(plan: Plan, batches: list[Batch], number: int, share: float, light: 
     shape, histories = plan.scene.surfaces[number].shape, sum(batch.histories for batch in batches)
     if share >= 1:
         return math.inf if shape.is_infinite else shape.area * light * histories / plan.unit
-    rows = [row for row, owner in enumerate(plan.owners) if owner == number]
+    rows = [row for row, owner in enumerate(plan.surface_numbers) if owner == number]
     return sum(float(batch.absorbed[rows].sum()) for batch in batches) / (1 - share)
 
 
@@ -121,10 +126,10 @@ def _visits(plan: Plan, batches: list[Batch], number: int, share: float, light: 
 # constant radiance as many crossings are nearer to grazing than cut/sqrt(2) as are farther, and batches count
 # the difference (engine/tally.py).
 
-CHANCE = 1e-6  # probability that so many batches agree by chance under constant radiance
+MAX_CHANCE_AGREEMENT = 1e-6  # probability that so many batches agree by chance under constant radiance
 
 
-def grazing_of_detector(sums: MeterSums, title: str) -> Iterator[Finding]:
+def grazing_findings(sums: DetectorSums, title: str) -> Iterator[Finding]:
     """The finding about a fluence rate that depends on such light.
 
     No bound is known for how much it is too low.
@@ -139,7 +144,7 @@ def grazing_of_detector(sums: MeterSums, title: str) -> Iterator[Finding]:
         yield Finding(DOUBTFUL, title, "", what, cure=cure, name="grazing")
 
 
-def grazing_share(sums: MeterSums) -> float:
+def grazing_share(sums: DetectorSums) -> float:
     """Approximate least share of the fluence rate from asymmetric crossings beyond the cut; 0 if uncertain.
 
     A certain asymmetry matters: an excess above five square roots of a number of crossings is that many of
@@ -156,19 +161,23 @@ def grazing_share(sums: MeterSums) -> float:
         return 1.0 if inverse > 1 / GRAZING_CUT else 0.0
     number = [meter.name for meter in sums.scene.meters].index(sums.detector.name)
     excess = np.array([batch.grazing[number] for batch in sums.batches], float)
-    if abs(excess.sum()) < MIN_SCORES or not _is_sure(excess):
+    if abs(excess.sum()) < MIN_SCORES_FOR_ERROR or not _is_significant(excess):
         return 0.0
     return min(1.0, 2 / GRAZING_CUT / inverse * abs(excess.sum()) / counts.sum())
 
 
-def _is_sure(excess: np.ndarray) -> bool:
+def _is_significant(excess: np.ndarray) -> bool:
     """Whether batches agree that the mean is not zero.
 
     A history may graze many times, but only in its batch.
     """
     if len(excess) < 2:  # an interrupted run: nothing to compare
         return False
-    limit = student_quantile(1 - CHANCE / 2, len(excess) - 1) * excess.std(ddof=1) / math.sqrt(len(excess))
+    limit = (
+        student_quantile(1 - MAX_CHANCE_AGREEMENT / 2, len(excess) - 1)
+        * excess.std(ddof=1)
+        / math.sqrt(len(excess))
+    )
     return abs(excess.mean()) > limit
 
 
@@ -181,46 +190,51 @@ def _is_sure(excess: np.ndarray) -> bool:
 # square of a free path.
 
 
-def forward_peaks_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Finding]:
+def detector_forward_peaks(sums: DetectorSums, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
     plan, detector, shape = sums.plan, sums.detector, sums.shape
-    told = plan.expects and plan.turned is None and expects(plan.scene, detector)
+    told = plan.sends_shadow_rays and plan.turned is None and uses_next_event(plan.scene, detector)
     if not (told and plan.scatters and total.error > 0):
         return
-    gap, histories = nearest_collision(plan, shape), int(sums.run.sizes.sum())
-    worst = _worst(plan, gap, lambda density: min(1.0, density * shape.area))
-    yield from _finding(
-        worst, 1 / histories, f"detector {detector.name!r}", method_backward.more_or_backward(plan.scene)
+    gap, histories = min_collision_distance(plan, shape), int(sums.run.sizes.sum())
+    worst = _largest_collision_score(plan, gap, lambda density: min(1.0, density * shape.area))
+    yield from _forward_peak_finding(
+        worst,
+        1 / histories,
+        f"detector {detector.name!r}",
+        method_backward.more_particles_or_backward(plan.scene),
     )
 
 
-def forward_peaks_of_point(plan: Plan, name: str, place: Vector, histories: int) -> Iterator[Finding]:
+def point_forward_peaks(plan: Plan, name: str, place: Vector, histories: int) -> Iterator[Finding]:
     """Findings for a point, with bounds as fluence rates [W m^-2]."""
     if plan.scatters:
-        worst = _worst(plan, nearest_collision(plan, Point(position=place)), float)
+        worst = _largest_collision_score(plan, min_collision_distance(plan, Point(position=place)), float)
         cure = "use more particles, or a small VolumeDetector"
-        yield from _finding(worst, plan.unit / histories, f"point detector {name!r}", cure)
+        yield from _forward_peak_finding(worst, plan.unit / histories, f"point detector {name!r}", cure)
 
 
-def _worst(plan: Plan, gap: float, score) -> tuple[float, Medium | None]:
+def _largest_collision_score(plan: Plan, gap: float, score) -> tuple[float, Medium | None]:
     """The largest score of one collision, and the medium of it; gap: least distance of collisions [m]."""
     found = []
     for medium in plan.distinct_media:
         scattering = float(np.max(getattr(medium, "scattering", 0.0)))
         if scattering > 0:
             path = max(1.0 / float(np.max(medium.extinction)), gap)
-            found.append((score(peak_of(medium.phase) / path**2), medium))
+            found.append((score(max_phase_density(medium.phase) / path**2), medium))
     return max(found, key=lambda one: one[0], default=(0.0, None))
 
 
-def _finding(worst: tuple[float, Medium | None], each: float, title: str, cure: str) -> Iterator[Finding]:
+def _forward_peak_finding(
+    worst: tuple[float, Medium | None], each: float, title: str, cure: str
+) -> Iterator[Finding]:
     """The finding; each: weight of a history.
 
     The bound assumes no such score, since the error would show one.
     """
     score, medium = worst
     if score > 0:
-        angle = math.sqrt(1 / (math.pi * peak_of(medium.phase)))
+        angle = math.sqrt(1 / (math.pi * max_phase_density(medium.phase)))
         what = (
             f"light scattered by the {type(medium).__name__} within {angle:.2g} rad of the forward direction"
             " hardly sampled"

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.results.choice import more_of
+from transport.results.choice import more_particles_cure
 from transport.results.detectors import Reading
-from transport.results.diagnostics.empty_detector import none_can_arrive
+from transport.results.diagnostics.empty_detector import no_arrival_warning
 from transport.results.diagnostics.path_classes import ALL_LIGHT
 from transport.results.diagnostics.sources import faint_sources
 from transport.results.points import PointReading
@@ -29,19 +29,19 @@ from transport.statistics.findings import (
     NOTE,
     UNKNOWN,
     Finding,
-    capital,
+    capitalized,
+    particle_factors_needed,
     severities,
-    times_needed,
 )
 from transport.statistics.quality import Quality, Scores, quality_of
-from transport.validation import SceneError, listed
+from transport.validation import SceneError, join_names
 
 if TYPE_CHECKING:
     from transport.results.record import Record
 
-OUT_OF_REACH = 1e12  # particles
-BY_NUMBER = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores arrive
-MANY = 0.05  # share of the scored bins that may have too few scores without a warning
+MAX_ADVISED_PARTICLES = 1e12  # particles
+SCORE_LIMITED = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores arrive
+MAX_UNCERTAIN_BINS = 0.05  # share of the scored bins that may have too few scores without a warning
 
 SIDES = {
     "flux_in": ARRIVALS, "irradiance": ARRIVALS, "energy_in": ARRIVALS,
@@ -49,30 +49,30 @@ SIDES = {
 }  # fmt: skip
 
 
-def quality_in(result: Record, name: str | EstimateOrArray) -> Quality:
+def quality_of_result(result: Record, name: str | EstimateOrArray) -> Quality:
     """The quality of the quantity "detector.quantity", or of an Estimate or EstimateArray."""
     seconds = result.cost.seconds if result.cost else math.nan
     if not isinstance(name, str):
-        return quality_of(name, None, result.particles, seconds, more_of(result.choice))
+        return quality_of(name, None, result.particles, seconds, more_particles_cure(result.choice))
     detector, _, quantity = name.partition(".")
     estimate = result.quantity(name)
     scores = _scores_behind(result[detector], quantity) if isinstance(estimate, Estimate) else None
-    return quality_of(estimate, scores, result.particles, seconds, more_of(result.choice))
+    return quality_of(estimate, scores, result.particles, seconds, more_particles_cure(result.choice))
 
 
 def findings_of(result: Record) -> tuple[Finding, ...]:
     """All findings to read before the numbers are used: of sources and particles, then of each detector."""
-    found = [_note("lost particles", what) for what in _of_particles(result)]
+    found = [_note("lost particles", what) for what in _particle_messages(result)]
     found += [_note("faint source", what) for what in faint_sources(result.plan, result.particles)]
     looks = (*result.scene.meters, *result.scene.volumes, *result.scene.points, *result.scene.instruments)
     for look in looks:
-        found += _of_detector(result, result[look.name])
+        found += _detector_findings(result, result[look.name])
     for space in result.scene.phase_spaces:
         reading = result[space.name]
-        found += _of_bins(reading, f"{reading.title}{reading.name!r}")
+        found += _bins_findings(reading, f"{reading.title}{reading.name!r}")
     if away := [meter for meter in result.scene.meters if result[meter.name].cannot_arrive]:
-        found.append(_note("enclosed detector", none_can_arrive(away)))
-    found += [_note("aim", what) for what in _of_aims(result)]
+        found.append(_note("enclosed detector", no_arrival_warning(away)))
+    found += [_note("aim", what) for what in _aim_messages(result)]
     return tuple(found)
 
 
@@ -80,7 +80,7 @@ def _note(name: str, what: str, title: str = "") -> Finding:
     return Finding(NOTE, title, "", what, name=name)
 
 
-def in_words(findings: Iterable[Finding], particles: int) -> list[str]:
+def warnings_of(findings: Iterable[Finding], particles: int) -> list[str]:
     """A warning per finding that is a note or doubtful; equal findings of several detectors are merged."""
     alike: dict[tuple[str, str], list[Finding]] = {}
     ordered = []
@@ -92,33 +92,35 @@ def in_words(findings: Iterable[Finding], particles: int) -> list[str]:
             alike.setdefault(key, []).append(finding)
         elif finding.severity == NOTE:
             ordered.append(finding.what)
-    return [each if isinstance(each, str) else _warning(alike[each], particles) for each in ordered]
+    return [each if isinstance(each, str) else _doubt_warning(alike[each], particles) for each in ordered]
 
 
-def _warning(findings: list[Finding], particles: int) -> str:
+def _doubt_warning(findings: list[Finding], particles: int) -> str:
     """The warning about a doubtful number of one or several detectors."""
     titles: dict[str, list[str]] = {}
     for finding in findings:
         titles.setdefault(finding.object, []).append(finding.quantity)
-    names = listed(
+    names = join_names(
         [
-            f"{listed(list(filter(None, names)))} of {title}" if any(names) else title
+            f"{join_names(list(filter(None, names)))} of {title}" if any(names) else title
             for title, names in titles.items()
         ]
     )
     first = findings[0]
     if first.what.startswith(NO_SCORE):
-        return f"{names} {'has' if len(titles) == 1 else 'have'} {first.what}. {capital(first.cure)}"
+        return f"{names} {'has' if len(titles) == 1 else 'have'} {first.what}. {capitalized(first.cure)}"
     plural = len(titles) > 1 or any(len(quantities) > 1 for quantities in titles.values())
     seen = f" ({first.seen})" if first.seen else ""
-    cure = _in_numbers(first.cure, particles * max(finding.times for finding in findings))
+    cure = _cure_with_number(first.cure, particles * max(finding.times for finding in findings))
     worst = max(findings, key=lambda finding: np.nan_to_num(finding.share))
-    return f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}{seen}. {capital(cure)}"
+    return (
+        f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}{seen}. {capitalized(cure)}"
+    )
 
 
-def _in_numbers(cure: str, particles: float) -> str:
+def _cure_with_number(cure: str, particles: float) -> str:
     """The cure, with the approximate number of particles if it is known and within reach."""
-    if not particles < OUT_OF_REACH:
+    if not particles < MAX_ADVISED_PARTICLES:
         return cure
     power = 10 ** math.floor(math.log10(particles))
     return cure.replace(
@@ -127,7 +129,7 @@ def _in_numbers(cure: str, particles: float) -> str:
     )
 
 
-def _of_detector(result: Record, reading) -> Iterator[Finding]:
+def _detector_findings(result: Record, reading) -> Iterator[Finding]:
     """A note if the detector has no score.
 
     Else the worst finding per total, or about its bins, beyond a note.
@@ -144,37 +146,37 @@ def _of_detector(result: Record, reading) -> Iterator[Finding]:
                 DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure, name=reasons[0].name
             )
         elif not reading.cannot_arrive:
-            yield Finding(DOUBTFUL, title, "", what, cure=more_of(result.choice), name=UNKNOWN)
+            yield Finding(DOUBTFUL, title, "", what, cure=more_particles_cure(result.choice), name=UNKNOWN)
     else:
         found = [
-            _in_its_unit(
+            _in_quantity_unit(
                 replace(
                     worst,
                     object=title,
                     quantity=name,
                     value=float(total.value),
-                    times=_times(worst, total),
+                    times=_particle_factor(worst, total),
                 ),
                 reading,
             )
             for name, total in _totals(reading)
-            if (worst := _worst(total)) is not None
+            if (worst := _worst_finding(total)) is not None
         ]
         yield from found
         if not any(each.severity == DOUBTFUL for each in found):
-            yield from _of_bins(reading, title)
+            yield from _bins_findings(reading, title)
         if isinstance(reading, Reading):
-            yield from (replace(finding, quantity="fluence_rate") for finding in reading.of_slants())
+            yield from (replace(finding, quantity="fluence_rate") for finding in reading.grazing_findings())
 
 
-def _times(finding: Finding, total: Estimate) -> float:
+def _particle_factor(finding: Finding, total: Estimate) -> float:
     """Factor of histories after which a finding is settled, if the number of scores predicts it; else nan."""
-    if finding.name not in BY_NUMBER:
+    if finding.name not in SCORE_LIMITED:
         return math.nan
-    return max(times_needed([finding], total.value, total.error, total.allowed)[:2])
+    return max(particle_factors_needed([finding], total.value, total.error, total.allowed)[:2])
 
 
-def _in_its_unit(finding: Finding, reading) -> Finding:
+def _in_quantity_unit(finding: Finding, reading) -> Finding:
     """Convert a finding about a total to the unit of the quantity, if that is one number."""
     try:
         quantity = getattr(reading, finding.quantity, None)
@@ -186,12 +188,12 @@ def _in_its_unit(finding: Finding, reading) -> Finding:
     return replace(finding, bound=finding.bound * unit, value=quantity.value)
 
 
-def _worst(quantity: EstimateOrArray) -> Finding | None:
+def _worst_finding(quantity: EstimateOrArray) -> Finding | None:
     """The worst finding about a quantity beyond a note."""
     return next((each for each in quantity.findings if each.severity != NOTE), None)
 
 
-def _of_bins(reading, title: str) -> Iterator[Finding]:
+def _bins_findings(reading, title: str) -> Iterator[Finding]:
     """The worst finding about the bins, if any bin is doubtful although the total is sound."""
     for name, array in reading.binned():
         worst = next(
@@ -202,7 +204,7 @@ def _of_bins(reading, title: str) -> Iterator[Finding]:
             scored = array.value > 0
             doubtful = severities(worst, array.value, array.error, array.allowed) == DOUBTFUL
             many, of = int((doubtful & scored).sum()), int(scored.sum())
-            if many > (MANY * of if worst.name == "bins" else 0):
+            if many > (MAX_UNCERTAIN_BINS * of if worst.name == "bins" else 0):
                 seen = f"which matters in {many} of {of} bins"
                 yield replace(worst, object=title, quantity=name, seen=seen)
 
@@ -222,7 +224,7 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
         yield from reading.totals()
 
 
-def _of_particles(result: Record) -> Iterator[str]:
+def _particle_messages(result: Record) -> Iterator[str]:
     """Messages about lost particles and contradictory media, and about aims without births."""
     batches = result.batches
     if lost := sum(batch.lost for batch in batches):
@@ -248,7 +250,7 @@ def _of_particles(result: Record) -> Iterator[str]:
         yield "nothing is emitted towards the aim: it lies behind its source"
 
 
-def _of_aims(result: Record) -> Iterator[str]:
+def _aim_messages(result: Record) -> Iterator[str]:
     """The detectors for which an aim does not cover every path."""
     scene = result.scene
     aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.turned is None]

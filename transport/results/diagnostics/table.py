@@ -13,7 +13,7 @@ class Diagnostic(NamedTuple):
 
     name: str
     detects: str
-    cannot: str
+    cannot_detect: str
 
 
 DIAGNOSTICS = (

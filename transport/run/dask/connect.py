@@ -12,12 +12,12 @@ from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass
 
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 
 LOCAL = "local"
-CURE = "pass an address such as 'tcp://10.0.0.1:8786', a dask.distributed Client or cluster, or 'local'"
-LONELY = 60.0  # [s] after which a local worker without a scheduler ends
-DYING = 5.0  # [s] that a local worker gets to end by itself
+ADVICE = "pass an address such as 'tcp://10.0.0.1:8786', a dask.distributed Client or cluster, or 'local'"
+ORPHAN_SECONDS = 60.0  # [s] after which a local worker without a scheduler ends
+SHUTDOWN_SECONDS = 5.0  # [s] that a local worker gets to end by itself
 
 
 def checked_cluster(cluster: object) -> None:
@@ -33,10 +33,12 @@ def checked_cluster(cluster: object) -> None:
         if _address_of(cluster) is None:
             state = " that is not closed" if hasattr(cluster, "scheduler") else ""
             raise SceneError(
-                f"simulate: cluster must be a Client or an address{state}, got {shown(cluster)}; {CURE}"
+                f"simulate: cluster must be a Client or an address{state}, got {short_repr(cluster)}; {ADVICE}"
             )
     elif cluster != LOCAL and ":" not in cluster:
-        raise SceneError(f"simulate: cluster must be an address or 'local', got {shown(cluster)}; {CURE}")
+        raise SceneError(
+            f"simulate: cluster must be an address or 'local', got {short_repr(cluster)}; {ADVICE}"
+        )
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ def _ending(code: int) -> str:
 
 
 @asynccontextmanager
-async def reached(
+async def open_cluster(
     cluster: object, threads: int
 ) -> AsyncIterator[tuple[dict[str, object], LocalWorkers | None]]:
     """Yield the arguments of a Client of this cluster, and the workers started by this process.
@@ -103,7 +105,7 @@ async def _local(threads: int) -> AsyncIterator[tuple[str, LocalWorkers]]:
     quiet = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
     async with Scheduler(host="127.0.0.1", port=0, **quiet) as scheduler:
         what = json.dumps(
-            {"cls": "distributed.Worker", "opts": {"nthreads": 1, "death_timeout": LONELY, **quiet}}
+            {"cls": "distributed.Worker", "opts": {"nthreads": 1, "death_timeout": ORPHAN_SECONDS, **quiet}}
         )
         calm = os.environ | {"DASK_LOGGING__DISTRIBUTED": "error"}
         # start_new_session: Ctrl-C reaches the run, not its workers.
@@ -120,11 +122,11 @@ async def _local(threads: int) -> AsyncIterator[tuple[str, LocalWorkers]]:
             yield scheduler.address, LocalWorkers(workers)
         finally:
             await scheduler.close()
-            await asyncio.gather(*map(_ended, workers))
+            await asyncio.gather(*map(_wait_or_kill, workers))
 
 
 @contextmanager
-def place_given_up() -> Iterator[None]:
+def slot_released() -> Iterator[None]:
     """Release this thread's slot, where it runs a task of a Dask worker.
 
     The worker may then run other tasks, such as those of the run itself.
@@ -146,7 +148,7 @@ def place_given_up() -> Iterator[None]:
 
 
 @contextmanager
-def unheard(thread: str) -> Iterator[None]:
+def silenced(thread: str) -> Iterator[None]:
     """Silence Dask's log messages of this thread, below critical: the run reports itself what happens."""
     import distributed  # noqa: F401  # creates the log handlers; the user's own handlers stay as they are
 
@@ -164,10 +166,10 @@ def unheard(thread: str) -> Iterator[None]:
             handler.removeFilter(is_news)
 
 
-async def _ended(worker: asyncio.subprocess.Process) -> None:
+async def _wait_or_kill(worker: asyncio.subprocess.Process) -> None:
     """Wait until a worker process has ended; kill it after DYING seconds."""
     with suppress(TimeoutError):
-        async with asyncio.timeout(DYING):
+        async with asyncio.timeout(SHUTDOWN_SECONDS):
             await worker.wait()
     if worker.returncode is None:
         worker.kill()

@@ -14,23 +14,23 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import wraps
 
-POSTS: dict[str, Post] = {}  # by name, the runs that this process works for
-OVER: deque[str] = deque(maxlen=1000)  # names of finished runs
+RUNS: dict[str, WorkerRun] = {}  # by name, the runs that this process works for
+FINISHED: deque[str] = deque(maxlen=1000)  # names of finished runs
 # [s] without a batch after which a run is forgotten, as its client may have been killed; a live client sends
 # it again
-IDLE = 600.0
-NEWS = threading.Condition()  # notified of changes of either
-PATIENCE = 10.0  # [s] that a batch waits for its run's scene, which late workers soon receive
+IDLE_SECONDS = 600.0
+CHANGED = threading.Condition()  # notified of changes of either
+SCENE_SECONDS = 10.0  # [s] that a batch waits for its run's scene, which late workers soon receive
 
 
 @dataclass(frozen=True)
-class Untold:
+class UnknownRun:
     """Answer of a worker that does not know the run, or knows that it is over."""
 
     worker: str  # its address
 
 
-def enlist(name: str, task: bytes, sources: str, dask_worker=None):
+def register_run(name: str, task: bytes, sources: str, dask_worker=None):
     """Make this process work for a run, unless its sources differ. Return its Origin.
 
     dask_worker: the worker itself, which Dask passes in.
@@ -38,34 +38,34 @@ def enlist(name: str, task: bytes, sources: str, dask_worker=None):
     from transport.run.provenance import this_origin
 
     origin = this_origin()
-    with NEWS:
+    with CHANGED:
         if origin.sources != sources:
-            OVER.append(name)  # over for this process before it began
-        elif name not in POSTS and name not in OVER:  # unless a late message of a finished run
+            FINISHED.append(name)  # over for this process before it began
+        elif name not in RUNS and name not in FINISHED:  # unless a late message of a finished run
             _forget_idle()
-            POSTS[name] = Post(task, 1 if dask_worker is None else dask_worker.state.nthreads)
-        NEWS.notify_all()
+            RUNS[name] = WorkerRun(task, 1 if dask_worker is None else dask_worker.state.nthreads)
+        CHANGED.notify_all()
     return origin
 
 
-def dismiss(name: str) -> None:
+def end_run(name: str) -> None:
     """End a run: stop its batches in progress, and forget it."""
-    with NEWS:
-        OVER.append(name)
-        post = POSTS.pop(name, None)
-        NEWS.notify_all()
+    with CHANGED:
+        FINISHED.append(name)
+        post = RUNS.pop(name, None)
+        CHANGED.notify_all()
     if post is not None:
         post.stop()
 
 
 def _forget_idle() -> None:
     """Forget runs that have been idle for long."""
-    for name, post in list(POSTS.items()):
+    for name, post in list(RUNS.items()):
         if post.is_idle:
-            POSTS.pop(name).stop()
+            RUNS.pop(name).stop()
 
 
-def _frameless(work: Callable) -> Callable:
+def _without_traceback(work: Callable) -> Callable:
     """Decorate a function to drop the tracebacks of its exceptions.
 
     A Dask client hangs on a traceback of a thousand frames.
@@ -81,47 +81,47 @@ def _frameless(work: Callable) -> Callable:
     return working
 
 
-@_frameless
-def make_ready(name: str) -> Untold | None:
+@_without_traceback
+def compile_run(name: str) -> UnknownRun | None:
     """Compile or load the passes of the run."""
-    post = _post_of(name)
+    post = _run_of(name)
     if post is None:
-        return _untold()
+        return _unknown_run()
     post.machine()
     return None
 
 
-@_frameless
-def work_on(name: str, batches: list[tuple[int, int]], seed: int, count: int) -> bytes | Untold:
-    """Compute these batches (number, particles). Return the result of `Post.work`, pickled."""
+@_without_traceback
+def run_group(name: str, batches: list[tuple[int, int]], seed: int, count: int) -> bytes | UnknownRun:
+    """Compute these batches (number, particles). Return the result of `WorkerRun.work`, pickled."""
     from transport.engine.driver import Stopped
 
-    post = _post_of(name)
+    post = _run_of(name)
     with suppress(Stopped):
         if post is not None:
             # One byte string, because thousands of small arrays would each travel by themselves.
             return pickle.dumps(post.work(batches, seed, count), protocol=5)
-    return _untold()
+    return _unknown_run()
 
 
-def _post_of(name: str) -> Post | None:
+def _run_of(name: str) -> WorkerRun | None:
     """Return this process's post of a run; wait where the run has not arrived yet.
 
     The batch thus keeps its place. If the task were given back, the scheduler would forget how many workers
     have died over it.
     """
-    with NEWS:
-        NEWS.wait_for(lambda: name in POSTS or name in OVER, PATIENCE)
-        return POSTS.get(name)
+    with CHANGED:
+        CHANGED.wait_for(lambda: name in RUNS or name in FINISHED, SCENE_SECONDS)
+        return RUNS.get(name)
 
 
-def _untold() -> Untold:
+def _unknown_run() -> UnknownRun:
     from distributed import get_worker
 
-    return Untold(get_worker().address)
+    return UnknownRun(get_worker().address)
 
 
-class Post:
+class WorkerRun:
     """A run in a worker's process: its threads share the compiled program, and each has a bundle.
 
     The program is compiled at once, in a thread that does not keep the worker from answering.
@@ -142,12 +142,12 @@ class Post:
         Raise SceneError where memory does not suffice.
         """
         from transport.run.memory import check_worker_memory
-        from transport.run.programs import machine_for
+        from transport.run.programs import compiled_program_for
         from transport.run.progress import Progress
 
         with self.making:
             if self.made is None:
-                made = machine_for(*pickle.loads(self.task), Progress())
+                made = compiled_program_for(*pickle.loads(self.task), Progress())
                 check_worker_memory(made.program.plan, self.threads)
                 self.made = made
             return self.made
@@ -184,7 +184,7 @@ class Post:
     def is_idle(self) -> bool:
         """Return whether the run has had no batch for IDLE seconds."""
         with self.lock:
-            return not self.busy and time.monotonic() - self.used > IDLE
+            return not self.busy and time.monotonic() - self.used > IDLE_SECONDS
 
     def _prepare(self) -> None:
         """Compile the program in advance."""

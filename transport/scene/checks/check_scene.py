@@ -8,15 +8,15 @@ from transport.geometry.flat import FlatShape
 from transport.geometry.overlaps import overlap
 from transport.geometry.shape import Shape
 from transport.geometry.supports import are_on_one_support
-from transport.scene.checks.coplanar_meshes import check_flush
-from transport.scene.checks.enclosures import check_endless
+from transport.scene.checks.coplanar_meshes import check_coplanar_meshes
+from transport.scene.checks.enclosures import check_lossless_enclosures
 from transport.scene.checks.overlapping_bodies import check_filling
-from transport.scene.checks.points import check_points
+from transport.scene.checks.points import check_point_detectors
 from transport.scene.checks.refractive_indices import check_media
-from transport.scene.checks.trapping import check_trapped
-from transport.scene.materials import Dielectric, Surface, simple_parts, titled
-from transport.scene.sheets import sheets_of
-from transport.validation import SceneError, refuse, shown
+from transport.scene.checks.trapping import check_total_internal_reflection
+from transport.scene.materials import Dielectric, Surface, display_name, elementary_materials
+from transport.scene.sheets import scene_sheets
+from transport.validation import SceneError, refuse, short_repr
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
@@ -24,39 +24,39 @@ if TYPE_CHECKING:
 
 def check_scene(scene: SceneParts) -> None:
     """Raise SceneError if the parts of a scene do not fit together."""
-    check_points(scene)
+    check_point_detectors(scene)
     check_supports(scene)
-    check_flush(scene)
+    check_coplanar_meshes(scene)
     check_aims(scene)
-    check_endless(scene)
-    check_trapped(scene)
+    check_lossless_enclosures(scene)
+    check_total_internal_reflection(scene)
     check_media(scene)
     check_filling(scene)
 
 
 def check_supports(scene: SceneParts) -> None:
     """Refuse two acting surfaces at one point of a sheet."""
-    for sheet in sheets_of(scene):
+    for sheet in scene_sheets(scene):
         acting = [m for m in sheet.members if m.surface is not None]
         for i, one in enumerate(acting):
             for other in acting[:i]:
                 if overlap(one.shape, other.shape):
                     cure = "let them share an edge only, leave a gap of 1e-9 of their size, or leave one out"
-                    if all(_refracts(member.surface) for member in (one, other)):
+                    if all(_is_dielectric(member.surface) for member in (one, other)):
                         cure = (
                             "define the common face once, as a Plane, Disk or Rectangle with"
                             " Dielectric(index behind, index in front), and make the bodies Transparent()"
                             " there; a gap would be a film of air"
                         )
                     raise SceneError(
-                        f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on"
-                        f" one {_support_of(one.shape)}; {cure}"
+                        f"Scene: {_surface_name(scene, other.surface)} and {_surface_name(scene, one.surface)} overlap on"
+                        f" one {_support_name(one.shape)}; {cure}"
                     )
 
 
-def _refracts(surface: Surface) -> bool:
+def _is_dielectric(surface: Surface) -> bool:
     """Whether a surface is a dielectric."""
-    return any(isinstance(part, Dielectric) for part in simple_parts(surface.material))
+    return any(isinstance(part, Dielectric) for part in elementary_materials(surface.material))
 
 
 def check_aims(scene: SceneParts) -> None:
@@ -64,14 +64,16 @@ def check_aims(scene: SceneParts) -> None:
     for source in scene.sources:
         shape, aim = scene.shape_of(source), source.aim
         if isinstance(aim, FlatShape) and isinstance(shape, FlatShape) and are_on_one_support(shape, aim):
-            refuse(source, f"aim must not lie in the source's own plane, got {shown(aim)}; aim elsewhere")
+            refuse(
+                source, f"aim must not lie in the source's own plane, got {short_repr(aim)}; aim elsewhere"
+            )
 
 
-def _support_of(shape: Shape) -> str:
+def _support_name(shape: Shape) -> str:
     """Kind of support in messages."""
     return "plane" if isinstance(shape, FlatShape) else type(shape).__name__.lower()
 
 
-def _title(scene: SceneParts, surface: Surface) -> str:
+def _surface_name(scene: SceneParts, surface: Surface) -> str:
     """Name of a surface in messages."""
-    return titled(surface, scene.surfaces.index(surface))
+    return display_name(surface, scene.surfaces.index(surface))

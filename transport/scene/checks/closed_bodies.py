@@ -14,30 +14,33 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from transport.geometry.line_crossings import (
-    FACETS,
-    LINES,
-    crossed_in_turn,
+    DEFAULT_LINES,
+    MAX_LINE_FACETS,
     crossings,
     lines_through,
-    size_of,
+    scene_size,
+    sorted_crossings,
 )
 from transport.geometry.mesh import Mesh
-from transport.scene.bodies import Body, is_whole
-from transport.scene.checks.interfaces import title_of
-from transport.scene.media import plain
-from transport.validation import SceneError, shown
+from transport.scene.bodies import Body, bounds_alone
+from transport.scene.checks.interfaces import surface_name
+from transport.scene.media import canonical_medium
+from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
 
-A_SURFACE = 16  # least number of lines per surface
-SHARE = 0.9  # a surface in this share of the gaps is named
-TURNS, SIDES = 16, 4  # most faces tried reversed, and most sides tried with the medium, to find the cause
+LINES_PER_SURFACE = 16  # least number of lines per surface
+MIN_GAP_SHARE = 0.9  # a surface in this share of the gaps is named
+MAX_REVERSED, MAX_SIDES = (
+    16,
+    4,
+)  # most faces tried reversed, and most sides tried with the medium, to find the cause
 
 Faces = tuple[tuple[int, bool], ...]  # index of the surface, and whether the body is in front of it
 
 
-class Taken(NamedTuple):
+class FaceCrossings(NamedTuple):
     """Crossings of lines with some faces, in order, and the places where they do not alternate."""
 
     origins: np.ndarray
@@ -45,7 +48,7 @@ class Taken(NamedTuple):
     surfaces: np.ndarray  # (lines, most); -1 for none
     sides: np.ndarray  # +1 where a line runs along the normal, else -1
     places: np.ndarray  # [m]
-    is_in: np.ndarray  # (lines, most + 1): whether the line is in the body by the crossing before
+    is_inside: np.ndarray  # (lines, most + 1): whether the line is in the body by the crossing before
     is_gap: np.ndarray  # (lines, most + 1): whether there is a gap before each crossing, and behind the last
     is_double: np.ndarray  # (lines, most - 1): whether a crossing and the next coincide and disagree
 
@@ -58,23 +61,25 @@ class Taken(NamedTuple):
 def check_closed(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Raise SceneError for open surfaces that do not close their body, within the limits stated above."""
     for body in bodies:
-        if not is_whole(scene.surfaces[body.surfaces[0]].shape):
-            taken = _taken(scene, body.faces)
+        if not bounds_alone(scene.surfaces[body.surfaces[0]].shape):
+            taken = _face_crossings(scene, body.faces)
             if taken.is_double.any():
-                _refuse_double(scene, body, taken)
+                _raise_back_to_back(scene, body, taken)
             if taken.is_gap.any():
-                _refuse_gap(scene, body, taken)
+                _raise_gap(scene, body, taken)
 
 
-def _taken(scene: SceneParts, faces: Faces) -> Taken:
+def _face_crossings(scene: SceneParts, faces: Faces) -> FaceCrossings:
     """Crossings of lines through some faces, with gaps and contradictions."""
     numbers = np.array(list(dict.fromkeys(number for number, _ in faces)))
     shapes = [scene.surfaces[number].shape for number in numbers]
     facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
-    count = max(4, min(max(LINES, A_SURFACE * len(shapes)), FACETS // max(4 * facets, 1)))
-    size = size_of(shapes)
+    count = max(
+        4, min(max(DEFAULT_LINES, LINES_PER_SURFACE * len(shapes)), MAX_LINE_FACETS // max(4 * facets, 1))
+    )
+    size = scene_size(shapes)
     origins, ways = lines_through(shapes, count, size)
-    places, keys = crossed_in_turn(shapes, origins, ways, size)
+    places, keys = sorted_crossings(shapes, origins, ways, size)
     group, code = np.divmod(keys, 2 * len(shapes))
     code[keys < 0] = 2 * len(shapes)
     held = np.array([[(number, is_front) in faces for is_front in (True, False)] for number in numbers])
@@ -89,64 +94,66 @@ def _taken(scene: SceneParts, faces: Faces) -> Taken:
     is_double = flush & ((before[:, 1:] != before[:, :-1]) | (behind[:, 1:] != behind[:, :-1]))
     is_gap[:, 1:-1] &= ~flush
     surfaces = np.append(np.repeat(numbers, 2), -1)[code]
-    return Taken(origins, ways, surfaces, np.where(code % 2, 1, -1), places, is_in, is_gap, is_double)
+    return FaceCrossings(origins, ways, surfaces, np.where(code % 2, 1, -1), places, is_in, is_gap, is_double)
 
 
-def _refuse_double(scene: SceneParts, body: Body, taken: Taken) -> None:
+def _raise_back_to_back(scene: SceneParts, body: Body, taken: FaceCrossings) -> None:
     """Raise the SceneError for two faces back to back."""
     line, k = np.argwhere(taken.is_double)[0]
-    one, other = (title_of(scene, number) for number in taken.surfaces[line, k : k + 2])
-    where = _where(taken, line, taken.places[line, k])
-    must = f"must not lie back to back at {where}, got {shown(body.medium)} on both sides"
+    one, other = (surface_name(scene, number) for number in taken.surfaces[line, k : k + 2])
+    where = _format_place(taken, line, taken.places[line, k])
+    must = f"must not lie back to back at {where}, got {short_repr(body.medium)} on both sides"
     cure = "leave both out, so that the other surfaces bound one body; if one is larger, give it a hole"
     raise SceneError(f"Scene: {one} and {other} {must}; {cure}")
 
 
-def _refuse_gap(scene: SceneParts, body: Body, taken: Taken) -> None:
+def _raise_gap(scene: SceneParts, body: Body, taken: FaceCrossings) -> None:
     """Raise the SceneError for a gap, naming the face to reverse or to give the medium, or else the place."""
     # Try to find the cause: one reversed face, or one face that does not name the medium.
-    turned = _turned(scene, body)
-    if turned is None and (side := _missing(scene, body, taken)) is not None:
-        _refuse_bare(scene, body, taken, *side)
-    at_turned = taken.is_gap & _ends_at(taken, turned)
+    turned = _find_reversed(scene, body)
+    if turned is None and (side := _find_unnamed(scene, body, taken)) is not None:
+        _raise_unnamed_side(scene, body, taken, *side)
+    at_turned = taken.is_gap & _gaps_at_face(taken, turned)
     # Otherwise describe the gap by its two ends.
     line, k = np.argwhere(at_turned if at_turned.any() else taken.is_gap)[0]
-    here, there = (k - 1, k) if taken.is_in[line, k] else (k, k - 1)
+    here, there = (k - 1, k) if taken.is_inside[line, k] else (k, k - 1)
     number, side = int(taken.surfaces[line, here]), taken.sides[line, here]
     word = "front" if (side > 0) == (here < k) else "back"
     ends = "nothing"
     if 0 <= there < taken.surfaces.shape[1] and taken.surfaces[line, there] >= 0:
-        end = _where(taken, line, taken.places[line, there])
-        ends = f"{title_of(scene, taken.surfaces[line, there])} at {end}"
-    start = _where(taken, line, taken.places[line, here])
-    must = f"{word} must bound a closed body, got {shown(body.medium)} from {start} to {ends}"
+        end = _format_place(taken, line, taken.places[line, there])
+        ends = f"{surface_name(scene, taken.surfaces[line, there])} at {end}"
+    start = _format_place(taken, line, taken.places[line, here])
+    must = f"{word} must bound a closed body, got {short_repr(body.medium)} from {start} to {ends}"
     cure = f"close the gaps by surfaces that name it, reverse its normal, or leave {word} out"
     if ends != "nothing":
         cure += "; if two bodies of it overlap or are nested, make them one"
     if turned is not None:
         cure = f"reverse its normal, or write {'back' if word == 'front' else 'front'} instead of {word}"
-    elif (across := _whole_across(scene, body, taken)) is not None:
+    elif (across := _closing_surface(scene, body, taken)) is not None:
         cure = (
-            f"close the gap by a separate surface: {title_of(scene, across)} does not bound the body there;"
-            f" put a Transparent() Disk or Rectangle into it that names {shown(body.medium)} too"
+            f"close the gap by a separate surface: {surface_name(scene, across)} does not bound the body there;"
+            f" put a Transparent() Disk or Rectangle into it that names {short_repr(body.medium)} too"
         )
-    raise SceneError(f"Scene: {title_of(scene, number)}: {must}; {cure}")
+    raise SceneError(f"Scene: {surface_name(scene, number)}: {must}; {cure}")
 
 
-def _refuse_bare(scene: SceneParts, body: Body, taken: Taken, number: int, is_front: bool) -> None:
+def _raise_unnamed_side(
+    scene: SceneParts, body: Body, taken: FaceCrossings, number: int, is_front: bool
+) -> None:
     """Raise the SceneError for a side that should name the body's medium."""
     word, surface = "front" if is_front else "back", scene.surfaces[number]
-    line, k, place = _across(scene, taken, number)[0][:3]
-    here = taken.surfaces[line, k - 1 if taken.is_in[line, k] else k]
-    got = shown(surface.front if is_front else surface.back)
-    bounds = f"the medium of the body bounded by {title_of(scene, here)}, which is open without it"
-    must = f"{word} must be {shown(body.medium)}, {bounds}"
-    where = _where(taken, line, place)
-    cure = f"give {title_of(scene, number)} {word}={shown(body.medium)}, or close the gap otherwise"
-    raise SceneError(f"Scene: {title_of(scene, number)}: {must}, at {where}, got {got}; {cure}")
+    line, k, place = _crossings_in_gaps(scene, taken, number)[0][:3]
+    here = taken.surfaces[line, k - 1 if taken.is_inside[line, k] else k]
+    got = short_repr(surface.front if is_front else surface.back)
+    bounds = f"the medium of the body bounded by {surface_name(scene, here)}, which is open without it"
+    must = f"{word} must be {short_repr(body.medium)}, {bounds}"
+    where = _format_place(taken, line, place)
+    cure = f"give {surface_name(scene, number)} {word}={short_repr(body.medium)}, or close the gap otherwise"
+    raise SceneError(f"Scene: {surface_name(scene, number)}: {must}, at {where}, got {got}; {cure}")
 
 
-def _where(taken: Taken, line: int, place: float) -> str:
+def _format_place(taken: FaceCrossings, line: int, place: float) -> str:
     """Coordinates of a place on a line, as text."""
     return f"({', '.join(f'{x:.6g}' for x in taken.origins[line] + place * taken.ways[line])})"
 
@@ -154,63 +161,69 @@ def _where(taken: Taken, line: int, place: float) -> str:
 # ---- search for the cause ----
 
 
-def _turned(scene: SceneParts, body: Body) -> tuple[int, bool] | None:
+def _find_reversed(scene: SceneParts, body: Body) -> tuple[int, bool] | None:
     """The face whose reversal leaves no gap at all."""
-    for number, is_front in body.faces[:TURNS]:
+    for number, is_front in body.faces[:MAX_REVERSED]:
         others = tuple(face for face in body.faces if face != (number, is_front))
-        if _taken(scene, ((number, not is_front), *others)).share == 0:
+        if _face_crossings(scene, ((number, not is_front), *others)).share == 0:
             return number, is_front
     return None
 
 
-def _missing(scene: SceneParts, body: Body, taken: Taken) -> tuple[int, bool] | None:
+def _find_unnamed(scene: SceneParts, body: Body, taken: FaceCrossings) -> tuple[int, bool] | None:
     """The side that would leave the fewest lines with a gap if it named the medium; None if none helps."""
-    sides = _bare(scene, body, taken)[:SIDES]
-    shares = [_taken(scene, (*body.faces, side)).share for side in sides]
+    sides = _unnamed_sides(scene, body, taken)[:MAX_SIDES]
+    shares = [_face_crossings(scene, (*body.faces, side)).share for side in sides]
     best = min(range(len(sides)), key=lambda k: shares[k], default=None)
     return sides[best] if best is not None and shares[best] < taken.share else None
 
 
-def _bare(scene: SceneParts, body: Body, taken: Taken) -> list[tuple[int, bool]]:
+def _unnamed_sides(scene: SceneParts, body: Body, taken: FaceCrossings) -> list[tuple[int, bool]]:
     """Sides of open surfaces that face the body through gaps without naming it, the most frequent first."""
     sides: dict[tuple[int, bool], int] = {}
     for number, surface in enumerate(scene.surfaces):
-        if not is_whole(surface.shape) and number not in body.surfaces:
-            for *_, is_front in _across(scene, taken, number):
+        if not bounds_alone(surface.shape) and number not in body.surfaces:
+            for *_, is_front in _crossings_in_gaps(scene, taken, number):
                 named = surface.front if is_front else surface.back
-                if named is None or plain(named) != body.medium:
+                if named is None or canonical_medium(named) != body.medium:
                     sides[number, is_front] = sides.get((number, is_front), 0) + 1
     return sorted(sides, key=lambda side: -sides[side])
 
 
-def _whole_across(scene: SceneParts, body: Body, taken: Taken) -> int | None:
+def _closing_surface(scene: SceneParts, body: Body, taken: FaceCrossings) -> int | None:
     """The plane or closed surface that lies across nearly all gaps; None if there is none."""
     gaps = int(taken.is_gap.sum())
     for number, surface in enumerate(scene.surfaces):
-        gaps_of_it = {found[:2] for found in _across(scene, taken, number)} if is_whole(surface.shape) else ()
-        if len(gaps_of_it) >= SHARE * gaps:
+        gaps_of_it = (
+            {found[:2] for found in _crossings_in_gaps(scene, taken, number)}
+            if bounds_alone(surface.shape)
+            else ()
+        )
+        if len(gaps_of_it) >= MIN_GAP_SHARE * gaps:
             return number
     return None
 
 
-def _across(scene: SceneParts, taken: Taken, number: int) -> list[tuple[int, int, float, bool]]:
+def _crossings_in_gaps(
+    scene: SceneParts, taken: FaceCrossings, number: int
+) -> list[tuple[int, int, float, bool]]:
     """Where a surface lies across gaps: line, gap, place [m], and whether its front faces the body."""
     lines, gaps = np.nonzero(taken.is_gap)
     found = crossings(scene.surfaces[number].shape, taken.origins[lines], taken.ways[lines])
     ends = np.where(taken.surfaces >= 0, taken.places, np.inf)
     edge = np.full((len(ends), 1), np.inf)
     low, high = np.hstack([-edge, ends])[lines, gaps], np.hstack([ends, edge])[lines, gaps]
-    is_in = taken.is_in[lines, gaps]
+    is_in = taken.is_inside[lines, gaps]
     return [
         (int(lines[n]), int(gaps[n]), found.distances[n, m], bool((found.sides[n, m] < 0) == is_in[n]))
         for n, m in np.argwhere((found.distances > low[:, None]) & (found.distances < high[:, None]))
     ]
 
 
-def _ends_at(taken: Taken, face: tuple[int, bool] | None) -> np.ndarray:
+def _gaps_at_face(taken: FaceCrossings, face: tuple[int, bool] | None) -> np.ndarray:
     """Which gaps, (lines, most + 1), begin or end at a face; all of them for None."""
     if face is None:
         return np.ones(taken.is_gap.shape, bool)
     none = np.full((len(taken.surfaces), 1), -1)
     last, next_ = np.hstack([none, taken.surfaces]), np.hstack([taken.surfaces, none])
-    return np.where(taken.is_in, last, next_) == face[0]
+    return np.where(taken.is_inside, last, next_) == face[0]

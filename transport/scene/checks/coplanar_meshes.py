@@ -17,22 +17,22 @@ from transport.geometry.flat import Disk, FlatShape, Rectangle, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box
-from transport.geometry.supports import rounding_of
-from transport.scene.materials import titled
-from transport.scene.sheets import pieces
+from transport.geometry.supports import rounding_tolerance
+from transport.scene.materials import display_name
+from transport.scene.sheets import pieces_of
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
 
-ALIKE = 1e-12  # squared sine of the angle between planes that may coincide
-MOST_PAIRS = 200_000  # most pairs of facets compared between two meshes
+COPLANAR_SIN2 = 1e-12  # squared sine of the angle between planes that may coincide
+MAX_PAIRS = 200_000  # most pairs of facets compared between two meshes
 GAP = 1e-9  # suggested gap, relative to the size of both shapes
 
 
-def check_flush(scene: SceneParts) -> None:
+def check_coplanar_meshes(scene: SceneParts) -> None:
     """Raise SceneError if a face of a mesh coincides with another shape of the scene."""
-    users = list(_users(scene))
+    users = list(_named_shapes(scene))
     if not any(isinstance(shape, Mesh) for _, shape in users):
         return
     seen = set()
@@ -41,7 +41,7 @@ def check_flush(scene: SceneParts) -> None:
             if not isinstance(mesh, Mesh) or other == mesh or frozenset((mesh, other)) in seen:
                 continue
             seen.add(frozenset((mesh, other)))
-            if any(_is_flush(mesh, piece) for piece in pieces(other)):
+            if any(_is_coplanar(mesh, piece) for piece in pieces_of(other)):
                 gap = GAP * (mesh.extent + (0.0 if other.is_infinite else other.extent))
                 cure = f"leave a gap such as {gap:.0e} m between them, or make them one Mesh"
                 raise SceneError(
@@ -51,10 +51,10 @@ def check_flush(scene: SceneParts) -> None:
                 )
 
 
-def _users(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
+def _named_shapes(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
     """Shapes that rays hit or start on, with their names."""
     for number, surface in enumerate(scene.surfaces):
-        yield titled(surface, number), surface.shape
+        yield display_name(surface, number), surface.shape
     for number, source in enumerate(scene.sources):
         if isinstance(source.shape, FlatShape | Mesh | Box) and source.emission.has_side:
             yield f"sources[{number}]", source.shape
@@ -63,13 +63,13 @@ def _users(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
             yield f"Detector {meter.name!r}", meter.shape
 
 
-def _is_flush(mesh: Mesh, other: Shape) -> bool:
+def _is_coplanar(mesh: Mesh, other: Shape) -> bool:
     """Whether a facet has more than an edge in common with a flat piece or another mesh."""
     if isinstance(other, Mesh):
-        return _are_flush(mesh, other)
+        return _are_coplanar(mesh, other)
     if not isinstance(other, FlatShape):
         return False
-    tolerance = rounding_of(mesh, other) if not other.is_infinite else rounding_of(mesh, mesh)
+    tolerance = rounding_tolerance(mesh, other) if not other.is_infinite else rounding_tolerance(mesh, mesh)
     (e_u, e_v, normal), center = np.array(other.frame), np.array(other.center)
     heights = np.abs((mesh.vertices - center) @ normal)
     faces = mesh.faces[(heights[mesh.faces] <= tolerance).all(axis=1)]
@@ -93,21 +93,25 @@ def _overlap(facets: np.ndarray, polygon: np.ndarray, tolerance: float) -> np.nd
     """Which triangles (k, 3, 2) overlap a convex polygon (n, 2): no edge separates them."""
     meet = np.ones(len(facets), bool)
     for edge in np.roll(polygon, -1, axis=0) - polygon:
-        meet &= _cross(facets @ _across(edge)[:, None], polygon @ _across(edge), tolerance)
+        meet &= _projections_overlap(
+            facets @ _edge_normals(edge)[:, None], polygon @ _edge_normals(edge), tolerance
+        )
     for corner in range(3):
-        axes = _across(facets[:, (corner + 1) % 3] - facets[:, corner])
-        meet &= _cross(np.einsum("kij,kj->ki", facets, axes)[..., None], axes @ polygon.T, tolerance)
+        axes = _edge_normals(facets[:, (corner + 1) % 3] - facets[:, corner])
+        meet &= _projections_overlap(
+            np.einsum("kij,kj->ki", facets, axes)[..., None], axes @ polygon.T, tolerance
+        )
     return meet
 
 
-def _cross(ones: np.ndarray, others: np.ndarray, tolerance: float) -> np.ndarray:
+def _projections_overlap(ones: np.ndarray, others: np.ndarray, tolerance: float) -> np.ndarray:
     """Whether projections of triangles (k, 3, 1) and of a polygon (n,) or (k, n) on an axis overlap."""
     ones = ones[..., 0]
     low, high = others.min(axis=-1), others.max(axis=-1)
     return (ones.min(axis=1) < high - tolerance) & (ones.max(axis=1) > low + tolerance)
 
 
-def _across(edges: np.ndarray) -> np.ndarray:
+def _edge_normals(edges: np.ndarray) -> np.ndarray:
     """Unit vectors perpendicular to edges."""
     turned = np.stack([-edges[..., 1], edges[..., 0]], axis=-1)
     return turned / np.linalg.norm(turned, axis=-1, keepdims=True)
@@ -123,12 +127,12 @@ def _distance_from_origin(facets: np.ndarray) -> np.ndarray:
     return np.where((turns > 0).all(axis=1) | (turns < 0).all(axis=1), 0.0, nearest)
 
 
-def _are_flush(one: Mesh, other: Mesh) -> bool:
+def _are_coplanar(one: Mesh, other: Mesh) -> bool:
     """Whether facets of two meshes lie on one plane and overlap."""
     from scipy.spatial import cKDTree
 
     # Keep the facets within both bounding boxes.
-    tolerance = rounding_of(one, other)
+    tolerance = rounding_tolerance(one, other)
     low, high = (np.array([mesh.bounds[end] for mesh in (one, other)]) for end in (0, 1))
     low, high = low.max(axis=0) - tolerance, high.min(axis=0) + tolerance
     near = [_facets_within(mesh, low, high) for mesh in (one, other)]
@@ -137,23 +141,25 @@ def _are_flush(one: Mesh, other: Mesh) -> bool:
     # Compare only facets on nearly the same plane.
     size = one.extent + other.extent
     planes = [
-        _planes(mesh, facets, size, np.array(one.middle))
+        _plane_coordinates(mesh, facets, size, np.array(one.middle))
         for mesh, facets in zip((one, other), near, strict=True)
     ]
-    pairs = cKDTree(planes[0]).query_ball_tree(cKDTree(planes[1]), math.sqrt(ALIKE) + 2 * tolerance / size)
+    pairs = cKDTree(planes[0]).query_ball_tree(
+        cKDTree(planes[1]), math.sqrt(COPLANAR_SIN2) + 2 * tolerance / size
+    )
     looked_at = 0
     for number, matches in zip(near[0], pairs, strict=True):
         if matches:
             looked_at += len(matches)
             corners = one.vertices[one.faces[number]]
-            if _shares_area(corners, one.normals[number], other, near[1][matches], tolerance):
+            if _overlaps_facets(corners, one.normals[number], other, near[1][matches], tolerance):
                 return True
-        if looked_at > MOST_PAIRS:
+        if looked_at > MAX_PAIRS:
             break
     return False
 
 
-def _shares_area(
+def _overlaps_facets(
     corners: np.ndarray, normal: np.ndarray, other: Mesh, facets: np.ndarray, tolerance: float
 ) -> bool:
     """Whether a triangle overlaps one of the coplanar facets of another mesh."""
@@ -171,7 +177,7 @@ def _facets_within(mesh: Mesh, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return np.flatnonzero(((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1))
 
 
-def _planes(mesh: Mesh, facets: np.ndarray, size: float, origin: np.ndarray) -> np.ndarray:
+def _plane_coordinates(mesh: Mesh, facets: np.ndarray, size: float, origin: np.ndarray) -> np.ndarray:
     """Normals, independent of their sign, and distances from the origin relative to `size`: (k, 4)."""
     normals = mesh.normals[facets]
     lead = np.take_along_axis(normals, np.abs(normals).argmax(axis=1)[:, None], axis=1)

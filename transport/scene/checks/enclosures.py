@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transport.geometry.containment import contains, magnitude
-from transport.geometry.distances import is_behind, least_distance, point_beside
+from transport.geometry.containment import contains, coordinate_scale
+from transport.geometry.distances import distance_to_shape, is_behind, point_beside
 from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Slab, Triangle
 from transport.geometry.line_crossings import crossings
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.supports import are_on_one_support
-from transport.scene.bodies import WAYS
-from transport.scene.checks.overlapping_bodies import absorbs, glowing_sources
+from transport.scene.bodies import TEST_DIRECTIONS
+from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
 from transport.scene.materials import (
     Black,
     Diffuse,
@@ -32,19 +32,19 @@ from transport.scene.materials import (
     Surface,
     Transparent,
     TwoSided,
-    lets_through,
-    simple_parts,
-    titled,
+    display_name,
+    elementary_materials,
+    is_transmissive,
 )
 from transport.scene.sides import OTHER_SIDE
-from transport.validation import SceneError, listed
+from transport.validation import SceneError, join_names
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
     from transport.scene.sources import Source
 
-Place = Shape | Vector
+ShapeOrPoint = Shape | Vector
 
 
 class ClosedShape(NamedTuple):
@@ -55,17 +55,17 @@ class ClosedShape(NamedTuple):
     word = "inside"
 
     @property
-    def is_endless(self) -> bool:
+    def is_infinite(self) -> bool:
         """Whether the region is infinite in some direction."""
         return self.shapes[0].is_infinite
 
-    def holds(self, place: Place) -> bool:
+    def holds(self, place: ShapeOrPoint) -> bool:
         """Whether a shape or a point surely lies wholly in the region."""
         return contains(self.shapes[0], place)
 
-    def clears(self, place: Shape) -> bool:
+    def excludes(self, place: Shape) -> bool:
         """Whether a shape surely lies wholly outside the region."""
-        distance = least_distance(self.shapes[0], place.middle, filled=True)
+        distance = distance_to_shape(self.shapes[0], place.middle, filled=True)
         return not place.is_infinite and distance > place.extent
 
     def may_reach(self, shape: Shape) -> bool:
@@ -73,14 +73,14 @@ class ClosedShape(NamedTuple):
         return _boxes_meet(shape, self.shapes)
 
 
-class Patches(NamedTuple):
+class ClosedPatches(NamedTuple):
     """Region that open surfaces enclose together."""
 
     numbers: tuple[int, ...]
     shapes: tuple[Shape, ...]
-    word, is_endless = "in the room of", False
+    word, is_infinite = "in the room of", False
 
-    def holds(self, place: Place) -> bool:
+    def holds(self, place: ShapeOrPoint) -> bool:
         """Whether a shape or a point surely lies wholly in the region."""
         if not isinstance(place, Shape):
             return _is_between(self.shapes, place)
@@ -88,7 +88,7 @@ class Patches(NamedTuple):
             return _is_between(self.shapes, place.middle)
         return self._are_behind((*self.shapes, place))  # touching the walls of a convex room
 
-    def clears(self, place: Shape) -> bool:
+    def excludes(self, place: Shape) -> bool:
         """Whether a shape surely lies wholly outside the region."""
         return self._is_apart(place) and not _is_between(self.shapes, place.middle)
 
@@ -106,22 +106,22 @@ class Patches(NamedTuple):
         """Whether the bounding sphere of a shape touches no patch."""
         if place.is_infinite:
             return False
-        return all(least_distance(shape, place.middle) > place.extent for shape in self.shapes)
+        return all(distance_to_shape(shape, place.middle) > place.extent for shape in self.shapes)
 
     def may_reach(self, shape: Shape) -> bool:
         """Whether part of a shape may lie in the region."""
         return _boxes_meet(shape, self.shapes)
 
 
-class Cell(NamedTuple):
+class PlaneCell(NamedTuple):
     """Region between planes; sides: those that face the region, which is built around a point in it."""
 
     numbers: tuple[int, ...]
     shapes: tuple[Shape, ...]
     sides: tuple[str, ...]
-    word, is_endless = "between", True
+    word, is_infinite = "between", True
 
-    def holds(self, place: Place) -> bool:
+    def holds(self, place: ShapeOrPoint) -> bool:
         """Whether a shape surely lies wholly in the region; always true for a point."""
         faces = zip(self.shapes, self.sides, strict=True)
         return not isinstance(place, Shape) or all(
@@ -135,10 +135,10 @@ class Cell(NamedTuple):
         )
 
 
-Enclosure = ClosedShape | Patches | Cell
+Enclosure = ClosedShape | ClosedPatches | PlaneCell
 
 
-def check_endless(scene: SceneParts) -> None:
+def check_lossless_enclosures(scene: SceneParts) -> None:
     """Raise SceneError if some histories of a source can never end."""
     if scene.duration is not None or absorbs(scene.medium):
         return
@@ -151,22 +151,22 @@ def check_endless(scene: SceneParts) -> None:
     if not walls:
         return
     # Look for a lossless enclosure around each source, without an absorber in it.
-    fixed = [room for room in rooms_of(walls) if _is_white_inside(room, walls)]
-    for source in (*scene.sources, *(glow for _, glow in glowing_sources(scene))):
+    fixed = [room for room in finite_enclosures(walls) if _is_lossless_inside(room, walls)]
+    for source in (*scene.sources, *(glow for _, glow in emitting_bodies_as_sources(scene))):
         origin = scene.shape_of(source)
-        for enclosure in (*fixed, *_cell_of_planes(walls, _start(source, origin, walls.values()))):
-            is_sure = not enclosure.is_endless or _spreads(scene, source)
+        for enclosure in (*fixed, *_cell_of_planes(walls, _start_point(source, origin, walls.values()))):
+            is_sure = not enclosure.is_infinite or _hits_planes_repeatedly(scene, source)
             if is_sure and _starts_in(enclosure, source, origin) and not _has_absorber(scene, enclosure):
                 raise SceneError(
-                    f"Scene: nothing absorbs {_place(scene, enclosure)} and nothing escapes from there;"
+                    f"Scene: nothing absorbs {_region_name(scene, enclosure)} and nothing escapes from there;"
                     " give a surface there an albedo or reflectance below 1, or the scene a duration"
                 )
 
 
-def _place(scene: SceneParts, enclosure: Enclosure) -> str:
+def _region_name(scene: SceneParts, enclosure: Enclosure) -> str:
     """Description of the region in messages."""
-    names = [titled(scene.surfaces[number], number) for number in enclosure.numbers]
-    return f"{enclosure.word} {listed(names)}"
+    names = [display_name(scene.surfaces[number], number) for number in enclosure.numbers]
+    return f"{enclosure.word} {join_names(names)}"
 
 
 # ---- absorption ----
@@ -187,15 +187,15 @@ def _is_lossy(material: Material, is_back: bool) -> bool:
     """Whether a side absorbs or transmits some of the incident light."""
     if isinstance(material, TwoSided):
         material = material.back if is_back else material.front
-    return lets_through(material) or _absorbs(material)
+    return is_transmissive(material) or _absorbs(material)
 
 
 def _absorbs(material: Material) -> bool:
     """Whether a material absorbs some of the incident light."""
-    return any(_kept(part) > 0 for part in simple_parts(material))
+    return any(_absorbed_share(part) > 0 for part in elementary_materials(material))
 
 
-def _kept(material: Material) -> float:
+def _absorbed_share(material: Material) -> float:
     """Share of incident light that a simple material absorbs."""
     match material:
         case Black():
@@ -217,13 +217,13 @@ def _boxes_meet(shape: Shape, others: tuple[Shape, ...]) -> bool:
     return bool((low <= bounds[:, 1].max(axis=0)).all() and (bounds[:, 0].min(axis=0) <= high).all())
 
 
-def _start(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vector:
+def _start_point(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vector:
     """Middle of a source; for a flat one, which may lie on a wall, a point just in front of it."""
     is_sided = source.emission.has_side and isinstance(origin, FlatShape)
     return point_beside(origin, source.is_back, (w.shape for w in walls)) if is_sided else origin.middle
 
 
-def _spreads(scene: SceneParts, source: Source) -> bool:
+def _hits_planes_repeatedly(scene: SceneParts, source: Source) -> bool:
     """Whether almost all of a source's particles reach the planes again and again.
 
     A beam may run along the planes forever, at once or after a mirror: only between two planes alone it
@@ -242,7 +242,7 @@ def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
     is_sided = source.emission.has_side
     if is_sided and isinstance(enclosure, ClosedShape) and are_on_one_support(origin, enclosure.shapes[0]):
         return source.is_back
-    is_there = least_distance(origin, origin.middle, filled=not is_sided) == 0
+    is_there = distance_to_shape(origin, origin.middle, filled=not is_sided) == 0
     if is_sided and isinstance(origin, FlatShape):
         start = point_beside(origin, source.is_back, enclosure.shapes)
         return enclosure.holds(start) and (is_there or enclosure.holds(origin))
@@ -251,7 +251,7 @@ def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
 
 def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:
     """Whether all of a few lines from a point cross closed patches an odd number of times."""
-    ways = WAYS / np.linalg.norm(WAYS, axis=1)[:, None]
+    ways = TEST_DIRECTIONS / np.linalg.norm(TEST_DIRECTIONS, axis=1)[:, None]
     origins = np.tile(np.array(point, float), (len(ways), 1))
     crossed = sum((crossings(shape, origins, ways).distances > 0).sum(axis=1) for shape in shapes)
     return bool((crossed % 2 == 1).all())
@@ -260,7 +260,7 @@ def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:
 # ---- enclosures ----
 
 
-def rooms_of(surfaces: dict[int, Surface]) -> list[ClosedShape | Patches]:
+def finite_enclosures(surfaces: dict[int, Surface]) -> list[ClosedShape | ClosedPatches]:
     """Finite regions that surfaces, by index, enclose: one surface alone, or several without a gap."""
     closed = [
         ClosedShape((number,), (surface.shape,))
@@ -270,7 +270,7 @@ def rooms_of(surfaces: dict[int, Surface]) -> list[ClosedShape | Patches]:
     return closed + list(_closed_patches(surfaces))
 
 
-def _is_white_inside(room: ClosedShape | Patches, walls: dict[int, Surface]) -> bool:
+def _is_lossless_inside(room: ClosedShape | ClosedPatches, walls: dict[int, Surface]) -> bool:
     """Whether the walls of a room return all light that arrives from inside."""
     for number, shape in zip(room.numbers, room.shapes, strict=True):
         sides = (True,) if isinstance(room, ClosedShape) else (False, True)
@@ -295,11 +295,11 @@ def _cell_of_planes(walls: dict[int, Surface], point: Vector) -> Iterator[Enclos
     planes = tuple(walls[number].shape for number in numbers)
     signs = [1.0 if side == "front" else -1.0 for side in sides]
     normals = np.array([plane.normal for plane in planes]).reshape(-1, 3) * np.array(signs)[:, None]
-    if _leave_no_way(normals):
-        yield Cell(tuple(numbers), planes, tuple(sides))
+    if _close_all_directions(normals):
+        yield PlaneCell(tuple(numbers), planes, tuple(sides))
 
 
-def _leave_no_way(normals: np.ndarray) -> bool:
+def _close_all_directions(normals: np.ndarray) -> bool:
     """Whether no direction leads away from all planes with these normals (n, 3) towards the cell.
 
     By Gordan's theorem this holds if some of the normals, with weights not all 0, sum to zero.
@@ -315,9 +315,9 @@ def _leave_no_way(normals: np.ndarray) -> bool:
     return bool(distance <= 8 * ROUNDING)
 
 
-def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
+def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[ClosedPatches]:
     """Sets of open surfaces without gaps: every rim is shared by exactly one other surface."""
-    found = {number: rims_of(surface.shape) for number, surface in surfaces.items()}
+    found = {number: shape_rims(surface.shape) for number, surface in surfaces.items()}
     shapes = {number: surfaces[number].shape for number, its in found.items() if its}
     if not shapes:
         return
@@ -328,7 +328,7 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
         np.array([getattr(rim, name) for rim in rims]).reshape(-1, 3) for name in ("center", "span")
     )
     is_circle = np.array([rim.is_circle for rim in rims], bool)
-    slack = 4 * ROUNDING * np.array([magnitude(shapes[number]) for number in owners.tolist()])
+    slack = 4 * ROUNDING * np.array([coordinate_scale(shapes[number]) for number in owners.tolist()])
     # Find equal rims of other surfaces; sort by x so that only near ones are compared.
     order = np.argsort(centers[:, 0])
     reach = (slack + slack.max())[:, None] * (-1, 1)
@@ -354,7 +354,7 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
         left -= joined
         if all(len(partners[k]) == 1 for number in joined for k in rows[number]):
             numbers = tuple(sorted(joined))
-            yield Patches(numbers, tuple(shapes[number] for number in numbers))
+            yield ClosedPatches(numbers, tuple(shapes[number] for number in numbers))
 
 
 class Rim(NamedTuple):
@@ -365,7 +365,7 @@ class Rim(NamedTuple):
     span: Vector
 
 
-def rims_of(shape: Shape) -> list[Rim]:
+def shape_rims(shape: Shape) -> list[Rim]:
     """Rims of a finite open surface; none if they are not known."""
     match shape:
         case Rectangle(hole=None, frame=(e_u, e_v, _), width=width, height=height):

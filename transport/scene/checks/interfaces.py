@@ -14,26 +14,32 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transport.geometry.line_crossings import FACETS, LINES, crossed_in_turn, lines_through, size_of
+from transport.geometry.line_crossings import (
+    DEFAULT_LINES,
+    MAX_LINE_FACETS,
+    lines_through,
+    scene_size,
+    sorted_crossings,
+)
 from transport.geometry.mesh import Mesh
-from transport.scene.bodies import Body, bits_at, sides_of, solid_of, surrounding_of
+from transport.scene.bodies import Body, bits_of_bodies_at, bodies_on_sides, body_solid, surrounding_medium
 from transport.scene.materials import (
     AnyMedium,
     Dielectric,
     Surface,
     Transparent,
-    lets_through,
-    simple_parts,
-    titled,
+    display_name,
+    elementary_materials,
+    is_transmissive,
 )
-from transport.scene.media import plain
-from transport.validation import SceneError, shown
+from transport.scene.media import canonical_medium
+from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
 
 
-class Crossed(NamedTuple):
+class InterfaceCrossing(NamedTuple):
     """Surfaces that a line crosses at one place, each with +1 if the line runs along the normal, else -1."""
 
     surfaces: tuple[tuple[int, int], ...]
@@ -42,15 +48,15 @@ class Crossed(NamedTuple):
     behind: int
 
 
-def title_of(scene: SceneParts, number: int) -> str:
+def surface_name(scene: SceneParts, number: int) -> str:
     """Name of a surface in messages."""
-    return titled(scene.surfaces[number], number)
+    return display_name(scene.surfaces[number], number)
 
 
 def check_sides(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse named media that differ from what is there, and refractive indices that do not match."""
     seen = set()
-    for crossed in _crossed_by_lines(scene, bodies):
+    for crossed in _interface_crossings(scene, bodies):
         kind = crossed.surfaces, crossed.before, crossed.behind
         if kind in seen:
             continue
@@ -64,10 +70,12 @@ def check_sides(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
 
 def _medium_of(scene: SceneParts, bodies: tuple[Body, ...], bits: int) -> AnyMedium:
     """Medium of the innermost body in a bit set; the surrounding medium if it is empty."""
-    return bodies[(bits & -bits).bit_length() - 1].medium if bits else surrounding_of(scene)
+    return bodies[(bits & -bits).bit_length() - 1].medium if bits else surrounding_medium(scene)
 
 
-def _check_named(scene, bodies, number: int, way: int, crossed: Crossed, media: list[AnyMedium]) -> None:
+def _check_named(
+    scene, bodies, number: int, way: int, crossed: InterfaceCrossing, media: list[AnyMedium]
+) -> None:
     """Refuse a surface whose named media are not there: neither its own body nor the same medium."""
     surface = scene.surfaces[number]
     sides = [(True, crossed.behind, media[1]), (False, crossed.before, media[0])]
@@ -78,7 +86,7 @@ def _check_named(scene, bodies, number: int, way: int, crossed: Crossed, media: 
         if named is None:
             continue
         own = [k for k, body in enumerate(bodies) if (number, is_front) in body.faces]
-        if not any(bits >> k & 1 for k in own) and found != plain(named):
+        if not any(bits >> k & 1 for k in own) and found != canonical_medium(named):
             _refuse_named(scene, number, is_front, found, crossed.place)
 
 
@@ -87,79 +95,79 @@ def _refuse_named(
 ) -> None:
     """Raise the SceneError for a named medium that is not there."""
     surface = scene.surfaces[number]
-    side = _side(scene, number, is_front)
+    side = _side_name(scene, number, is_front)
     where = ", ".join(f"{x:.6g}" for x in place)
     cure = f"leave {side} out: the medium outside comes from the body around, or from Scene(medium=...)"
     if not surface.shape.is_closed:
         cure = f"close the gaps between its surfaces, reverse its normal, or leave {side} out"
-    named = shown(surface.front if is_front else surface.back)
+    named = short_repr(surface.front if is_front else surface.back)
     raise SceneError(
-        f"Scene: {title_of(scene, number)}: {side} must be the medium there, {shown(found)} at ({where}),"
+        f"Scene: {surface_name(scene, number)}: {side} must be the medium there, {short_repr(found)} at ({where}),"
         f" got {named}; {cure}"
     )
 
 
-def _side(scene: SceneParts, number: int, is_front: bool) -> str:
+def _side_name(scene: SceneParts, number: int, is_front: bool) -> str:
     """Name of a side of a surface in messages."""
     if scene.surfaces[number].shape.is_closed:
         return "outside" if is_front else "inside"
     return "front" if is_front else "back"
 
 
-def _check_index(scene: SceneParts, crossed: Crossed, media: list[AnyMedium]) -> None:
+def _check_index(scene: SceneParts, crossed: InterfaceCrossing, media: list[AnyMedium]) -> None:
     """Refuse a change of index without a Dielectric, and a Dielectric with other indices."""
     acting = [(k, way) for k, way in crossed.surfaces if scene.surfaces[k].material != Transparent()]
     if len(acting) > 1:
         return
     number, way = acting[0] if acting else crossed.surfaces[0]
     material = scene.surfaces[number].material
-    glass = next((part for part in simple_parts(material) if isinstance(part, Dielectric)), None)
+    glass = next((part for part in elementary_materials(material) if isinstance(part, Dielectric)), None)
     inside, outside = media if way > 0 else media[::-1]
     there = inside.index, outside.index
     words = f"Dielectric({there[0]:g}, {there[1]:g})"
     where = ", ".join(f"{x:.6g}" for x in crossed.place)
-    if glass is None and lets_through(material) and there[0] != there[1]:
-        must = (
-            f"material must be a Dielectric between {shown(inside)} behind it and {shown(outside)} in front"
-        )
+    if glass is None and is_transmissive(material) and there[0] != there[1]:
+        must = f"material must be a Dielectric between {short_repr(inside)} behind it and {short_repr(outside)} in front"
         raise SceneError(
-            f"Scene: {title_of(scene, number)}: {must}, at ({where}), got {shown(material)}; write {words}"
+            f"Scene: {surface_name(scene, number)}: {must}, at ({where}), got {short_repr(material)}; write {words}"
         )
     if glass is not None and there != (glass.index_inside, glass.index_outside):
         is_inside = there[0] != glass.index_inside
         medium, index = (inside, glass.index_inside) if is_inside else (outside, glass.index_outside)
-        side = _side(scene, number, not is_inside)
+        side = _side_name(scene, number, not is_inside)
         named = "Vacuum()" if index == 1 else f"Medium(index={index:g})"
         cure = f"name the medium there, {side}={named}, or write {words}"
         raise SceneError(
-            f"Scene: {title_of(scene, number)}: {shown(glass)} contradicts the medium {side}, {shown(medium)}"
+            f"Scene: {surface_name(scene, number)}: {short_repr(glass)} contradicts the medium {side}, {short_repr(medium)}"
             f" of index {medium.index:g}, at ({where}); {cure}"
         )
 
 
-def _crossed_by_lines(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterator[Crossed]:
+def _interface_crossings(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterator[InterfaceCrossing]:
     """Crossings of straight lines through the bounding surfaces, with the bodies before and behind each."""
     shapes = [surface.shape for surface in scene.surfaces]
     aimed = [surface.shape for surface in scene.surfaces if _bounds_media(surface)]
     if not aimed:
         return
     # Choose the lines and find all their crossings.
-    size = size_of(shapes)
+    size = scene_size(shapes)
     facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
-    count = max(4, min(max(LINES, 4 * len(aimed)), FACETS // max(4 * facets, 1)))
+    count = max(4, min(max(DEFAULT_LINES, 4 * len(aimed)), MAX_LINE_FACETS // max(4 * facets, 1)))
     origins, ways = lines_through(aimed, count, size)
-    places, keys = crossed_in_turn(shapes, origins, ways, size)
+    places, keys = sorted_crossings(shapes, origins, ways, size)
     base = 2 * len(shapes)
     # Group coincident crossings, and take a point between each pair of groups.
-    lines = [_groups(row, key, base) for row, key in zip(places, keys, strict=True)]
+    lines = [_group_coincident(row, key, base) for row, key in zip(places, keys, strict=True)]
     kept = [k for k, groups in enumerate(lines) if groups]
-    between = [_between([step for step, _ in lines[k]], size) for k in kept]
+    between = [_midpoints([step for step, _ in lines[k]], size) for k in kept]
     points = [origins[k] + steps[:, None] * ways[k] for k, steps in zip(kept, between, strict=True)]
     # Find the bodies at these points: solids by inequalities, others by the surfaces crossed.
-    solids = [number for number, body in enumerate(bodies) if solid_of(scene, body) is not None]
+    solids = [number for number, body in enumerate(bodies) if body_solid(scene, body) is not None]
     crossed = sum(1 << number for number in range(len(bodies)) if number not in solids)
-    sides = [[sum(1 << number for number in side) & crossed for side in pair] for pair in sides_of(scene)]
-    bits = iter(bits_at(scene, np.concatenate(points), solids).tolist() if points else [])
+    sides = [
+        [sum(1 << number for number in side) & crossed for side in pair] for pair in bodies_on_sides(scene)
+    ]
+    bits = iter(bits_of_bodies_at(scene, np.concatenate(points), solids).tolist() if points else [])
     for k in kept:
         before, held = next(bits), 0  # bits of bodies of surfaces: none before the first crossing
         for step, surfaces in lines[k]:
@@ -168,11 +176,13 @@ def _crossed_by_lines(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterator[C
             for number, way in surfaces:
                 front, back = sides[number]
                 held = held & ~(front | back) | (front if way > 0 else back)
-            yield Crossed(surfaces, origins[k] + step * ways[k], before | was_held, behind | held)
+            yield InterfaceCrossing(surfaces, origins[k] + step * ways[k], before | was_held, behind | held)
             before = behind
 
 
-def _groups(row: np.ndarray, keys: np.ndarray, base: int) -> list[tuple[float, tuple[tuple[int, int], ...]]]:
+def _group_coincident(
+    row: np.ndarray, keys: np.ndarray, base: int
+) -> list[tuple[float, tuple[tuple[int, int], ...]]]:
     """Crossings of one line in order: distance [m], and the surfaces that coincide there."""
     groups: dict[int, tuple[float, list[tuple[int, int]]]] = {}
     for step, key in zip(row[keys >= 0].tolist(), keys[keys >= 0].tolist(), strict=True):
@@ -183,11 +193,11 @@ def _groups(row: np.ndarray, keys: np.ndarray, base: int) -> list[tuple[float, t
 
 def _bounds_media(surface: Surface) -> bool:
     """Whether a surface is a dielectric or names a medium."""
-    is_glass = any(isinstance(part, Dielectric) for part in simple_parts(surface.material))
+    is_glass = any(isinstance(part, Dielectric) for part in elementary_materials(surface.material))
     return is_glass or surface.front is not None or surface.back is not None
 
 
-def _between(steps: list[float], size: float) -> np.ndarray:
+def _midpoints(steps: list[float], size: float) -> np.ndarray:
     """Distances before, between and behind the crossings."""
     ends = np.array([steps[0] - 2 * size, *steps, steps[-1] + 2 * size])
     return (ends[:-1] + ends[1:]) / 2

@@ -13,26 +13,26 @@ import numpy as np
 
 from transport.geometry.containment import HalfSpace
 from transport.geometry.flat import Plane
-from transport.geometry.line_crossings import CLOSE
+from transport.geometry.line_crossings import EDGE_TOLERANCE
 from transport.geometry.shape import ROUNDING
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import (
     Body,
-    bodies_of,
-    box_of,
-    have_common_part,
+    bodies_overlap,
+    body_bounds,
+    body_solid,
     is_layer,
-    nested,
-    solid_of,
-    surrounding_of,
+    nested_bodies,
+    scene_bodies,
+    surrounding_medium,
 )
 from transport.scene.checks.closed_bodies import check_closed
-from transport.scene.checks.interfaces import check_sides, title_of
+from transport.scene.checks.interfaces import check_sides, surface_name
 from transport.scene.emissions import Isotropic
-from transport.scene.materials import AnyMedium, Dielectric, Transparent, simple_parts
+from transport.scene.materials import AnyMedium, Dielectric, Transparent, elementary_materials
 from transport.scene.media import Grid
 from transport.scene.sources import Source
-from transport.validation import SceneError, listed, shown
+from transport.validation import SceneError, join_names, short_repr
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
@@ -40,33 +40,33 @@ if TYPE_CHECKING:
 
 def check_filling(scene: SceneParts) -> None:
     """Raise SceneError for media that do not fit together, within the limits stated above."""
-    if not names_media(scene):
+    if not has_named_media(scene):
         return
-    bodies = bodies_of(scene)
+    bodies = scene_bodies(scene)
     _check_grids(scene, bodies)
     _check_units(scene, bodies)
     check_closed(scene, bodies)
     _check_layers(scene)
     _check_pairs(scene, bodies)
-    _check_glow(scene, bodies)
-    _check_end(scene, bodies)
+    _check_emission(scene, bodies)
+    _check_infinite_scattering(scene, bodies)
     check_sides(scene, bodies)
 
 
-def names_media(scene: SceneParts) -> bool:
+def has_named_media(scene: SceneParts) -> bool:
     """Whether the scene has any medium."""
     return scene.medium is not None or any(
         medium is not None for surface in scene.surfaces for medium in (surface.front, surface.back)
     )
 
 
-def glows(scene: SceneParts) -> bool:
+def has_emission(scene: SceneParts) -> bool:
     """Whether a medium in the scene emits."""
     media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
     return any(medium is not None and medium.emission > 0 for medium in media)
 
 
-def glowing_sources(scene: SceneParts) -> list[tuple[int, Source]]:
+def emitting_bodies_as_sources(scene: SceneParts) -> list[tuple[int, Source]]:
     """Surfaces whose inside emits, by index, as sources of 1 W that fill them."""
     return [
         (number, Source(surface.shape, Isotropic(power=1.0)))
@@ -78,9 +78,9 @@ def glowing_sources(scene: SceneParts) -> list[tuple[int, Source]]:
     ]
 
 
-def _bounds_of(scene: SceneParts, body: Body) -> str:
+def _surface_names(scene: SceneParts, body: Body) -> str:
     """Names of the surfaces of a body."""
-    return listed([title_of(scene, number) for number in body.surfaces], most=len(body.surfaces))
+    return join_names([surface_name(scene, number) for number in body.surfaces], most=len(body.surfaces))
 
 
 # ---- bodies ----
@@ -93,12 +93,12 @@ def _check_grids(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
             continue
         box = body.medium.box
         low, high = np.array(box.bounds)
-        gap = CLOSE * box.extent
+        gap = EDGE_TOLERANCE * box.extent
         for number in body.surfaces:
             bounds = np.array(scene.surfaces[number].shape.bounds)
             if (bounds[0] < low - gap).any() or (bounds[1] > high + gap).any():
-                must = f"{title_of(scene, number)} must lie within the box of the Grid that fills it"
-                got = f"{shown(scene.surfaces[number].shape)} beyond {box}"
+                must = f"{surface_name(scene, number)} must lie within the box of the Grid that fills it"
+                got = f"{short_repr(scene.surfaces[number].shape)} beyond {box}"
                 cure = "write Surface(grid.box, Transparent(), inside=grid)"
                 raise SceneError(f"Scene: {must}, got {got}; {cure}")
 
@@ -107,7 +107,10 @@ def _check_units(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse optical properties in a scene of particles."""
     if scene.measured_in == "watts":
         return
-    named = [("medium", surrounding_of(scene)), *((_bounds_of(scene, body), body.medium) for body in bodies)]
+    named = [
+        ("medium", surrounding_medium(scene)),
+        *((_surface_names(scene, body), body.medium) for body in bodies),
+    ]
     for what, medium in named:
         if medium.index != 1 or medium.emission:
             got = f"index={medium.index}" if medium.index != 1 else f"emission={medium.emission}"
@@ -119,23 +122,25 @@ def _check_units(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
 
 def _check_pairs(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse two bodies of different media unless one lies in the other or they are disjoint."""
-    _, holders = nested(scene)
+    _, holders = nested_bodies(scene)
     for k, n in np.argwhere(np.triu(_boxes_meet(scene, bodies), 1)).tolist():
         one, other = bodies[k], bodies[n]
         is_held, holds = n in holders[k], k in holders[n]
         if one.medium != other.medium and is_held == holds:
             _check_pair(scene, one, other, is_held)
-        elif is_held == holds and all(isinstance(solid_of(scene, body), HalfSpace) for body in (one, other)):
+        elif is_held == holds and all(
+            isinstance(body_solid(scene, body), HalfSpace) for body in (one, other)
+        ):
             _check_half_spaces(scene, one, other, is_held)
 
 
 def _check_half_spaces(scene: SceneParts, one: Body, other: Body, is_same: bool) -> None:
     """Refuse overlapping half spaces of one medium: they fill their union, not a layer between planes."""
-    if is_same or not have_common_part(scene, one, other):
+    if is_same or not bodies_overlap(scene, one, other):
         return
     raise SceneError(
-        f"Scene: {_bounds_of(scene, one)} and {_bounds_of(scene, other)} must not fill half spaces that"
-        f" overlap, got {shown(one.medium)} in both; for the region between planes write Slab(...), Box(...)"
+        f"Scene: {_surface_names(scene, one)} and {_surface_names(scene, other)} must not fill half spaces that"
+        f" overlap, got {short_repr(one.medium)} in both; for the region between planes write Slab(...), Box(...)"
         " or Box(...).faces()"
     )
 
@@ -146,15 +151,15 @@ def _check_layers(scene: SceneParts) -> None:
         is_one_sided = isinstance(surface.shape, Plane) and surface.front is not None and surface.back is None
         if is_one_sided and is_layer(scene, surface):
             raise SceneError(
-                f"Scene: {title_of(scene, number)}: back must be named below a layer of"
-                f" {shown(surface.front)}, which would continue behind it, got None;"
+                f"Scene: {surface_name(scene, number)}: back must be named below a layer of"
+                f" {short_repr(surface.front)}, which would continue behind it, got None;"
                 " write back=Vacuum(), or the medium there"
             )
 
 
 def _check_pair(scene: SceneParts, one: Body, other: Body, is_same: bool) -> None:
     """Refuse two bodies that are the same region or overlap."""
-    if not is_same and not have_common_part(scene, one, other):
+    if not is_same and not bodies_overlap(scene, one, other):
         return
     words = "are one region of two media" if is_same else "overlap in part, and their media differ"
     cure = (
@@ -162,60 +167,60 @@ def _check_pair(scene: SceneParts, one: Body, other: Body, is_same: bool) -> Non
         if is_same
         else "move them apart, put one wholly into the other, or give both the same medium"
     )
-    got = f"{shown(one.medium)} and {shown(other.medium)}"
+    got = f"{short_repr(one.medium)} and {short_repr(other.medium)}"
     raise SceneError(
-        f"Scene: {_bounds_of(scene, one)} and {_bounds_of(scene, other)} {words}, got {got}; {cure}"
+        f"Scene: {_surface_names(scene, one)} and {_surface_names(scene, other)} {words}, got {got}; {cure}"
     )
 
 
 def _boxes_meet(scene: SceneParts, bodies: tuple[Body, ...]) -> np.ndarray:
     """Which pairs of bodies, (bodies, bodies), have bounding boxes with a common volume."""
-    low, high = np.array([box_of(scene, body) for body in bodies]).reshape(-1, 2, 3).transpose(1, 0, 2)
+    low, high = np.array([body_bounds(scene, body) for body in bodies]).reshape(-1, 2, 3).transpose(1, 0, 2)
     sizes = np.where(np.isfinite(low), abs(low), 0) + np.where(np.isfinite(high), abs(high), 0)
     across = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
     return (across > ROUNDING * (sizes[:, None] + sizes)).all(axis=2)
 
 
-def _check_glow(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
+def _check_emission(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse emission of anything but a whole Box or Sphere that holds no other body."""
-    if surrounding_of(scene).emission:
-        got = f"emission={surrounding_of(scene).emission}"
+    if surrounding_medium(scene).emission:
+        got = f"emission={surrounding_medium(scene).emission}"
         cure = "give it to a body, as Surface(Box(...), Transparent(), inside=Medium(emission=...))"
         raise SceneError(f"Scene: medium must not emit, because it is infinite, got {got}; {cure}")
-    _, holders = nested(scene)
+    _, holders = nested_bodies(scene)
     meet = _boxes_meet(scene, bodies)
     for k, body in enumerate(bodies):
         if not body.medium.emission:
             continue
-        if not isinstance(solid_of(scene, body), Box | Sphere):
-            got = shown(scene.surfaces[body.surfaces[0]].shape)
+        if not isinstance(body_solid(scene, body), Box | Sphere):
+            got = short_repr(scene.surfaces[body.surfaces[0]].shape)
             cure = "fill a Box or a Sphere with the emitting medium"
             raise SceneError(
-                f"Scene: {_bounds_of(scene, body)}: emission needs a Box or Sphere, got {got}; {cure}"
+                f"Scene: {_surface_names(scene, body)}: emission needs a Box or Sphere, got {got}; {cure}"
             )
         for number, other in enumerate(bodies):
             is_beside = other is body or number in holders[k] or not meet[k, number]
-            if not is_beside and have_common_part(scene, body, other):
+            if not is_beside and bodies_overlap(scene, body, other):
                 raise SceneError(
-                    f"Scene: {_bounds_of(scene, body)}: a body that emits must hold no other body,"
-                    f" got {_bounds_of(scene, other)} in it; divide it into boxes side by side"
+                    f"Scene: {_surface_names(scene, body)}: a body that emits must hold no other body,"
+                    f" got {_surface_names(scene, other)} in it; divide it into boxes side by side"
                 )
 
 
-def _check_end(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
+def _check_infinite_scattering(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse an infinite scattering medium if nothing in the scene absorbs and no duration is set."""
-    around = surrounding_of(scene)
+    around = surrounding_medium(scene)
     if scene.duration is not None or not around.scattering or absorbs(around):
         return
     walls = any(
         not isinstance(part, Dielectric | Transparent)
         for surface in scene.surfaces
-        for part in simple_parts(surface.material)
+        for part in elementary_materials(surface.material)
     )
     if not walls and not any(absorbs(body.medium) for body in bodies):
         must = "medium must absorb or be finite"
         cure = "add absorption=..., put it into a Box, or give the scene a duration"
-        raise SceneError(f"Scene: {must}, got {shown(scene.medium)}, in which no history ends; {cure}")
+        raise SceneError(f"Scene: {must}, got {short_repr(scene.medium)}, in which no history ends; {cure}")
 
 
 def absorbs(medium: AnyMedium | None) -> bool:

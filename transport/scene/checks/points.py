@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import math
 
-from transport.geometry.containment import magnitude
-from transport.geometry.distances import least_distance
+from transport.geometry.containment import coordinate_scale
+from transport.geometry.distances import distance_to_shape
 from transport.geometry.shape import ROUNDING, Point
 from transport.scene.emissions import Beam, Isotropic, Lambertian
-from transport.scene.materials import Black, Diffuse, Surface, Transparent, simple_parts, titled
+from transport.scene.materials import Black, Diffuse, Surface, Transparent, display_name, elementary_materials
 from transport.scene.parts import SceneParts
 from transport.scene.points import PointDetector
 from transport.scene.sources import Source
-from transport.validation import refuse, shown
+from transport.validation import refuse, short_repr
 from transport.vectors import Vector, dot
 
-SEEN_BY = (Black, Diffuse)  # materials that block a ray and whose emergent radiance is known
-CLOSE = 64 * ROUNDING  # distance relative to the coordinates at which a point is on a surface
+ALLOWED_MATERIALS = (Black, Diffuse)  # materials that block a ray and whose emergent radiance is known
+ON_SURFACE_TOLERANCE = 64 * ROUNDING  # distance relative to the coordinates at which a point is on a surface
 
 
-def check_points(scene: SceneParts) -> None:
+def check_point_detectors(scene: SceneParts) -> None:
     """Check that the point detectors of a scene can be estimated.
 
     Raises
@@ -37,15 +37,15 @@ def check_points(scene: SceneParts) -> None:
 def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface) -> None:
     if isinstance(surface.material, Transparent):
         return
-    title = titled(surface, scene.surfaces.index(surface))
-    for part in simple_parts(surface.material):
-        if not isinstance(part, SEEN_BY):
+    title = display_name(surface, scene.surfaces.index(surface))
+    for part in elementary_materials(surface.material):
+        if not isinstance(part, ALLOWED_MATERIALS):
             must = "needs surfaces that are Black, Diffuse or Transparent throughout"
             cure = "use a small VolumeDetector instead"
             refuse(detector, f"{must}, got {part!r} of {title}; {cure}")
     if _lies_on(detector, surface.shape):
         cure = f"use Detector({surface.name or 'its name'!r}), or move the point off it"
-        refuse(detector, f"position must not lie on {title}, got {shown(detector.position)}; {cure}")
+        refuse(detector, f"position must not lie on {title}, got {short_repr(detector.position)}; {cure}")
 
 
 def _check_source(scene: SceneParts, detector: PointDetector, source: Source) -> None:
@@ -57,33 +57,33 @@ def _check_source(scene: SceneParts, detector: PointDetector, source: Source) ->
         cure = "leave out aim: every emission already sends a ray to the point"
         refuse(
             detector,
-            f"needs sources without an aim, got aim={shown(source.aim)}; {cure}",
+            f"needs sources without an aim, got aim={short_repr(source.aim)}; {cure}",
         )
     is_point = isinstance(shape, Point)
     if isinstance(emission, Isotropic) and is_point and detector.position == shape.position:
         refuse(
             detector,
-            f"position must differ from that of a point source, got {shown(detector.position)}; move it",
+            f"position must differ from that of a point source, got {short_repr(detector.position)}; move it",
         )
     if isinstance(emission, Beam) and is_point and _lies_on_ray(detector, shape.position, emission.direction):
         cure = "move it off, or use a small VolumeDetector"
         refuse(
             detector,
             "position must not lie on a pencil beam, where the fluence rate is infinite,"
-            f" got {shown(detector.position)}; {cure}",
+            f" got {short_repr(detector.position)}; {cure}",
         )
     if isinstance(emission, Lambertian) and _lies_on(detector, shape):
         cure = "move the point off it"
-        refuse(detector, f"position must not lie on a source, got {shown(detector.position)}; {cure}")
+        refuse(detector, f"position must not lie on a source, got {short_repr(detector.position)}; {cure}")
 
 
 def _lies_on_ray(detector: PointDetector, origin: Vector, direction: Vector) -> bool:
     way = [p - q for p, q in zip(detector.position, origin, strict=True)]
     ahead = dot(way, direction)
     aside = math.hypot(*(w - ahead * u for w, u in zip(way, direction, strict=True)))
-    return ahead >= 0 and aside <= CLOSE * sum(map(abs, (*origin, *detector.position)))
+    return ahead >= 0 and aside <= ON_SURFACE_TOLERANCE * sum(map(abs, (*origin, *detector.position)))
 
 
 def _lies_on(detector: PointDetector, shape) -> bool:
-    size = magnitude(shape) + sum(map(abs, detector.position))
-    return least_distance(shape, detector.position) <= CLOSE * size
+    size = coordinate_scale(shape) + sum(map(abs, detector.position))
+    return distance_to_shape(shape, detector.position) <= ON_SURFACE_TOLERANCE * size

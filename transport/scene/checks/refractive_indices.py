@@ -19,27 +19,27 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from transport.geometry.line_crossings import (
-    CLOSE,
-    FACETS,
-    LINES,
-    along_lines,
+    DEFAULT_LINES,
+    EDGE_TOLERANCE,
+    MAX_LINE_FACETS,
     crossings,
     lines_through,
-    size_of,
+    scene_size,
+    with_neighbour_lines,
 )
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import rounding_of
-from transport.scene.materials import Dielectric, Surface, lets_through, simple_parts, titled
+from transport.geometry.supports import rounding_tolerance
+from transport.scene.materials import Dielectric, Surface, display_name, elementary_materials, is_transmissive
 from transport.validation import SceneError
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
 
-ROUND = 32  # lines from a position
-WORK = 200_000  # most lines times boundaries: a quarter of a second
+LINES_PER_POSITION = 32  # lines from a position
+MAX_LINE_BOUNDARIES = 200_000  # most lines times boundaries: a quarter of a second
 
 
 class Boundary(NamedTuple):
@@ -64,7 +64,7 @@ def check_media(scene: SceneParts) -> None:
     if len(glass) < 2 and not any(isinstance(b.shape, Mesh) for b in glass):
         return
     for one, other in _pairs(glass):
-        if one.indices(1) + other.indices(1) != (one.glass.index_inside,) * 4 and _cut(
+        if one.indices(1) + other.indices(1) != (one.glass.index_inside,) * 4 and _intersect(
             one.shape, other.shape
         ):
             cure = "move them apart, put one wholly into the other, or make one Mesh of both"
@@ -76,12 +76,14 @@ def index_around(scene: SceneParts, position: Vector) -> float:
     """Refractive index at a position, by the majority of lines from there; nan if they do not agree."""
     boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
     glass = [b for b in boundaries if b.glass is not None]
-    size = _size(boundaries)
+    size = _boundaries_size(boundaries)
     # Send lines towards points in the boxes of boundaries, and in all directions.
-    places, ways = lines_through([b.shape for b in glass], ROUND, size)
+    places, ways = lines_through([b.shape for b in glass], LINES_PER_POSITION, size)
     ways = np.concatenate([places - np.array(position), ways])
     ways /= np.linalg.norm(ways, axis=1)[:, None]
-    met, places = _met(boundaries, np.tile(position, (len(ways), 1)), ways, CLOSE * size)
+    met, places = _boundary_crossings(
+        boundaries, np.tile(position, (len(ways), 1)), ways, EDGE_TOLERANCE * size
+    )
     # Take the index before the first boundary ahead, and let the lines vote.
     ahead = np.argmax((met >= 0) & (places > 0), axis=1)
     first = np.where(
@@ -94,10 +96,12 @@ def index_around(scene: SceneParts, position: Vector) -> float:
 
 def _boundary(surface: Surface, number: int) -> Boundary | None:
     """The surface as a boundary; None if it transmits light and changes no index."""
-    glass = next((part for part in simple_parts(surface.material) if isinstance(part, Dielectric)), None)
-    if glass is None and lets_through(surface.material):
+    glass = next(
+        (part for part in elementary_materials(surface.material) if isinstance(part, Dielectric)), None
+    )
+    if glass is None and is_transmissive(surface.material):
         return None
-    title = titled(surface, number)
+    title = display_name(surface, number)
     return Boundary(title, surface.shape, glass)
 
 
@@ -112,13 +116,13 @@ def _pairs(glass: list[Boundary]) -> Iterator[tuple[Boundary, Boundary]]:
             yield one, glass[k + 1 + n]
 
 
-def _cut(a: Shape, b: Shape) -> bool:
+def _intersect(a: Shape, b: Shape) -> bool:
     """Whether the surfaces of two spheres, two boxes or one of each intersect, beyond rounding."""
     if isinstance(a, Box) and isinstance(b, Sphere):
-        return _cut(b, a)
+        return _intersect(b, a)
     if not all(isinstance(shape, (Box, Sphere)) and shape.is_closed for shape in (a, b)):
         return False
-    tolerance = rounding_of(a, b)
+    tolerance = rounding_tolerance(a, b)
     if isinstance(b, Sphere):
         apart = math.dist(a.center, b.center)
         return abs(a.radius - b.radius) + tolerance < apart < a.radius + b.radius - tolerance
@@ -140,10 +144,20 @@ def _cut(a: Shape, b: Shape) -> bool:
 
 def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
     """Refuse boundaries between which a line finds two different indices."""
-    size, facets = _size(boundaries), sum(b.shape.triangles for b in boundaries if isinstance(b.shape, Mesh))
-    count = max(4, min(max(LINES, len(glass)), WORK // len(boundaries), FACETS // max(facets, 1)))
+    size, facets = (
+        _boundaries_size(boundaries),
+        sum(b.shape.triangles for b in boundaries if isinstance(b.shape, Mesh)),
+    )
+    count = max(
+        4,
+        min(
+            max(DEFAULT_LINES, len(glass)),
+            MAX_LINE_BOUNDARIES // len(boundaries),
+            MAX_LINE_FACETS // max(facets, 1),
+        ),
+    )
     origins, directions = lines_through([b.shape for b in glass], count, size)
-    met, places = _met(boundaries, origins, directions, CLOSE * size)
+    met, places = _boundary_crossings(boundaries, origins, directions, EDGE_TOLERANCE * size)
     before, behind = np.array(
         [b.indices(way) for b in boundaries for way in (-1.0, 1.0)] + [(math.nan,) * 2]
     ).T
@@ -154,10 +168,14 @@ def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
         line, k = np.argwhere(wrong)[0]
         one, other = (boundaries[number // 2] for number in met[line, k : k + 2])
         leaves, comes = float(behind[met[line, k]]), float(before[met[line, k + 1]])
-        _refuse(one, other, leaves, comes, origins[line] + places[line, k + 1] * directions[line])
+        _raise_contradiction(
+            one, other, leaves, comes, origins[line] + places[line, k + 1] * directions[line]
+        )
 
 
-def _refuse(one: Boundary, other: Boundary, leaves: float, comes: float, place: np.ndarray) -> None:
+def _raise_contradiction(
+    one: Boundary, other: Boundary, leaves: float, comes: float, place: np.ndarray
+) -> None:
     """Raise the SceneError for contradicting indices."""
     where = ", ".join(f"{x:.6g}" for x in place)
     found = f"light leaves {one.title} into index {leaves} and reaches {other.title} from index {comes}"
@@ -165,12 +183,12 @@ def _refuse(one: Boundary, other: Boundary, leaves: float, comes: float, place: 
     raise SceneError(f"Scene: contradicting media: {found}, at ({where}); {cure}")
 
 
-def _size(boundaries: list[Boundary]) -> float:
+def _boundaries_size(boundaries: list[Boundary]) -> float:
     """Length scale [m] of the boundaries."""
-    return size_of([b.shape for b in boundaries])
+    return scene_size([b.shape for b in boundaries])
 
 
-def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.ndarray]:
+def _boundary_crossings(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.ndarray]:
     """Boundaries that each line crosses in order, and places [m].
 
     A boundary is 2 * index + (1: along its normal), -1 for none.
@@ -178,7 +196,7 @@ def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.
     A line has no crossings if its three neighbours at a distance `close` cross others, or if two crossings
     are within `close`.
     """
-    starts, ways = along_lines(origins, directions, close)
+    starts, ways = with_neighbour_lines(origins, directions, close)
     found = [crossings(b.shape, starts, ways) for b in boundaries]
     places = np.concatenate([f.distances for f in found], axis=1)
     met = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)

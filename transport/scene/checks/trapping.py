@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.geometry.flat import Slab
-from transport.geometry.line_crossings import CLOSE
+from transport.geometry.line_crossings import EDGE_TOLERANCE
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
-from transport.scene.bodies import surrounding_of
-from transport.scene.checks.overlapping_bodies import absorbs, glowing_sources
+from transport.scene.bodies import surrounding_medium
+from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
 from transport.scene.emissions import Beam
 from transport.scene.materials import (
     AnyMedium,
@@ -29,22 +29,22 @@ from transport.scene.materials import (
     Mirror,
     Surface,
     Transparent,
-    simple_parts,
-    titled,
+    display_name,
+    elementary_materials,
 )
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, short_repr
 from transport.vectors import dot
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
     from transport.scene.sources import Source
 
-MOST_EVENTS = 1 << 24  # events after which the engine abandons a history (engine/passes/surfaces.py)
+MAX_EVENTS = 1 << 24  # events after which the engine abandons a history (engine/passes/surfaces.py)
 # Mean numbers of scatterings before absorption, after which all but 1e-7 of the histories have ended.
 LIFETIMES = 16
 
 
-def check_trapped(scene: SceneParts) -> None:
+def check_total_internal_reflection(scene: SceneParts) -> None:
     """Raise SceneError for a source whose light is partly trapped in a clear, otherwise empty body.
 
     A clear slab may hold finite bodies: guided light passes them, and anything in it that scatters is a
@@ -52,18 +52,18 @@ def check_trapped(scene: SceneParts) -> None:
     """
     if scene.duration is not None:
         return
-    check_sluggish(scene)
+    check_weak_absorption(scene)
     for number, surface in enumerate(scene.surfaces):
         sine = _escape_sine(surface.material)
         if sine == 1 or not surface.shape.is_closed:
             continue
-        if _acts(scene.medium if surface.back is None else surface.back):
+        if _interacts(scene.medium if surface.back is None else surface.back):
             continue
-        company = _company(scene, number)
+        company = _other_surfaces_inside(scene, number)
         if company and not (isinstance(surface.shape, Slab) and all(map(_is_bounded, company))):
             continue
-        for lamp, cure in _trapped_lamps(scene, surface.shape, sine, company):
-            title = titled(surface, number)
+        for lamp, cure in _trapped_sources(scene, surface.shape, sine, company):
+            title = display_name(surface, number)
             raise SceneError(
                 f"Scene: total internal reflection traps light of {lamp} in {title} forever, got a critical"
                 f" angle of {math.degrees(math.asin(sine)):.4g} degrees and no absorption; let the material"
@@ -72,85 +72,97 @@ def check_trapped(scene: SceneParts) -> None:
             )
 
 
-def _trapped_lamps(
+def _trapped_sources(
     scene: SceneParts, shape: Shape, sine: float, company: list[Surface]
 ) -> Iterator[tuple[str, str]]:
     """Sources whose light is trapped in a clear body, with an additional cure, as text."""
     lamps = {f"sources[{place}]": source for place, source in enumerate(scene.sources)}
-    lamps |= {f"the medium of surfaces[{k}]": source for k, source in glowing_sources(scene)}
+    lamps |= {f"the medium of surfaces[{k}]": source for k, source in emitting_bodies_as_sources(scene)}
     for lamp, source in lamps.items():
         origin = scene.shape_of(source)
-        if _is_wide(source) and _traps(shape, sine, source, origin) and not _is_hidden(origin, company):
+        if (
+            _is_unaimed(source)
+            and _traps_light(shape, sine, source, origin)
+            and not _is_enclosed(origin, company)
+        ):
             yield lamp, "use aim=... or a Beam"
     for surface in company:
         others = [other for other in company if other is not surface]
-        if _scatters(surface) and _lies_deep(surface.shape, shape) and not _is_hidden(surface.shape, others):
+        if (
+            _scatters(surface)
+            and _is_inside_slab(surface.shape, shape)
+            and not _is_enclosed(surface.shape, others)
+        ):
             number = scene.surfaces.index(surface)
-            title = titled(surface, number)
+            title = display_name(surface, number)
             yield f"the scatterer {title}", "replace the slab by a finite Box"
 
 
-def check_sluggish(scene: SceneParts) -> None:
+def check_weak_absorption(scene: SceneParts) -> None:
     """Refuse an infinite medium that absorbs so little that histories are abandoned before they end."""
-    around = surrounding_of(scene)
+    around = surrounding_medium(scene)
     sigma_a, sigma_s = float(np.max(around.absorption)), float(np.max(around.scattering))
-    if not 0 < sigma_a < sigma_s * LIFETIMES / MOST_EVENTS:
+    if not 0 < sigma_a < sigma_s * LIFETIMES / MAX_EVENTS:
         return
-    is_open = all(_is_bounded(s) and not _acts_otherwise(s) for s in scene.surfaces)
+    is_open = all(_is_bounded(s) and not _is_not_clear(s) for s in scene.surfaces)
     if is_open and not any(absorbs(m) for s in scene.surfaces for m in (s.front, s.back)):
         raise SceneError(
-            f"Scene: infinite medium must absorb more, got {shown(scene.medium)}, in which a history scatters"
-            f" {sigma_s / sigma_a:.2g} times before it is absorbed, and is abandoned after {MOST_EVENTS:.2g};"
+            f"Scene: infinite medium must absorb more, got {short_repr(scene.medium)}, in which a history scatters"
+            f" {sigma_s / sigma_a:.2g} times before it is absorbed, and is abandoned after {MAX_EVENTS:.2g};"
             " raise its absorption, put it into a Box, or give the scene a duration"
         )
 
 
-def _acts_otherwise(surface: Surface) -> bool:
+def _is_not_clear(surface: Surface) -> bool:
     """Whether a surface may absorb, scatter or mirror light."""
-    return any(not isinstance(part, Dielectric | Transparent) for part in simple_parts(surface.material))
+    return any(
+        not isinstance(part, Dielectric | Transparent) for part in elementary_materials(surface.material)
+    )
 
 
 def _escape_sine(material: Material) -> float:
     """Sine of the critical angle from inside for clear smooth dielectrics; 1 for all other materials."""
-    parts = simple_parts(material)
+    parts = elementary_materials(material)
     glass = [part for part in parts if isinstance(part, Dielectric)]
     if not glass or any(part not in glass and part != Mirror(1.0) for part in parts):
         return 1.0
     return min(1.0, glass[0].index_outside / glass[0].index_inside)
 
 
-def _acts(medium: AnyMedium | None) -> bool:
+def _interacts(medium: AnyMedium | None) -> bool:
     """Whether a medium absorbs or scatters."""
     return medium is not None and bool(np.max(medium.extinction) > 0)
 
 
-def _company(scene: SceneParts, number: int) -> list[Surface]:
+def _other_surfaces_inside(scene: SceneParts, number: int) -> list[Surface]:
     """Other surfaces with an effect that may lie within, judged by bounding boxes."""
     shape, others = scene.surfaces[number].shape, enumerate(scene.surfaces)
     return [
-        other for k, other in others if k != number and not _is_inert(other) and _meet(other.shape, shape)
+        other
+        for k, other in others
+        if k != number and not _is_inert(other) and _boxes_overlap(other.shape, shape)
     ]
 
 
 def _is_inert(surface: Surface) -> bool:
     """Whether a surface has no effect."""
-    return surface.material == Transparent() and not (_acts(surface.front) or _acts(surface.back))
+    return surface.material == Transparent() and not (_interacts(surface.front) or _interacts(surface.back))
 
 
-def _meet(shape: Shape, other: Shape) -> bool:
+def _boxes_overlap(shape: Shape, other: Shape) -> bool:
     """Whether the bounding boxes of two shapes overlap."""
     return all(p <= s and r <= q for p, q, r, s in zip(*other.bounds, *shape.bounds, strict=True))
 
 
-def _lies_deep(shape: Shape, slab: Slab) -> bool:
+def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
     """Whether the middle of a shape lies between the faces of a slab, not on one."""
     offset = tuple(p - q for p, q in zip(shape.middle, slab.middle, strict=True))
-    return abs(dot(offset, slab.normal)) < (1 - CLOSE) * slab.thickness / 2
+    return abs(dot(offset, slab.normal)) < (1 - EDGE_TOLERANCE) * slab.thickness / 2
 
 
-def _is_hidden(shape: Shape, walls: list[Surface]) -> bool:
+def _is_enclosed(shape: Shape, walls: list[Surface]) -> bool:
     """Whether a surface around the shape may hold back its light."""
-    return any(_acts_otherwise(wall) and _meet(shape, wall.shape) for wall in walls)
+    return any(_is_not_clear(wall) and _boxes_overlap(shape, wall.shape) for wall in walls)
 
 
 def _is_bounded(surface: Surface) -> bool:
@@ -161,16 +173,18 @@ def _is_bounded(surface: Surface) -> bool:
 def _scatters(surface: Surface) -> bool:
     """Whether a surface, or the medium it names, scatters light diffusely."""
     media = [medium for medium in (surface.front, surface.back) if medium is not None]
-    is_rough = any(isinstance(part, Diffuse) and part.albedo > 0 for part in simple_parts(surface.material))
+    is_rough = any(
+        isinstance(part, Diffuse) and part.albedo > 0 for part in elementary_materials(surface.material)
+    )
     return is_rough or any(np.max(medium.scattering) > 0 for medium in media)
 
 
-def _is_wide(source: Source) -> bool:
+def _is_unaimed(source: Source) -> bool:
     """Whether a source emits into at least half of all directions."""
     return source.aim is None and not isinstance(source.emission, Beam)
 
 
-def _traps(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
+def _traps_light(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
     """Whether an unaimed source inside the body has rays beyond the critical angle at all walls they hit.
 
     In a sphere these start beyond `sine` times its radius, across the radius; in a box they are oblique to

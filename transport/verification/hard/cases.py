@@ -7,7 +7,7 @@ by `case`:
     def far_disk() -> Seen:
         '''cos θ rounds to 1, and the difference is 0.'''
         ...
-        return Seen(found, exact, naive=2 * math.pi * (1 - math.cos(1e-9)))
+        return CaseResult(found, exact, naive=2 * math.pi * (1 - math.cos(1e-9)))
 
 The function's docstring is the reason why the case is hard.
 """
@@ -20,13 +20,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from transport.statistics.estimates import Estimate
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError, name_hint
 
 FALSE_ALARM = 1e-3  # probability that any case fails by chance
 
 
 @dataclass(frozen=True)
-class Seen:
+class CaseResult:
     """Result of a case.
 
     Parameters
@@ -66,7 +66,7 @@ class Seen:
         return bool(abs(self.off) <= limit)
 
     @property
-    def is_needed(self) -> bool:
+    def naive_fails(self) -> bool:
         """Whether the naive formula fails noticeably on this case."""
         if self.naive is None:
             return True
@@ -113,13 +113,13 @@ class Case:
     title: str
     naive: str
     reason: str
-    see: Callable[[], Seen]
+    run: Callable[[], CaseResult]
 
 
 def case(title: str, naive: str) -> Callable:
     """Mark a function that returns Seen as a hard case; its docstring is the reason."""
 
-    def marked(function: Callable[[], Seen]) -> Callable[[], Seen]:
+    def marked(function: Callable[[], CaseResult]) -> Callable[[], CaseResult]:
         """Attach the Case to the function."""
         family = function.__module__.rpartition(".")[2]
         reason = " ".join((function.__doc__ or "").split())
@@ -158,9 +158,9 @@ def cases_of(chosen: list[str] | None = None) -> Iterator[Case]:
     known = families()
     for name in chosen or known:
         if name not in known:
-            raise SceneError(f"verify --hard: no family {name!r}; {suggestion(name, known)}")
+            raise SceneError(f"verify --hard: no family {name!r}; {name_hint(name, known)}")
         module = importlib.import_module(f"transport.verification.hard.{name}")
-        yield from (value.case for value in vars(module).values() if isinstance(_case(value), Case))
+        yield from (value.case for value in vars(module).values() if isinstance(_case_of(value), Case))
 
 
 def family_title(name: str) -> str:
@@ -172,5 +172,5 @@ def family_title(name: str) -> str:
     )
 
 
-def _case(value: object) -> object:
+def _case_of(value: object) -> object:
     return getattr(value, "case", None) if callable(value) else None

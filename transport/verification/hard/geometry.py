@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import transport as tp
-from transport.verification.hard.cases import Seen, case
+from transport.verification.hard.cases import CaseResult, case
 
 INK = tp.Medium(absorption=1.0)
 GLOW = tp.Lambertian(power=1.0)
@@ -37,17 +37,17 @@ def _escaped(scene: tp.Scene, particles: int) -> float:
 
 
 @case("what a lamp sends into a ball 1e12 radii away", naive="the discriminant b² - (o² - r²)")
-def far_ball() -> Seen:
+def far_ball() -> CaseResult:
     """r² is 1e-24 of o² and vanishes in the sum: every ray misses."""
     ball = tp.Sphere(center=(0.6, 0.8, 0), radius=1e-12)
     lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0), aim=ball)
     found = _absorbed(tp.Scene(lamp, tp.Surface(ball, tp.Black())), 2000)
     discriminant = 1.0 - (0.6**2 + 0.8**2 - 1e-24)
-    return Seen(found, 2.5e-25, naive=2.5e-25 * (discriminant > 0))
+    return CaseResult(found, 2.5e-25, naive=2.5e-25 * (discriminant > 0))
 
 
 @case("a slanting way through fog, down to a ground of radius 1e12 a metre below", naive="c = o² - r²")
-def huge_ball() -> Seen:
+def huge_ball() -> CaseResult:
     """o and r agree in 12 digits, their squares in all but the last four: c is accurate to 1e-4 only."""
     radius, cosine = 1e12, math.sqrt(0.5)
     ground = tp.Surface(tp.Sphere(center=(0, 0, -radius), radius=radius), tp.Black(), "ground")
@@ -55,35 +55,35 @@ def huge_ball() -> Seen:
     b, c = (radius + 1) * cosine, 2 * radius + 1
     naive = b - math.sqrt(b * b - ((radius + 1) ** 2 - radius**2))
     exact = math.exp(-c / (b + math.sqrt(b * b - c)))
-    return Seen(_run(scene)["meter"].flux_in.value, exact, math.exp(-naive), within=1e-9)
+    return CaseResult(_run(scene)["meter"].flux_in.value, exact, math.exp(-naive), within=1e-9)
 
 
 @case("a ray that dips 1e-12 into a ball, from 1000 radii away", naive="the discriminant b² - (o² - r²)")
-def grazing_from_within() -> Seen:
+def grazing_from_within() -> CaseResult:
     """The chord is 2.8e-6 long; its square is less than the rounding of 1000²."""
     height = 1 - 1e-12
     ball = tp.Surface(tp.Sphere(radius=1.0), CLEAR, inside=INK)
     chord = 2 * math.sqrt((1 - height) * (1 + height))
     discriminant = 1e6 - (1e6 + height**2 - 1)
     naive = -math.expm1(-2 * math.sqrt(max(discriminant, 0)))
-    return Seen(
+    return CaseResult(
         _absorbed(tp.Scene(_beam((-1e3, height, 0), (1, 0, 0)), ball)), -math.expm1(-chord), naive, 1e-5
     )
 
 
 @case("a ray that passes 1e-12 beside a ball, from 1000 radii away", naive="the same discriminant in float32")
-def grazing_from_outside() -> Seen:
+def grazing_from_outside() -> CaseResult:
     """In float32 the ray touches the sphere: rays that miss and rays that hit are indistinguishable."""
     ball = tp.Surface(tp.Sphere(radius=1.0), tp.Black())
     scene = tp.Scene(_beam((-1e3, 1 + 1e-12, 0), (1, 0, 0)), ball)
-    return Seen(_absorbed(scene), 0.0, naive=float(np.float32(1 + 1e-12) <= 1), within=0)
+    return CaseResult(_absorbed(scene), 0.0, naive=float(np.float32(1 + 1e-12) <= 1), within=0)
 
 
 @case(
     "light that runs along the inside of a mirror ball at 1e-6 rad",
     naive="intersections nearer than 1e-4 are ignored",
 )
-def whispering_gallery() -> Seen:
+def whispering_gallery() -> CaseResult:
     """Successive reflections are 2e-6 apart. A tracer that ignores near intersections leaves the sphere
     at the first reflection.
     """
@@ -91,24 +91,26 @@ def whispering_gallery() -> Seen:
     scene = tp.Scene(
         _beam((0, math.sqrt(1 - 1e-12), 0), (1, 0, 0)), wall, tp.Detector("wall", "meter", side="inside")
     )
-    return Seen(_run(scene, 20_000)["meter"].flux_in, 10.0, naive=0.0)
+    return CaseResult(_run(scene, 20_000)["meter"].flux_in, 10.0, naive=0.0)
 
 
 @case("two balls of fog that touch, and a ray through the point", naive="the second ball begins at t > 1e-9")
-def touching_balls() -> Seen:
+def touching_balls() -> CaseResult:
     """Leaving one sphere and entering the other occur at the same distance."""
     way = np.array([0.3, 1.0, -1.0]) / math.sqrt(2.09)
     balls = [
         tp.Surface(tp.Sphere(center=tuple(side * way), radius=1.0), CLEAR, inside=INK) for side in (1, -1)
     ]
-    return Seen(_absorbed(tp.Scene(_beam(3 * way, -way), balls)), -math.expm1(-4), naive=-math.expm1(-2))
+    return CaseResult(
+        _absorbed(tp.Scene(_beam(3 * way, -way), balls)), -math.expm1(-4), naive=-math.expm1(-2)
+    )
 
 
 # ---- gaps ----
 
 
 @case("a shell of fog 1e-9 thick, crossed aslant", naive="both radii in float32")
-def nested_shells() -> Seen:
+def nested_shells() -> CaseResult:
     """In float32 the shell does not exist; in double its thickness has seven digits."""
     gap, fog = 1e-9, tp.Medium(absorption=1e9)
     core = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "core", outside=fog)
@@ -116,18 +118,20 @@ def nested_shells() -> Seen:
     aside = math.hypot(0.3, 0.1)
     path = gap * (2 + gap) / (math.sqrt((1 + gap) ** 2 - aside**2) + math.sqrt(1 - aside**2))
     scene = tp.Scene(_beam((2, 0.3, 0.1), (-1, 0, 0)), [core, shell], tp.Detector("core", "meter"))
-    return Seen(_run(scene)["meter"].flux_in.value, math.exp(-path / gap), naive=1.0, within=1e-6)
+    return CaseResult(_run(scene)["meter"].flux_in.value, math.exp(-path / gap), naive=1.0, within=1e-6)
 
 
 @case("light from a ball in a diffuse shell 1e-12 about it", naive="rays start 1e-9 off their surface")
-def nested_walls() -> Seen:
+def nested_walls() -> CaseResult:
     """A start 1e-9 off the sphere lies outside the shell: no light returns."""
     walls = [
         tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "ball"),
         tp.Surface(tp.Sphere(radius=1 + 1e-12), tp.Diffuse(0.5)),
     ]
     result = _run(tp.Scene(tp.Source("ball", GLOW), walls, tp.Detector("ball", "meter")), 2000)
-    return Seen(result["meter"].flux_in.value + result.ledger["escaped"].value, 0.5, naive=0.0, within=1e-9)
+    return CaseResult(
+        result["meter"].flux_in.value + result.ledger["escaped"].value, 0.5, naive=0.0, within=1e-9
+    )
 
 
 def _panes(gap: float, height: float) -> tp.Scene:
@@ -138,30 +142,32 @@ def _panes(gap: float, height: float) -> tp.Scene:
 
 
 @case("two panes of glass with 1e-12 of air between them", naive="rays start 1e-9 beyond a face")
-def thin_gap() -> Seen:
+def thin_gap() -> CaseResult:
     """A start 1e-9 beyond a face lies in the other pane: two reflecting faces remain instead of four."""
-    return Seen(_run(_panes(1e-12, 0.0), 50_000)["below"].flux_out, PANE_PAIR, naive=PANE)
+    return CaseResult(_run(_panes(1e-12, 0.0), 50_000)["below"].flux_out, PANE_PAIR, naive=PANE)
 
 
 @case("the same with a gap of 1e-4, a billion off the origin", naive="coordinates in float32")
-def thin_gap_far_off() -> Seen:
+def thin_gap_far_off() -> CaseResult:
     """Coordinates there have steps of 1e-7 in double, of 64 in float32, where both panes and the lamp
     coincide.
     """
-    return Seen(_run(_panes(1e-4, 1e9), 50_000)["below"].flux_out, PANE_PAIR, naive=PANE)
+    return CaseResult(_run(_panes(1e-4, 1e9), 50_000)["below"].flux_out, PANE_PAIR, naive=PANE)
 
 
 @case(
     "the same with a gap of eight roundings of its coordinates",
     naive="four faces in an order that rounding decides",
 )
-def gap_of_roundings() -> Seen:
+def gap_of_roundings() -> CaseResult:
     """At 1e9 a gap of 1e-6 is eight steps of a double. Rejected; the message names the cure."""
     try:
         _run(_panes(1e-6, 1e9))
     except tp.SceneError as refusal:
-        return Seen(float("overlap on one plane; define the common face once" in str(refusal)), 1.0, PANE)
-    return Seen(math.nan, 1.0, PANE)
+        return CaseResult(
+            float("overlap on one plane; define the common face once" in str(refusal)), 1.0, PANE
+        )
+    return CaseResult(math.nan, 1.0, PANE)
 
 
 # ---- corners and places ----
@@ -170,7 +176,7 @@ def gap_of_roundings() -> Seen:
 @case(
     "a beam into the exact corner of three walls", naive="an intersection must lie within the wall's bounds"
 )
-def corner_of_three() -> Seen:
+def corner_of_three() -> CaseResult:
     """By rounding the corner lies beyond the edges of all three walls, and the beam leaves the box."""
     turn, _ = np.linalg.qr(np.array([[1.0, 0.3, 0.2], [0.1, 1.0, -0.4], [-0.2, 0.5, 1.0]]))
     walls = [
@@ -183,11 +189,11 @@ def corner_of_three() -> Seen:
     ]
     corners = [turn @ np.array([x, y, z]) for x in (1, -1) for y in (1, -1) for z in (1, -1)]
     beams = [_beam(0.1 * turn[:, 0], corner - 0.1 * turn[:, 0]) for corner in corners]
-    return Seen(_escaped(tp.Scene(beams, walls), 8000), 0.0, within=0)
+    return CaseResult(_escaped(tp.Scene(beams, walls), 8000), 0.0, within=0)
 
 
 @case("a ball that shines, a billion radii off the origin", naive="rays start 1e-9 off the ball")
-def far_off_the_origin() -> Seen:
+def far_off_the_origin() -> CaseResult:
     """1e-9 is less than the step of a coordinate there: the sphere is hit by half of its own light."""
     ball = tp.Surface(tp.Sphere(center=(1e9, -3e8, 2e8), radius=1.0), tp.Black(), "ball")
-    return Seen(_escaped(tp.Scene(tp.Source("ball", GLOW), ball), 20_000), 1.0)
+    return CaseResult(_escaped(tp.Scene(tp.Source("ball", GLOW), ball), 20_000), 1.0)

@@ -8,21 +8,21 @@ from functools import lru_cache
 import numpy as np
 
 import transport as tp
-from transport.verification.hard.cases import Seen, case
+from transport.verification.hard.cases import CaseResult, case
 
 SEEDS = 60
-MANY = 200_000
+HISTORIES = 200_000
 
 
 @lru_cache(maxsize=1)
 def _rays() -> np.ndarray:
     """One component of the directions of MANY particles, in the order of their histories."""
     source = tp.Source(tp.Point(), tp.Gas(number=1.0, speed=1.0))
-    scene = tp.Scene(source, detectors=tp.Snapshot(1.0, particles=MANY, name="all"), duration=1.0)
-    return tp.simulate(scene, MANY, seed=1, progress=False)["all"].velocities[:, 2]
+    scene = tp.Scene(source, detectors=tp.Snapshot(1.0, particles=HISTORIES, name="all"), duration=1.0)
+    return tp.simulate(scene, HISTORIES, seed=1, progress=False)["all"].velocities[:, 2]
 
 
-def _through_the_half(seed: int) -> float:
+def _z_of_half_flux(seed: int) -> float:
     """z of a flux whose exact value is 1/2."""
     scene = tp.Scene(
         tp.Source(tp.Point(), tp.Isotropic(power=1.0)),
@@ -39,20 +39,20 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
     "the generator's first word for a counter and key of ones",
     naive="products of 32-bit words truncated to 32 bits",
 )
-def known_answer() -> Seen:
+def known_answer() -> CaseResult:
     """Philox4x32-10 uses the upper half of each product: Random123 gives 0x408f276d (Salmon et al. 2011)."""
     from transport.physics.streams import philox
 
     ones = np.uint64(0xFFFFFFFF)
-    return Seen(
+    return CaseResult(
         float(philox(ones, ones, ones, ones, ones, ones)[0]),
         float(0x408F276D),
-        float(_truncated()),
+        float(_philox_truncated()),
         within=0.0,
     )
 
 
-def _truncated() -> int:
+def _philox_truncated() -> int:
     """The same rounds without the upper halves."""
     word, key = 0xFFFFFFFF, [0xFFFFFFFF, 0xFFFFFFFF]
     c = [word] * 4
@@ -66,27 +66,29 @@ def _truncated() -> int:
     "200 000 histories: how many set out in directions of their own",
     naive="a random 32-bit seed per history",
 )
-def no_history_twice() -> Seen:
+def no_history_twice() -> CaseResult:
     """Of 200 000 seeds drawn with replacement about five repeat (a birthday problem), and their
     histories with them.
     """
-    seeds = np.random.default_rng(1).integers(0, 1 << 32, MANY)
-    return Seen(float(len(np.unique(_rays()))), MANY, naive=float(len(np.unique(seeds))), within=0.0)
+    seeds = np.random.default_rng(1).integers(0, 1 << 32, HISTORIES)
+    return CaseResult(
+        float(len(np.unique(_rays()))), HISTORIES, naive=float(len(np.unique(seeds))), within=0.0
+    )
 
 
 @case(
     "the correlation of each history with the next",
     naive="a linear generator (multiplier 69069) with consecutive seeds",
 )
-def neighbouring_histories() -> Seen:
+def neighbouring_histories() -> CaseResult:
     """The first number of a linear generator is linear in its seed: neighbours are born side by side."""
-    rays, seeds = _rays(), np.arange(MANY, dtype=np.int64)
+    rays, seeds = _rays(), np.arange(HISTORIES, dtype=np.int64)
     first = (69069 * seeds + 1) % 2**32 / 2**32
-    return Seen(
+    return CaseResult(
         _correlation(rays[1:], rays[:-1]),
         0.0,
         _correlation(first[1:], first[:-1]),
-        within=5 / math.sqrt(MANY),
+        within=5 / math.sqrt(HISTORIES),
     )
 
 
@@ -94,19 +96,19 @@ def neighbouring_histories() -> Seen:
     "the correlation of the z of neighbouring seeds",
     naive="history h of seed s uses the random numbers of s + h",
 )
-def neighbouring_seeds() -> Seen:
+def neighbouring_seeds() -> CaseResult:
     """Runs with seeds 1, 2, 3 then share all histories but one: a repetition with the next seed adds no
     information.
     """
-    z = np.array([_through_the_half(seed) for seed in range(SEEDS)])
+    z = np.array([_z_of_half_flux(seed) for seed in range(SEEDS)])
     draws = np.random.default_rng(1).random(SEEDS + 640)
     naive = np.array([draws[seed : seed + 640].mean() for seed in range(SEEDS)])
     within = 5 / math.sqrt(SEEDS)
-    return Seen(_correlation(z[1:], z[:-1]), 0.0, _correlation(naive[1:], naive[:-1]), within)
+    return CaseResult(_correlation(z[1:], z[:-1]), 0.0, _correlation(naive[1:], naive[:-1]), within)
 
 
 @case("the longest free path that a draw can give, in mean free paths", naive="-ln u for u = 0")
-def longest_flight() -> Seen:
+def longest_flight() -> CaseResult:
     """Uniform numbers are multiples of 2^-52 below 1; 0 is one of them, and its logarithm is infinite."""
     from transport.engine.passes.voxels import BELOW_ONE
     from transport.physics.elementary import log_positive
@@ -115,4 +117,4 @@ def longest_flight() -> Seen:
     ones = np.uint64(0xFFFFFFFF)
     with np.errstate(divide="ignore"):
         naive = -np.log(np.float64(uniform(np.uint64(0), np.uint64(0))))
-    return Seen(-log_positive(BELOW_ONE - uniform(ones, ones)), 53 * math.log(2), float(naive))
+    return CaseResult(-log_positive(BELOW_ONE - uniform(ones, ones)), 53 * math.log(2), float(naive))

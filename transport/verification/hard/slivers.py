@@ -9,7 +9,7 @@ import numpy as np
 
 import transport as tp
 from transport.theory import fresnel
-from transport.verification.hard.cases import Seen, case
+from transport.verification.hard.cases import CaseResult, case
 
 GLOW = tp.Lambertian(power=1.0)
 CLEAR = tp.Transparent()
@@ -29,7 +29,7 @@ def _absorbed(scene: tp.Scene) -> float:
     return ledger["absorbed"].value if ledger["lost"].value == 0 else math.nan
 
 
-def _refused(make: Callable[[], object], words: str) -> float:
+def _is_rejected(make: Callable[[], object], words: str) -> float:
     """1 if a SceneError contains these words, else 0."""
     try:
         make()
@@ -42,7 +42,7 @@ def _refused(make: Callable[[], object], words: str) -> float:
 
 
 @case("irradiance of a triangle of aspect 1e8 in a furnace", naive="its area by Heron's formula")
-def sliver_triangle() -> Seen:
+def sliver_triangle() -> CaseResult:
     """Half the perimeter minus the longest side is 1e-16 of it, a rounding error, and so is the area."""
     corners = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.3, 1e-8, 0.0))
     shape = tp.Triangle(vertices=corners)
@@ -52,7 +52,7 @@ def sliver_triangle() -> Seen:
     s = (a + b + c) / 2
     area = math.sqrt(max(s * (s - a) * (s - b) * (s - c), 0.0))
     naive = result["meter"].flux_in.value / area if area else math.nan
-    return Seen(result["meter"].irradiance, math.pi, naive)
+    return CaseResult(result["meter"].irradiance, math.pi, naive)
 
 
 def _through_pane(pane: tp.Box | tp.Mesh) -> tp.Estimate:
@@ -66,30 +66,32 @@ ONE_FACE = float(fresnel.transmittance(SLANT, 1.5))
 
 
 @case("through a pane of glass 1e-8 of its width, aslant", naive="faces nearer than 1e-6 are ignored")
-def sliver_of_glass() -> Seen:
+def sliver_of_glass() -> CaseResult:
     """The second face is ignored, and all light that enters counts as transmitted."""
     exact = float(fresnel.plate_transmittance(SLANT, 1.5))
-    return Seen(_through_pane(tp.Box(size=(1, 1, 1e-8))), exact, naive=ONE_FACE)
+    return CaseResult(_through_pane(tp.Box(size=(1, 1, 1e-8))), exact, naive=ONE_FACE)
 
 
 @case("through the same pane as a mesh", naive="facets nearer than 1e-6 are ignored")
-def mesh_of_slivers() -> Seen:
+def mesh_of_slivers() -> CaseResult:
     """Eight of its twelve triangles have an aspect ratio of 1e8."""
     exact = float(fresnel.plate_transmittance(SLANT, 1.5))
-    return Seen(_through_pane(tp.Mesh.box(size=(1, 1, 1e-8))), exact, naive=ONE_FACE)
+    return CaseResult(_through_pane(tp.Mesh.box(size=(1, 1, 1e-8))), exact, naive=ONE_FACE)
 
 
 @case(
     "a black strip 1e-13 of its length",
     naive="edges widened by rounding: rays that pass beside it are absorbed",
 )
-def sliver_of_roundings() -> Seen:
+def sliver_of_roundings() -> CaseResult:
     """Edges extend by the rounding of the intersection, here 1 % of the width. Rejected; the message
     gives the least width.
     """
     strip = tp.Surface(tp.Rectangle(width=1e-13, height=1.0), tp.Black(), "strip")
     scene = tp.Scene(_beam((0.505e-13, 0, 1), (0, 0, -1)), strip)
-    return Seen(_refused(lambda: _run(scene), "Surface 'strip': a flat surface here must be wider"), 1.0, 0.0)
+    return CaseResult(
+        _is_rejected(lambda: _run(scene), "Surface 'strip': a flat surface here must be wider"), 1.0, 0.0
+    )
 
 
 # ---- needles ----
@@ -109,7 +111,7 @@ def _needle(radius: float, medium: tp.Medium, middle: np.ndarray, axis: np.ndarr
 
 
 @case("across a needle of fog of radius 1e-8", naive="b² - a c from the start of the ray")
-def across_a_needle() -> Seen:
+def across_a_needle() -> CaseResult:
     """The squared distance to it is 1e16 times that of the chord: the discriminant is a rounding error."""
     radius = 1e-8
     fog = tp.Medium(absorption=1 / radius)
@@ -118,38 +120,40 @@ def across_a_needle() -> Seen:
     b2, c = 0.7**2, 0.7**2 + (radius / 2) ** 2 - radius**2
     naive = -math.expm1(-2 * math.sqrt(max(b2 - c, 0.0) * 1.04) / radius)
     scene = tp.Scene(_beam((0.7, radius / 2, 0.1), (-1, 0, 0.2)), needle)
-    return Seen(_absorbed(scene), exact, naive, within=1e-7)
+    return CaseResult(_absorbed(scene), exact, naive, within=1e-7)
 
 
 @case("along a needle of fog of radius 1e-8, anywhere, turned", naive="t = (-b - √d) / a, a = 1 - (u·axis)²")
-def along_a_needle() -> Seen:
+def along_a_needle() -> CaseResult:
     """The ray is parallel to the side up to rounding: a is 0 or a rounding error, and t is not a number."""
     needle = _needle(1e-8, tp.Medium(absorption=1.0), MIDDLE, AXIS)
-    return Seen(
+    return CaseResult(
         _absorbed(tp.Scene(_beam(MIDDLE + 0.9 * AXIS, -AXIS), needle)), -math.expm1(-1), naive=math.nan
     )
 
 
 @case("a needle of radius 1e-300 and length 1", naive="division by radius²")
-def needle_of_nothing() -> Seen:
+def vanishing_needle() -> CaseResult:
     """The square of its radius underflows to 0."""
-    found = _refused(lambda: tp.Cylinder(radius=1e-300, height=1.0), "squares of its lengths must not vanish")
-    return Seen(found, 1.0, naive=0.0)
+    found = _is_rejected(
+        lambda: tp.Cylinder(radius=1e-300, height=1.0), "squares of its lengths must not vanish"
+    )
+    return CaseResult(found, 1.0, naive=0.0)
 
 
 @case("light that leaves the outside of a cone 1e-15 high", naive="the cone without a check")
-def flat_cone() -> Seen:
+def flat_cone() -> CaseResult:
     """The cone and its mirror image agree within rounding: 78 % of the light seemed to hit the cone
     again. Rejected.
     """
-    found = _refused(lambda: tp.Cone(radius=1.0, height=1e-15), "use a Disk for a flat shape")
-    return Seen(found, 1.0, naive=0.22)
+    found = _is_rejected(lambda: tp.Cone(radius=1.0, height=1e-15), "use a Disk for a flat shape")
+    return CaseResult(found, 1.0, naive=0.22)
 
 
 # ---- lengths ----
 
 
-def _on_itself(length: float) -> float:
+def _exitance_ratio(length: float) -> float:
     """Exitance measured by a detector on a disk of that radius, times its area, per emitted power."""
     disk = tp.Disk(radius=length)
     scene = tp.Scene(tp.Source(disk, GLOW), detectors=tp.Detector(disk, "meter"))
@@ -157,28 +161,30 @@ def _on_itself(length: float) -> float:
 
 
 @case("the exitance of a disk of radius 1e-120", naive="r⁴, as in products of areas")
-def tiny_lengths() -> Seen:
+def tiny_lengths() -> CaseResult:
     """Areas are 1e-240, and their squares underflow to 0."""
-    return Seen(_on_itself(1e-120), 1.0, naive=1e-240 * 1e-240)
+    return CaseResult(_exitance_ratio(1e-120), 1.0, naive=1e-240 * 1e-240)
 
 
 @case("the exitance of a disk of radius 1e120", naive="r⁴, as in products of areas")
-def huge_lengths() -> Seen:
+def huge_lengths() -> CaseResult:
     """Areas are 1e240, and their squares overflow."""
-    return Seen(_on_itself(1e120), 1.0, naive=1e240 * 1e240)
+    return CaseResult(_exitance_ratio(1e120), 1.0, naive=1e240 * 1e240)
 
 
 @case("a ball of radius 1e-300", naive="an area of 0")
-def vanishing_lengths() -> Seen:
+def vanishing_lengths() -> CaseResult:
     """No quantity per area is finite. Rejected; the message names the cure."""
-    return Seen(
-        _refused(lambda: tp.Sphere(radius=1e-300), "Sphere: area must be positive and finite"), 1.0, 0.0
+    return CaseResult(
+        _is_rejected(lambda: tp.Sphere(radius=1e-300), "Sphere: area must be positive and finite"), 1.0, 0.0
     )
 
 
 @case("a strip of length 1e300", naive="an extent whose square is infinite")
-def endless_lengths() -> Seen:
+def overflowing_lengths() -> CaseResult:
     """Its area is finite, but squared distances on it overflow. Rejected; the message gives the range."""
     strip = tp.Rectangle(width=1.0, height=1e300)
     scene = tp.Scene(tp.Source(strip, GLOW))
-    return Seen(_refused(lambda: _run(scene), "its size must be between 1e-140 and 1e+140 m"), 1.0, math.nan)
+    return CaseResult(
+        _is_rejected(lambda: _run(scene), "its size must be between 1e-140 and 1e+140 m"), 1.0, math.nan
+    )
