@@ -1,10 +1,13 @@
 """The experiments: each module a short paper with derivation, scene, exact values and figure.
 
-What they have in common is told in transport/verification/experiment.py.  `python -m sims.sun` runs one and prints its table, and
+What they have in common is told in transport/verification/experiment.py.  `python -m transport.sims.sun` runs one and prints its table, and
 `transport run sun` does so with its picture.
 """
 
 from __future__ import annotations
+
+if __name__ == "sims":
+    raise ImportError("'sims' is a part of transport now: import transport.sims")
 
 import numpy as np
 
@@ -63,7 +66,7 @@ def furthest(outcomes: list[Outcome]) -> str:
 
 def draw_rows(outcomes: list[Outcome], path: str, title: str) -> None:
     """Every reading of every case beside its exact value."""
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     table = {
         "\n".join(filter(None, (row.name, o.title))): (row.estimate, row.exact)

@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 import transport as tp
-from sims import furthest, provenance
+from transport.sims import furthest, provenance
 from transport.verification.experiment import Outcome
 
 law = "L along a ray, R L by a mirror (first law of radiometry); L = ρ Φ/(π A(1 - ρ f)) in a diffuse sphere (Ulbricht 1900)"
@@ -69,7 +69,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz.cameras import seen
+    from transport.viz.cameras import seen
 
     result = outcomes[0].result
     name = "view" if "view" in result else "map"

@@ -31,7 +31,7 @@ from functools import lru_cache
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import ordinates
 from transport.theory.attenuation import optical_depths, shadow_means
 from transport.theory.enclosures import chi_square_values
@@ -296,7 +296,7 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 def draw_cloud(outcome: Outcome, path: str) -> None:
     """A view from the south, the sun on the left; maps and a cut."""
-    from viz.clouds import Ground, Voxels, cloud_picture
+    from transport.viz.clouds import Ground, Voxels, cloud_picture
 
     result = outcome.result
     grid, down = result.scene.surface("cloud").inside, lit_by(result)
@@ -326,13 +326,13 @@ def _depths_within(extinction: np.ndarray, down: tuple[float, float, float]) -> 
 
 def draw_shares(outcomes: list[Outcome], path: str) -> None:
     """Estimates of layers against the slab."""
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
     comparison(table, path, title="Layers of voxels, and the slab of their depth", note=provenance(outcomes))
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -30,7 +30,7 @@ by some number, its slope stays.
 from __future__ import annotations
 
 import transport as tp
-from sims import draw_rows, furthest
+from transport.sims import draw_rows, furthest
 from transport.theory.emitters import point_flux_through_disk
 from transport.theory.fog_balls import MAX_RADIUS, escape
 from transport.verification.experiment import Outcome
@@ -110,6 +110,6 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

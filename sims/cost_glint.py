@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from sims import draw_rows, furthest
+from transport.sims import draw_rows, furthest
 from transport.theory.enclosures import lamp_irradiance
 from transport.verification.experiment import Outcome
 
@@ -112,6 +112,6 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
+from transport.sims import constant, provenance, sharp
 from transport.theory import enclosures
 from transport.theory.view_factors import box_view_factors
 from transport.verification.experiment import Outcome
@@ -118,7 +118,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     table = {
         f"{row.name}\n{_setting(o.result.scene)}": (row.estimate, row.exact)
@@ -137,6 +137,6 @@ def _setting(scene: tp.Scene) -> str:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -27,8 +27,8 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
 from transport.analysis.solid_angle import solid_angle_from_run, solid_angle_scene
+from transport.sims import constant, provenance, sharp
 from transport.theory import solid_angles
 from transport.verification.experiment import Outcome
 
@@ -269,7 +269,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """All solid angles; as <name>_isotropic and <name>_cosine_law the shares by angle; as <name>_radiance their map."""
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     path, paths = Path(path), []
     table = {}
@@ -293,7 +293,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def draw_law(outcome: Outcome, path: Path) -> None:
     """Share of the directions per degree of polar angle, against the law."""
-    from viz.profiles import profile
+    from transport.viz.profiles import profile
 
     result = outcome.result
     if "sky" in result:
@@ -318,7 +318,7 @@ def draw_law(outcome: Outcome, path: Path) -> None:
 
 def draw_radiance(outcome: Outcome, path: Path) -> None:
     """The directions of the cosine law over cosθ dω: the same radiance up to the horizon."""
-    from viz.radiance import radiance_map
+    from transport.viz.radiance import radiance_map
 
     leaving = outcome.result["leaving"]
     level = outcome.result.ledger["emitted"].value / (math.pi * leaving.area)
@@ -333,6 +333,6 @@ def draw_radiance(outcome: Outcome, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

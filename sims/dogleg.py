@@ -32,7 +32,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory.ray_integrals import Region, Space, mean_uncollided_fluence, uncollided_fluence
 from transport.verification.experiment import Outcome
 
@@ -288,7 +288,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Maps of the fluence rate with the points in them, and below how the points compare; two problems a
     figure.
     """
-    from viz.ducts import duct_maps
+    from transport.viz.ducts import duct_maps
 
     path, paths = Path(path), []
     for k in range(0, len(outcomes), 2):
@@ -299,7 +299,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 
 def _duct(outcome: Outcome):
-    from viz.ducts import Duct, Layer
+    from transport.viz.ducts import Duct, Layer
 
     result, problem = outcome.result, problem_of(outcome.result)
     density = folded(result["map"].fluence_rate) / PER_CM2
@@ -339,6 +339,6 @@ def folded(rates: tp.EstimateArray) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

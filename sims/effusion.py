@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import effusion as theory
 from transport.verification.experiment import Outcome
 
@@ -260,7 +260,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """A figure a setting: the first one at `path`, the others with the setting's name behind it."""
-    from viz.profiles import profile
+    from transport.viz.profiles import profile
 
     path, paths = Path(path), []
     for setting in SETTINGS:
@@ -345,6 +345,6 @@ CHARTS = dict(zip(SETTINGS, _charts, strict=True))
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
+from transport.sims import constant, provenance, sharp
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
 from transport.verification.experiment import Outcome
@@ -253,7 +253,7 @@ def _sorted(outcomes: list[Outcome]) -> tuple[list[Outcome], list[Outcome]]:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Prisms with who crosses; as <name>_tilt the net flux by angle, as <name>_closed the closed meters."""
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     patches, closed = _sorted(outcomes)
     path, paths = Path(path), []
@@ -281,7 +281,7 @@ def _angle(outcome: Outcome) -> float:
 
 
 def _draw_tilts(patches: list[Outcome], path: Path) -> None:
-    from viz.profiles import profile
+    from transport.viz.profiles import profile
 
     ordered = sorted(patches, key=_angle)
     emission = ordered[0].result.scene.sources[0].emission
@@ -304,7 +304,7 @@ def _draw_tilts(patches: list[Outcome], path: Path) -> None:
 
 def _draw_closed(closed: list[Outcome], path: Path) -> None:
     """The net flux of each meter, and what goes out and in for it."""
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     table = {}
     for outcome in closed:
@@ -317,7 +317,7 @@ def _draw_closed(closed: list[Outcome], path: Path) -> None:
 
 def _draw_prisms(patches: list[Outcome], path: Path) -> None:
     """Seen from the side: along the stream and across it."""
-    from viz.prisms import Starts, prisms
+    from transport.viz.prisms import Starts, prisms
 
     panels = {}
     for outcome in patches:
@@ -337,6 +337,6 @@ def _draw_prisms(patches: list[Outcome], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
+from transport.sims import constant, provenance, sharp
 from transport.theory import attenuation, emitters
 from transport.verification.experiment import Outcome
 
@@ -252,7 +252,7 @@ def _small_print(outcomes: list[Outcome]) -> str:
 
 def draw_disk(outcomes: list[Outcome], path: Path) -> None:
     """The disk as the meter sees it, from clear air to thick fog."""
-    from viz.views import views
+    from transport.viz.views import views
 
     seen = {_label(o): o.result["view"].radiance for o in outcomes}
     laws = {_label(o): partial(_direct, tau=_given(o, "tau"), of=DISK) for o in outcomes}
@@ -262,7 +262,7 @@ def draw_disk(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_lamp(outcomes: list[Outcome], path: Path) -> None:
     """A lamp in scattering fog: all light, and what of it came straight."""
-    from viz.views import views
+    from transport.viz.views import views
 
     tau, result = _given(outcomes[0], "tau"), outcomes[0].result
     seen = {"all light": result["view"].radiance, "direct": result["direct view"].radiance}
@@ -278,7 +278,7 @@ def _direct(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np
 
 def draw_ways(outcomes: list[Outcome], path: Path) -> None:
     """Radiance over that in clear air against the optical depth of the way: one exponential for all."""
-    from viz.catalogue import Entry, catalogue
+    from transport.viz.catalogue import Entry, catalogue
 
     cosines = np.cos(_edges("disk"))[: BINS + 1]
     middles, entries = (cosines[1:] + cosines[:-1]) / 2, {}
@@ -301,7 +301,7 @@ def draw_ways(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_irradiance(outcomes: list[Outcome], path: Path) -> None:
     """Irradiance against the optical depth, with the guess that forgets the slant."""
-    from viz.profiles import profile
+    from transport.viz.profiles import profile
 
     profile(
         [_given(o, "tau") for o in outcomes],
@@ -319,7 +319,7 @@ def draw_irradiance(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_room(outcomes: list[Outcome], path: Path) -> None:
     """All rows of the room beside their exact values."""
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
     title = "A glowing room full of fog: as bright as an empty one"
@@ -328,7 +328,7 @@ def draw_room(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_sun(outcomes: list[Outcome], path: Path) -> None:
     """The sun's radiance against the depth of air before it."""
-    from viz.profiles import profile
+    from transport.viz.profiles import profile
 
     profile(
         [_air(o) for o in outcomes],
@@ -345,6 +345,6 @@ def draw_sun(outcomes: list[Outcome], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -31,7 +31,7 @@ from __future__ import annotations
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
+from transport.sims import constant, provenance, sharp
 from transport.theory.enclosures import chi_square_values, escape_cosine
 from transport.theory.solid_angles import bin_projected_solid_angles
 from transport.verification.experiment import Outcome
@@ -323,7 +323,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> None:
     """What the plug and what all bring to the floor; below, L by kind of thing, in empty glass, and in all bins."""
-    from viz.equilibrium import equilibrium
+    from transport.viz.equilibrium import equilibrium
 
     result = outcomes[0].result
     shine = constant(result, result.scene.sources[0].emission.radiance, "W m^-2 sr^-1")
@@ -342,6 +342,6 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

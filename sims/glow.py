@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import glow as theory
 from transport.theory.enclosures import chi_square_values
 from transport.verification.experiment import Outcome
@@ -291,8 +291,8 @@ def _words(outcome: Outcome) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Radiance by the length of the ray, in the dark and between walls; or, of a furnace alone, all its rows."""
-    from viz.comparisons import comparison
-    from viz.rays import Rays, glowing_rays
+    from transport.viz.comparisons import comparison
+    from transport.viz.rays import Rays, glowing_rays
 
     path, lit = Path(path), [o for o in outcomes if show_of(o.result) == "furnace"]
     dark = [o for o in outcomes if show_of(o.result) != "furnace"]
@@ -331,6 +331,6 @@ def _furnace_rays(result: tp.Result) -> tuple[np.ndarray, list[tp.Estimate], np.
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -31,7 +31,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import provenance, sharp
+from transport.sims import provenance, sharp
 from transport.theory import goniometry, microfacets
 from transport.verification.experiment import Outcome
 
@@ -246,8 +246,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """f by direction, a panel a beam; beside it, as <name>_laws, the other shows against exact values."""
-    from viz.comparisons import comparison
-    from viz.lobes import lobes
+    from transport.viz.comparisons import comparison
+    from transport.viz.lobes import lobes
 
     path, paths = Path(path), []
     beams = [o for o in outcomes if show_of(o.result) == "beam"]
@@ -285,7 +285,7 @@ def _panel_title(outcome: Outcome) -> str:
 
 def _panel(outcome: Outcome) -> object:
     """Lobes of what is reflected, and of what passes through."""
-    from viz.lobes import Lobe, Panel
+    from transport.viz.lobes import Lobe, Panel
 
     result, angle = outcome.result, angle_of(outcome.result)
     material = SAMPLES[outcome.parameters.get("sample", "satin")]
@@ -310,6 +310,6 @@ def _panel(outcome: Outcome) -> object:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import half_space as theory
 from transport.theory import ordinates
 from transport.verification.experiment import Outcome
@@ -227,7 +227,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Limb darkening of all, and the star's disk where there is one."""
-    from viz.limb_darkening import Limb, limb_darkening
+    from transport.viz.limb_darkening import Limb, limb_darkening
 
     members = {}
     for outcome in outcomes:
@@ -285,6 +285,6 @@ def _label(outcome: Outcome) -> str:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import enclosures as theory
 from transport.verification.experiment import Outcome
 
@@ -200,7 +200,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def draw_rings(outcomes: list[Outcome], path: Path) -> None:
     """The same at all angles: what falls on rings of the inside, ports and samples included."""
-    from viz.catalogue import Entry, catalogue
+    from transport.viz.catalogue import Entry, catalogue
 
     entries = {}
     for outcome in outcomes:
@@ -223,7 +223,7 @@ def draw_rings(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_multipliers(outcomes: list[Outcome], path: Path) -> None:
     """M by what a hit on the wall costs, a curve a port."""
-    from viz.catalogue import Entry, catalogue
+    from transport.viz.catalogue import Entry, catalogue
 
     entries = {}
     for port in sorted({_setting(o, "port", 0.05) for o in outcomes}):
@@ -247,6 +247,6 @@ def draw_multipliers(outcomes: list[Outcome], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

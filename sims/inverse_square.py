@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import emitters
 from transport.verification.experiment import Outcome
 
@@ -110,8 +110,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz.comparisons import comparison
-    from viz.profiles import profile
+    from transport.viz.comparisons import comparison
+    from transport.viz.profiles import profile
 
     points = [o for o in outcomes if o.parameters.get("emitter", "point") == "point"]
     if not points:
@@ -136,6 +136,6 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

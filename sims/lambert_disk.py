@@ -40,8 +40,8 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
 from transport.geometry import solid_angles as solid_angles_geometry
+from transport.sims import constant, provenance
 from transport.theory import emitters, solid_angles
 from transport.verification.experiment import Outcome
 
@@ -260,7 +260,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def draw_distances(outcomes: list[Outcome], path: Path) -> None:
     """Radiance by polar angle, seen from the axis."""
-    from viz.cuts import radiance_cuts
+    from transport.viz.cuts import radiance_cuts
 
     curves, laws = {}, {}
     for outcome in outcomes:
@@ -275,7 +275,7 @@ def draw_distances(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_map(outcomes: list[Outcome], path: Path) -> None:
     """The disk as the meter off its axis sees it: L within an oval, 0 beside it, and how well that is known."""
-    from viz.radiance import radiance_map
+    from transport.viz.radiance import radiance_map
 
     outcome = outcomes[0]
     source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[1].shape
@@ -292,7 +292,7 @@ def draw_map(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_turned(outcomes: list[Outcome], path: Path) -> None:
     """Irradiance over that of the sheet face on, which falls with the cosine."""
-    from viz.profiles import profile
+    from transport.viz.profiles import profile
 
     cosines, shares = [], []
     for outcome in outcomes:
@@ -323,7 +323,7 @@ def _is_whole(scene: tp.Scene) -> bool:
 
 def draw_ways(outcomes: list[Outcome], path: Path) -> None:
     """All rows beside their exact values, but for the irradiance of a turned sheet."""
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     table = {
         _label(row.name, o): (row.estimate, row.exact)
@@ -346,6 +346,6 @@ def _label(name: str, outcome: Outcome) -> str:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from sims import provenance
+from transport.sims import provenance
 from transport.theory import counting, shadows, solid_angles
 from transport.theory.counting import Moments
 from transport.verification.experiment import Outcome
@@ -292,8 +292,8 @@ def _count(number: float) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Deviation against the element's size; beside it, as <name>_seen, one measurement by elements of three sizes."""
-    from viz.resolution import resolutions
-    from viz.tradeoff import tradeoff
+    from transport.viz.resolution import resolutions
+    from transport.viz.tradeoff import tradeoff
 
     path = Path(path)
     paths, note = [path, path.with_stem(path.stem + "_seen")], provenance(outcomes)
@@ -307,7 +307,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 
 def _panel(limit: Limit, result: tp.Result) -> tuple:
-    from viz.tradeoff import Curve, Tradeoff
+    from transport.viz.tradeoff import Curve, Tradeoff
 
     half = limit.span * np.geomspace(0.8 / MIDDLE, 1, 80)
     of, percent = limit.moments(-half, half), 100 / limit.value
@@ -323,8 +323,8 @@ def _panel(limit: Limit, result: tp.Result) -> tuple:
 
 
 def _column(limit: Limit, result: tp.Result) -> tuple:
-    from viz.resolution import Resolved
-    from viz.style import with_unit
+    from transport.viz.resolution import Resolved
+    from transport.viz.style import with_unit
 
     few = budgets(result)[0]
     best, _ = best_of(limit, few.histories, few.parts)
@@ -343,6 +343,6 @@ def _column(limit: Limit, result: tp.Result) -> tuple:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

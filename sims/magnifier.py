@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import emitters, lenses, optical_paths
 from transport.theory.optical_paths import Rays
 from transport.verification.experiment import Outcome
@@ -273,7 +273,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Rays and radiance by direction under each lens; beside it, as <name>_limit, the irradiance by the cone of light."""
-    from viz.magnifiers import irradiance_by_cone, under_glasses
+    from transport.viz.magnifiers import irradiance_by_cone, under_glasses
 
     path = Path(path)
     pages = [o for o in outcomes if o.parameters.get("optic") != "burning mirror" and not _is_sun(o)]
@@ -305,7 +305,7 @@ def _name(outcome: Outcome) -> str:
 
 def _glass(outcome: Outcome):
     """Cross-section and radiance of one lens."""
-    from viz.magnifiers import Glass, cross_sections
+    from transport.viz.magnifiers import Glass, cross_sections
 
     optic, reading = _optic(outcome), outcome.result["focus"]
     across = np.linspace(-0.97, 0.97, 13) * optic.window
@@ -329,7 +329,7 @@ def _glass(outcome: Outcome):
 
 def _spot(outcome: Outcome):
     """The case's place in the picture of all cones."""
-    from viz.magnifiers import Spot
+    from transport.viz.magnifiers import Spot
 
     optic, radiance = _optic(outcome), outcome.result.scene.sources[0].emission.radiance
     unit = constant(outcome.result, math.pi * radiance, "W m^-2")
@@ -343,6 +343,6 @@ def _spot(outcome: Outcome):
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

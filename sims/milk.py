@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory.turbid import MAX_ALBEDO, MAX_G, Diffusion, Turbid, solved
 from transport.verification.experiment import Outcome
 
@@ -179,7 +179,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def draw_depths(outcome: Outcome, path: Path) -> None:
     """Near the surface and deep down, beside diffusion."""
-    from viz.depths import Window, depth_windows
+    from transport.viz.depths import Window, depth_windows
 
     medium, result = medium_of(outcome.result), outcome.result
     half_space = solved(medium.albedo, medium.phase.g, medium.index)
@@ -210,7 +210,7 @@ def _ratio(medium: tp.Medium) -> str:
 
 def draw_angles(outcomes: list[Outcome], path: Path) -> None:
     """Radiance that leaves, over that of a white surface, by the angle."""
-    from viz.catalogue import Entry, catalogue
+    from transport.viz.catalogue import Entry, catalogue
 
     entries, edges = {}, np.linspace(0, 1, ANGLES + 1)
     middles = np.sqrt((edges[1:] ** 2 + edges[:-1] ** 2) / 2)  # of the bins' projected solid angles
@@ -240,6 +240,6 @@ def draw_angles(outcomes: list[Outcome], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

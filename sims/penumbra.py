@@ -27,7 +27,7 @@ from functools import cached_property
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.statistics.quadrature import legendre_nodes
 from transport.theory import shadows
 from transport.verification.experiment import Outcome
@@ -214,7 +214,7 @@ def _row(outcome: Outcome, zone: str):
 
 def draw(outcomes: list[Outcome], path: str) -> None:
     """For each shadow a section, the irradiance across it, and how far each bin is off."""
-    from viz.shadows import shadow_columns
+    from transport.viz.shadows import shadow_columns
 
     title = "Umbra, penumbra, full light"
     columns = {_title(o): _column(o.result) for o in outcomes}
@@ -228,7 +228,7 @@ def _title(outcome: Outcome) -> str:
 
 
 def _column(result: tp.Result):
-    from viz.shadows import ShadowColumn
+    from transport.viz.shadows import ShadowColumn
 
     of, radiance = shadow_of(result.scene), result.scene.sources[0].emission.radiance
     nodes, weight = legendre_nodes(shadows.ALONG)
@@ -268,6 +268,6 @@ def _column(result: tp.Result):
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -31,7 +31,7 @@ import math
 import numpy as np
 
 import transport as tp
-from sims import constant, draw_rows, furthest
+from transport.sims import constant, draw_rows, furthest
 from transport.statistics.quadrature import legendre_nodes
 from transport.theory import phases
 from transport.verification.experiment import Outcome
@@ -168,6 +168,6 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
+from transport.sims import constant, provenance, sharp
 from transport.theory import free_flight, phase_mixing
 from transport.verification.experiment import Outcome
 
@@ -270,8 +270,8 @@ def _kept(outcome: Outcome, quantity: str, names: list[str]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Position against velocity in time, a picture a start; beside the cloud's, as <name>_velocity, its mean velocity."""
-    from viz.phase_space import phase_portraits
-    from viz.profiles import profile
+    from transport.viz.phase_space import phase_portraits
+    from transport.viz.profiles import profile
 
     path, paths = Path(path), []
     for outcome in outcomes:
@@ -325,6 +325,6 @@ def _marks(length: float, speed: float, names: list[str]) -> dict:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

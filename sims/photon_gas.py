@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import effusion
 from transport.theory.solid_angles import bin_projected_solid_angles, bin_solid_angles
 from transport.verification.experiment import Outcome
@@ -133,8 +133,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz.comparisons import comparison
-    from viz.profiles import profile
+    from transport.viz.comparisons import comparison
+    from transport.viz.profiles import profile
 
     outcome = outcomes[0]
     front = outcome.result[outcome.result.scene.detectors[0].name]
@@ -157,6 +157,6 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

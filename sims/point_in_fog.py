@@ -36,7 +36,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import point_source, random_flights
 from transport.verification.experiment import Outcome
 
@@ -236,7 +236,7 @@ def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
 
     Each shell's mean stands where the exact fluence rate has that value.
     """
-    from viz.profiles import profile
+    from transport.viz.profiles import profile
 
     outcome = min(outcomes, key=lambda o: o.parameters.get("albedo", 0.8))
     albedo, length = (outcome.parameters.get(n, d) for n, d in (("albedo", 0.8), ("mean_free_path", 1.0)))
@@ -268,7 +268,7 @@ def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_spread(outcomes: list[Outcome], path: Path) -> None:
     """⟨r²⟩ in time: straight flight at first, diffusion in the end."""
-    from viz.families import Family, families
+    from transport.viz.families import Family, families
 
     fine, members, guides = np.geomspace(TIMES[0] / 2, 2 * TIMES[-1], 200), {}, {}
     for outcome in outcomes:
@@ -291,7 +291,7 @@ def draw_spread(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_pulse(outcomes: list[Outcome], path: Path) -> None:
     """The burst along x, at several times."""
-    from viz.catalogue import Entry, catalogue
+    from transport.viz.catalogue import Entry, catalogue
 
     outcome, entries = outcomes[0], {}
     for t in PULSES:
@@ -318,6 +318,6 @@ def _up_to_front(x: float, time: float) -> float:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

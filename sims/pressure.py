@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import effusion
 from transport.verification.experiment import Outcome
 
@@ -174,7 +174,7 @@ def _words(outcome: Outcome) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     table = {
         f"{row.name}\n{_words(outcome)}": (row.estimate, row.exact)
@@ -185,6 +185,6 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

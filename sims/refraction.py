@@ -33,7 +33,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
+from transport.sims import constant, provenance, sharp
 from transport.theory import fresnel, solid_angles
 from transport.theory import fresnel as theory
 from transport.verification.experiment import Outcome
@@ -318,8 +318,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Radiance on both sides by direction; as <name>_shares beams and plates, as <name>_laws what is left."""
-    from viz import boundaries
-    from viz.comparisons import comparison
+    from transport.viz import boundaries
+    from transport.viz.comparisons import comparison
 
     by_show = {show: [o for o in outcomes if show_of(o.result) == show] for show in SHOWS}
     index, path, paths = index_of(outcomes[0].result), Path(path), []
@@ -346,6 +346,6 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

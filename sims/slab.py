@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import ordinates
 from transport.verification.experiment import Outcome
 
@@ -230,7 +230,7 @@ def _kind(outcome: Outcome) -> tuple:
 
 def draw_shares(outcomes: list[Outcome], path: Path) -> None:
     """What returns, passes and stays against the depth."""
-    from viz.families import Family, families
+    from transport.viz.families import Family, families
 
     parameters = {k: v for k, v in outcomes[0].parameters.items() if k != "tau"}
     depths, lights = _curve(parameters)
@@ -276,7 +276,7 @@ def _smooth(depths: np.ndarray, shares: list[float]) -> tuple[np.ndarray, np.nda
 
 def draw_radiance(outcomes: list[Outcome], path: Path) -> None:
     """Radiance by angle of up to four slabs."""
-    from viz.polar_radiance import Lobes, polar_radiance
+    from transport.viz.polar_radiance import Lobes, polar_radiance
 
     members = {}
     for outcome in list({_kind(o): o for o in reversed(outcomes)}.values())[::-1][:SHOWN]:
@@ -306,6 +306,6 @@ def _described(outcome: Outcome) -> str:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from sims import provenance
+from transport.sims import provenance
 from transport.theory import emitters
 from transport.verification.experiment import Outcome
 
@@ -89,7 +89,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz.comparisons import comparison
+    from transport.viz.comparisons import comparison
 
     table = {
         f"{row.name}\n{o.parameters['planet']}, by {o.parameters['given']}": (row.estimate, row.exact)
@@ -101,6 +101,6 @@ def draw(outcomes: list[Outcome], path: str) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -31,7 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
+from transport.sims import constant, provenance, sharp
 from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import Rays, reach_at
 from transport.verification.experiment import Outcome
@@ -267,8 +267,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """The lens' beam in phase space at four places; beside it, as <name>_laws, all rows against exact values."""
-    from viz.beams import beam_portraits
-    from viz.comparisons import comparison
+    from transport.viz.beams import beam_portraits
+    from transport.viz.comparisons import comparison
 
     path, paths = Path(path), []
     for outcome in [o for o in outcomes if PLANES[0] in o.result][:1]:
@@ -289,7 +289,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def _portrait(outcome: Outcome, plane: str):
     """Radiance over that of the source by x and p_x, and the outline of traced rays."""
-    from viz.beams import Portrait
+    from transport.viz.beams import Portrait
 
     reading, source = outcome.result[plane], outcome.result.scene.sources[0]
     shares = reading.radiance.value / source.emission.radiance
@@ -317,6 +317,6 @@ def _shown(outcome: Outcome) -> str:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

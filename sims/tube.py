@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import clausing
 from transport.theory.round_view_factors import base_to_base
 from transport.verification.experiment import Outcome
@@ -163,7 +163,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def draw_walls(outcomes: list[Outcome], path: Path) -> None:
     """H by depth over length, a curve a tube."""
-    from viz.catalogue import Entry, catalogue
+    from transport.viz.catalogue import Entry, catalogue
 
     entries = {}
     for outcome in outcomes:
@@ -186,7 +186,7 @@ def draw_walls(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_lengths(outcomes: list[Outcome], path: Path) -> None:
     """W by length, beside the long tube's law and the two resistances added."""
-    from viz.profiles import profile
+    from transport.viz.profiles import profile
 
     lengths, albedo = np.array([_length(o) for o in outcomes]), _albedo(outcomes[0].result)
     nodes = np.geomspace(0.8 * lengths.min(), min(1.25 * lengths.max(), clausing.MAX_LENGTH), 100)
@@ -208,6 +208,6 @@ def draw_lengths(outcomes: list[Outcome], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

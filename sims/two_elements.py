@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance, sharp
+from transport.sims import constant, provenance, sharp
 from transport.theory import enclosures, etendue
 from transport.verification.experiment import Outcome
 
@@ -277,8 +277,8 @@ def _alike(outcomes: list[Outcome]) -> list[Outcome]:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """The bias of elements against their size; beside it, as <name>_laws, the laws against exact values."""
-    from viz.comparisons import comparison
-    from viz.profiles import profile
+    from transport.viz.comparisons import comparison
+    from transport.viz.profiles import profile
 
     path, alike = Path(path), _alike(outcomes)
     paths = [path]
@@ -322,6 +322,6 @@ def _shown(outcome: Outcome) -> str:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

@@ -37,8 +37,8 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from sims import provenance
 from transport.analysis.view_factors import view_factor_from_run, view_factor_scene
+from transport.sims import provenance
 from transport.theory import occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
@@ -294,8 +294,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """View factors along the ratios; beside it, as <name>_others, the rest against exact values."""
-    from viz.catalogue import Entry, catalogue
-    from viz.comparisons import comparison
+    from transport.viz.catalogue import Entry, catalogue
+    from transport.viz.comparisons import comparison
 
     path, paths = Path(path), []
     on_curves = {pair: [o for o in outcomes if _is_plain(o, pair)] for pair in CURVES}
@@ -341,6 +341,6 @@ def _span(series) -> str:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

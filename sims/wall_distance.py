@@ -38,7 +38,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from transport.sims import constant, provenance
 from transport.theory import emitters, view_factors
 from transport.theory.etendue import DEPTH, Eye
 from transport.verification.experiment import Outcome
@@ -240,7 +240,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def draw_brightness(outcomes: list[Outcome], path: Path) -> None:
     """R / L T of the middle cell, which stays, and the irradiance at the pupil, which does not."""
-    from viz.families import families
+    from transport.viz.families import families
 
     name, members, marks, kinds = BRIGHTNESS.format("middle cell"), {}, {}, _kinds(outcomes)
     d = _beyond([_away(o) for o in outcomes])
@@ -261,7 +261,7 @@ def draw_brightness(outcomes: list[Outcome], path: Path) -> None:
 
 def _family(outcomes: list[Outcome], name: str, unit: float, curve: tuple[np.ndarray, np.ndarray]) -> object:
     """A row of several outcomes by the distance, over a unit of its own."""
-    from viz.families import Family
+    from transport.viz.families import Family
 
     estimates = [o[name].estimate / constant(o.result, unit, str(o[name].estimate.unit)) for o in outcomes]
     return Family([_away(o) for o in outcomes], estimates, [o[name].exact / unit for o in outcomes], curve)
@@ -269,7 +269,7 @@ def _family(outcomes: list[Outcome], name: str, unit: float, curve: tuple[np.nda
 
 def draw_retina(outcomes: list[Outcome], path: Path) -> None:
     """What each pixel of the retina reads, R/T, by a bare pupil and by a lens."""
-    from viz.retina import retinas
+    from transport.viz.retina import retinas
 
     kinds = _kinds(outcomes)
     rows = {w: {f"{_away(o):g} m": _picture(o.result) for o in found} for w, found in kinds.items()}
@@ -326,7 +326,7 @@ def draw_excess(outcomes: list[Outcome], path: Path) -> None:
 
 def _panel_chart(outcomes, path, d, laws, shown, **named) -> None:
     """laws: label -> (row, curve along d);  shown: what is drawn of a ratio."""
-    from viz.families import Family, families
+    from transport.viz.families import Family, families
 
     members = {}
     for label, (name, curve) in laws.items():
@@ -343,6 +343,6 @@ def _beyond(places: list[float]) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    from sims import print_table
+    from transport.sims import print_table
 
     print_table(__file__)

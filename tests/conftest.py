@@ -1,6 +1,7 @@
 """What several test files are given."""
 
 import gc
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from tests import one_thread  # noqa: F401
 from tests.ctrl_c import pressing_ctrl_c
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
 
+ROOT = Path(__file__).resolve().parents[1]
 # The first compiles all passes and looks at their machine code; beside it, in the second of two workers, what needs none of
 # them: else both would compile the same.  Then what takes longest, so that the two end together.
 COMPILING, MEANWHILE = (
@@ -35,6 +37,13 @@ pytest.approx = approx
 
 
 def pytest_configure(config):
+    place = {
+        Path(find_spec(name).origin).parents[1]
+        for name in ("transport.sims", "transport.viz")
+        if find_spec(name)
+    }
+    if place not in ({ROOT}, {ROOT / "transport"}):
+        raise pytest.UsageError("transport.sims is not of this clone: pip install -e '.[test]' in it")
     gc.set_threshold(
         100_000, 50, 100
     )  # by the usual 700 charts and theory take 8 % longer, among so many modules

@@ -5,7 +5,7 @@
 
 Runs are the cases of all sims, each in every estimator that its scene allows and in the way that it chooses itself, all hard cases,
 and 200 random scenes of the fuzz in every estimator.  A digest is of the bytes of value and error of one quantity, or of
-one entry of the ledger; of a run that is refused, of what is said.  Digests of two machines differ: machine code does.
+one entry of the ledger; of a run that is refused, that it is.  Digests of two machines differ: machine code does.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -34,6 +35,7 @@ from transport.verification.hard.cases import cases_of as hard_cases
 
 PARTICLES, WORLDS, SEED = 100_000, 200, 1
 WAYS = "estimator", "sampling", "batches", "tracking"  # what a sim may choose of its runs
+REFUSED = {"refused": 1.0}
 SHOWN = 40  # differences that are listed
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -65,8 +67,8 @@ def runs() -> Iterator[tuple[str, Callable[[], dict[str, object]]]]:
         world = world_of(number, SEED, TURNS[number % len(TURNS)])
         try:
             scene = world.scene()
-        except tp.SceneError as refusal:
-            yield f"world {number}", lambda refusal=refusal: {"refused": str(refusal)}
+        except tp.SceneError:
+            yield f"world {number}", lambda: REFUSED
             continue
         options = {key: value for key, value in world.said(scene).items() if key in world.options}
         yield from _by_estimator(f"world {number}", scene, options)
@@ -84,8 +86,8 @@ def _numbers(
 ) -> dict[str, object]:
     try:
         result = tp.simulate(scene, PARTICLES, seed=SEED, threads=2, progress=False, **said)
-    except tp.SceneError as refusal:
-        return {"refused": str(refusal)}
+    except tp.SceneError:
+        return REFUSED
     measured = {} if measure is None else {f"measured {k}": v for k, v in measure(result).items()}
     return quantities_of(result) | measured
 
@@ -103,7 +105,7 @@ def write(path: Path, only: str = "") -> None:
     for name, run in runs():
         if only in name:
             numbers = run()
-            found[name] = {k: v if isinstance(v, str) else digest_of(v) for k, v in numbers.items()}
+            found[name] = {key: digest_of(number) for key, number in numbers.items()}
     path.write_text(json.dumps(found, indent=0))
     many = sum(map(len, found.values()))
     typer.echo(f"{many} digests of {len(found)} runs in {time.perf_counter() - begun:.0f} s")
@@ -135,10 +137,16 @@ def _digests_of(path: Path, only: str) -> dict[str, dict[str, str]]:
         found = json.loads(path.read_text())
         return {name: numbers for name, numbers in found.items() if only in name}
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, "digests.json")
+        # A copy has sims and viz within the package, so that none of an editable install is found.
+        copy, file = Path(folder, "copy"), Path(folder, "digests.json")
+        for name in ("transport", "sims", "viz", "tests"):
+            shutil.copytree(
+                path / name, copy / name, ignore=shutil.ignore_patterns("__kernels__", "__pycache__")
+            )
+        for name in ("sims", "viz"):
+            shutil.copytree(copy / name, copy / "transport" / name)
         command = [sys.executable, "-m", "tests.digests", "write", str(file), "--only", only]
-        # The checkout's own sources come first, before those of an editable install.
-        subprocess.run(command, cwd=path, env={**os.environ, "PYTHONPATH": str(path.resolve())}, check=True)
+        subprocess.run(command, cwd=copy, env={**os.environ, "PYTHONPATH": str(copy)}, check=True)
         return json.loads(file.read_text())
 
 

@@ -13,10 +13,10 @@ from matplotlib.image import imread
 
 from tests.synthetic import EVEN_RUN, noisy
 from transport.statistics.estimates import Estimate, EstimateArray
-from viz import comparisons, cuts, profiles, radiance
-from viz.directions import direction_bins
-from viz.profiles import in_standard_errors
-from viz.style import unit_label
+from transport.viz import comparisons, cuts, profiles, radiance
+from transport.viz.directions import direction_bins
+from transport.viz.profiles import in_standard_errors
+from transport.viz.style import unit_label
 
 pytestmark = pytest.mark.filterwarnings("error")  # such as a layout that collapsed
 
@@ -330,8 +330,8 @@ def test_drawing_leaves_the_settings_of_matplotlib_alone(tmp_path):
 def test_drawing_needs_no_pyplot_and_the_library_no_charts():
     code = """
 import sys, transport
-assert not {"matplotlib", "viz"} & set(sys.modules)
-import viz
+assert not {"matplotlib", "transport.viz"} & set(sys.modules)
+from transport import viz
 assert not {"matplotlib.pyplot", "pyvista", "numba"} & set(sys.modules)
 """
     without_display = {

@@ -17,7 +17,7 @@ LARGEST = 300_000  # bytes of a picture in the repository
 @pytest.fixture
 def exhibits(monkeypatch):
     """Two general figures that share one small scene, one that is refused, and one that needs a screen."""
-    from viz import exhibits
+    from transport.viz import exhibits
 
     shared = {"sim": "lambert_disk", "parameters": {"distance": 2.0}, "particles": 2000}
 
@@ -73,7 +73,7 @@ def test_what_is_refused_is_told_and_the_rest_is_drawn(call, exhibits):
 
 
 def test_without_a_screen_only_pictures_in_space_are_left_out(call, exhibits, monkeypatch):
-    from viz import screen
+    from transport.viz import screen
 
     def lacking():
         raise screen.NoScreen("install libegl1")
@@ -92,7 +92,7 @@ def test_a_figure_that_there_is_not_is_refused(call, exhibits):
 
 
 def test_every_exhibit_has_a_scene_and_says_what_it_shows_in_a_sentence():
-    from viz.exhibits import EXHIBITS
+    from transport.viz.exhibits import EXHIBITS
 
     assert len({exhibit.name for exhibit in EXHIBITS}) == len(EXHIBITS) >= 9
     for exhibit in EXHIBITS:

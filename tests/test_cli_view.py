@@ -14,8 +14,8 @@ import pytest
 import transport as tp
 from tests.own_experiments import ROOT
 from transport.cli import show
-from viz import scene_view, screen
-from viz.screen import has_screen
+from transport.viz import scene_view, screen
+from transport.viz.screen import has_screen
 
 needs_screen = pytest.mark.skipif(not has_screen(), reason="no OpenGL here")
 LIBRARIES = ("libEGL.so.1", "libEGL.so", "libGL.so.1", "libGL.so", "libOSMesa.so.8", "libOSMesa.so")
@@ -60,7 +60,7 @@ def test_all_kinds_of_files_are_named_at_the_end(call, monkeypatch):
         Path(path).write_bytes(b"GIF89a")
         return path
 
-    monkeypatch.setattr("viz.movie.tracks_movie", film)
+    monkeypatch.setattr("transport.viz.movie.tracks_movie", film)
     options = ["--html", "--vtk", "--movie", "--colour", "weight", "--tracks", "15", "--particles", "0"]
     answer = call("view", "disk.py", *options, "--out", "figures", "--json")
     assert answer.exit_code == 0, answer.output

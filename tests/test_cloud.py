@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import cloud as sim
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import cloud as sim
 from transport.theory import ordinates
 from transport.verification.experiment import run_experiment
-from viz.clouds import Voxels, along_sight
+from transport.viz.clouds import Voxels, along_sight
 
 FALSE_ALARM = 1e-5
 RUNS = 500_000
@@ -246,9 +246,9 @@ def test_other_skies_are_refused(wrong):
 
 @pytest.mark.filterwarnings("error")
 def test_both_cases_are_drawn_alone_and_together(outcomes, tmp_path, monkeypatch):
-    monkeypatch.setattr("viz.clouds.PIXELS", (64, 30))
-    monkeypatch.setattr("viz.clouds.STEPS", 20)
-    monkeypatch.setattr("viz.style.RESOLUTION", 30)
+    monkeypatch.setattr("transport.viz.clouds.PIXELS", (64, 30))
+    monkeypatch.setattr("transport.viz.clouds.STEPS", 20)
+    monkeypatch.setattr("transport.viz.style.RESOLUTION", 30)
     assert sim.verdict(outcomes[:1]).endswith(".")
     for name, shown in {"all": outcomes, "layers": outcomes[1:]}.items():
         sim.draw(shown, tmp_path / f"{name}.png")

@@ -14,8 +14,8 @@ from transport.analysis.cost import CostOfAccuracy
 from transport.analysis.work_precision import MethodCost, Point
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
 from transport.statistics.convergence import TimeModel, fit_power_law
-from viz.costs import _apart, cost_diagram
-from viz.style import ESTIMATOR_COLOURS, SAMPLING_MARKS, TRACKING_MARKS
+from transport.viz.costs import _apart, cost_diagram
+from transport.viz.style import ESTIMATOR_COLOURS, SAMPLING_MARKS, TRACKING_MARKS
 
 pytestmark = pytest.mark.filterwarnings("error")
 NAMES = [f"{e}{s}" for e in ("analog", "aimed", "expected") for s in ("", ", stratified", ", sobol")] + [

@@ -12,8 +12,8 @@ import pytest
 from scipy.integrate import quad
 
 import transport as tp
-from sims import cost_caustic, cost_disks, cost_enclosure, cost_fog, cost_glint, cost_speck
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import cost_caustic, cost_disks, cost_enclosure, cost_fog, cost_glint, cost_speck
 from transport.theory import emitters, fresnel
 from transport.verification.experiment import run_experiment
 
@@ -230,5 +230,5 @@ def test_what_no_history_reaches_is_said_to_be_unknown():
     ],
 )
 def test_parameters_for_which_the_law_does_not_hold_are_refused(sim, wrong):
-    with pytest.raises(tp.SceneError, match=f"^{sim.__name__.removeprefix('sims.')}: .* got"):
+    with pytest.raises(tp.SceneError, match=f"^{sim.__name__.removeprefix('transport.sims.')}: .* got"):
         sim.scene(**wrong)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import directions
 from tests.agreement import assert_agrees, assert_follows, assert_z_spread
+from transport.sims import directions
 from transport.statistics.estimates import EstimateArray
 from transport.statistics.replicates import Batches
 from transport.theory import solid_angles

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import dogleg as sim
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import dogleg as sim
 from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
@@ -145,7 +145,7 @@ def test_other_problems_are_refused(wrong):
 
 @pytest.mark.filterwarnings("error")
 def test_all_cases_are_drawn_alone_and_together(outcomes, tmp_path, monkeypatch):
-    monkeypatch.setattr("viz.style.RESOLUTION", 30)
+    monkeypatch.setattr("transport.viz.style.RESOLUTION", 30)
     paths = sim.draw(outcomes, tmp_path / "all.png")
     assert [path.stem for path in paths] == ["all", "all_2"]
     walls = run_experiment(sim, {"problem": 3, "scattering": 0.5, "built": "voxels"}, particles=3000, seed=1)

@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 import transport as tp
 from tests.synthetic import EVEN_RUN, noisy
 from transport.statistics.estimates import Estimate, EstimateArray
-from viz import cameras, irradiance, profiles, radiance
-from viz.convergence import convergence
-from viz.power_flow import power_flow
-from viz.style import figure_at
-from viz.uncertainty import on_scale, value_norm
+from transport.viz import cameras, irradiance, profiles, radiance
+from transport.viz.convergence import convergence
+from transport.viz.power_flow import power_flow
+from transport.viz.style import figure_at
+from transport.viz.uncertainty import on_scale, value_norm
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import effusion
 from tests.agreement import assert_agrees
+from transport.sims import effusion
 from transport.theory import effusion as theory
 from transport.verification.experiment import run_experiment
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import diffuse_box, sun
 from tests.agreement import assert_z_spread
+from transport.sims import diffuse_box, sun
 from transport.theory import effusion, emitters
 
 SEEDS, PARTICLES, BATCHES = 2000, 10_000, 16

@@ -7,8 +7,8 @@ from types import ModuleType
 import pytest
 
 import transport as tp
-from sims import cost_disks
 from tests.test_choosing import glint
+from transport.sims import cost_disks
 from transport.verification.experiment import run_experiment
 
 

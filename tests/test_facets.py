@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from viz.facets import facets_of, half_box
-from viz.painted import paint_of
+from transport.viz.facets import facets_of, half_box
+from transport.viz.painted import paint_of
 
 TILTED = (1.0, 2.0, 3.0)
 ROUNDED = 1e-3  # what flat facets leave out of a round shape, at most; steps of 3 degrees leave out 6e-4

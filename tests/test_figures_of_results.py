@@ -15,12 +15,12 @@ from matplotlib.patches import PathPatch
 import transport as tp
 from tests.synthetic import EVEN_RUN, noisy
 from transport.statistics.estimates import EstimateArray
-from viz import cameras, irradiance, radiance
-from viz.convergence import convergence, course_of, strays
-from viz.phase_density import phase_density
-from viz.places import places_of
-from viz.power_flow import PITCH, WHOLE, ends_of, power_flow
-from viz.wording import as_it_stands
+from transport.viz import cameras, irradiance, radiance
+from transport.viz.convergence import convergence, course_of, strays
+from transport.viz.phase_density import phase_density
+from transport.viz.places import places_of
+from transport.viz.power_flow import PITCH, WHOLE, ends_of, power_flow
+from transport.viz.wording import as_it_stands
 
 pytestmark = pytest.mark.filterwarnings("error")  # such as a layout that collapsed
 

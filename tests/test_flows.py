@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import flows
 from tests.agreement import assert_agrees
+from transport.sims import flows
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
 from transport.verification.experiment import run_experiment
-from viz.prisms import Starts, prisms
+from transport.viz.prisms import Starts, prisms
 
 FALSE_ALARM = 1e-5
 PARTICLES = 400_000

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import fog
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import fog
 from transport.theory import attenuation
 from transport.verification.experiment import run_experiment
-from viz.directions import direction_bins
-from viz.views import _means, _norm, _shown_on_map
+from transport.viz.directions import direction_bins
+from transport.viz.views import _means, _norm, _shown_on_map
 
 FALSE_ALARM = 1e-5
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import furnace
-from sims.furnace import CHI_SQUARE, DARK, ESCAPED, LOSSLESS, OWN
 from tests.agreement import assert_agrees, assert_z_spread
 from transport.geometry.flat import FlatShape
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
 from transport.scene.materials import Material, elementary_materials
+from transport.sims import furnace
+from transport.sims.furnace import CHI_SQUARE, DARK, ESCAPED, LOSSLESS, OWN
 from transport.statistics.estimates import Estimate
 from transport.statistics.replicates import Batches
 from transport.theory import fresnel, microfacets

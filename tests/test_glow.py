@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import glow
-from sims.glow import ESCAPED, SHARE
 from tests.agreement import assert_agrees
+from transport.sims import glow
+from transport.sims.glow import ESCAPED, SHARE
 from transport.theory import glow as theory
 from transport.verification.experiment import run_experiment
 

@@ -12,9 +12,9 @@ import pytest
 from scipy.integrate import dblquad
 
 import transport as tp
-from sims import gonioreflectometer as sim
-from sims.gonioreflectometer import ALBEDO, EYE, HERE, LAMP, NARROW, RATIO, SAMPLES, THERE, law_of
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import gonioreflectometer as sim
+from transport.sims.gonioreflectometer import ALBEDO, EYE, HERE, LAMP, NARROW, RATIO, SAMPLES, THERE, law_of
 from transport.theory import goniometry, microfacets
 from transport.verification.experiment import run_experiment
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import half_space as sim
 from tests.agreement import assert_agrees
+from transport.sims import half_space as sim
 from transport.theory import fresnel
 from transport.theory import half_space as theory
 from transport.verification.experiment import run_experiment
-from viz.limb_darkening import limb_darkening
+from transport.viz.limb_darkening import limb_darkening
 
 FALSE_ALARM = 1e-5
 

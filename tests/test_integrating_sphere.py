@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import integrating_sphere as sim
 from tests.agreement import assert_agrees
+from transport.sims import integrating_sphere as sim
 from transport.theory import enclosures
 from transport.theory import enclosures as theory
 from transport.verification.experiment import run_experiment

@@ -10,9 +10,9 @@ import math
 import pytest
 
 import transport as tp
-from sims import lambert_disk
 from tests.agreement import assert_agrees
 from transport.geometry import solid_angles
+from transport.sims import lambert_disk
 from transport.theory import solid_angles as solid_angles_theory
 from transport.verification.experiment import run_experiment
 

@@ -13,14 +13,14 @@ import pytest
 from scipy.special import chdtr, chdtrc
 
 import transport as tp
-from sims import limits
-from sims.limits import BINS, ELEMENTS, MIDDLE, PARTS, POINTS
 from tests.agreement import assert_agrees
+from transport.sims import limits
+from transport.sims.limits import BINS, ELEMENTS, MIDDLE, PARTS, POINTS
 from transport.theory import counting, emitters, shadows, solid_angles
 from transport.verification.experiment import run_experiment
-from viz import resolution
-from viz.resolution import grouped
-from viz.tradeoff import tradeoff
+from transport.viz import resolution
+from transport.viz.resolution import grouped
+from transport.viz.tradeoff import tradeoff
 
 FALSE_ALARM = 1e-5
 PARTICLES = 16_000_000  # in 32 batches of 16 parts: 31 250 a measurement

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import transport as tp
-from viz.directions import direction_bins
-from viz.facets import places_on
-from viz.lobes_in_place import _at_corners, hemisphere, lobe, place_and_frame
+from transport.viz.directions import direction_bins
+from transport.viz.facets import places_on
+from transport.viz.lobes_in_place import _at_corners, hemisphere, lobe, place_and_frame
 
 FINE = tp.Directions(theta=np.linspace(0, math.pi / 2, 19), phi=36)  # bins of 5 and 10 degrees
 TILTED = (1.0, 2.0, 3.0)

@@ -14,9 +14,9 @@ import pytest
 from scipy.integrate import quad
 
 import transport as tp
-from sims import magnifier
-from sims.magnifier import BEHIND, E_FOCUS, E_FRONT, FOCAL, GAIN, L_FRONT, SUN
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import magnifier
+from transport.sims.magnifier import BEHIND, E_FOCUS, E_FRONT, FOCAL, GAIN, L_FRONT, SUN
 from transport.statistics.estimates import Estimate
 from transport.statistics.replicates import Batches
 from transport.theory import emitters, fresnel, lenses

@@ -8,8 +8,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from transport.statistics import microfacet_lobe
+from transport.statistics.microfacet_lobe import lost_share, turned_normals
 from transport.theory import microfacets
-from transport.theory.microfacets import lost_share, turned_normals
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 ROUGHNESSES = [1.0, 0.5, 0.1, 1e-2, 1e-3]
@@ -110,7 +111,7 @@ def test_the_roughest_surface_has_a_closed_form():
     assert microfacets.mean_albedo(1.0) == pytest.approx(4 / 3 * (1 - math.log(2)), rel=1e-14)
     # 3 times the integral of mu^2 log(1 + 1/mu)
     below = mu**3 * np.log1p(1 / mu) + mu**2 / 2 - mu + np.log1p(mu)
-    reached = microfacets.lobe_quantile(below[1:] * 2 / 3 / (1 - microfacets.mean_albedo(1.0)), 1.0)
+    reached = microfacet_lobe.lobe_quantile(below[1:] * 2 / 3 / (1 - microfacets.mean_albedo(1.0)), 1.0)
     assert reached == pytest.approx(mu[1:], rel=1e-7)  # the closed form cancels for small mu
 
 
@@ -191,8 +192,8 @@ def test_the_mirror_image_is_at_azimuth_pi():
 def test_lobe_quantile_inverts_the_lobe(roughness):
     """The integral of the density up to the quantile, each tail from its own end."""
     u = np.array([1e-9, 1e-4, 0.1, 0.5, 0.9, 1 - 1e-4, 1 - 1e-9])
-    places = microfacets.lobe_quantile(u, roughness)
-    assert (np.diff(places) > 0).all() and microfacets.lobe_quantile(
+    places = microfacet_lobe.lobe_quantile(u, roughness)
+    assert (np.diff(places) > 0).all() and microfacet_lobe.lobe_quantile(
         np.array([0.0, 1.0]), roughness
     ).tolist() == [0, 1]
     for share, place in zip(u, places, strict=True):
@@ -210,6 +211,6 @@ def test_the_first_scene_does_not_wait_for_the_lobe():
     from transport.compile.speeds import has_split_cells, quantile_table
 
     def quantile(u):
-        return microfacets.lobe_quantile(u, 0.2)
+        return microfacet_lobe.lobe_quantile(u, 0.2)
 
     assert len(quantile_table(quantile)[1]) < 4000 and not has_split_cells(quantile)

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import milk
-from sims.milk import ABSORBED, DIFFUSE, LOWER, SPECULAR, UPPER
 from tests.agreement import assert_agrees
+from transport.sims import milk
+from transport.sims.milk import ABSORBED, DIFFUSE, LOWER, SPECULAR, UPPER
 from transport.theory.turbid import Diffusion
 from transport.verification.experiment import run_experiment
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import transport as tp
-from viz.flying import along, filmed, flights, from_entry
-from viz.movie import _clock, _values, clock_movie, tracks_movie
-from viz.screen import has_screen
+from transport.viz.flying import along, filmed, flights, from_entry
+from transport.viz.movie import _clock, _values, clock_movie, tracks_movie
+from transport.viz.screen import has_screen
 
 needs_screen = pytest.mark.skipif(not has_screen(), reason="no OpenGL here")
 
@@ -114,7 +114,9 @@ def test_colours_are_cosines_or_decades_and_clocks_have_units():
 
 def test_frames_are_in_the_order_of_their_times(tmp_path, monkeypatch):
     filmed_ones = []
-    monkeypatch.setattr("viz.movie._film", lambda scene, path, instants, *more: filmed_ones.extend(instants))
+    monkeypatch.setattr(
+        "transport.viz.movie._film", lambda scene, path, instants, *more: filmed_ones.extend(instants)
+    )
     late, soon = (tp.Snapshot(time, particles=5, name=f"at {time}") for time in (1e-8, 1e-9))
     result = tp.simulate(beam(duration=2e-8, detectors=[late, soon]), 20, seed=1, threads=1)
     clock_movie(beam(duration=2e-8), tmp_path / "clock.gif", result)

@@ -14,7 +14,7 @@ from tests.notebooks import executed, paths, text_of
 
 TUTORIAL = next(path for path in paths() if path.stem == "photons_to_pictures")
 FALSE_ALARM = 1e-4  # of all comparisons together
-NO_SCREEN = "import viz.screen; viz.screen._lack = lambda: viz.screen.NO_LIBRARIES"
+NO_SCREEN = "from transport.viz import screen; screen._lack = lambda: screen.NO_LIBRARIES"
 TOLD = "import json; print(json.dumps(compared))"
 
 
@@ -101,7 +101,7 @@ def test_its_cells_are_short_and_its_pictures_not_large(stored):
 def test_it_comes_with_the_package():
     """Among the package's data; what it needs is in two extras."""
     project = tomllib.loads((TUTORIAL.parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
-    assert "notebooks/*.ipynb" in project["tool"]["setuptools"]["package-data"]["sims"]
+    assert "notebooks/*.ipynb" in project["tool"]["setuptools"]["package-data"]["transport.sims"]
     assert TUTORIAL.parent.name == "notebooks"
     needed = {"nbclient", "ipykernel"}
     for extra in ("notebook", "test"):

@@ -13,8 +13,8 @@ import pytest
 
 import transport as tp
 from tests.browser import CHROMIUM, Browser
-from viz.page import as_html, page
-from viz.screen import has_screen
+from transport.viz.page import as_html, page
+from transport.viz.screen import has_screen
 
 pv = pytest.importorskip("pyvista")
 needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
@@ -183,7 +183,7 @@ def test_a_browser_draws_the_page_turns_it_and_asks_nothing_of_the_network(plott
 @needs_browser
 @needs_screen
 def test_a_scene_with_its_result_and_tracks_is_drawn_by_a_browser(tmp_path):
-    from viz.page import scene_page
+    from transport.viz.page import scene_page
 
     floor = tp.Surface(tp.Rectangle(width=2, height=2), tp.Diffuse(0.5), name="floor")
     lamp = tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=1.0))

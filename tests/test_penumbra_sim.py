@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import penumbra as sim
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import penumbra as sim
 from transport.theory import emitters, shadows
 from transport.verification.experiment import run_experiment
 

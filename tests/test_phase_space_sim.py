@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import phase_space, pressure
 from tests.agreement import assert_agrees, assert_follows, smallest_bias
 from tests.synthetic import EVEN_RUN
+from transport.sims import phase_space, pressure
 from transport.statistics.estimates import EstimateArray
 from transport.theory import free_flight, phase_mixing
 from transport.verification.experiment import run_experiment
-from viz import phase_space as viz
+from transport.viz import phase_space as viz
 
 FALSE_ALARM = 1e-5
 MANY = 10_000_000

@@ -10,10 +10,10 @@ import math
 import numpy as np
 import pytest
 
-from sims import diffuse_box, inverse_square, lambert_disk, photon_gas
 from tests.agreement import assert_agrees, assert_z_spread
 from transport import simulate
 from transport.results.solid_angles import solid_angles_of
+from transport.sims import diffuse_box, inverse_square, lambert_disk, photon_gas
 from transport.statistics.estimates import Estimate
 from transport.statistics.replicates import Batches
 from transport.theory import effusion

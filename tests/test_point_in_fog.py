@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import point_in_fog
 from tests.agreement import assert_agrees, assert_follows, smallest_bias
+from transport.sims import point_in_fog
 from transport.theory import point_source, random_flights
 from transport.verification.experiment import run_experiment
 

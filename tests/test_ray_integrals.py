@@ -12,7 +12,7 @@ import math
 import numpy as np
 import pytest
 
-from sims.dogleg import CELL, SOURCE, space, straight
+from transport.sims.dogleg import CELL, SOURCE, space, straight
 from transport.theory.ray_integrals import Region, Space, mean_uncollided_fluence, uncollided_fluence
 
 PROBLEM_1 = {  # I.kobayashi1_absorber

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import refraction
-from sims.refraction import (
+from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import refraction
+from transport.sims.refraction import (
     CROSSED,
     DIFFUSE,
     ESCAPED,
@@ -27,12 +28,11 @@ from sims.refraction import (
     SUM,
     TOTAL,
 )
-from tests.agreement import assert_agrees, smallest_bias
 from transport.theory import fresnel
 from transport.theory import fresnel as theory
 from transport.verification.experiment import run_experiment
-from viz.lobes import lobes
-from viz.shares import shares
+from transport.viz.lobes import lobes
+from transport.viz.shares import shares
 
 FALSE_ALARM = 1e-5
 WHOLE = np.array([0, math.pi / 2])

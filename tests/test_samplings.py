@@ -247,7 +247,8 @@ def test_random_programs_hold_nothing_of_it():
     config.DISABLE_JIT or not host_has("avx512dq"), reason="looks for the wide registers of AVX-512"
 )
 @pytest.mark.parametrize(
-    "name", ["born_on_disk sobol", "born_on_disk stratified", "sample_target_disk sobol", "sample_free_path sobol"]
+    "name",
+    ["born_on_disk sobol", "born_on_disk stratified", "sample_target_disk sobol", "sample_free_path sobol"],
 )
 def test_twins_are_vectorised(name):
     lane_pass, sampling = name.split()

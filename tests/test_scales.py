@@ -11,8 +11,8 @@ import math
 import pytest
 
 import transport as tp
-from sims import diffuse_box, lambert_disk, sun
 from tests.agreement import assert_agrees
+from transport.sims import diffuse_box, lambert_disk, sun
 
 FALSE_ALARM = 1e-3  # of all detectors of all moved scenes
 SCENES = {

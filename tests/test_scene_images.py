@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from viz.screen import has_screen
+from transport.viz.screen import has_screen
 
 pytest.importorskip("pytest_pyvista")
 WINDOW = (480, 320)
@@ -21,7 +21,7 @@ WINDOW = (480, 320)
 def check(verify_image_cache):
     if not has_screen():
         pytest.skip("no libraries of OpenGL here")
-    from viz.scene_view import scene_plotter
+    from transport.viz.scene_view import scene_plotter
 
     def drawn(scene, particles, tracks=0, finish=lambda plotter, result: None):
         result = tp.simulate(scene, particles=particles, seed=1, batches=4) if particles else None
@@ -83,7 +83,7 @@ def test_scene_fog(check):
 
 def test_scene_lobe(check):
     """A lobe of radiance on a patch points at the lamp; few tracks; a detector's name and number."""
-    from viz.lobes_in_place import add_lobe
+    from transport.viz.lobes_in_place import add_lobe
 
     lamp = tp.Disk(center=(0.8, 0, 1.5), normal=(0, 0, -1), radius=0.4)
     patch = tp.Disk(center=(-0.5, 0, 0), radius=0.3)

@@ -10,16 +10,15 @@ import numpy as np
 import pytest
 
 import transport as tp
-from viz import night, scene_view
-from viz.scene_camera import _coarse, _crossed, view_of
-from viz.scene_frame import frame_of
-from viz.scene_parts import block_names, is_hazed, parts_of
-from viz.scene_sides import BACK, FRONT, NOWHERE
-from viz.scene_things import _lifted, name_of
-from viz.scene_view import caption_of, scene_blocks
-from viz.solids import contours, solid
-from viz.track_lines import clipped, told_by, track_lines
-from viz.wording import lengths_text
+from transport.viz import night, scene_view
+from transport.viz.scene_camera import _coarse, _crossed, view_of
+from transport.viz.scene_frame import frame_of
+from transport.viz.scene_parts import BACK, FRONT, NOWHERE, block_names, is_hazed, parts_of
+from transport.viz.scene_things import _lifted, name_of
+from transport.viz.scene_view import caption_of, scene_blocks
+from transport.viz.solids import contours, solid
+from transport.viz.track_lines import clipped, told_by, track_lines
+from transport.viz.wording import lengths_text
 
 ROOM = tp.Box(size=(4, 3, 2))
 LAMP = tp.Source(tp.Point(position=(0, 0, 0.8)), tp.Isotropic(power=10.0))

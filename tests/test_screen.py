@@ -15,8 +15,8 @@ ROOT = Path(__file__).resolve().parents[1]
 TRY = """
 import sys
 import transport as tp
-from viz import screen
-from viz.scene_view import scene_view
+from transport.viz import screen
+from transport.viz.scene_view import scene_view
 disk = tp.Disk(radius=1.0)
 scene = tp.Scene(tp.Source(disk, tp.Lambertian(power=1.0)), detectors=tp.Detector(disk, "disk"))
 try:
@@ -27,7 +27,7 @@ except screen.NoScreen as refused:
         scene_view(scene, sys.argv[1])
     except screen.NoScreen:
         print("AGAIN")
-from viz.style import figure_at
+from transport.viz.style import figure_at
 with figure_at(sys.argv[2], (4, 3), "a chart", None):
     pass
 print("CHART")
@@ -90,6 +90,6 @@ def test_without_pyvista_it_says_how_to_install_it(tmp_path):
 
 
 def test_nothing_of_it_is_loaded_before_a_picture_is_asked_for():
-    code = "import sys, viz, viz.scene_view, viz.screen, viz.lobes_in_place; print('pyvista' in sys.modules, 'vtkmodules' in sys.modules)"
+    code = "import sys, transport.viz.scene_view, transport.viz.screen, transport.viz.lobes_in_place; print('pyvista' in sys.modules, 'vtkmodules' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.stdout.strip() == "False False", done.stdout + done.stderr

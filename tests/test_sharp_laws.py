@@ -11,10 +11,10 @@ from functools import lru_cache
 
 import pytest
 
-from sims import phase_functions, two_panes
 from tests.agreement import assert_agrees
 from transport.cli.laws import LAWS_FALSE_ALARM as OF_ALL
 from transport.cli.laws import Law
+from transport.sims import phase_functions, two_panes
 from transport.theory import fresnel
 from transport.verification.experiment import run_experiment
 

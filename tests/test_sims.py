@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import transport as tp
-from sims import sun
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import sun
 from transport.verification.experiment import cases_of, experiment, experiment_names, run_experiment
 
 SIMS = (
@@ -98,7 +98,7 @@ def test_every_experiment_is_tested_here():
 
 @pytest.mark.parametrize("name", SIMS)
 def test_a_sim_keeps_its_contract(name, tables, tmp_path, monkeypatch):
-    monkeypatch.setattr("viz.style.RESOLUTION", 30)  # takes a third less of the time
+    monkeypatch.setattr("transport.viz.style.RESOLUTION", 30)  # takes a third less of the time
     module, outcomes = experiment(name), tables[name]
     assert module.law
     assert module.question.endswith("?")
@@ -215,6 +215,6 @@ def test_sims_are_silent_and_light_to_import():
 
 
 def test_a_sim_runs_itself():
-    done = run_python("-m", "sims.inverse_square")
+    done = run_python("-m", "transport.sims.inverse_square")
     assert "E(1 mm) / E(1 km)" in done.stdout
     assert "emitter=sphere, widths=5" in done.stdout

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import slab as sim
 from tests.agreement import assert_agrees
+from transport.sims import slab as sim
 from transport.theory import half_space, ordinates
 from transport.verification.experiment import Outcome, Row
-from viz.polar_radiance import polar_radiance
+from transport.viz.polar_radiance import polar_radiance
 
 FALSE_ALARM = 1e-5
 

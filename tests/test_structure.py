@@ -6,38 +6,27 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "transport"
-HEAVY = (
-    "numba",
-    "llvmlite",
-    "scipy.stats",
-    "matplotlib",
-    "pyvista",
-    "xarray",
-    "rich",
-    "typer",
-    "sims",
-    "viz",
-)
+# The rooms of the package from the bottom to the top; each imports only rooms above it in this table.
+LAYERS = (
+    ("renderers",), ("units", "vectors"), ("validation",), ("physics",), ("statistics",), ("geometry",),
+    ("theory", "scene"), ("compile",), ("engine", "results"), ("run",), ("io",), ("simulate",), ("analysis",),
+    ("__init__",), ("verification",), ("viz",), ("sims",), ("cli",), ("__main__",),
+)  # fmt: skip
+LEVEL = {room: level for level, layer in enumerate(LAYERS) for room in layer}
+READERS_OF_THEORY = ("theory", "verification", "viz", "sims")  # theory judges results, and computes none
+FOLDERS = {"transport": LIBRARY, "transport.sims": ROOT / "sims", "transport.viz": ROOT / "viz"}
+HEAVY = ("numba", "llvmlite", "scipy.stats", "matplotlib", "pyvista", "xarray", "rich", "typer")
 COMPILED = ("engine/", "physics/", "cli/bench/yardstick")  # the only places that know Numba
-ROOTS = [
-    "home",
-    "root",
-    "tmp",
-    "usr",
-    "opt",
-    "work",
-    "workspace",
-    "mnt",
-    "media",
-    "srv",
-    "var",
-    "Users",
-    "Volumes",
-]
+FOLDERS_OF_MACHINES = [
+    "home", "root", "tmp", "usr", "opt", "work", "workspace", "mnt", "media", "srv", "var", "Users", "Volumes",
+]  # fmt: skip
 
 
 def sources(*folders):
@@ -46,25 +35,71 @@ def sources(*folders):
     ]
 
 
-def imports(path, everywhere=True):
-    """Names that a file imports: also those within functions, or only those that importing it imports."""
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree) if everywhere else _at_once(tree):
+def module_of(path):
+    """The dotted name by which a file of transport, sims or viz is imported."""
+    for package, folder in reversed(FOLDERS.items()):
+        if folder in path.parents:
+            parts = [package, *path.relative_to(folder).with_suffix("").parts]
+            return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+    raise LookupError(path)
+
+
+def imports(tree, at_once=False):
+    """(line, name) of all imports, also those in functions, for type checkers, or by importlib with a literal name.
+
+    at_once: only those that run when the file is imported.
+    """
+    for node in _at_once(tree) if at_once else ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            yield from ((node.lineno, alias.name) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            yield "." * node.level + (node.module or "")
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            base = "." * node.level + (node.module or "")
+            yield node.lineno, base
+            yield from ((node.lineno, f"{base}.{alias.name}") for alias in node.names)
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
+            yield from ((node.lineno, name.value) for name in node.args[:1] if isinstance(name, ast.Constant))
 
 
 def _at_once(node):
-    """Statements that run when a module is imported; not those for type checkers only."""
     for child in ast.iter_child_nodes(node):
         is_later = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
         if is_later or (isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)):
             continue
         yield child
         yield from _at_once(child)
+
+
+def room_of(name):
+    """The room of a module, None outside the package."""
+    package, _, rest = name.partition(".")
+    return None if package != "transport" else rest.partition(".")[0] or "__init__"
+
+
+def upward_imports(module, text):
+    """The imports of a module that do not go down, and those of theory by rooms that must not know it."""
+    own, found = room_of(module), []
+    for line, name in imports(ast.parse(text)):
+        if name.startswith("."):
+            found.append(f"{module}:{line} imports {name}, relatively")
+        room = room_of(name)
+        if room == "__init__" and name != "transport":
+            continue
+        if room is None or room == own or room not in LEVEL:
+            continue
+        if LEVEL[room] >= LEVEL[own] or (room == "theory" and own not in READERS_OF_THEORY):
+            found.append(f"{module}:{line} ({own}) imports {name} ({room})")
+    return found
+
+
+def cycles(graph):
+    """The files that import one another: what is left when files without imports, or without importers, are taken out."""
+    graph = {name: set(others) & graph.keys() - {name} for name, others in graph.items()}
+    while True:
+        imported = set().union(*graph.values()) if graph else set()
+        loose = {name for name, others in graph.items() if not others or name not in imported}
+        if not loose:
+            return sorted(graph)
+        graph = {name: others - loose for name, others in graph.items() if name not in loose}
 
 
 def within(name, *packages):
@@ -75,12 +110,12 @@ def short(path):
     return path.relative_to(ROOT).as_posix()
 
 
-def offences(paths, is_wrong, everywhere=True):
+def offences(paths, is_wrong, at_once=False):
     return sorted(
         {
             f"{short(path)} imports {name}"
             for path in paths
-            for name in imports(path, everywhere)
+            for _, name in imports(ast.parse(path.read_text()), at_once)
             if is_wrong(name)
         }
     )
@@ -90,18 +125,67 @@ def user_files():
     return [p for p in sources(LIBRARY) if not p.relative_to(LIBRARY).as_posix().startswith(COMPILED)]
 
 
+def test_every_import_goes_down():
+    files = {module_of(path): path for path in sources(*FOLDERS.values())}
+    assert {room_of(module) for module in files} == LEVEL.keys()
+    assert [
+        fault for module, path in files.items() for fault in upward_imports(module, path.read_text())
+    ] == []
+
+
+def test_no_files_import_one_another():
+    files = {module_of(path): path for path in sources(*FOLDERS.values())}
+    names = {
+        module: {name for _, name in imports(ast.parse(path.read_text()))} for module, path in files.items()
+    }
+    # "from transport.io import merging" asks for the module, not for its package.
+    graph = {
+        module: {
+            name for name in of if not any(other in files and other.startswith(f"{name}.") for other in of)
+        }
+        for module, of in names.items()
+    }
+    assert cycles({module: graph[module] & files.keys() for module in files}) == []
+    assert cycles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}, "e": set()}) == ["b", "c"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "from transport.scene.scene import Scene",
+        "def f():\n    from transport.simulate import simulate",
+        "if TYPE_CHECKING:\n    from transport.io.runs import save",
+        "import importlib\nimportlib.import_module('transport.viz.costs')",
+        "from transport.theory.fresnel import reflectance",
+        "from transport.theory import fresnel",
+        "import transport",
+        "from transport import tracks",
+        "from . import flat",
+    ],
+    ids=["at the top", "in a function", "for type checkers", "importlib", "theory", "theory's module", "package", "name", "relative"],
+)  # fmt: skip
+def test_an_import_that_goes_up_is_seen(text):
+    assert upward_imports("transport.geometry.shape", text)
+    assert not upward_imports("transport.geometry.shape", "from transport.units import mm\nimport numpy")
+
+
+def test_a_room_that_may_import_theory_is_known():
+    text = "from transport.theory import fresnel"
+    assert upward_imports("transport.results.result", text)
+    assert not upward_imports("transport.verification.experiment", text)
+
+
 def test_importing_transport_loads_nothing_heavy():
     """No Numba, no statistics package, no plots, no tables, neither sims nor viz: in a new interpreter."""
-    code = f"import sys, transport; print([name for name in {HEAVY!r} if name in sys.modules])"
+    heavy = (*HEAVY, "transport.sims", "transport.viz")
+    code = f"import sys, transport; print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.stdout.strip() == "[]", done.stdout + done.stderr
 
 
 def test_importing_a_user_object_or_a_theory_loads_no_numba():
     """Each module of the library by itself, but the few that are compiled."""
-    names = [
-        ".".join(p.relative_to(ROOT).with_suffix("").parts) for p in user_files() if p.name != "__main__.py"
-    ]
+    names = [module_of(p) for p in user_files() if p.name != "__main__.py"]
     code = "import importlib, sys\nfor name in sys.argv[1:]:\n    importlib.import_module(name)\n"
     code += "    assert 'numba' not in sys.modules and 'scipy.stats' not in sys.modules, name"
     done = subprocess.run(
@@ -113,7 +197,7 @@ def test_importing_a_user_object_or_a_theory_loads_no_numba():
 def test_user_objects_do_not_import_numba_nor_at_once_the_engine():
     assert offences(user_files(), lambda name: within(name, "numba", "llvmlite")) == []
     inner = ("transport.engine", "transport.physics", "transport.cli.bench.yardstick")
-    assert offences(user_files(), lambda name: within(name, *inner), everywhere=False) == []
+    assert offences(user_files(), lambda name: within(name, *inner), at_once=True) == []
 
 
 def test_physics_imports_no_user_objects():
@@ -122,36 +206,55 @@ def test_physics_imports_no_user_objects():
     assert offences(sources(LIBRARY / "physics"), lambda name: not within(name, *allowed)) == []
 
 
-def test_the_library_imports_neither_sims_nor_viz():
-    assert offences(sources(LIBRARY), lambda name: within(name, "sims", "viz") or name.startswith(".")) == []
-
-
 def test_nobody_imports_the_statistics_package():
     """scipy.special has all that is needed and loads in a fraction of the time."""
-    assert (
-        offences(sources(LIBRARY, ROOT / "sims", ROOT / "viz"), lambda name: within(name, "scipy.stats"))
-        == []
-    )
+    assert offences(sources(*FOLDERS.values()), lambda name: within(name, "scipy.stats")) == []
 
 
-def test_the_rules_are_seen_where_they_are_broken(tmp_path):
-    """Planted: imports in a function, in a branch, under another name, for type checkers."""
-    file = tmp_path / "planted.py"
-    file.write_text(
+def test_imports_are_seen_wherever_they_stand():
+    tree = ast.parse(
         "import math\ntry:\n    import numba.core as n\nexcept ImportError:\n    pass\n"
         "from transport import engine\nif TYPE_CHECKING:\n    import xarray\n"
-        "def f():\n    from viz import charts\nclass C:\n    import rich\n"
+        "def f():\n    from transport.viz import charts\nclass C:\n    import rich\n"
     )
-    assert {"math", "numba.core", "transport.engine", "xarray", "viz", "rich"} <= set(imports(file))
-    at_once = set(imports(file, everywhere=False))
+    everywhere = {name for _, name in imports(tree)}
+    assert {"math", "numba.core", "transport.engine", "xarray", "transport.viz", "rich"} <= everywhere
+    at_once = {name for _, name in imports(tree, at_once=True)}
     assert {"math", "numba.core", "transport.engine", "rich"} <= at_once
-    assert not at_once & {"viz", "xarray"}
+    assert not at_once & {"transport.viz", "xarray"}
+
+
+def test_every_package_is_installed():
+    packages = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    found = [module_of(path) for path in sources(*FOLDERS.values()) if path.name == "__init__.py"]
+    assert sorted(packages) == sorted(found)
+
+
+@pytest.mark.parametrize("name", ["sims", "viz"])
+@pytest.mark.parametrize("folder", [ROOT, ROOT / "tests"], ids=["in the clone", "elsewhere"])
+def test_the_former_name_of_a_package_names_the_new_one(name, folder):
+    code = f"import transport\nimport {name}"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert re.search(
+        rf"Error: '{name}' is a part of transport now: import transport\.{name}$", done.stderr.strip()
+    )
+
+
+def test_a_package_of_the_user_with_a_former_name_is_found(tmp_path):
+    (tmp_path / "viz.py").write_text("OWN = 1\n")
+    code = "import transport\nimport viz\nprint(viz.OWN)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.stdout.strip() == "1", done.stderr
 
 
 def test_no_source_knows_a_path_of_a_machine():
     folders = [LIBRARY, ROOT / "sims", ROOT / "viz", ROOT / "tests"]
-    pattern = re.compile(rf"(?<![\w./:~-])(/({'|'.join(ROOTS)})/\w|[A-Z]:[\\/]+Users)")
-    assert pattern.search(f"open('/{ROOTS[0]}/me/file')")
+    pattern = re.compile(rf"(?<![\w./:~-])(/({'|'.join(FOLDERS_OF_MACHINES)})/\w|[A-Z]:[\\/]+Users)")
+    assert pattern.search(f"open('/{FOLDERS_OF_MACHINES[0]}/me/file')")
     found = [
         f"{short(path)}: {hit[0]}" for path in sources(*folders) for hit in pattern.finditer(path.read_text())
     ]

@@ -15,9 +15,9 @@ import pytest
 from scipy.integrate import dblquad
 
 import transport as tp
-from sims import throughput
-from sims.throughput import BEHIND, FOCAL, HOLE, KEPT, NEAR, READ, RIM, SENSOR, T_1, T_2
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import throughput
+from transport.sims.throughput import BEHIND, FOCAL, HOLE, KEPT, NEAR, READ, RIM, SENSOR, T_1, T_2
 from transport.statistics.estimates import Estimate
 from transport.statistics.replicates import Batches
 from transport.theory import etendue, lenses, optical_paths

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import tube as sim
 from tests.agreement import assert_agrees
+from transport.sims import tube as sim
 from transport.theory import clausing
 from transport.verification.experiment import run_experiment
 

@@ -14,9 +14,23 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import two_elements
-from sims.two_elements import ALL, AT_2, BACK, BIAS, BODIES, CHORD, DOWN, L1, L2, SAME, THERE, UP, WHOLE
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import two_elements
+from transport.sims.two_elements import (
+    ALL,
+    AT_2,
+    BACK,
+    BIAS,
+    BODIES,
+    CHORD,
+    DOWN,
+    L1,
+    L2,
+    SAME,
+    THERE,
+    UP,
+    WHOLE,
+)
 from transport.theory import enclosures, etendue, view_factors
 
 FALSE_ALARM = 1e-5

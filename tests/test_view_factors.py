@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import view_factors as sim
 from tests.agreement import assert_agrees
+from transport.sims import view_factors as sim
 from transport.theory import emitters, occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
@@ -344,7 +344,7 @@ def test_a_single_case_and_all_of_a_kind_are_drawn(tmp_path):
 @pytest.mark.filterwarnings("error")
 def test_a_catalogue_says_what_does_not_fit(tmp_path):
     """Places and bins are taken, linear and logarithmic, and estimates without an error."""
-    from viz.catalogue import Entry, catalogue
+    from transport.viz.catalogue import Entry, catalogue
 
     result = tp.simulate(sim.scene(ratio=3.0), particles=1_000, seed=1)
     factor, zero = sim.measure(result)[sim.FACTOR], result.ledger["roulette"]

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import transport as tp
-from sims import wall_distance as sim
-from sims.wall_distance import AT_PUPIL, BRIGHTNESS, RATIOS
 from tests.agreement import assert_agrees, smallest_bias
+from transport.sims import wall_distance as sim
+from transport.sims.wall_distance import AT_PUPIL, BRIGHTNESS, RATIOS
 from transport.theory import emitters, etendue, solid_angles
 from transport.theory.etendue import DEPTH, Eye
 from transport.verification.experiment import run_experiment

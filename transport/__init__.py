@@ -16,6 +16,7 @@ if not hasattr(numpy, "ndarray"):
         " (and remove the __pycache__ beside it)"
     )
 
+import sys
 from typing import TYPE_CHECKING
 
 from transport.analysis.binning import bins_against_noise
@@ -111,6 +112,21 @@ __all__ = [
     "bins_against_noise", "cm", "cost_of_accuracy", "deg", "etendue", "km", "load", "merge", "mm", "mrad",
     "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us", "view_factor",
 ]  # fmt: skip
+
+
+class _FormerPackages:
+    """Finder that says where the former packages `sims` and `viz` are, if nothing else has these names."""
+
+    @staticmethod
+    def find_spec(name: str, path: object = None, target: object = None) -> None:
+        """Raise ModuleNotFoundError for a former package."""
+        if name in ("sims", "viz"):
+            raise ModuleNotFoundError(
+                f"{name!r} is a part of transport now: import transport.{name}", name=name
+            )
+
+
+sys.meta_path.append(_FormerPackages)  # last, so that a package of the user's with such a name is found first
 
 
 if not TYPE_CHECKING:  # type checkers would accept any name

@@ -1,18 +1,22 @@
 """Pictures of results: one function a figure, each takes results, writes a file and returns its path."""
 
-from viz.cameras import seen
-from viz.comparisons import comparison
-from viz.convergence import convergence
-from viz.cuts import radiance_cuts
-from viz.irradiance import irradiance_map
-from viz.phase_density import phase_density
-from viz.phase_space import phase_portraits
-from viz.power_flow import power_flow
-from viz.prisms import Starts, prisms
-from viz.profiles import profile
-from viz.radiance import radiance_map
-from viz.resolution import Resolved, resolutions
-from viz.tradeoff import Curve, Tradeoff, tradeoff
+if __name__ == "viz":
+    raise ImportError("'viz' is a part of transport now: import transport.viz")
+
+
+from transport.viz.cameras import seen
+from transport.viz.comparisons import comparison
+from transport.viz.convergence import convergence
+from transport.viz.cuts import radiance_cuts
+from transport.viz.irradiance import irradiance_map
+from transport.viz.phase_density import phase_density
+from transport.viz.phase_space import phase_portraits
+from transport.viz.power_flow import power_flow
+from transport.viz.prisms import Starts, prisms
+from transport.viz.profiles import profile
+from transport.viz.radiance import radiance_map
+from transport.viz.resolution import Resolved, resolutions
+from transport.viz.tradeoff import Curve, Tradeoff, tradeoff
 
 __all__ = [
     "Curve",

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-from viz.style import PURPLE, SKY, figure_at, outlined
+from transport.viz.style import PURPLE, SKY, figure_at, outlined
 
 CM = 100.0  # of a metre
 RADIANCE = "inferno"

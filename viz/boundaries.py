@@ -10,8 +10,8 @@ import numpy as np
 
 from transport import Estimate, EstimateArray
 from transport.theory import fresnel
-from viz.lobes import Lobe, Panel, lobes
-from viz.shares import Shares, Sheet, shares
+from transport.viz.lobes import Lobe, Panel, lobes
+from transport.viz.shares import Shares, Sheet, shares
 
 TITLES = {"sky": "Light from the air: L' = (1 − R) n² L", "glow": "Light from the glass: L = (1 − R) L'/n²"}
 LABEL = r"radiance  [$\mathrm{W\,m^{-2}\,sr^{-1}}$]"

@@ -9,8 +9,8 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import FuncFormatter
 
-from viz.style import MUTED, figure_at, with_unit
-from viz.uncertainty import ERRORS, TITLE, VALUES, error_norm, hatch, percent_of, tick_errors
+from transport.viz.style import MUTED, figure_at, with_unit
+from transport.viz.uncertainty import ERRORS, TITLE, VALUES, error_norm, hatch, percent_of, tick_errors
 
 WORST = 100.0  # %, at the top of the scale of errors at the most
 WIDTH = 6.2  # inches, of an image

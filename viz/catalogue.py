@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from transport import Estimate, EstimateArray
-from viz.profiles import FURTHEST, in_standard_errors
-from viz.style import INK, MARKERS, PALETTE, POINTS, WITHIN_TWO, figure_at, with_unit
+from transport.viz.profiles import FURTHEST, in_standard_errors
+from transport.viz.style import INK, MARKERS, PALETTE, POINTS, WITHIN_TWO, figure_at, with_unit
 
 FINE = 300  # points of an exact curve
 

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from transport import EstimateArray
-from viz.style import BLUE, INK, MUTED, POINTS, VERMILLION, figure_at, with_unit
+from transport.viz.style import BLUE, INK, MUTED, POINTS, VERMILLION, figure_at, with_unit
 
 PIXELS, STEPS = (760, 350), 100  # of the view; places along each line of sight
 LINES = 40_000  # of sight, taken at a time

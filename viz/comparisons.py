@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from transport import Estimate
-from viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure_at
-from viz.wording import estimate_text, raised
+from transport.viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure_at
+from transport.viz.wording import estimate_text, raised
 
 FURTHEST = 6.0  # a score beyond is an arrow at the edge
 SCALES = ((1e-3, 1e2, "%"), (0.0, 1e6, "ppm"))  # from which size on, factor, name

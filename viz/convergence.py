@@ -13,8 +13,8 @@ from scipy.special import gammaincinv
 
 from transport import Estimate
 from transport.statistics.batches import standard_error, student_quantile, weighted_mean
-from viz.style import BLUE, INK, MUTED, PALE, SKY, VERMILLION, figure_at, with_unit
-from viz.wording import as_it_stands
+from transport.viz.style import BLUE, INK, MUTED, PALE, SKY, VERMILLION, figure_at, with_unit
+from transport.viz.wording import as_it_stands
 
 FIRST = 3  # batches, from which on there is a band
 TWO = 0.9772498680518208  # probability below two standard deviations of a normal variable

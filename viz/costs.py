@@ -13,7 +13,7 @@ from transport.analysis.binning import BinsAgainstNoise
 from transport.analysis.cost import CostOfAccuracy, price_text
 from transport.analysis.work_precision import MethodCost
 from transport.statistics.notation import duration, percent
-from viz.style import (
+from transport.viz.style import (
     ESTIMATOR_COLOURS,
     INK,
     MUTED,
@@ -66,7 +66,7 @@ def cost_diagram(
     Both axes are logarithmic.  Each line is labelled with its slope beside the last point.  Horizontal
     lines are the target errors with the least price, a dashed one is the slope of independent histories.
     The colour is the estimator's; marker and line are those of the sampling or of the tracking.  They are
-    the same in all figures (`viz.style`), whatever is drawn beside.
+    the same in all figures (`transport.viz.style`), whatever is drawn beside.
 
     Examples
     --------

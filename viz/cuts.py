@@ -12,9 +12,9 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from transport import EstimateArray
-from viz.directions import DirectionBins, Radiance, direction_bins
-from viz.style import HOLLOW, MARKERS, MUTED, PALETTE, POINTS, figure_at, with_unit
-from viz.uncertainty import TRUSTED
+from transport.viz.directions import DirectionBins, Radiance, direction_bins
+from transport.viz.style import HOLLOW, MARKERS, MUTED, PALETTE, POINTS, figure_at, with_unit
+from transport.viz.uncertainty import TRUSTED
 
 FINE = 4001  # points of an analytic line: a jump looks upright
 SPREAD = 0.6  # of a bin, over which the points of several curves stand side by side

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from transport import EstimateArray
-from viz.profiles import FURTHEST, in_standard_errors
-from viz.style import BLUE, INK, MUTED, ORANGE, POINTS, PURPLE, WITHIN_TWO, figure_at
+from transport.viz.profiles import FURTHEST, in_standard_errors
+from transport.viz.style import BLUE, INK, MUTED, ORANGE, POINTS, PURPLE, WITHIN_TWO, figure_at
 
 FINE = 1500  # points of a curve
 Curve = Callable[[np.ndarray], np.ndarray]

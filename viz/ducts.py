@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import LogLocator
 
-from viz.style import INK, MARKERS, MUTED, PALETTE, WITHIN_TWO, figure_at, outlined
+from transport.viz.style import INK, MARKERS, MUTED, PALETTE, WITHIN_TWO, figure_at, outlined
 
 COLOURS, NOTHING = "inferno", "#3a3a3a"
 PANEL = 6.4  # inches across

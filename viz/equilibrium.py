@@ -10,7 +10,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from transport import Estimate, EstimateArray
-from viz.style import BLUE, INK, MARKERS, MUTED, PALETTE, POINTS, VERMILLION, WITHIN_TWO, figure_at, outlined
+from transport.viz.style import (
+    BLUE,
+    INK,
+    MARKERS,
+    MUTED,
+    PALETTE,
+    POINTS,
+    VERMILLION,
+    WITHIN_TWO,
+    figure_at,
+    outlined,
+)
 
 REACH, CELL = 5.0, 0.25  # of the histogram of scores, and of its cells
 Places = Mapping[str, tuple[float, float]]

@@ -15,13 +15,13 @@ from transport.analysis.tracks import Tracks
 from transport.results.result import Result
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from viz.cameras import seen
-from viz.convergence import convergence
-from viz.irradiance import irradiance_map
-from viz.phase_density import phase_density
-from viz.power_flow import power_flow
-from viz.radiance import radiance_map
-from viz.showroom import EYES, METERS, glossy_plate, showroom
+from transport.viz.cameras import seen
+from transport.viz.convergence import convergence
+from transport.viz.irradiance import irradiance_map
+from transport.viz.phase_density import phase_density
+from transport.viz.power_flow import power_flow
+from transport.viz.radiance import radiance_map
+from transport.viz.showroom import EYES, METERS, glossy_plate, showroom
 
 TO_GLASS = -1.7  # rad, azimuth at which the floor's meter sees the glass ball
 
@@ -92,14 +92,14 @@ def _seen(name: str, title: str) -> Draw:
 
 
 def _solid(title: str, result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
-    from viz.scene_view import scene_view
+    from transport.viz.scene_view import scene_view
 
     return scene_view(result.scene, path, result, tracks, title=title, quantity="irradiance")
 
 
 def _lobe(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
-    from viz.lobes_in_place import add_lobe
-    from viz.scene_view import scene_plotter
+    from transport.viz.lobes_in_place import add_lobe
+    from transport.viz.scene_view import scene_plotter
 
     plotter = scene_plotter(result.scene, tracks=tracks)
     add_lobe(plotter, result["plate"], "radiance_out", size=0.6)

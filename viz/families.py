@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from transport import Estimate
-from viz.profiles import FURTHEST, in_standard_errors
-from viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, WITHIN_TWO, figure_at, with_unit
+from transport.viz.profiles import FURTHEST, in_standard_errors
+from transport.viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, WITHIN_TWO, figure_at, with_unit
 
 
 class Family(NamedTuple):

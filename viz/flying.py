@@ -13,8 +13,8 @@ import numpy as np
 
 import transport as tp
 from transport.units import speed_of_light
-from viz.facets import Bounds
-from viz.track_lines import clipped
+from transport.viz.facets import Bounds
+from transport.viz.track_lines import clipped
 
 if TYPE_CHECKING:
     from transport.results.phase_space import SnapshotReading

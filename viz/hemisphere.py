@@ -16,9 +16,9 @@ from matplotlib.colors import Normalize
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
-from viz.directions import DirectionBins
-from viz.style import HATCHING, INK, MUTED, PALE, outlined
-from viz.uncertainty import hatch_key
+from transport.viz.directions import DirectionBins
+from transport.viz.style import HATCHING, INK, MUTED, PALE, outlined
+from transport.viz.uncertainty import hatch_key
 
 FINEST = math.radians(1.5)  # longer arcs are drawn as several cells, so that they look round
 LABELLED = math.radians(56)  # azimuth at which the rings carry their angle, between the spokes

@@ -12,9 +12,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from viz.places import Coordinate, Places, places_of
-from viz.style import BLUE, HOLLOW, INK, POINTS, VERMILLION, axes_at, figure_at, outlined, with_unit
-from viz.uncertainty import (
+from transport.viz.places import Coordinate, Places, places_of
+from transport.viz.style import BLUE, HOLLOW, INK, POINTS, VERMILLION, axes_at, figure_at, outlined, with_unit
+from transport.viz.uncertainty import (
     ERRORS,
     TITLE,
     VALUES,

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
-from viz.profiles import FURTHEST, in_standard_errors
-from viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, WITHIN_TWO, figure_at
+from transport.viz.profiles import FURTHEST, in_standard_errors
+from transport.viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, WITHIN_TWO, figure_at
 
 FINE = np.linspace(0, 1, 401)
 PIXELS = 801  # across the disk

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from viz.style import INK, MUTED, PALETTE, figure_at
+from transport.viz.style import INK, MUTED, PALETTE, figure_at
 
 FINE = 1441  # points of an exact line
 GLASS = "#e3eef6"  # of the half below a boundary

@@ -18,12 +18,12 @@ from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.statistics.estimates import EstimateArray
 from transport.vectors import Frame, local_frame, unit_vector
-from viz import night
-from viz.directions import DirectionBins, direction_bins
-from viz.facets import TURN, places_on, ranges_of
-from viz.painted import by_place
-from viz.solids import polylines
-from viz.style import unit_label
+from transport.viz import night
+from transport.viz.directions import DirectionBins, direction_bins
+from transport.viz.facets import TURN, places_on, ranges_of
+from transport.viz.painted import by_place
+from transport.viz.solids import polylines
+from transport.viz.style import unit_label
 
 if TYPE_CHECKING:
     import pyvista

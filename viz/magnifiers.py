@@ -14,9 +14,9 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from transport import Estimate, EstimateArray, Sphere
 from transport.geometry.shape import Shape
-from viz.cuts import draw_exact, draw_points
-from viz.directions import direction_bins
-from viz.style import (
+from transport.viz.cuts import draw_exact, draw_points
+from transport.viz.directions import direction_bins
+from transport.viz.style import (
     BLUE,
     GREEN,
     HATCHING,

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import transport as tp
-from viz import night
-from viz.flying import FRAMES, Instant, flights, snapped, within
-from viz.scene_frame import frame_of
-from viz.scene_view import scene_plotter
+from transport.viz import night
+from transport.viz.flying import FRAMES, Instant, flights, snapped, within
+from transport.viz.scene_frame import frame_of
+from transport.viz.scene_view import scene_plotter
 
 if TYPE_CHECKING:
     import pyvista as pv

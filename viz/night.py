@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from viz.wording import SUPERSCRIPTS, raised
+from transport.viz.wording import SUPERSCRIPTS, raised
 
 if TYPE_CHECKING:
     import pyvista

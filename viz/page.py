@@ -22,11 +22,11 @@ import numpy as np
 from transport.analysis.tracks import Tracks
 from transport.results.result import Result
 from transport.scene.scene import Scene
-from viz.page_parts import OPAQUE, pieces_of
-from viz.scene_frame import frame_of
-from viz.scene_parts import parts_of
-from viz.scene_view import caption_of, undrawn_plotter
-from viz.screen import without_screen
+from transport.viz.page_parts import OPAQUE, pieces_of
+from transport.viz.scene_frame import frame_of
+from transport.viz.scene_parts import parts_of
+from transport.viz.scene_view import caption_of, undrawn_plotter
+from transport.viz.screen import without_screen
 
 if TYPE_CHECKING:
     import pyvista as pv

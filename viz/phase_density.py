@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from transport import EstimateArray
 from transport.scene.phase_space import COORDINATES
-from viz.style import figure_at, unit_label, with_unit
-from viz.uncertainty import (
+from transport.viz.style import figure_at, unit_label, with_unit
+from transport.viz.uncertainty import (
     ERRORS,
     TITLE,
     VALUES,

@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 
 from transport import EstimateArray
-from viz.style import INK, PALE, figure_at, outlined, with_unit
+from transport.viz.style import INK, PALE, figure_at, outlined, with_unit
 
 DENSITY, SCORE = "inferno", "RdBu_r"
 FURTHEST = 4.0  # standard errors at the ends of the scale

@@ -12,7 +12,7 @@ import numpy as np
 from transport import EstimateArray
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.solid import Sphere
-from viz.wording import unit_of_length
+from transport.viz.wording import unit_of_length
 
 PLACES = ("u", "v", "x", "y", "z", "r")  # axes that are places
 

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator, NullLocator
 
 from transport import EstimateArray
-from viz.profiles import FURTHEST, in_standard_errors
-from viz.style import INK, MARKERS, MUTED, PALETTE, WITHIN_TWO, figure_at
+from transport.viz.profiles import FURTHEST, in_standard_errors
+from transport.viz.style import INK, MARKERS, MUTED, PALETTE, WITHIN_TWO, figure_at
 
 Curve = Callable[[np.ndarray], np.ndarray]
 

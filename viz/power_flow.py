@@ -12,8 +12,8 @@ from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
 from transport import Estimate
-from viz.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION, axes_at, figure_at
-from viz.wording import as_it_stands, estimate_text
+from transport.viz.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION, axes_at, figure_at
+from transport.viz.wording import as_it_stands, estimate_text
 
 WORDS = {  # ledger entry -> how it reads, and its colour
     "escaped": ("escaped", SKY),

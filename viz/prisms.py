@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
-from viz.style import BLUE, INK, MUTED, VERMILLION, figure_at
+from transport.viz.style import BLUE, INK, MUTED, VERMILLION, figure_at
 
 MOST = 6000  # points of a panel: more hide each other
 COLUMNS = 3  # panels a row

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, MaxNLocator
 
 from transport import Estimate, EstimateArray
-from viz.style import (
+from transport.viz.style import (
     BLUE,
     HOLLOW,
     INK,

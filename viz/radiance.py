@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from transport import EstimateArray
-from viz.cuts import draw_exact, draw_points, explain_exact, finish_radiance_axis
-from viz.directions import DirectionBins, Radiance, direction_bins
-from viz.hemisphere import draw_map, explain_hatching, mark_azimuth, on_plan
-from viz.style import BLUE, INK, VERMILLION, axes_at, figure_at, with_unit
-from viz.uncertainty import (
+from transport.viz.cuts import draw_exact, draw_points, explain_exact, finish_radiance_axis
+from transport.viz.directions import DirectionBins, Radiance, direction_bins
+from transport.viz.hemisphere import draw_map, explain_hatching, mark_azimuth, on_plan
+from transport.viz.style import BLUE, INK, VERMILLION, axes_at, figure_at, with_unit
+from transport.viz.uncertainty import (
     ERRORS,
     TITLE,
     VALUES,

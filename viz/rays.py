@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from transport import Estimate
-from viz.profiles import FURTHEST, in_standard_errors
-from viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, VERMILLION, WITHIN_TWO, figure_at
+from transport.viz.profiles import FURTHEST, in_standard_errors
+from transport.viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, VERMILLION, WITHIN_TWO, figure_at
 
 FINE = 500  # points of the curve
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from viz.style import BLUE, INK, MUTED, figure_at
+from transport.viz.style import BLUE, INK, MUTED, figure_at
 
 
 class Resolved(NamedTuple):

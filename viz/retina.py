@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.patches import Circle
 
-from viz.style import ORANGE, figure_at, with_unit
+from transport.viz.style import ORANGE, figure_at, with_unit
 
 
 def retinas(

@@ -11,10 +11,9 @@ import numpy as np
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box
-from viz.facets import TURN, Facets, facets_of
-from viz.scene_frame import Frame
-from viz.scene_parts import Part
-from viz.scene_sides import BACK, FRONT, NOWHERE
+from transport.viz.facets import TURN, Facets, facets_of
+from transport.viz.scene_frame import Frame
+from transport.viz.scene_parts import BACK, FRONT, NOWHERE, Part
 
 LONG = 1.8  # so many times higher than wide: laid on its side
 VIEW_ANGLE = 28.0  # degrees, from top to bottom

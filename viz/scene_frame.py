@@ -10,7 +10,7 @@ from transport.analysis.tracks import Tracks
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box
 from transport.scene.scene import Scene
-from viz.facets import Bounds
+from transport.viz.facets import Bounds
 
 FAR = 25.0  # of sources against all else: so many times the size of it away, they are left out of the picture
 ENDLESS = 300.0  # a body so many times larger than all that it holds is cut like one without end

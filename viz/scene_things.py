@@ -11,13 +11,12 @@ from transport.geometry.shape import Point
 from transport.scene.cameras import Camera
 from transport.scene.media import Grid
 from transport.scene.scene import Scene
-from viz import night
-from viz.painted import LEAST_HITS
-from viz.scene_frame import Frame
-from viz.scene_parts import Part
-from viz.scene_sides import BACK, FRONT, NOWHERE
-from viz.solids import contours, segments
-from viz.wording import as_it_stands, lengths_text
+from transport.viz import night
+from transport.viz.painted import LEAST_HITS
+from transport.viz.scene_frame import Frame
+from transport.viz.scene_parts import BACK, FRONT, NOWHERE, Part
+from transport.viz.solids import contours, segments
+from transport.viz.wording import as_it_stands, lengths_text
 
 if TYPE_CHECKING:
     import pyvista

@@ -16,12 +16,12 @@ from transport.analysis.tracks import Tracks
 from transport.geometry.solid import Box
 from transport.results.result import Result
 from transport.scene.scene import Scene
-from viz import night
-from viz.painted import LEAST_HITS, OF_VOLUMES, SYMBOLS
-from viz.scene_camera import VIEW_ANGLE, view_of
-from viz.scene_frame import Frame, frame_of
-from viz.scene_parts import Part, block_names, is_hazed, left_out, parts_of
-from viz.scene_things import (
+from transport.viz import night
+from transport.viz.painted import LEAST_HITS, OF_VOLUMES, SYMBOLS
+from transport.viz.scene_camera import VIEW_ANGLE, view_of
+from transport.viz.scene_frame import Frame, frame_of
+from transport.viz.scene_parts import Part, block_names, is_hazed, left_out, parts_of
+from transport.viz.scene_things import (
     add_cells,
     add_detector,
     add_distant,
@@ -33,11 +33,11 @@ from viz.scene_things import (
     name_of,
     opacity_of,
 )
-from viz.screen import require_screen
-from viz.style import unit_label
-from viz.track_lines import told_by, track_lines
-from viz.volume_cuts import grid_of_cells
-from viz.wording import as_it_stands, lengths_text
+from transport.viz.screen import require_screen
+from transport.viz.style import unit_label
+from transport.viz.track_lines import told_by, track_lines
+from transport.viz.volume_cuts import grid_of_cells
+from transport.viz.wording import as_it_stands, lengths_text
 
 if TYPE_CHECKING:
     import pyvista

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from transport import EstimateArray
-from viz.profiles import in_standard_errors
-from viz.style import BLUE, INK, MUTED, ORANGE, POINTS, WITHIN_TWO, figure_at, with_unit
+from transport.viz.profiles import in_standard_errors
+from transport.viz.style import BLUE, INK, MUTED, ORANGE, POINTS, WITHIN_TWO, figure_at, with_unit
 
 MM = 1e3
 SECTION = (300, 160)  # places across and down at which the section is shaded

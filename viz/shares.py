@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 
 from transport import Estimate
-from viz.profiles import FURTHEST, in_standard_errors
-from viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, WITHIN_TWO, figure_at
+from transport.viz.profiles import FURTHEST, in_standard_errors
+from transport.viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, WITHIN_TWO, figure_at
 
 Curve = Callable[[np.ndarray], np.ndarray]
 

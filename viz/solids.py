@@ -14,7 +14,7 @@ from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bins import Positions
-from viz.facets import TURN, Bounds, Facets, facets_of
+from transport.viz.facets import TURN, Bounds, Facets, facets_of
 
 if TYPE_CHECKING:
     import pyvista

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.analysis.tracks import Tracks
-from viz.facets import Bounds
-from viz.solids import segments
+from transport.viz.facets import Bounds
+from transport.viz.solids import segments
 
 if TYPE_CHECKING:
     import pyvista

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, figure_at
+from transport.viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, figure_at
 
 
 class Curve(NamedTuple):

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
-from viz.style import HATCHING, MUTED, PALE
+from transport.viz.style import HATCHING, MUTED, PALE
 
 VALUES, ERRORS = "inferno", "cividis"  # both perceptually uniform, and unlike each other
 TITLE = "relative standard error  [%]"

@@ -12,11 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 
 from transport import EstimateArray
-from viz.cuts import BAND, FINE, LINE
-from viz.directions import DirectionBins, direction_bins
-from viz.hemisphere import draw_map, explain_hatching
-from viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, figure_at, with_unit
-from viz.uncertainty import TRUSTED
+from transport.viz.cuts import BAND, FINE, LINE
+from transport.viz.directions import DirectionBins, direction_bins
+from transport.viz.hemisphere import draw_map, explain_hatching
+from transport.viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, figure_at, with_unit
+from transport.viz.uncertainty import TRUSTED
 
 Law = Callable[[np.ndarray], np.ndarray]
 

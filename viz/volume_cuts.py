@@ -13,8 +13,8 @@ from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.volumes import VolumeDetector
 from transport.statistics.estimates import Estimate
-from viz.facets import TURN, Facets
-from viz.painted import LEAST_HITS, Paint
+from transport.viz.facets import TURN, Facets
+from transport.viz.painted import LEAST_HITS, Paint
 
 if TYPE_CHECKING:
     import pyvista

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from transport import Estimate
 from transport.statistics.notation import plus_minus
 from transport.units import au
-from viz.style import unit_label
+from transport.viz.style import unit_label
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LENGTHS = (  # from which length on [m]; the unit's size [m] and its name

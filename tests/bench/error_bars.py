@@ -45,7 +45,7 @@ class Way:
 
     def run(self, particles: int, seed: int, batches: int | None = None) -> tuple[tp.Estimate, float]:
         """What a run of one thread gives, and the exact value."""
-        module = import_module(f"sims.{self.sim}")
+        module = import_module(f"transport.sims.{self.sim}")
         parameters = cases_of(module, {})[self.case]
         method = {"estimator": self.method.estimator, "sampling": self.method.sampling}
         options = {"threads": 1, "progress": False} | method
@@ -56,7 +56,7 @@ class Way:
 def ways(sims: tuple[str, ...] = SIMS) -> Iterator[Way]:
     """All that the cost scenes allow."""
     for sim in sims:
-        module = import_module(f"sims.{sim}")
+        module = import_module(f"transport.sims.{sim}")
         for case, parameters in enumerate(cases_of(module, {})):
             quantities = module.exact(**parameters)
             for method in methods_for(module.scene(**parameters)):

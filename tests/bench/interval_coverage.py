@@ -18,9 +18,9 @@ import numpy as np
 import typer
 
 import transport as tp
-from sims import camera as notebook
+from transport.sims import camera as notebook
 from transport.statistics.batches import student_quantile
-from viz.showroom import EYES, showroom
+from transport.viz.showroom import EYES, showroom
 
 SEEDS, HISTORIES, REFERENCE = 50, (100, 300, 1000, 5000), 1e8
 SEED_OF_REFERENCE = 10_000_019

@@ -15,6 +15,7 @@ from pathlib import Path
 from tests.mutants.fault import LIBRARY, ROOT
 
 FOLDERS = ("engine", "physics")
+SOURCES = ("engine", "engine/passes")  # of what Numba keeps on disk
 MARKS = (
     "@lane_pass",
     "@device",
@@ -27,21 +28,26 @@ VARIANTS = " by "  # in names of passes that draw in another way: they depend on
 def take_over(copy: Path) -> None:
     """What the project itself has compiled of just these sources."""
     name = name_of(copy)
-    theirs, ours = (root / LIBRARY / "__kernels__" / name / _of_engine(root) for root in (ROOT, copy))
-    if theirs.is_dir():
-        shutil.copytree(theirs, ours, dirs_exist_ok=True)
+    for source in SOURCES:
+        theirs, ours = (
+            root / LIBRARY / "__kernels__" / name / _folder_of(root, source) for root in (ROOT, copy)
+        )
+        if theirs.is_dir():
+            shutil.copytree(theirs, ours, dirs_exist_ok=True)
 
 
 def keep_untouched(copy: Path, sound: str, file: str) -> Path:
     """A folder of machine code for the copy with a fault in one file, with all from the folder `sound` that stays as it was."""
     folders = copy / LIBRARY / "__kernels__"
-    old, new = (folders / name / _of_engine(copy) for name in (sound, name_of(copy)))
-    new.mkdir(parents=True)
     touched = importers_of(Path(file).with_suffix("").as_posix().replace("/", "."), imports(copy))
-    for kernel in old.glob("*") if file.startswith(FOLDERS) else ():
-        if kernel.name.split(".")[0] not in touched and VARIANTS not in kernel.name:
-            shutil.copy2(kernel, new / kernel.name)
-    return new.parent
+    name = name_of(copy)
+    for source in SOURCES:
+        old, new = (folders / each / _folder_of(copy, source) for each in (sound, name))
+        new.mkdir(parents=True)
+        for kernel in old.glob("*") if file.startswith(FOLDERS) else ():
+            if kernel.name.split(".")[0] not in touched and VARIANTS not in kernel.name:
+                shutil.copy2(kernel, new / kernel.name)
+    return folders / name
 
 
 def name_of(copy: Path) -> str:
@@ -80,7 +86,7 @@ def imports(copy: Path) -> dict[str, set[str]]:
     return found
 
 
-def _of_engine(root: Path) -> str:
+def _folder_of(root: Path, source: str) -> str:
     """As Numba names the folder of what comes from one folder of sources."""
-    path = str(root / LIBRARY / "engine")
-    return f"engine_{hashlib.sha1(path.encode()).hexdigest()}"
+    path = root / LIBRARY / source
+    return f"{path.name}_{hashlib.sha1(str(path).encode()).hexdigest()}"

@@ -168,8 +168,8 @@ FAULTS = (
     ),
     Fault(
         COLLISIONS,
-        "b.distance[k] = b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if",
-        "b.distance[k] = b.start[k] + (depth / b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if",
+        "b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if flies",
+        "b.start[k] + (depth / b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if flies",
         "a mean free path for its inverse",
         ("test_free_paths",),
     ),

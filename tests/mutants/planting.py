@@ -14,7 +14,11 @@ from pathlib import Path
 from tests.mutants import kernels
 from tests.mutants.fault import ROOT, Fault
 
-COPIED = ("transport", "sims", "tests", "viz", "pyproject.toml", "README.md")
+# Of the project, and where a copy has it: sims and viz as parts of the package, so that they are the copy's own.
+COPIED = {
+    "transport": "transport", "sims": "transport/sims", "viz": "transport/viz", "tests": "tests",
+    "pyproject.toml": "pyproject.toml", "README.md": "README.md",
+}  # fmt: skip
 LEFT_OUT = shutil.ignore_patterns("__kernels__", "__pycache__", ".*")
 PATIENCE = 300.0  # seconds, after which a run is taken for endless
 SHOWN = ("FAILED ", "ERROR ")
@@ -36,8 +40,8 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self.root = folder
-        for name in COPIED:
-            source, copy = ROOT / name, folder / name
+        for name, place in COPIED.items():
+            source, copy = ROOT / name, folder / place
             if source.is_dir():
                 shutil.copytree(source, copy, ignore=LEFT_OUT)
             else:

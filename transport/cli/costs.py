@@ -89,7 +89,9 @@ def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
 
     def draw(path: Path) -> object:
         title = f"{costs.sim}: cost of accuracy"
-        return importlib.import_module("viz.costs").cost_diagram(costs.cost, path, costs.bins, title)
+        return importlib.import_module("transport.viz.costs").cost_diagram(
+            costs.cost, path, costs.bins, title
+        )
 
     return draw_to(draw, folder / f"cost_{costs.sim.removeprefix('cost_')}.png")
 

@@ -196,7 +196,7 @@ def readme() -> str:
 
 def gallery() -> Path | None:
     """Return the folder of the pictures; None if the package `viz` is not installed with them."""
-    spec = importlib.util.find_spec("viz")
+    spec = importlib.util.find_spec("transport.viz")
     folder = Path(spec.origin).parent / "gallery" if spec and spec.origin else None
     return folder if folder is not None and folder.is_dir() else None
 

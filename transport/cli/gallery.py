@@ -102,7 +102,7 @@ def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: b
 def pieces(settings: Settings) -> list[Piece]:
     """Return all pieces: general figures, costs and experiments.  Raises SceneError without matplotlib."""
     try:
-        exhibits = importlib.import_module("viz.exhibits").EXHIBITS
+        exhibits = importlib.import_module("transport.viz.exhibits").EXHIBITS
     except ImportError as error:
         wanted = (error.name or "").partition(".")[0]
         if wanted not in EXTRAS:
@@ -229,7 +229,7 @@ def _general(exhibit: object, runs: ResultCache, settings: Settings) -> Piece:
 
 def _missing_screen() -> str:
     """Return why 3-D pictures cannot be drawn here, or an empty string."""
-    screen = importlib.import_module("viz.screen")
+    screen = importlib.import_module("transport.viz.screen")
     try:
         screen.require_screen()
     except screen.NoScreen as lack:

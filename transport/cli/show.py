@@ -80,7 +80,7 @@ def output_kinds(page: bool, files: bool, movie: bool, folder: Path | None) -> t
     """
     asked = tuple(kind for kind, is_asked in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_asked)
     with _explain_missing_package():
-        screen = importlib.import_module("viz.screen")
+        screen = importlib.import_module("transport.viz.screen")
         if not asked:
             asked = (WINDOW if folder is None and screen.has_display() else PICTURE,)
         if not set(asked) <= {FILES, PAGE}:  # these are written without drawing
@@ -139,7 +139,7 @@ def make_view(
 
 def open_window(view: View) -> None:
     """Open an interactive window of the scene, and wait until it is closed."""
-    scene_view = importlib.import_module("viz.scene_view")
+    scene_view = importlib.import_module("transport.viz.scene_view")
     scene_view.scene_plotter(view.scene, view.result, view.tracks, off_screen=False).show(title=view.title)
 
 
@@ -206,7 +206,7 @@ def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
     if scene.duration is None:
         return None
     with _explain_missing_package():
-        film = importlib.import_module("viz.flying").filmed(scene)
+        film = importlib.import_module("transport.viz.flying").filmed(scene)
     try:
         compiles = experiment_treatment(module, film).plan is not None
     except SceneError:
@@ -227,24 +227,26 @@ def _explain_missing_package() -> Iterator[None]:
 
 
 def _write_picture(view: View, path: Path) -> object:
-    scene_view = importlib.import_module("viz.scene_view").scene_view
+    scene_view = importlib.import_module("transport.viz.scene_view").scene_view
     return scene_view(view.scene, path, view.result, view.tracks, title=view.title)
 
 
 def _write_page(view: View, path: Path) -> object:
-    scene_page = importlib.import_module("viz.page").scene_page
+    scene_page = importlib.import_module("transport.viz.page").scene_page
     return scene_page(view.scene, path, view.result, view.tracks, title=view.title)
 
 
 def _write_vtk(view: View, path: Path) -> object:
-    blocks = importlib.import_module("viz.scene_view").scene_blocks(view.scene, view.result, view.tracks)
+    blocks = importlib.import_module("transport.viz.scene_view").scene_blocks(
+        view.scene, view.result, view.tracks
+    )
     path.open("wb").close()  # raises OSError; the VTK writer would only print
     blocks.save(path)
     return path
 
 
 def _write_movie(view: View, path: Path) -> object:
-    movie = importlib.import_module("viz.movie")
+    movie = importlib.import_module("transport.viz.movie")
     common = {"colour": view.colour, "title": view.title}
     if view.movie_tracks is None:
         return movie.clock_movie(view.scene, path, view.result, **common)

@@ -31,7 +31,7 @@ from transport.scene.materials import (
 )
 from transport.scene.sheets import Sheet, SheetMember
 from transport.scene.speeds import SpeedDistribution
-from transport.theory.microfacets import lobe_quantile
+from transport.statistics.microfacet_lobe import lobe_quantile
 from transport.validation import SceneError, refuse, short_repr
 from transport.vectors import dot
 

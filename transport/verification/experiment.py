@@ -42,6 +42,7 @@ from transport.statistics.estimates import Estimate, EstimateArray
 from transport.units import UnitError
 from transport.validation import SceneError, name_hint, short_repr
 
+SIMS = "transport.sims"  # the package whose modules are experiments, each loaded when it is named
 DEFAULT_PARTICLES = 1_000_000  # default number of particles per case
 RUN_SETTINGS = (
     "estimator",
@@ -104,8 +105,8 @@ class Outcome:
 
 def experiment_names() -> list[str]:
     """Names of the installed experiments."""
-    sims = importlib.import_module("sims")
-    return sorted(module.name for module in pkgutil.iter_modules(sims.__path__))
+    folders = importlib.util.find_spec(SIMS).submodule_search_locations
+    return sorted(module.name for module in pkgutil.iter_modules(folders))
 
 
 def experiment(name: str) -> ModuleType:
@@ -130,12 +131,12 @@ def experiment(name: str) -> ModuleType:
     names = experiment_names()
     if name not in names:
         raise SceneError(f"no experiment {name!r}; {name_hint(name, names)}")
-    return importlib.import_module(f"sims.{name}")
+    return importlib.import_module(f"{SIMS}.{name}")
 
 
 def experiment_name(module: ModuleType) -> str:
     """Name of the experiment, as `run` accepts it."""
-    return module.__name__.removeprefix("sims.")
+    return module.__name__.removeprefix(f"{SIMS}.")
 
 
 @contextmanager
