@@ -7,9 +7,12 @@ import re
 import subprocess
 import sys
 import tomllib
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+
+from transport import renderers
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "transport"
@@ -173,6 +176,21 @@ def test_a_room_that_may_import_theory_is_known():
     text = "from transport.theory import fresnel"
     assert upward_imports("transport.results.result", text)
     assert not upward_imports("transport.verification.experiment", text)
+
+
+def test_every_registered_function_exists_and_its_class_does():
+    classes = {
+        cls.__name__
+        for module in list(sys.modules.values())
+        if room_of(module.__name__)
+        for cls in vars(module).values()
+        if isinstance(cls, type)
+    }
+    for (kind, verb), function in renderers._FUNCTIONS.items():
+        module, _, name = function.partition(":")
+        assert kind in classes and callable(getattr(import_module(module), name)), (kind, verb)
+    with pytest.raises(LookupError, match="no function is registered for int and 'html'"):
+        renderers.function_for(int, "html")
 
 
 def test_importing_transport_loads_nothing_heavy():

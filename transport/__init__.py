@@ -88,7 +88,7 @@ register(
     {
         "Estimate": "transport.io.html.estimates:estimate_html",
         "EstimateArray": "transport.io.html.estimates:array_html",
-        "Quantified": "transport.io.html.estimates:reading_html",
+        "ReadingBase": "transport.io.html.estimates:reading_html",
         "SnapshotReading": "transport.io.html.estimates:sample_html",
         "Result": "transport.io.html.results:result_html",
         "Ledger": "transport.io.html.results:ledger_html",
@@ -97,7 +97,7 @@ register(
 )
 register("save", {"Result": "transport.io.runs:save"})
 register("to_json", {"Scene": "transport.io.json.documents:scene_text"})
-register("from_json", {"Scene": "transport.io.json.documents:scene_of"})
+register("from_json", {"Scene": "transport.io.json.documents:read_scene"})
 register("simulate", {"Scene": "transport.simulate:simulate"})
 
 __all__ = [

@@ -253,7 +253,9 @@ def to_json(value: object, pool: BatchPool) -> object:
             return {"table": [[to_json(key, pool), to_json(item, pool)] for key, item in value.items()]}
     kind = type(value).__name__
     if STATE_TYPES.get(kind) is not type(value):
-        raise TypeError(f"{kind} cannot be stored in the file of a run: saved.plain.KINDS lists the types")
+        raise TypeError(
+            f"{kind} cannot be stored in the file of a run: transport.io.columns.STATE_TYPES lists the types"
+        )
     names = [field.name for field in dataclasses.fields(value) if field.init]
     return {kind: {name: to_json(getattr(value, name), pool) for name in names}}
 

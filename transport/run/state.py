@@ -47,6 +47,15 @@ class State:
         return self.done < batches_in(self.leg)
 
 
+# Names of schedules in the files of version 0.1.
+FORMER_KINDS = {
+    "InOneGo": "FixedCount",
+    "Nets": "QmcSchedule",
+    "Planned": "PilotThenRun",
+    "Rounds": "QmcRounds",
+}
+
+
 def restore_schedule(state: State, schedule: Schedule) -> bool:
     """Restore a new schedule to the saved state; return whether it is restored exactly.
 
@@ -55,7 +64,8 @@ def restore_schedule(state: State, schedule: Schedule) -> bool:
     reach.
     """
     schedule.batches, schedule.current = list(state.batches), list(state.current)
-    is_alike = type(schedule).__name__ == state.kind and not _exceeds_request(state, schedule.limits)
+    kind = FORMER_KINDS.get(state.kind, state.kind)
+    is_alike = type(schedule).__name__ == kind and not _exceeds_request(state, schedule.limits)
     if is_alike:
         for name, number in state.remembered.items():
             setattr(schedule, name, number)
