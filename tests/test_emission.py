@@ -107,7 +107,7 @@ def met(machine, sums, way="both"):
     plan = machine.program.plan
     row = plan.bases["meter"] + 1
     rows = {"in": [row], "out": [row + plan.half], "both": [row, row + plan.half]}[way]
-    values = [total(one.meters[rows]) / ONE / one.histories * plan.unit for one in sums]
+    values = [total(one.detectors[rows]) / ONE / one.histories * plan.unit for one in sums]
     return Estimate(np.array(values), Batches(np.full(len(sums), sums[0].histories)), "W")
 
 

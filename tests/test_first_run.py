@@ -30,7 +30,7 @@ def test_a_batch_of_no_histories_counts_nothing(setting):
         compile_program(build_program(compile_scene(*SETTINGS[setting]))), seed=1, batch=0, histories=0
     )
     assert raw.crossings == raw.collisions == len(raw.records) == 0
-    assert not raw.meters.any() and not raw.ledger.any()
+    assert not raw.detectors.any() and not raw.ledger.any()
 
 
 def test_the_driver_is_compiled_before_the_clock_starts(monkeypatch):

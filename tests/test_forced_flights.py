@@ -22,18 +22,18 @@ def test_a_forced_collision_is_as_likely_as_it_would_be_and_where_it_would_be(ta
     """Of w the share 1 - exp(-tau) flies to a collision before the surface, by the exponential law cut off there."""
     depths, mfp = [], 0.5
     for seed in range(200):
-        lanes = Lanes(seed=seed, mfp=mfp, start=-0.5, weight=0.75, ahead=variance_reduction.UNCOLLIDED)
+        lanes = Lanes(seed=seed, mfp=mfp, start=-0.5, weight=0.75, forced_path=variance_reduction.UNCOLLIDED)
         lanes.run(variance_reduction.sample_free_or_forced_path)
         assert np.isinf(lanes["distance"]).all()
         lanes["distance"] = -0.5 + tau * mfp
         way = lanes["distance"] + 0.5
         lanes.run(variance_reduction.force_collision)
-        assert (lanes["copies"] == 1).all() and (lanes["ahead"] == variance_reduction.UNCOLLIDED).all()
-        np.testing.assert_allclose(lanes["caught"], -0.75 * np.expm1(-way / mfp), rtol=1e-15)
-        np.testing.assert_allclose(lanes["weight"] + lanes["caught"], 0.75, rtol=1e-15)
+        assert (lanes["copies"] == 1).all() and (lanes["forced_path"] == variance_reduction.UNCOLLIDED).all()
+        np.testing.assert_allclose(lanes["copy_weight"], -0.75 * np.expm1(-way / mfp), rtol=1e-15)
+        np.testing.assert_allclose(lanes["weight"] + lanes["copy_weight"], 0.75, rtol=1e-15)
         assert abs(lanes.gained(layout.ROULETTE)) <= LANES * 2.0**-52
-        assert (lanes["path"] > 0).all() and (lanes["path"] <= way).all()
-        depths.append(lanes["path"] / way)
+        assert (lanes["copy_path"] > 0).all() and (lanes["copy_path"] <= way).all()
+        depths.append(lanes["copy_path"] / way)
     depths, cells = np.concatenate(depths), np.linspace(0, 1, 41)
     through = np.expm1(-tau * cells) / np.expm1(-tau)
     assert_follows(np.histogram(depths, cells)[0], np.diff(through), FALSE_ALARM)
@@ -45,7 +45,7 @@ def test_a_forced_collision_is_as_likely_as_it_would_be_and_where_it_would_be(ta
 def test_nothing_is_forced_in_vacuum_without_a_surface_ahead_or_twice():
     kinds = np.arange(LANES) % 4
     ahead = np.where(kinds == 2, variance_reduction.FREE, variance_reduction.UNCOLLIDED)
-    lanes = Lanes(mfp=np.where(kinds == 0, np.inf, 1.0), ahead=ahead).run(
+    lanes = Lanes(mfp=np.where(kinds == 0, np.inf, 1.0), forced_path=ahead).run(
         variance_reduction.sample_free_or_forced_path
     )
     distance = lanes["distance"]
@@ -54,16 +54,16 @@ def test_nothing_is_forced_in_vacuum_without_a_surface_ahead_or_twice():
     assert (lanes["copies"] == (kinds == 3)).all()
     assert (lanes["weight"] == 1.0)[kinds != 3].all()
     assert (
-        lanes["ahead"]
+        lanes["forced_path"]
         == np.where(np.isin(kinds, (1, 2)), variance_reduction.FREE, variance_reduction.UNCOLLIDED)
     ).all()
     assert np.isinf(lanes["distance"])[kinds == 0].all() and np.isfinite(lanes["distance"])[kinds != 0].all()
 
 
 def test_a_copy_flies_its_own_path_once():
-    lanes = Lanes(ahead=0.125).run(variance_reduction.sample_free_or_forced_path)
+    lanes = Lanes(forced_path=0.125).run(variance_reduction.sample_free_or_forced_path)
     np.testing.assert_allclose(lanes["distance"], 0.125, rtol=1e-12)
-    assert (lanes["ahead"] == variance_reduction.FREE).all()
+    assert (lanes["forced_path"] == variance_reduction.FREE).all()
     lanes["distance"], lanes["hit"] = 0.0, 0
     assert len(np.unique(lanes.run(variance_reduction.sample_free_or_forced_path)["distance"])) == LANES
 
@@ -72,13 +72,13 @@ def test_a_copy_flies_its_own_path_once():
 @pytest.mark.parametrize("tau", [1e-300, 1e-12, 1.0, 1e4])
 def test_extreme_draws_force_collisions_within_the_way(word, tau, monkeypatch):
     draw_only(word, monkeypatch)
-    lanes = Lanes(ahead=variance_reduction.UNCOLLIDED).run_plainly(
+    lanes = Lanes(forced_path=variance_reduction.UNCOLLIDED).run_plainly(
         variance_reduction.sample_free_or_forced_path
     )
     lanes["distance"] = tau
     lanes.run_plainly(variance_reduction.force_collision)
-    assert ((lanes["path"] > 0) & (lanes["path"] <= tau)).all()
-    assert ((lanes["weight"] >= 0) & (lanes["caught"] > 0)).all()
+    assert ((lanes["copy_path"] > 0) & (lanes["copy_path"] <= tau)).all()
+    assert ((lanes["weight"] >= 0) & (lanes["copy_weight"] > 0)).all()
 
 
 @pytest.mark.parametrize("tau", [1e-2, 1e-4, 1e-6])

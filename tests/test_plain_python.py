@@ -39,7 +39,7 @@ def sums_of(names):
         raw = run_batch(machine, seed=12345678901, batch=1, histories=HISTORIES)
         passes |= {lane_pass.name for lane_pass in machine.program.passes}
         results[name] = {
-            "meters": raw.meters.tolist(),
+            "meters": raw.detectors.tolist(),
             "ledger": raw.ledger.tolist(),
             "moments": raw.moments.tolist(),
             "records": [list(map(float, record)) for record in raw.records.tolist()],

@@ -68,9 +68,9 @@ def test_batches_are_pure_functions_of_their_number():
     forwards = {number: run_batch(machine, 3, number, 1000) for number in range(4)}
     backwards = {number: run_batch(machine, 3, number, 1000) for number in reversed(range(4))}
     for number, raw in forwards.items():
-        np.testing.assert_array_equal(raw.meters, backwards[number].meters)
+        np.testing.assert_array_equal(raw.detectors, backwards[number].detectors)
         np.testing.assert_array_equal(raw.ledger, backwards[number].ledger)
-    assert not np.array_equal(forwards[0].meters, forwards[1].meters)
+    assert not np.array_equal(forwards[0].detectors, forwards[1].detectors)
 
 
 def test_a_history_does_not_depend_on_the_histories_beside_it():
@@ -80,5 +80,5 @@ def test_a_history_does_not_depend_on_the_histories_beside_it():
 
     single = tp.Scene(sources=scene().sources[:1], surfaces=scene().surfaces, detectors=scene().detectors)
     machine = compile_program(build_program(compile_scene(single)))
-    small, large = (run_batch(machine, 3, 0, n).meters for n in (200, 300))
+    small, large = (run_batch(machine, 3, 0, n).detectors for n in (200, 300))
     assert (large[:, 2] >= small[:, 2]).all()

@@ -45,7 +45,7 @@ def program_for(way):
 
 def counted(raw) -> list[np.ndarray]:
     """All that a batch counted, nobody's row left out."""
-    return [raw.meters[1:], raw.ledger, raw.moments, np.array([raw.crossings, raw.collisions])]
+    return [raw.detectors[1:], raw.ledger, raw.moments, np.array([raw.crossings, raw.collisions])]
 
 
 def assert_same(one, other) -> None:

@@ -171,7 +171,7 @@ def counts_of(names, sampling="sobol", histories=64):
     for name in names:
         made = machine(name, sampling)
         raw = run_batch(made, 5, 1, histories)
-        sums[name] = [raw.meters.tolist(), raw.ledger.tolist()]
+        sums[name] = [raw.detectors.tolist(), raw.ledger.tolist()]
         passes = [] if config.DISABLE_JIT else made.program.passes
         compiled += [each.name for each in passes if not each.compiled.cache_hits]
     return sums, compiled

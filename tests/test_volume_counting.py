@@ -88,9 +88,9 @@ def test_a_score_is_within_what_the_guard_of_the_sums_has_counted():
         empty_bundle(),
     )
     raw = run_batch(machine, seed=1, batch=0, histories=5000, bundle=bundle)
-    high, scores = raw.meters[1:, 0].sum(), raw.meters[1:, 2].sum()
+    high, scores = raw.detectors[1:, 0].sum(), raw.detectors[1:, 2].sum()
     assert bundle["scored"][0] >= high > 0 and bundle["scored"][0] - high >= SCORE_BOUND * scores // 2 > 0
-    each = raw.meters[1:, 0] / np.maximum(raw.meters[1:, 2], 1)
+    each = raw.detectors[1:, 0] / np.maximum(raw.detectors[1:, 2], 1)
     assert each.max() <= 2.0**32  # one at most, of weight 1
 
 

@@ -197,7 +197,7 @@ class _PlainDriver(ast.NodeTransformer):
     def visit_If(self, node):
         if ast.unparse(node.test) == "inner > 0":
             return None
-        if "b.overfull" in ast.unparse(
+        if "b.bank_overflow" in ast.unparse(
             node.test
         ):  # of these only being stopped is left, and too many crossings
             node.test = ast.parse("b.stop != 0 or b.crossings >= MOST_CROSSINGS", mode="eval").body

@@ -134,8 +134,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/variance_reduction.py",
-        "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.path[k])",
-        "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.path[k])",
+        "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.copy_path[k])",
+        "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.copy_path[k])",
         "forced copies that roulette compares with the whole history",
         ("test_forced_flights::test_what_was_forced_is_not_rouletted_for_being_light",),
     ),
@@ -155,7 +155,7 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/backward.py",
-        "track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way",
+        "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * way",
         "track = b.weight[k] * mean * way",
         "a glow whose light does not fade on the way to a camera",
         ("test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),

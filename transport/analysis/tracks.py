@@ -150,7 +150,7 @@ def tracks(
     seed, tracking = checked_integer("seed", seed, 0, 2**64 - 1), coerce_tracking(scene, tracking)
     plan, raw = _record_flights(scene, particles, seed, tracking)
     # Sort by particle (stable: flights stay in order), and convert to metres in scene coordinates.
-    ways = raw.ways[np.argsort(raw.ways["history"], kind="stable")]
+    ways = raw.tracks[np.argsort(raw.tracks["history"], kind="stable")]
     size, origin = plan.space.size, np.array(plan.space.origin)
     here, directions = (
         np.stack([ways[c] for c in columns], axis=-1) for columns in ("xyz", ("ux", "uy", "uz"))
@@ -182,14 +182,14 @@ def _record_flights(scene: Scene, particles: int, seed: int, tracking: Tracking 
     while True:
         plan = replace(plan, ways_room=min(room, MAX_FLIGHTS))
         raw = run_batch(compile_program(build_program(plan)), seed, 0, particles)
-        if raw.walked <= plan.ways_room:
+        if raw.flight_count <= plan.ways_room:
             return plan, raw
-        if raw.walked > MAX_FLIGHTS:
+        if raw.flight_count > MAX_FLIGHTS:
             raise SceneError(
-                f"tracks: at most {MAX_FLIGHTS} flights, got {raw.walked} of {particles} particles;"
+                f"tracks: at most {MAX_FLIGHTS} flights, got {raw.flight_count} of {particles} particles;"
                 " trace fewer particles"
             )
-        room = raw.walked
+        room = raw.flight_count
 
 
 # ---- Tracks in a notebook.

@@ -24,34 +24,34 @@ HEADER = (
     "sizes",  # address of the batch's histogram of score sizes
     "moments",  # address of the velocity sums (rows of four limbs)
     "records",  # address of the recorded snapshot states (layout.RECORD)
-    "recorded",  # number of states recorded so far
+    "record_count",  # number of states recorded so far
     "stride",  # one in `stride` histories is recorded ...
-    "phase",  # ... namely those with history % stride == phase
-    "ways",  # address of the recorded flight segments of tracks (layout.PATH_SEGMENT)
-    "ways_room",  # number of segments that fit there
-    "walked",  # number of segments flown, recorded or not
+    "record_phase",  # ... namely those with history % stride == phase
+    "tracks",  # address of the recorded flight segments of tracks (layout.PATH_SEGMENT)
+    "tracks_capacity",  # number of segments that fit there
+    "flight_count",  # number of segments flown, recorded or not
     "ledger",  # address of the batch's energy balance (rows of four int64)
     "ledger_words",  # length of that array in int64 words
     "seed_low",  # lower 32 bits of the seed
     "seed_high",  # upper 32 bits of the seed
     "batch",  # number of the batch: part of every random counter
     "next_history",  # number of the history that the next newborn lane begins
-    "worth",  # bits of a float64: factor of the birth weights of the current emitter (driver._deal_histories)
+    "birth_factor",  # bits of a float64: factor of the birth weights of the current emitter (driver._deal_histories)
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",  # surface crossings so far
     "collisions",  # collisions in media so far
     "first",  # first lane of those that reached a surface (lanes.compact_and_sort); 0 where all did
     "bank",  # address of the particle bank: copies that wait for a free lane
     "banked",  # number of copies in the bank
-    "bank_room",  # capacity of the bank in copies
-    "overfull",  # 1: the bank overflowed; > 1: the number of copies made, where these are too many; else 0
+    "bank_capacity",  # capacity of the bank in copies
+    "bank_overflow",  # 1: the bank overflowed; > 1: the number of copies made, where these are too many; else 0
     "colliding",  # lanes that collided in the last pass over flights and fly on
-    "grazes",  # 1 if the last binning pass scored a crossing with |mu| below the grazing cut, else 0
+    "any_grazing",  # 1 if the last binning pass scored a crossing with |mu| below the grazing cut, else 0
     "scored",  # bound of the sums of volume, point and expected-crossing scores (driver.MAX_SCORED)
     "shadow",  # address of the bundle of shadow rays, where point or expected detectors exist
-    "cast",  # number of rays that the last casting pass listed ...
-    "taken",  # ... and how many of these are already in the shadow bundle
-    "given_up",  # histories ended after too many events (surfaces.kill_endless)
+    "rays_cast",  # number of rays that the last casting pass listed ...
+    "rays_taken",  # ... and how many of these are already in the shadow bundle
+    "killed",  # histories ended after too many events (surfaces.kill_endless)
     "patience",  # crossings within which some history must end or lose weight (driver.PATIENCE) ...
     "patience_in_media",  # ... and collisions
     "trapped",  # number of lanes if none has ended or lost weight for so long, else 0
@@ -84,13 +84,13 @@ CARRIED = (
     ("hit", "i8"),  # packed word of the next sheet, acting surface and detectors (layout.py)
     ("time", "f8"),  # [durations], in scenes with a clock
     ("speed", "f8"),  # [scene lengths per duration, or per second], where speeds differ or are scored
-    ("footing", "i8"),  # facet that the lane stands on, where it stands on a mesh
+    ("own_facet", "i8"),  # facet that the lane stands on, where it stands on a mesh
     ("facet", "i8"),  # facet of the next hit
-    ("crossed", "i8"),  # facet of the transparent mesh detector passed last
+    ("passed_facet", "i8"),  # facet of the transparent mesh detector passed last
     ("index", "f8"),  # refractive index of the current medium, 0 where it is not known
     ("inside", "i8"),  # bit set of the bodies that contain the particle
     (
-        "ahead",
+        "forced_path",
         "f8",
     ),  # state of forced first collisions: FRESH, FREE or the path of a forced copy (engine/passes/variance_reduction.py)
     ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
@@ -98,7 +98,7 @@ CARRIED = (
     ("cell", "i8"),  # backward runs: bin of the detector in which the history was born
     # MIS state of next-event estimation: largest pdf of the last sampled direction [sr^-1], 0 if no ray could
     # have scored that path ...
-    ("told", "f8"),
+    ("mis_pdf", "f8"),
     ("ex", "f8"),  # ... and the point where the direction was sampled
     ("ey", "f8"),
     ("ez", "f8"),
@@ -112,20 +112,20 @@ SCRATCH = (
     ("mu", "f8"),  # u·n: negative where the particle moves against the normal
     ("albedo", "f8"),  # share of the weight that the surface does not absorb
     ("ratio", "f8"),  # refractive index behind the surface over that before it
-    ("before", "f8"),  # refractive index on the side of arrival
-    ("behind", "f8"),  # refractive index on the other side
+    ("index_before", "f8"),  # refractive index on the side of arrival
+    ("index_behind", "f8"),  # refractive index on the other side
     ("excess", "f8"),  # (ratio - 1)(ratio + 1)
     ("roughness", "f8"),  # GGX alpha
-    ("through", "f8"),  # transmitted share of the remaining weight; 1 or 0 once sampled
+    ("transmitted", "f8"),  # transmitted share of the remaining weight; 1 or 0 once sampled
     ("lobe", "f8"),  # azimuth uniform of the multiple-scattering lobe of microfacets; 2 (NO_LOBE): not taken
     ("ox", "f8"),  # origin of the flight, in scenes whose surfaces cut or touch one another
     ("oy", "f8"),
     ("oz", "f8"),
-    ("left", "i8"),  # sheet that the flight began on
+    ("flight_sheet", "i8"),  # sheet that the flight began on
     ("rx", "f8"),  # origin of the ray, restored after a transparent detector
     ("ry", "f8"),
     ("rz", "f8"),
-    ("stood", "i8"),  # sheet that the ray began on, and bit OUT if it leaves a box here
+    ("ray_sheet", "i8"),  # sheet that the ray began on, and bit OUT if it leaves a box here
     ("u0", "f8"),  # uniform random numbers of this event: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1
@@ -138,34 +138,37 @@ SCRATCH = (
     ("sigma_a", "f8"),  # ... where this absorption coefficient lessens weights along the path
     ("survival", "f8"),  # probability that a collision scatters rather than absorbs
     ("cut", "i8"),  # 1 if a flight is cut at a station, or ended there or at a collision
-    ("caught", "f8"),  # weight of the copy whose collision is forced ...
-    ("path", "f8"),  # ... and its path length
+    ("copy_weight", "f8"),  # weight of the copy whose collision is forced ...
+    ("copy_path", "f8"),  # ... and its path length
     ("copies", "i8"),  # number of copies that go into the bank
     ("flies", "i8"),  # 1 if the lane flies in this round, 0 if it waits for the others
     ("collides", "i8"),  # 0: no collision; else number of the phase function (from 1)
-    ("look", "i8"),  # packed word of the detector at this crossing (layout.py); 0: none
-    ("home", "i8"),  # first row of that detector on the side that is scored
-    ("meter", "i8"),  # index of the detector's row in layout.DETECTOR
+    ("detector_word", "i8"),  # packed word of the detector at this crossing (layout.py); 0: none
+    ("detector_row", "i8"),  # first row of that detector on the side that is scored
+    ("detector_index", "i8"),  # index of the detector's row in layout.DETECTOR
     ("bin", "i8"),  # tally row to score into; 0: none
     ("high", "i8"),  # weight to score in units of 2^-32 ...
     ("low", "i8"),  # ... its remainder in units of 2^-63 ...
     ("slant", "i8"),  # ... and weight/|mu| in units of 2^-22
-    ("reach", "f8"),  # ray parameter at the end of a flight: the next hit, or where the clock stops
-    ("lead", "f8"),  # path length before the flight enters the volume detector ...
-    ("within", "f8"),  # ... and inside it
-    ("fade", "f8"),  # absorption coefficient that lessens the weight along the path [1/scene lengths] ...
-    ("keep", "f8"),  # ... and the total one, with absorption at collisions
+    ("flight_end", "f8"),  # ray parameter at the end of a flight: the next hit, or where the clock stops
+    ("length_before", "f8"),  # path length before the flight enters the volume detector ...
+    ("length_inside", "f8"),  # ... and inside it
+    (
+        "path_absorption",
+        "f8",
+    ),  # absorption coefficient that lessens the weight along the path [1/scene lengths] ...
+    ("total_absorption", "f8"),  # ... and the total one, with absorption at collisions
     ("walk_lane", "i8"),  # delta tracking through voxels (engine/passes/voxels.py): lane of this walk ...
     ("walk_state", "i8"),  # ... its state ...
     ("walk_history", "i8"),
     ("walk_event", "i8"),
     ("walk_turns", "i8"),  # ... number of turns taken ...
-    ("walk_chance", "f8"),  # ... uniform that decides about its next tentative collision ...
+    ("walk_uniform", "f8"),  # ... uniform that decides about its next tentative collision ...
     ("walk_draw", "i8"),  # ... random blocks used ...
     ("walk_t", "f8"),  # ... its ray parameter ...
     ("walk_end", "f8"),  # ... and that of the surface that ends it ...
     ("walk_depth", "f8"),  # ... remaining optical depth ...
-    ("walk_top", "f8"),  # ... majorant of the current macro cell ...
+    ("walk_majorant", "f8"),  # ... majorant of the current macro cell ...
     ("walk_i", "f8"),  # ... indices of that cell ...
     ("walk_j", "f8"),
     ("walk_m", "f8"),
@@ -180,8 +183,8 @@ SCRATCH = (
     ("walk_iz", "f8"),
     ("walk_cell", "i8"),  # ... index of the cell in the table of majorants
     ("voxel", "i8"),  # number of the voxel of a tentative collision ...
-    ("open", "i8"),  # ... the same where its extinction must be looked up, else 0 ...
-    ("sure", "f8"),  # ... smallest probability in the macro cell that a collision is real ...
+    ("lookup_voxel", "i8"),  # ... the same where its extinction must be looked up, else 0 ...
+    ("sure_probability", "f8"),  # ... smallest probability in the macro cell that a collision is real ...
     ("level", "i8"),  # ... and that probability in the voxel, in steps of 1/LEVELS
     ("sx", "f8"),  # origin of a shadow ray ...
     ("sy", "f8"),
@@ -189,21 +192,21 @@ SCRATCH = (
     ("vx", "f8"),  # ... its unit direction ...
     ("vy", "f8"),
     ("vz", "f8"),
-    ("gap", "f8"),  # ... distance to the point detector ...
+    ("point_distance", "f8"),  # ... distance to the point detector ...
     ("score", "f8"),  # ... unoccluded contribution there [weight per squared scene length] ...
-    ("bent", "f8"),  # ... cosine of its scattering angle ...
-    ("density", "f8"),  # ... and pdf of that direction [sr^-1]
-    ("law", "i8"),  # number of the phase function here; 0: none
-    ("stands", "i8"),  # sheet that the ray begins on
+    ("scatter_cosine", "f8"),  # ... cosine of its scattering angle ...
+    ("pdf", "f8"),  # ... and pdf of that direction [sr^-1]
+    ("phase_number", "i8"),  # number of the phase function here; 0: none
+    ("shadow_sheet", "i8"),  # sheet that the ray begins on
     ("tally", "i8"),  # first row of its detector
     (
         "leg",
         "i8",
     ),  # point detectors: 1 + number of the point for a ray with a second leg, else 0; else crossings left
-    ("onset", "f8"),  # ray parameter of the origin of a ray whose parameter is 0 at the detector's point
+    ("ray_start", "f8"),  # ray parameter of the origin of a ray whose parameter is 0 at the detector's point
     ("p0", "f8"),  # uniforms that choose the point on a detector
     ("p1", "f8"),
-    ("kept", "f8"),  # full weight of a lane, while a detector scores an MIS share of it
+    ("full_weight", "f8"),  # full weight of a lane, while a detector scores an MIS share of it
     ("listed", "i8"),  # indices of the lanes selected by a pass
     ("movers", "i8"),  # indices of the lanes that fill gaps
 )
@@ -222,7 +225,7 @@ def empty_bundle() -> np.ndarray:
     memory = np.zeros(Bundle.itemsize + 64, np.uint8)
     offset = -memory.ctypes.data % 64
     bundle = memory[offset : offset + Bundle.itemsize].view(Bundle)
-    bundle["address"], bundle["worth"] = bundle.ctypes.data, np.float64(1.0).view(np.int64)
+    bundle["address"], bundle["birth_factor"] = bundle.ctypes.data, np.float64(1.0).view(np.int64)
     return bundle
 
 

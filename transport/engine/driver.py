@@ -50,15 +50,15 @@ class RawSums:
     """Integer sums of one batch: rows (high, low, count, slant) of detectors and of the energy balance."""
 
     histories: int
-    sent: int  # total birth weight [2^-63] of emitters without an aim
-    meters: np.ndarray  # (rows, 4) int64: detectors, then phase-space detectors
+    birth_weight: int  # total birth weight [2^-63] of emitters without an aim
+    detectors: np.ndarray  # (rows, 4) int64: detectors, then phase-space detectors
     ledger: np.ndarray  # (rows, 4) int64
     moments: np.ndarray  # (rows, 4) int64: velocity sums, four limbs each
     sizes: np.ndarray  # (cells,) int64: histogram of score sizes
     records: np.ndarray  # layout.RECORD rows: one in `stride` histories at each snapshot
     stride: int
-    ways: np.ndarray  # layout.WAY rows: flight segments, if tracks were requested
-    walked: int  # number of segments flown, recorded or not
+    tracks: np.ndarray  # layout.PATH_SEGMENT rows: flight segments, if tracks were requested
+    flight_count: int  # number of segments flown, recorded or not
     seed: int
     crossings: int
     collisions: int
@@ -77,15 +77,15 @@ class Sums:
         self.bank = np.zeros(
             (BANK_CAPACITY, FIELDS) if plan.splits or plan.forces_collisions else (1, 1), np.int64
         )
-        self.ways = np.zeros(plan.ways_room, PATH_SEGMENT)
+        self.tracks = np.zeros(plan.ways_room, PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
 
     def enter(self, bundle: np.ndarray) -> None:
         """Write the addresses and sizes of this memory into a bundle's header."""
-        for name in ("tallies", "ledger", "moments", "sizes", "records", "ways", "bank"):
+        for name in ("tallies", "ledger", "moments", "sizes", "records", "tracks", "bank"):
             bundle[name] = getattr(self, name).ctypes.data
-        bundle["ledger_words"], bundle["stride"], bundle["recorded"] = self.ledger.size, self.stride, 0
-        bundle["ways_room"], bundle["walked"] = len(self.ways), 0
+        bundle["ledger_words"], bundle["stride"], bundle["record_count"] = self.ledger.size, self.stride, 0
+        bundle["tracks_capacity"], bundle["flight_count"] = len(self.tracks), 0
 
 
 class Stopped(Exception):
@@ -114,14 +114,14 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     _, _, w2, w3 = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
     o0, o1, _, _ = random_words(0, 0, 0, SHARES, b.seed_low, b.seed_high)
     offset = (uniform(o0, o1) + b.batch * GOLDEN) % 1.0
-    b.phase = int64(uniform(w2, w3) * b.stride)
+    b.record_phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
     copied, live, history, emitter = 0, 0, 0, 0
     end = dealt[0] if len(dealt) > 0 else _end_of_emitter(histories, shares[0], offset, count == 1)
     calm = (int64(0), int64(0), -1.0)
     while True:
         # Fill free lanes: with copies from the bank first, then with newborn particles.
-        before, begun, given_up = live, history + copied, b.given_up
+        before, begun, killed = live, history + copied, b.killed
         live = _pad_lanes(b, live)
         while b.banked > 0 and live < LANES:
             taken = min(LANES - live, b.banked)
@@ -131,7 +131,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
         while live < LANES and emitter < count:
             born = min(LANES - live, end - history)
             if born > 0:
-                b.next_history, b.worth = history, bits_of(worths[emitter])
+                b.next_history, b.birth_factor = history, bits_of(worths[emitter])
                 for p in range(emitters[emitter], emitters[emitter + 1]):
                     call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
                     _trace_shadow_rays(b, handle, sight)
@@ -144,7 +144,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
                     end = _end_of_emitter(histories, shares[emitter], offset, emitter == count - 1)
         b.started = history
         if copied > MAX_COPIES_PER_HISTORY * (history + LANES):
-            b.overfull = copied
+            b.bank_overflow = copied
         if live == 0:
             _trace_waiting_rays(b, handle, sight)
             return
@@ -159,11 +159,11 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
                 break
         # Detect endless histories; stop on request or before a sum overflows.
         new = history + copied - begun
-        calm = _detect_endless(b, calm, live, before + new - live - (b.given_up - given_up), new)
+        calm = _detect_endless(b, calm, live, before + new - live - (b.killed - killed), new)
         if (
             b.stop != 0
             or b.trapped != 0
-            or b.overfull != 0
+            or b.bank_overflow != 0
             or b.crossings >= MAX_CROSSINGS
             or max(b.scored, sight[0][0].scored) >= MAX_SCORED
         ):
@@ -197,7 +197,7 @@ def _fly_until_few(b, handle, flow, sight, live):
 def _trace_shadow_rays(b, handle, sight):
     """Trace shadow rays of the last pass while they fill their bundle; the rest wait there."""
     _, shadow, entries, tables = sight
-    while b.cast > 0:
+    while b.rays_cast > 0:
         if call_pass(entries[0], handle, tables[0], 0, LANES) == LANES:
             for p in range(1, len(entries)):
                 call_pass(entries[p], shadow, tables[p], 0, LANES)
@@ -372,9 +372,9 @@ def run_batch(
         "collisions": 0,
         "scored": 0,
         "banked": 0,
-        "bank_room": BANK_CAPACITY,
-        "overfull": 0,
-        "given_up": 0,
+        "bank_capacity": BANK_CAPACITY,
+        "bank_overflow": 0,
+        "killed": 0,
         "patience": UNLIMITED if plan.has_clock else PATIENCE,
         "patience_in_media": UNLIMITED if plan.has_clock else PATIENCE_IN_MEDIA,
         "trapped": 0,
@@ -387,7 +387,7 @@ def run_batch(
     sums.enter(shadows)
     for name in ("seed_low", "seed_high", "batch"):
         shadows[name] = bundle[name]
-    bundle["shadow"], bundle["cast"], bundle["taken"] = shadows["address"], 0, 0
+    bundle["shadow"], bundle["rays_cast"], bundle["rays_taken"] = shadows["address"], 0, 0
     sight = (*_handle(shadows), *machine.sight)
     dealt, worths = _deal_histories(machine, histories)
     drive(
@@ -396,11 +396,11 @@ def run_batch(
     # Raise if the batch was stopped, cannot end, or exceeds a limit.
     if bundle["stop"][0]:
         raise Stopped
-    counted = ("crossings", "started", "overfull", "trapped", "given_up")
-    crossings, started, copies, trapped, given_up = (int(bundle[name][0]) for name in counted)
-    is_all_given_up = 0 < given_up == histories and not sums.ledger[ABSORBED:, :2].any()
-    if trapped or is_all_given_up:
-        particles = trapped or given_up
+    counted = ("crossings", "started", "bank_overflow", "trapped", "killed")
+    crossings, started, copies, trapped, killed = (int(bundle[name][0]) for name in counted)
+    are_all_killed = 0 < killed == histories and not sums.ledger[ABSORBED:, :2].any()
+    if trapped or are_all_killed:
+        particles = trapped or killed
         raise endless_particles_error(plan, _last_surfaces(plan, bundle, particles), particles)
     if copies > 1:
         raise too_many_copies_error(plan, copies, started)
@@ -410,7 +410,7 @@ def run_batch(
         raise too_many_crossings_error(plan, crossings, started)
     if max(int(bundle["scored"][0]), int(shadows["scored"][0])) >= MAX_SCORED:
         raise too_many_scores_error(histories)
-    records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
+    records = np.sort(sums.records[: int(bundle["record_count"][0])], order=("snapshot", "history"))
     return RawSums(
         histories,
         _total_birth_weight(plan, histories - int(sums.ledger[BORN, 2]), dealt, worths),
@@ -420,8 +420,8 @@ def run_batch(
         sums.sizes,
         records,
         sums.stride,
-        sums.ways[: int(bundle["walked"][0])],
-        int(bundle["walked"][0]),
+        sums.tracks[: int(bundle["flight_count"][0])],
+        int(bundle["flight_count"][0]),
         seed,
         crossings,
         int(bundle["collisions"][0]),

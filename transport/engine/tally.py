@@ -36,7 +36,7 @@ def count_grazing(b, first, live):
 
     Fields: reads `mu`, `bin`, `is_grazing`.
     """
-    if b.grazes != 0:
+    if b.any_grazing != 0:
         for k in range(first, live):
             mu = abs(b.mu[k])
             if b.bin[k] != 0 and mu <= GRAZING_CUT:
@@ -62,7 +62,7 @@ def score_and_size(b, table, first, live):
 
     A batch whose number has a bit of `resting` counts none.
 
-    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `is_grazing`.
+    Fields: reads `weight`, `mu`, `detector_row`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
     n, one = 0, 1 if b.batch & table.resting == 0 else 0
@@ -72,7 +72,7 @@ def score_and_size(b, table, first, live):
     for j in range(n):
         k = uint64(b.listed[j])
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-        sizes[uint64(numbers[uint64(b.home[k])] + size_cell(b.weight[k]))] += one
+        sizes[uint64(numbers[uint64(b.detector_row[k])] + size_cell(b.weight[k]))] += one
     count_grazing(b, first, live)
     return live
 
@@ -83,7 +83,7 @@ def score_all_and_size(b, table, first, live):
 
     Row 0 and the first cells take the others and are never read.
 
-    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `is_grazing`.
+    Fields: reads `weight`, `mu`, `detector_row`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
     if b.batch & table.resting != 0:
@@ -92,7 +92,7 @@ def score_all_and_size(b, table, first, live):
         count_grazing(b, first, live)
         return live
     for k in range(first, live):
-        cell = numbers[uint64(b.home[k])] + size_cell(b.weight[k])
+        cell = numbers[uint64(b.detector_row[k])] + size_cell(b.weight[k])
         b.listed[k] = cell if b.bin[k] != 0 else 0
     for k in range(first, live):  # one loop for both, whose memory accesses overlap
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])

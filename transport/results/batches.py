@@ -165,14 +165,14 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
     # Check that the energy balance closes exactly.
     ledger = raw.ledger.astype(object)
     whole = [(int(high) << 31) + int(low) for high, low in ledger[:, :2]]
-    born = raw.sent + whole[layout.BORN]
+    born = raw.birth_weight + whole[layout.BORN]
     ended = sum(whole) - whole[layout.BORN]
     if born != ended:
         raise LedgerError(
             f"the ledger of {raw.histories} histories does not close: born {born / 2**63!r},"
             f" ended {ended / 2**63!r}"
         )
-    raw.meters[0] = 0  # unused row: the target of lanes without a detector
+    raw.detectors[0] = 0  # unused row: the target of lanes without a detector
     rows = {
         "escaped": layout.ESCAPED,
         "in_flight": layout.IN_FLIGHT,
@@ -180,7 +180,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
         "lost": layout.LOST,
     }
     # Convert the sums of the detectors' rows to floats; pack them if they are long.
-    meters, moments, most = raw.meters, raw.moments, (1 << layout.COUNT_BITS) - 1
+    meters, moments, most = raw.detectors, raw.moments, (1 << layout.COUNT_BITS) - 1
     weights, counts, slants = make_columns(
         [
             lambda a, b: meters[a:b, 0] * HIGH_UNIT + meters[a:b, 1] * LOW_UNIT,
@@ -196,7 +196,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
         weights,
         counts,
         slants,
-        _grazing_excess(plan, raw.meters[:, 2]),
+        _grazing_excess(plan, raw.detectors[:, 2]),
         born * LOW_UNIT,
         float(raw.ledger[layout.BORN, 3].view(np.float64)),
         {name: whole[row] * LOW_UNIT for name, row in rows.items()},

@@ -310,12 +310,12 @@ def refine_by_cell(b, table, first, live):
 
     No reading needs weight/|mu| of these rows: their slant counts the rays that are among the strongest.
 
-    Fields: reads `weight`, `cell`, `home`, `meter`; updates `bin`; writes `slant`.
+    Fields: reads `weight`, `cell`, `detector_row`, `detector_index`; updates `bin`; writes `slant`.
     """
     meters, half = view(table.meters, table.meter_count, DETECTOR), table.half
     for k in range(first, live):
-        m, is_flight = meters[b.meter[k]], b.home[k] < half
-        arrives = is_flight | ((b.home[k] >= 2 * half) & (b.home[k] < 3 * half))
+        m, is_flight = meters[b.detector_index[k]], b.detector_row[k] < half
+        arrives = is_flight | ((b.detector_row[k] >= 2 * half) & (b.detector_row[k] < 3 * half))
         row = (m.by_cell if is_flight else m.of_rays) + b.cell[k]
         b.bin[k] = row if (b.bin[k] != 0) & arrives else 0
         b.slant[k] = 0 if is_flight | (b.weight[k] < m.strong) else SLANT_UNITS
@@ -326,11 +326,11 @@ def refine_by_cell(b, table, first, live):
 def score_path_by_cell(b, table, first, live):
     """Score weight times path length in a source that fills a volume, by cell of birth.
 
-    Fields: reads `weight`, `history`, `cell`, `within`; updates `scored`.
+    Fields: reads `weight`, `history`, `cell`, `length_inside`; updates `scored`.
     """
     total, scale, salt = 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way = b.within[k]
+        way = b.length_inside[k]
         if way > 0.0:
             high, low = unbiased_limbs(
                 b.weight[k] * way * scale, hashed_uniform(bits_of(way), salt + b.history[k])
@@ -346,14 +346,14 @@ def score_path_by_cell(b, table, first, live):
 def score_path_by_cell_in_media(b, table, first, live):
     """The same where media absorb: mean weight along the path times its length.
 
-    Fields: reads `weight`, `history`, `cell`, `lead`, `within`, `fade`; updates `scored`.
+    Fields: reads `weight`, `history`, `cell`, `length_before`, `length_inside`, `path_absorption`; updates `scored`.
     """
     total, scale, salt = 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way, fade = b.within[k], b.fade[k]
+        way, fade = b.length_inside[k], b.path_absorption[k]
         if way > 0.0:
             mean, _ = mean_transmittance(fade * way)
-            track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way
+            track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * way
             high, low = unbiased_limbs(track * scale, hashed_uniform(bits_of(way), salt + b.history[k]))
             seen = 1 if way > COLLISION_CLEARANCE else 0
             add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)

@@ -74,11 +74,11 @@ def tangential_part(ax, ay, az, nx, ny, nz):
 def find_detector_row(b, table, first, live):
     """Set the index of the detector's row, for the bin axes that follow.
 
-    Fields: reads `hit`; writes `meter`.
+    Fields: reads `hit`; writes `detector_index`.
     """
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
-        b.meter[k] = rows[b.hit[k] >> SHEET_SHIFT].meter
+        b.detector_index[k] = rows[b.hit[k] >> SHEET_SHIFT].meter
     return live
 
 
@@ -88,17 +88,17 @@ def refine_by_time(b, table, first, live):
 
     Each bin of time has outside rows of its own for direction and position.
 
-    Fields: reads `time`, `meter`; updates `home`, `bin`.
+    Fields: reads `time`, `detector_index`; updates `detector_row`, `bin`.
     """
     meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
-            m = meters[b.meter[k]]
+            m = meters[b.detector_index[k]]
             if m.time_cells != 0:
                 found = find_cell(b.time[k], m.time_cells, m.time_edges)
-                outside = m.outside + (table.half if b.home[k] >= table.half else 0)
+                outside = m.outside + (table.half if b.detector_row[k] >= table.half else 0)
                 b.bin[k] = row_after(b.bin[k], outside, found, m.time_stride)
-                b.home[k] = row_after(b.home[k], outside, found, m.time_stride)
+                b.detector_row[k] = row_after(b.detector_row[k], outside, found, m.time_stride)
     return live
 
 
@@ -106,17 +106,17 @@ def refine_by_time(b, table, first, live):
 def refine_by_speed(b, table, first, live):
     """Bin by speed, with outside rows like those of time.
 
-    Fields: reads `speed`, `meter`; updates `home`, `bin`.
+    Fields: reads `speed`, `detector_index`; updates `detector_row`, `bin`.
     """
     meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
-        if b.bin[k] > b.home[k]:
-            m = meters[b.meter[k]]
+        if b.bin[k] > b.detector_row[k]:
+            m = meters[b.detector_index[k]]
             if m.speed_cells != 0:
                 found = find_cell(b.speed[k], m.speed_cells, m.speed_edges)
-                outside = m.outside + (table.half if b.home[k] >= table.half else 0)
+                outside = m.outside + (table.half if b.detector_row[k] >= table.half else 0)
                 b.bin[k] = row_after(b.bin[k], outside, found, m.speed_stride)
-                b.home[k] = row_after(b.home[k], outside, found, m.speed_stride)
+                b.detector_row[k] = row_after(b.detector_row[k], outside, found, m.speed_stride)
     return live
 
 
@@ -124,12 +124,12 @@ def refine_by_speed(b, table, first, live):
 def refine_by_cosine(b, table, first, live):
     """Bin by cosine with given edges, by cosine in the world's frame, or by one cone.
 
-    Fields: reads `ux, uy, uz`, `mu`, `home`, `meter`; updates `bin`.
+    Fields: reads `ux, uy, uz`, `mu`, `detector_row`, `detector_index`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
-        if b.bin[k] > b.home[k]:  # not yet outside of another axis
-            m = meters[b.meter[k]]
+        if b.bin[k] > b.detector_row[k]:  # not yet outside of another axis
+            m = meters[b.detector_index[k]]
             if m.mu_kind != 0:
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by the direction they come from
                 value = abs(b.mu[k])
@@ -140,7 +140,7 @@ def refine_by_cosine(b, table, first, live):
                         toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z
                     )
                 found = find_cell(value, m.mu_cells, m.mu_edges)
-                b.bin[k] = row_after(b.bin[k], b.home[k], found, m.mu_stride)
+                b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.mu_stride)
     return live
 
 
@@ -148,12 +148,12 @@ def refine_by_cosine(b, table, first, live):
 def refine_by_azimuth(b, table, first, live):
     """Bin by azimuth of the direction, from e_u towards e_v, or from the world's x towards y.
 
-    Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `home`, `meter`; updates `bin`.
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `detector_row`, `detector_index`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
-        if b.bin[k] > b.home[k]:
-            m = meters[b.meter[k]]
+        if b.bin[k] > b.detector_row[k]:
+            m = meters[b.detector_index[k]]
             if m.turn_kind != 0:
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0
                 ux, uy, uz = toward * b.ux[k], toward * b.uy[k], toward * b.uz[k]
@@ -175,7 +175,7 @@ def refine_by_azimuth(b, table, first, live):
                 elif angle >= m.turn_low + TWO_PI:
                     angle -= TWO_PI
                 found = find_cell(angle, m.turn_cells, m.turn_edges)
-                b.bin[k] = row_after(b.bin[k], b.home[k], found, m.turn_stride)
+                b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.turn_stride)
     return live
 
 
@@ -185,12 +185,12 @@ def refine_by_place(b, table, first, live):
 
     Radius and azimuth; polar angle and azimuth.
 
-    Fields: reads `x, y, z`, `home`, `meter`; updates `bin`.
+    Fields: reads `x, y, z`, `detector_row`, `detector_index`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
-        if b.bin[k] > b.home[k]:
-            m = meters[b.meter[k]]
+        if b.bin[k] > b.detector_row[k]:
+            m = meters[b.detector_index[k]]
             if m.place != 0:
                 px, py, pz = b.x[k] - m.cx, b.y[k] - m.cy, b.z[k] - m.cz
                 u = px * m.eux + py * m.euy + pz * m.euz
@@ -205,8 +205,8 @@ def refine_by_place(b, table, first, live):
                     polar = azimuth_turn(w, math.sqrt(u * u + v * v)) * TWO_PI
                     u, v = w if m.place == REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
                 found = find_cell(u, m.u_cells, m.u_edges)
-                b.bin[k] = row_after(b.bin[k], b.home[k], found, m.u_stride)
-                if b.bin[k] > b.home[k]:
+                b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.u_stride)
+                if b.bin[k] > b.detector_row[k]:
                     found = find_cell(v, m.v_cells, m.v_edges)
-                    b.bin[k] = row_after(b.bin[k], b.home[k], found, m.v_stride)
+                    b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.v_stride)
     return live

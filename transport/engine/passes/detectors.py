@@ -37,11 +37,11 @@ from transport.physics.device import device
 def find_detector(b, table, first, live):
     """Set the packed word of the detector of this layer on the sheet that was hit.
 
-    Fields: reads `hit`; writes `look`.
+    Fields: reads `hit`; writes `detector_word`.
     """
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
-        b.look[k] = rows[uint64(b.hit[k] >> SHEET_SHIFT)].look
+        b.detector_word[k] = rows[uint64(b.hit[k] >> SHEET_SHIFT)].look
     return live
 
 
@@ -66,20 +66,20 @@ def cosine_bin(look, mu):
 def bin_arrivals(b, table, first, live):
     """Find the cosine bin of arrivals at the detector's side, and the integers to score.
 
-    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`, `low`, `slant`,
     `is_grazing`.
     """
     layer, any_grazes, salt = table.layer, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        look, mu = b.look[k], b.mu[k]
+        look, mu = b.detector_word[k], b.mu[k]
         base = look & DETECTOR_BASE_MASK
         here = (cosine_to_side(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
-        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        b.detector_row[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
         any_grazes |= is_grazing(here, mu)
         chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
-    b.grazes = any_grazes
+    b.any_grazing = any_grazes
     return live
 
 
@@ -87,20 +87,20 @@ def bin_arrivals(b, table, first, live):
 def bin_departures(b, table, first, live):
     """Find the cosine bin of departures from the detector's side, and the integers to score.
 
-    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`, `low`, `slant`,
     `is_grazing`.
     """
     layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        look, mu = b.look[k], b.mu[k]
+        look, mu = b.detector_word[k], b.mu[k]
         base = (look & DETECTOR_BASE_MASK) + half
         here = (cosine_to_side(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
-        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        b.detector_row[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
         any_grazes |= is_grazing(here, mu)
         chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
-    b.grazes = any_grazes
+    b.any_grazing = any_grazes
     return live
 
 
@@ -108,20 +108,20 @@ def bin_departures(b, table, first, live):
 def bin_crossings(b, table, first, live):
     """Find the cosine bin where nothing acts: arrival on one side is departure from the other.
 
-    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`, `low`, `slant`,
     `is_grazing`.
     """
     layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        look, mu = b.look[k], b.mu[k]
+        look, mu = b.detector_word[k], b.mu[k]
         side = cosine_to_side(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
         base = (look & DETECTOR_BASE_MASK) + (half if side > 0.0 else 0)
-        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
+        b.detector_row[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
         any_grazes |= is_grazing((side != 0.0), mu)
         chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
-    b.grazes = any_grazes
+    b.any_grazing = any_grazes
     return live
 
 
@@ -201,12 +201,12 @@ def mark_visit(b, table, first, live):
 def require_visits(b, table, first, live):
     """Drop the bin of lanes that have not visited all objects in the detector's `via`.
 
-    Fields: reads `visited`, `meter`; updates `bin`.
+    Fields: reads `visited`, `detector_index`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
-            via = meters[b.meter[k]].via
+            via = meters[b.detector_index[k]].via
             b.bin[k] = b.bin[k] if (b.visited[k] & via) == via else 0
     return live
 
@@ -215,11 +215,11 @@ def require_visits(b, table, first, live):
 def require_reflections(b, table, first, live):
     """Drop the bin of lanes whose number of reflections lies outside the detector's `events`.
 
-    Fields: reads `reflections`, `meter`; updates `bin`.
+    Fields: reads `reflections`, `detector_index`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
-            m = meters[b.meter[k]]
+            m = meters[b.detector_index[k]]
             b.bin[k] = b.bin[k] if (b.reflections[k] >= m.least) & (b.reflections[k] <= m.most) else 0
     return live

@@ -38,7 +38,7 @@ def start_history(b, table, first, live):
 
     Fields: writes `weight`, `history`, `sheet`, `start`.
     """
-    weight, start, sheet = table.weight * float_of(b.worth), table.start, table.sheet
+    weight, start, sheet = table.weight * float_of(b.birth_factor), table.start, table.sheet
     history = int64(b.next_history) - int64(first)
     for k in range(first, live):
         b.history[k] = history + int64(k)

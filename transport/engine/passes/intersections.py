@@ -287,12 +287,12 @@ def move(b, table, first, live):
 def save_ray(b, table, first, live):
     """Keep the origin of the ray, in scenes with detectors that other surfaces may touch.
 
-    Fields: reads `x, y, z`, `sheet`, `start`; writes `rx, ry, rz`, `stood`.
+    Fields: reads `x, y, z`, `sheet`, `start`; writes `rx, ry, rz`, `ray_sheet`.
     """
     for k in range(first, live):
         b.rx[k], b.ry[k], b.rz[k] = b.x[k], b.y[k], b.z[k]
         # The x of an aimed ray is its target: such a ray began on no sheet.
-        b.stood[k] = b.sheet[k] & STANDING_SHEET_MASK if b.start[k] >= 0.0 else 0
+        b.ray_sheet[k] = b.sheet[k] & STANDING_SHEET_MASK if b.start[k] >= 0.0 else 0
     return live
 
 
@@ -303,7 +303,7 @@ def restore_ray(b, table, first, live):
     All crossings of a ray are thus computed from one origin: a wall that touches a detector lies behind or
     before it, never at a distance of 0 that rounding takes for passed.
 
-    Fields: reads `distance`, `hit`, `rx, ry, rz`, `stood`; updates `x, y, z`, `sheet`, `start`.
+    Fields: reads `distance`, `hit`, `rx, ry, rz`, `ray_sheet`; updates `x, y, z`, `sheet`, `start`.
     """
     for k in range(first, live):
         passes = (b.hit[k] != 0) & (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0)
@@ -311,5 +311,5 @@ def restore_ray(b, table, first, live):
         b.y[k] = b.ry[k] if passes else b.y[k]
         b.z[k] = b.rz[k] if passes else b.z[k]
         b.start[k] = b.distance[k] if passes else b.start[k]
-        b.sheet[k] = ((b.sheet[k] << PASSED_SHIFT) | b.stood[k]) if passes else b.sheet[k]
+        b.sheet[k] = ((b.sheet[k] << PASSED_SHIFT) | b.ray_sheet[k]) if passes else b.sheet[k]
     return live

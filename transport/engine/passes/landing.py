@@ -88,11 +88,11 @@ def mark_box_exit(b, table, first, live):
 
     At an edge a ray may enter by one face and leave by another.
 
-    Fields: reads `sheet`, `mu`; updates `stood`.
+    Fields: reads `sheet`, `mu`; updates `ray_sheet`.
     """
     sheets = view(table.rows, table.count, SHEET)
     for k in range(first, live):
-        b.stood[k] |= LEFT_BOX if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
+        b.ray_sheet[k] |= LEFT_BOX if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
     return live
 
 
@@ -102,14 +102,14 @@ def save_origin(b, table, first, live):
 
     They give the side of every surface that the flight did not cross.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; writes `ox, oy, oz`, `left`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; writes `ox, oy, oz`, `flight_sheet`.
     """
     for k in range(first, live):
         start = b.start[k] if b.start[k] < 0.0 else 0.0  # the origin of a ray that has passed detectors
         b.ox[k] = b.x[k] + start * b.ux[k]
         b.oy[k] = b.y[k] + start * b.uy[k]
         b.oz[k] = b.z[k] + start * b.uz[k]
-        b.left[k] = b.sheet[k] & STANDING_SHEET_MASK
+        b.flight_sheet[k] = b.sheet[k] & STANDING_SHEET_MASK
     return live
 
 
@@ -140,7 +140,7 @@ def keep_to_side(b, table, first, live):
     both by more than rounding; a shorter flight within such a corner keeps little of its length. Only if the
     ray grazes the other surface, the point moves along that surface's normal.
 
-    Fields: reads `ux, uy, uz`, `hit`, `mu`, `ox, oy, oz`, `left`; updates `x, y, z`.
+    Fields: reads `ux, uy, uz`, `hit`, `mu`, `ox, oy, oz`, `flight_sheet`; updates `x, y, z`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     alpha, beta, gamma = table.alpha, table.beta, table.gamma
@@ -153,7 +153,7 @@ def keep_to_side(b, table, first, live):
         height, gx, gy, gz = height_and_normal(rx, ry, rz, nx, ny, nz, alpha, beta, gamma, is_plane)
         before, ex, ey, ez = height_and_normal(ox, oy, oz, nx, ny, nz, alpha, beta, gamma, is_plane)
         away = ux * ex + uy * ey + uz * ez
-        from_front = away > 0.0 if b.left[k] == sheet else before > 0.0
+        from_front = away > 0.0 if b.flight_sheet[k] == sheet else before > 0.0
         # Length to move back along the ray.
         slope = abs(ux * gx + uy * gy + uz * gz)
         dx, dy, dz = rx - ox, ry - oy, rz - oz

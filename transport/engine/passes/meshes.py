@@ -223,7 +223,7 @@ def next_facet(
 def meet_mesh(b, table, first, live):
     """Intersect rays with an acting mesh; keep the facet if it is the nearest surface ahead.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `footing`; updates `distance`; writes
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `own_facet`; updates `distance`; writes
     `hit`, `facet`.
     """
     nodes, places = (
@@ -238,7 +238,7 @@ def meet_mesh(b, table, first, live):
             x, y, z, ux, uy, uz, start = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.start[k]
             own, side = -1, 0.0
             if (b.sheet[k] & STANDING_SHEET_MASK) == sheet:
-                own = b.footing[k]
+                own = b.own_facet[k]
                 at = 3 * own
                 if b.sheet[k] >> PASSED_SHIFT == 0:  # still at its origin
                     side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
@@ -257,7 +257,7 @@ def cover_mesh(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `footing`, `crossed`; updates
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `own_facet`, `passed_facet`; updates
     `distance`, `hit`; writes `facet`.
     """
     nodes, places = (
@@ -273,10 +273,10 @@ def cover_mesh(b, table, first, live):
         elif b.weight[k] != 0.0:
             # Which facets at the current distance have been crossed already.
             passed = b.sheet[k] >> PASSED_SHIFT
-            own = b.footing[k] if (b.sheet[k] & STANDING_SHEET_MASK) == sheet else -1
+            own = b.own_facet[k] if (b.sheet[k] & STANDING_SHEET_MASK) == sheet else -1
             last = NONE_AT_START
             if (passed != 0) & (passed <= sheet):
-                last = b.crossed[k] if passed == sheet else -1
+                last = b.passed_facet[k] if passed == sheet else -1
             start = b.start[k]
             found, t = next_facet(
                 table, nodes, places, faces, normals, b.listed, b.rx, b.x[k], b.y[k], b.z[k],
@@ -293,7 +293,7 @@ def land_on_facet(b, table, first, live):
 
     The facet of an acting mesh becomes the lane's `footing`, that of a transparent detector its `crossed`.
 
-    Fields: reads `weight`, `sheet`, `hit`, `facet`; updates `x, y, z`; writes `footing`, `crossed`,
+    Fields: reads `weight`, `sheet`, `hit`, `facet`; updates `x, y, z`; writes `own_facet`, `passed_facet`,
     `nx, ny, nz`.
     """
     sheets = view(table.rows, table.count, MESHED_SHEET)
@@ -312,9 +312,9 @@ def land_on_facet(b, table, first, live):
             b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
             acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
             if acts:
-                b.footing[k] = b.facet[k]
+                b.own_facet[k] = b.facet[k]
             else:
-                b.crossed[k] = b.facet[k]
+                b.passed_facet[k] = b.facet[k]
     return live
 
 
@@ -322,7 +322,7 @@ def land_on_facet(b, table, first, live):
 def born_on_mesh(b, table, first, live):
     """Sample a point uniformly on a mesh: a facet by its area, then a point uniform on it.
 
-    Fields: reads `history`; writes `x, y, z`, `footing`, `facet`, `nx, ny, nz`.
+    Fields: reads `history`; writes `x, y, z`, `own_facet`, `facet`, `nx, ny, nz`.
     """
     places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
@@ -347,5 +347,5 @@ def born_on_mesh(b, table, first, live):
         b.z[k] = p * places[i + 2] + q * places[j + 2] + r * places[m + 2]
         b.nx[k], b.ny[k] = side * normals[3 * found], side * normals[3 * found + 1]
         b.nz[k] = side * normals[3 * found + 2]
-        b.footing[k], b.facet[k] = found, found
+        b.own_facet[k], b.facet[k] = found, found
     return live

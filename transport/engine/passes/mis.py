@@ -34,11 +34,11 @@ def record_pdf_at_births(b, table, first, live):
 
     0 if no next-event ray was cast.
 
-    Fields: reads `x, y, z`; writes `told`, `ex, ey, ez`.
+    Fields: reads `x, y, z`; writes `mis_pdf`, `ex, ey, ez`.
     """
     peak = table.peak
     for k in range(first, live):
-        b.told[k], b.ex[k], b.ey[k], b.ez[k] = peak, b.x[k], b.y[k], b.z[k]
+        b.mis_pdf[k], b.ex[k], b.ey[k], b.ez[k] = peak, b.x[k], b.y[k], b.z[k]
     return live
 
 
@@ -48,14 +48,14 @@ def record_pdf_at_walls(b, table, first, live):
 
     0 at mirrors, glass and lenses, whose directions no ray can sample.
 
-    Fields: reads `x, y, z`, `hit`; updates `told`, `ex, ey, ez`.
+    Fields: reads `x, y, z`, `hit`; updates `mis_pdf`, `ex, ey, ez`.
     """
     peak = table.peak
     for k in range(first, live):
         acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
         is_diffuse = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
-        now, before = peak if is_diffuse else 0.0, b.told[k]
-        b.told[k] = now if acts else before
+        now, before = peak if is_diffuse else 0.0, b.mis_pdf[k]
+        b.mis_pdf[k] = now if acts else before
         b.ex[k], b.ey[k], b.ez[k] = either(acts, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
     return live
 
@@ -64,12 +64,12 @@ def record_pdf_at_walls(b, table, first, live):
 def record_pdf_at_collisions(b, table, first, live):
     """Record the same at collisions.
 
-    Fields: reads `x, y, z`, `collides`; updates `told`, `ex, ey, ez`.
+    Fields: reads `x, y, z`, `collides`; updates `mis_pdf`, `ex, ey, ez`.
     """
     peak = table.peak
     for k in range(first, live):
-        here, before = b.collides[k] != 0, b.told[k]
-        b.told[k] = peak if here else before
+        here, before = b.collides[k] != 0, b.mis_pdf[k]
+        b.mis_pdf[k] = peak if here else before
         b.ex[k], b.ey[k], b.ez[k] = either(here, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
     return live
 
@@ -78,10 +78,10 @@ def record_pdf_at_collisions(b, table, first, live):
 def save_weight(b, table, first, live):
     """Save the full weight.
 
-    Fields: reads `weight`; writes `kept`.
+    Fields: reads `weight`; writes `full_weight`.
     """
     for k in range(first, live):
-        b.kept[k] = b.weight[k]
+        b.full_weight[k] = b.weight[k]
     return live
 
 
@@ -89,12 +89,12 @@ def save_weight(b, table, first, live):
 def apply_mis_weight(b, table, first, live):
     """Multiply the weight by the MIS share of flights, at one detector that next-event rays score too.
 
-    Fields: reads `x, y, z`, `hit`, `told`, `ex, ey, ez`; updates `weight`.
+    Fields: reads `x, y, z`, `hit`, `mis_pdf`, `ex, ey, ez`; updates `weight`.
     """
     cx, cy, cz, area, sheet = table.cx, table.cy, table.cz, table.area, table.sheet
     is_pure, is_ball, passing = table.how == 1, table.how == 3, table.passing != 0
     for k in range(first, live):
-        acts, peak, weight = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0, b.told[k], b.weight[k]
+        acts, peak, weight = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0, b.mis_pdf[k], b.weight[k]
         px, py, pz = either(is_ball, cx, cy, cz, b.x[k], b.y[k], b.z[k])
         rx, ry, rz = px - b.ex[k], py - b.ey[k], pz - b.ez[k]
         share = 0.0 if is_pure else flights_share(rx * rx + ry * ry + rz * rz, area, peak)
@@ -107,10 +107,10 @@ def apply_mis_weight(b, table, first, live):
 def restore_weight(b, table, first, live):
     """Restore the full weight.
 
-    Fields: reads `kept`; writes `weight`.
+    Fields: reads `full_weight`; writes `weight`.
     """
     for k in range(first, live):
-        b.weight[k] = b.kept[k]
+        b.weight[k] = b.full_weight[k]
     return live
 
 
@@ -118,7 +118,7 @@ def restore_weight(b, table, first, live):
 def count_in_guard(b, table, first, live):
     """Count flights through a ball around a detector that have no next-event ray, by sheet of origin.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `distance`, `told`; updates `score`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `distance`, `mis_pdf`; updates `score`.
     """
     cx, cy, cz, radius2, begin = table.cx, table.cy, table.cz, table.radius2, table.first
     counts, n = view(b.sizes, table.cells, np.int64), 0
@@ -129,7 +129,7 @@ def count_in_guard(b, table, first, live):
         along = b.start[k] if along < b.start[k] else along
         along = b.distance[k] if along > b.distance[k] else along
         dx, dy, dz = rx - along * b.ux[k], ry - along * b.uy[k], rz - along * b.uz[k]
-        is_told = (b.told[k] != 0.0) | (b.weight[k] == 0.0)
+        is_told = (b.mis_pdf[k] != 0.0) | (b.weight[k] == 0.0)
         b.score[k] = math.inf if is_told else dx * dx + dy * dy + dz * dz
     # List the flights within the ball, and count them by sheet.
     for k in range(first, live):

@@ -135,14 +135,14 @@ def connect_to_flat(b, table, first, live):
 
     No contribution to a detector in the sheet that the lane stands on.
 
-    Fields: reads `x, y, z`, `sheet`, `start`, `sx, sy, sz`; writes `vx, vy, vz`, `score`, `onset`.
+    Fields: reads `x, y, z`, `sheet`, `start`, `sx, sy, sz`; writes `vx, vy, vz`, `score`, `ray_start`.
     """
     nx, ny, nz, sheet = table.nx, table.ny, table.nz, table.sheet
     area, sharing = table.area, table.sharing
     for k in range(first, live):
         vx, vy, vz, r = direction_to(b.x[k], b.y[k], b.z[k], b.sx[k], b.sy[k], b.sz[k])
         brings = flat_connection(r * r, area, abs(vx * nx + vy * ny + vz * nz), sharing)
-        b.vx[k], b.vy[k], b.vz[k], b.onset[k] = vx, vy, vz, b.start[k] - r
+        b.vx[k], b.vy[k], b.vz[k], b.ray_start[k] = vx, vy, vz, b.start[k] - r
         b.score[k] = brings if (b.sheet[k] & STANDING_SHEET_MASK) != sheet else 0.0
     return live
 
@@ -153,7 +153,7 @@ def connect_to_ball(b, table, first, live):
 
     The ray's parameter is 0 at its closest point to the centre, if that is ahead.
 
-    Fields: reads `x, y, z`, `start`, `p0`, `p1`; writes `sx, sy, sz`, `vx, vy, vz`, `score`, `onset`.
+    Fields: reads `x, y, z`, `start`, `p0`, `p1`; writes `sx, sy, sz`, `vx, vy, vz`, `score`, `ray_start`.
     """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.half_w
     area, sharing = table.area, table.sharing
@@ -173,7 +173,7 @@ def connect_to_ball(b, table, first, live):
         b.sx[k] = cx + depth * (cosine * ex - sine * axis_x) if ahead else b.x[k]
         b.sy[k] = cy + depth * (cosine * ey - sine * axis_y) if ahead else b.y[k]
         b.sz[k] = cz + depth * (cosine * ez - sine * axis_z) if ahead else b.z[k]
-        b.onset[k] = b.start[k] - (d * cosine if ahead else 0.0)
+        b.ray_start[k] = b.start[k] - (d * cosine if ahead else 0.0)
         b.vx[k] = cosine * axis_x + sine * ex
         b.vy[k] = cosine * axis_y + sine * ey
         b.vz[k] = cosine * axis_z + sine * ez
@@ -188,15 +188,15 @@ def connect_to_ball(b, table, first, live):
 def contribute_from_births(b, table, first, live):
     """Set the contribution of a birth: its weight times its pdf [sr^-1] in the ray's direction.
 
-    Fields: reads `weight`, `sheet`, `nx, ny, nz`, `vx, vy, vz`; updates `score`; writes `gap`, `density`,
-    `stands`, `tally`.
+    Fields: reads `weight`, `sheet`, `nx, ny, nz`, `vx, vy, vz`; updates `score`; writes `point_distance`, `pdf`,
+    `shadow_sheet`, `tally`.
     """
     isotropic, lambertian, scale, tally = table.isotropic, table.lambertian, table.scale, table.first
     for k in range(first, live):
         cosine = b.vx[k] * b.nx[k] + b.vy[k] * b.ny[k] + b.vz[k] * b.nz[k] if lambertian > 0.0 else 0.0
         b.score[k] *= scale * b.weight[k]
-        b.density[k] = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
-        b.gap[k], b.stands[k], b.tally[k] = math.inf, b.sheet[k], tally
+        b.pdf[k] = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
+        b.point_distance[k], b.shadow_sheet[k], b.tally[k] = math.inf, b.sheet[k], tally
     return live
 
 
@@ -204,8 +204,8 @@ def contribute_from_births(b, table, first, live):
 def contribute_from_walls(b, table, first, live):
     """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1].
 
-    Fields: reads `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`, `vx, vy, vz`; updates `score`; writes `gap`,
-    `density`, `stands`, `tally`.
+    Fields: reads `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`, `vx, vy, vz`; updates `score`; writes `point_distance`,
+    `pdf`, `shadow_sheet`, `tally`.
     """
     scale, tally = table.scale, table.first
     for k in range(first, live):
@@ -213,8 +213,8 @@ def contribute_from_walls(b, table, first, live):
         cosine = side * (b.vx[k] * b.nx[k] + b.vy[k] * b.ny[k] + b.vz[k] * b.nz[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
         b.score[k] *= scale * b.weight[k] if here & (cosine > 0.0) else 0.0
-        b.density[k] = INVERSE_PI * cosine
-        b.gap[k], b.stands[k], b.tally[k] = math.inf, b.sheet[k] & STANDING_SHEET_MASK, tally
+        b.pdf[k] = INVERSE_PI * cosine
+        b.point_distance[k], b.shadow_sheet[k], b.tally[k] = math.inf, b.sheet[k] & STANDING_SHEET_MASK, tally
     return live
 
 
@@ -224,15 +224,15 @@ def contribute_from_collisions(b, table, first, live):
 
     Pdfs of phase functions are added next, none for lanes without collision.
 
-    Fields: reads `ux, uy, uz`, `weight`, `vx, vy, vz`; updates `score`; writes `gap`, `bent`, `density`,
-    `stands`, `tally`.
+    Fields: reads `ux, uy, uz`, `weight`, `vx, vy, vz`; updates `score`; writes `point_distance`, `scatter_cosine`, `pdf`,
+    `shadow_sheet`, `tally`.
     """
     scale, tally = table.scale, table.first
     for k in range(first, live):
-        b.bent[k] = b.ux[k] * b.vx[k] + b.uy[k] * b.vy[k] + b.uz[k] * b.vz[k]
+        b.scatter_cosine[k] = b.ux[k] * b.vx[k] + b.uy[k] * b.vy[k] + b.uz[k] * b.vz[k]
         b.score[k] *= scale * b.weight[k]
-        b.density[k] = 0.0
-        b.gap[k], b.stands[k], b.tally[k] = math.inf, 0, tally
+        b.pdf[k] = 0.0
+        b.point_distance[k], b.shadow_sheet[k], b.tally[k] = math.inf, 0, tally
     return live
 
 
@@ -260,10 +260,12 @@ def end_missed_rays(b, table, first, live):
 def ignore_other_detectors(b, table, first, live):
     """Ignore detectors other than the one that the ray was cast to.
 
-    Fields: reads `tally`; updates `look`.
+    Fields: reads `tally`; updates `detector_word`.
     """
     for k in range(first, live):
-        b.look[k] = b.look[k] if (b.look[k] & DETECTOR_BASE_MASK) == b.tally[k] else 0
+        b.detector_word[k] = (
+            b.detector_word[k] if (b.detector_word[k] & DETECTOR_BASE_MASK) == b.tally[k] else 0
+        )
     return live
 
 
@@ -271,11 +273,11 @@ def ignore_other_detectors(b, table, first, live):
 def keep_transmitted(b, table, first, live):
     """Score departures only for rays that pass through; a ray at a wall does not depart.
 
-    Fields: reads `hit`; updates `look`.
+    Fields: reads `hit`; updates `detector_word`.
     """
     for k in range(first, live):
         passes = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0
-        b.look[k] = b.look[k] if passes else 0
+        b.detector_word[k] = b.detector_word[k] if passes else 0
     return live
 
 
@@ -283,11 +285,11 @@ def keep_transmitted(b, table, first, live):
 def count_target_crossings(b, table, first, live):
     """Count one crossing of its target off the `leg` of each ray.
 
-    Fields: reads `weight`, `hit`, `look`; updates `leg`, `scored`.
+    Fields: reads `weight`, `hit`, `detector_word`; updates `leg`, `scored`.
     """
     layer, passed = table.layer, 0
     for k in range(first, live):
-        there = (b.look[k] != 0) & (((b.hit[k] >> layer) & 1) != 0) & (b.weight[k] != 0.0)
+        there = (b.detector_word[k] != 0) & (((b.hit[k] >> layer) & 1) != 0) & (b.weight[k] != 0.0)
         passed += 1 if there else 0
         b.leg[k] -= 1 if there else 0
     b.scored += passed * SCORE_BOUND

@@ -48,7 +48,7 @@ def first_leg_from_births(b, table, first, live):
     """Cast the first leg from a birth: light that is scattered once.
 
     Fields: reads `x, y, z`, `weight`, `history`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`,
-    `gap`, `score`, `density`, `stands`, `tally`.
+    `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
@@ -63,10 +63,10 @@ def first_leg_from_births(b, table, first, live):
         vx, vy, vz, leg, inverse = sample_first_leg(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
         cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, leg
         b.score[k] = b.weight[k] * inverse
-        b.density[k] = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
-        b.stands[k], b.tally[k] = b.sheet[k], tally
+        b.pdf[k] = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
+        b.shadow_sheet[k], b.tally[k] = b.sheet[k], tally
     return live
 
 
@@ -75,7 +75,7 @@ def first_leg_along_beams(b, table, first, live):
     """Cast the first leg along a beam: a place on its line, sampled equiangularly.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `sheet`; writes `sx, sy, sz`, `vx, vy, vz`,
-    `gap`, `score`, `density`, `stands`, `tally`.
+    `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     seed_low, seed_high, batch, event = (
@@ -93,9 +93,9 @@ def first_leg_along_beams(b, table, first, live):
         least = math.sqrt(qx * qx + qy * qy + qz * qz)
         leg, inverse = sample_equiangular_beyond(least, -foot, uniform(w0, w1))
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = ux, uy, uz, leg
-        b.score[k], b.density[k] = b.weight[k] * inverse, 1.0
-        b.stands[k], b.tally[k] = b.sheet[k], tally
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = ux, uy, uz, leg
+        b.score[k], b.pdf[k] = b.weight[k] * inverse, 1.0
+        b.shadow_sheet[k], b.tally[k] = b.sheet[k], tally
     return live
 
 
@@ -103,11 +103,11 @@ def first_leg_along_beams(b, table, first, live):
 def find_phase_at_collisions(b, table, first, live):
     """Set the number of the phase function of the medium that a lane collides in; 0 without a collision.
 
-    Fields: reads `medium`, `collides`; writes `law`.
+    Fields: reads `medium`, `collides`; writes `phase_number`.
     """
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):
-        b.law[k] = rows[b.medium[k]].phase if b.collides[k] != 0 else 0
+        b.phase_number[k] = rows[b.medium[k]].phase if b.collides[k] != 0 else 0
     return live
 
 
@@ -115,8 +115,8 @@ def find_phase_at_collisions(b, table, first, live):
 def first_leg_from_collisions(b, table, first, live):
     """Cast the first leg from a collision: light that is scattered once more.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `law`; writes `sx, sy, sz`,
-    `vx, vy, vz`, `gap`, `score`, `bent`, `density`, `stands`, `tally`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `phase_number`; writes `sx, sy, sz`,
+    `vx, vy, vz`, `point_distance`, `score`, `scatter_cosine`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     seed_low, seed_high, batch, number = (
@@ -130,10 +130,10 @@ def first_leg_from_collisions(b, table, first, live):
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
         vx, vy, vz, leg, inverse = sample_first_leg(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
-        b.bent[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz
-        b.score[k] = b.weight[k] * inverse if b.law[k] != 0 else 0.0
-        b.density[k], b.stands[k], b.tally[k] = 0.0, 0, tally
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, leg
+        b.scatter_cosine[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz
+        b.score[k] = b.weight[k] * inverse if b.phase_number[k] != 0 else 0.0
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 0.0, 0, tally
     return live
 
 
@@ -142,7 +142,7 @@ def first_leg_from_walls(b, table, first, live):
     """Cast the first leg from a diffuse wall: light that is scattered once.
 
     Fields: reads `x, y, z`, `weight`, `history`, `event`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes
-    `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`, `tally`.
+    `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     seed_low, seed_high, batch, number = (
@@ -159,9 +159,9 @@ def first_leg_from_walls(b, table, first, live):
         cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, leg
         b.score[k] = b.weight[k] * inverse if here & (cosine > 0.0) else 0.0
-        b.density[k], b.stands[k], b.tally[k] = INVERSE_PI * cosine, b.sheet[k] & STANDING_SHEET_MASK, tally
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = INVERSE_PI * cosine, b.sheet[k] & STANDING_SHEET_MASK, tally
     return live
 
 
@@ -170,12 +170,12 @@ def turn_into_second_leg(b, table, first, live):
     """At the end of the first leg, in the medium around its point, turn a ray towards the point.
 
     Fields: reads `weight`, `distance`, `hit`, `medium`, `mfp`, `survival`, `leg`; updates `x, y, z`,
-    `ux, uy, uz`; writes `sheet`, `start`, `sx, sy, sz`, `gap`, `score`, `bent`, `density`, `law`.
+    `ux, uy, uz`; writes `sheet`, `start`, `sx, sy, sz`, `point_distance`, `score`, `scatter_cosine`, `pdf`, `phase_number`.
     """
     points, media = view(table.rows, table.count, POINT), view(table.others, table.other_count, MEDIA)
     turning = 0
     for k in range(first, live):  # no branch, so no misprediction
-        b.law[k] = 0
+        b.phase_number[k] = 0
         b.listed[turning] = k
         turning += 1 if (b.leg[k] != 0) & (b.hit[k] == 0) & (b.weight[k] != 0.0) else 0
     # Direction to the point, scattering angle and coefficient; pdfs of phase functions follow.
@@ -186,13 +186,13 @@ def turn_into_second_leg(b, table, first, live):
         x, y, z = b.x[k] + way * b.ux[k], b.y[k] + way * b.uy[k], b.z[k] + way * b.uz[k]
         vx, vy, vz, r = direction_to(x, y, z, point.x, point.y, point.z)
         sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
-        b.bent[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz
-        b.law[k] = media[medium].phase if here else 0
+        b.scatter_cosine[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz
+        b.phase_number[k] = media[medium].phase if here else 0
         b.score[k] = sigma_s if here else 0.0
-        b.density[k] = 0.0
+        b.pdf[k] = 0.0
         b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k] = x, y, z, vx, vy, vz
         b.sx[k], b.sy[k], b.sz[k] = x, y, z
-        b.gap[k], b.start[k], b.sheet[k] = r, 0.0, 0
+        b.point_distance[k], b.start[k], b.sheet[k] = r, 0.0, 0
     return live
 
 
@@ -200,11 +200,11 @@ def turn_into_second_leg(b, table, first, live):
 def start_second_leg(b, table, first, live):
     """Start the second leg with the weight that is scattered into it.
 
-    Fields: reads `hit`, `score`, `density`; updates `weight`, `leg`.
+    Fields: reads `hit`, `score`, `pdf`; updates `weight`, `leg`.
     """
     for k in range(first, live):
         turns = (b.leg[k] != 0) & (b.hit[k] == 0)
-        score = b.score[k] * b.density[k]
+        score = b.score[k] * b.pdf[k]
         after = b.weight[k] * score if score > 0.0 else 0.0
         b.weight[k] = after if turns else b.weight[k]
         b.leg[k] = 0 if turns else b.leg[k]

@@ -36,18 +36,18 @@ def look_up_optics(b, table, first, live):
 
     The gather is a pass of its own because it would slow down a longer loop.
 
-    Fields: reads `hit`, `mu`; writes `ratio`, `before`, `behind`, `excess`, `roughness`, `through`.
+    Fields: reads `hit`, `mu`; writes `ratio`, `index_before`, `index_behind`, `excess`, `roughness`, `transmitted`.
     """
     rows = view(table.rows, table.count, OPTICS)
     for k in range(first, live):
         row = rows[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
         enters = row.side * b.mu[k] < 0.0
-        b.before[k] = row.outside if enters else row.inside
-        b.behind[k] = row.inside if enters else row.outside
+        b.index_before[k] = row.outside if enters else row.inside
+        b.index_behind[k] = row.inside if enters else row.outside
         b.ratio[k] = row.ratio if enters else 1.0 / row.ratio
         b.excess[k] = row.excess if enters else -row.excess / (row.ratio * row.ratio)
         b.roughness[k] = row.roughness
-        b.through[k] = row.through
+        b.transmitted[k] = row.through
     return live
 
 
@@ -57,14 +57,14 @@ def sample_transmission(b, table, first, live):
 
     The uniform u0 is rescaled within its subinterval and reused.
 
-    Fields: updates `through`, `u0`.
+    Fields: updates `transmitted`, `u0`.
     """
     for k in range(first, live):
-        u, share = b.u0[k], b.through[k]
+        u, share = b.u0[k], b.transmitted[k]
         passes = u < share
         fresh = u / share if passes else (u - share) / (1.0 - share)
         b.u0[k] = fresh if fresh < 1.0 else 0.0
-        b.through[k] = 1.0 if passes else 0.0
+        b.transmitted[k] = 1.0 if passes else 0.0
     return live
 
 
@@ -72,11 +72,11 @@ def sample_transmission(b, table, first, live):
 def transmit(b, table, first, live):
     """Transmit: mirror the reflected direction at the surface's plane, for lanes whose `through` is 1.
 
-    Fields: reads `nx, ny, nz`, `through`; updates `ux, uy, uz`, `mu`.
+    Fields: reads `nx, ny, nz`, `transmitted`; updates `ux, uy, uz`, `mu`.
     """
     for k in range(first, live):
         ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
-        passes = b.through[k] == 1.0
+        passes = b.transmitted[k] == 1.0
         b.ux[k] = ux if passes else b.ux[k]
         b.uy[k] = uy if passes else b.uy[k]
         b.uz[k] = uz if passes else b.uz[k]
@@ -92,7 +92,7 @@ def refract(b, table, first, live):
     is not in. It then goes straight on, so that no medium is mistaken for another. Elsewhere such a
     contradiction is a fault of the scene, and is counted in the ledger.
 
-    Fields: reads `weight`, `hit`, `nx, ny, nz`, `ratio`, `before`, `behind`, `excess`, `u0`; updates
+    Fields: reads `weight`, `hit`, `nx, ny, nz`, `ratio`, `index_before`, `index_behind`, `excess`, `u0`; updates
     `ux, uy, uz`, `index`, `mu`.
     """
     astray = 0
@@ -106,7 +106,7 @@ def refract(b, table, first, live):
         # Choose, and detect lanes that arrive from a medium other than theirs.
         back = b.u0[k] < reflectance
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIELECTRIC
-        is_wrong = here & (b.index[k] != 0.0) & (b.index[k] != b.before[k])
+        is_wrong = here & (b.index[k] != 0.0) & (b.index[k] != b.index_before[k])
         is_edge = (b.hit[k] & EDGE) != 0
         here &= not (is_wrong & is_edge)
         astray += 1 if is_wrong & (not is_edge) & (b.weight[k] != 0.0) else 0
@@ -114,7 +114,7 @@ def refract(b, table, first, live):
         b.ux[k], b.uy[k], b.uz[k] = vx if here else ux, vy if here else uy, vz if here else uz
         left = flip * cosine if back else -flip * g / ratio
         b.mu[k] = left if here else mu
-        b.index[k] = (b.before[k] if back else b.behind[k]) if here else b.index[k]
+        b.index[k] = (b.index_before[k] if back else b.index_behind[k]) if here else b.index[k]
     view(b.ledger, b.ledger_words, np.int64)[4 * LOST + 3] += astray
     return live
 

@@ -60,8 +60,8 @@ def direction_to(x, y, z, px, py, pz):
 def cast_from_births(b, table, first, live):
     """Cast a shadow ray from each birth: weight times intensity per weight [sr^-1] over squared distance.
 
-    Fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`,
-    `score`, `density`, `stands`, `tally`.
+    Fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`,
+    `score`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
@@ -70,9 +70,9 @@ def cast_from_births(b, table, first, live):
         cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
         density = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, r
         b.score[k] = b.weight[k] * density / (r * r) if r > 0.0 else 0.0
-        b.density[k], b.stands[k], b.tally[k] = 1.0, b.sheet[k], tally
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, b.sheet[k], tally
     return live
 
 
@@ -83,7 +83,7 @@ def cast_from_box(b, table, first, live):
     Samples an isotropic line through the point and a uniform place in the box on it: the factor 1/r^2 is
     sampled rather than weighted.
 
-    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`,
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`, `shadow_sheet`,
     `tally`.
     """
     px, py, pz = table.x, table.y, table.z
@@ -107,9 +107,9 @@ def cast_from_box(b, table, first, live):
         way = far - near if near < far else 0.0
         s = near + short_uniform(w3) * way if near < far else 1.0
         b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = -ux, -uy, -uz, s
         b.score[k] = b.weight[k] * way * scale
-        b.density[k], b.stands[k], b.tally[k] = 1.0, 0, tally
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, 0, tally
     return live
 
 
@@ -117,7 +117,7 @@ def cast_from_box(b, table, first, live):
 def cast_from_sphere(b, table, first, live):
     """The same for a ball; the chord is computed from its point nearest to the centre.
 
-    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`,
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`, `shadow_sheet`,
     `tally`.
     """
     px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
@@ -140,9 +140,9 @@ def cast_from_sphere(b, table, first, live):
         way = far - near if near < far else 0.0
         s = near + short_uniform(w3) * way if near < far else 1.0
         b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = -ux, -uy, -uz, s
         b.score[k] = b.weight[k] * way * scale
-        b.density[k], b.stands[k], b.tally[k] = 1.0, 0, tally
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, 0, tally
     return live
 
 
@@ -150,11 +150,11 @@ def cast_from_sphere(b, table, first, live):
 def find_phase_of_flights(b, table, first, live):
     """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly.
 
-    Fields: reads `medium`, `flies`; writes `law`.
+    Fields: reads `medium`, `flies`; writes `phase_number`.
     """
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):
-        b.law[k] = rows[b.medium[k]].phase if b.flies[k] != 0 else 0
+        b.phase_number[k] = rows[b.medium[k]].phase if b.flies[k] != 0 else 0
     return live
 
 
@@ -166,8 +166,8 @@ def cast_from_flights(b, table, first, live):
     weighted. In voxels the coefficient is not known yet: the score stays negative until `scale_by_grid_scattering`.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `start`, `distance`, `medium`, `mfp`,
-    `sigma_a`, `survival`, `flies`, `law`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `bent`,
-    `density`, `stands`, `tally`.
+    `sigma_a`, `survival`, `flies`, `phase_number`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `scatter_cosine`,
+    `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
     seed_low, seed_high, batch, number = (
@@ -186,7 +186,7 @@ def cast_from_flights(b, table, first, live):
         qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
         least = math.sqrt(qx * qx + qy * qy + qz * qz)
         start, end, mfp = b.start[k] + COLLISION_CLEARANCE, b.distance[k] - COLLISION_CLEARANCE, b.mfp[k]
-        flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.law[k] != 0) & (b.medium[k] != medium)
+        flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.phase_number[k] != 0) & (b.medium[k] != medium)
         flies &= (start < end) & (end < math.inf)
         # Sample the place; `inverse` is one over (pdf times r^2).
         place, inverse = sample_equiangular(
@@ -198,10 +198,10 @@ def cast_from_flights(b, table, first, live):
         sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
         score = b.weight[k] * exp_negative(-b.sigma_a[k] * (t - b.start[k])) * sigma_s * inverse
         b.sx[k], b.sy[k], b.sz[k] = sx, sy, sz
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
-        b.bent[k] = ux * vx + uy * vy + uz * vz
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, r
+        b.scatter_cosine[k] = ux * vx + uy * vy + uz * vz
         b.score[k] = score if flies else 0.0
-        b.density[k], b.stands[k], b.tally[k] = 0.0, 0, tally
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 0.0, 0, tally
     return live
 
 
@@ -210,7 +210,7 @@ def cast_from_walls(b, table, first, live):
     """Cast a shadow ray from diffuse walls: weight reflected or transmitted times cosine/(pi r^2).
 
     Fields: reads `x, y, z`, `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes `sx, sy, sz`, `vx, vy, vz`,
-    `gap`, `score`, `density`, `stands`, `tally`.
+    `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     for k in range(first, live):
@@ -219,9 +219,9 @@ def cast_from_walls(b, table, first, live):
         cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
-        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
+        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, r
         b.score[k] = b.weight[k] * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
-        b.density[k], b.stands[k], b.tally[k] = 1.0, b.sheet[k] & STANDING_SHEET_MASK, tally
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, b.sheet[k] & STANDING_SHEET_MASK, tally
     return live
 
 
@@ -231,15 +231,15 @@ def list_shadow_rays(b, table, first, live):
 
     The score becomes score times pdf.
 
-    Fields: reads `density`; updates `score`; writes `leg`, `cast`, `taken`.
+    Fields: reads `pdf`; updates `score`; writes `leg`, `rays_cast`, `rays_taken`.
     """
     cast, leg = 0, table.code
     for k in range(first, live):  # no branch, so no misprediction
-        score = b.score[k] * b.density[k]
+        score = b.score[k] * b.pdf[k]
         b.score[k], b.leg[k] = score, leg
         b.listed[cast] = k
         cast += 1 if score > 0.0 else 0
-    b.cast, b.taken = cast, 0
+    b.rays_cast, b.rays_taken = cast, 0
     return live
 
 
@@ -274,11 +274,11 @@ def scale_by_grid_scattering(b, table, first, live):
 def add_isotropic_pdf(b, table, first, live):
     """Add the pdf of isotropic scattering, share/(4 pi) [sr^-1].
 
-    Fields: reads `law`; updates `density`.
+    Fields: reads `phase_number`; updates `pdf`.
     """
     number, density = table.number, table.share * ISOTROPIC_PDF
     for k in range(first, live):
-        b.density[k] += density if b.law[k] == number else 0.0
+        b.pdf[k] += density if b.phase_number[k] == number else 0.0
     return live
 
 
@@ -286,12 +286,12 @@ def add_isotropic_pdf(b, table, first, live):
 def add_henyey_greenstein_pdf(b, table, first, live):
     """Add the pdf of the phase function of Henyey and Greenstein [sr^-1].
 
-    Fields: reads `bent`, `law`; updates `density`.
+    Fields: reads `scatter_cosine`, `phase_number`; updates `pdf`.
     """
     number, share, g = table.number, table.share, table.g
     for k in range(first, live):
-        density = share * henyey_greenstein_density(g, b.bent[k])
-        b.density[k] += density if b.law[k] == number else 0.0
+        density = share * henyey_greenstein_density(g, b.scatter_cosine[k])
+        b.pdf[k] += density if b.phase_number[k] == number else 0.0
     return live
 
 
@@ -299,12 +299,12 @@ def add_henyey_greenstein_pdf(b, table, first, live):
 def add_rayleigh_pdf(b, table, first, live):
     """Add the pdf of Rayleigh's phase function [sr^-1].
 
-    Fields: reads `bent`, `law`; updates `density`.
+    Fields: reads `scatter_cosine`, `phase_number`; updates `pdf`.
     """
     number, share = table.number, table.share
     for k in range(first, live):
-        density = share * rayleigh_density(b.bent[k])
-        b.density[k] += density if b.law[k] == number else 0.0
+        density = share * rayleigh_density(b.scatter_cosine[k])
+        b.pdf[k] += density if b.phase_number[k] == number else 0.0
     return live
 
 
@@ -312,16 +312,16 @@ def add_rayleigh_pdf(b, table, first, live):
 def add_tabulated_pdf(b, table, first, live):
     """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1].
 
-    Fields: reads `score`, `bent`, `law`; updates `density`.
+    Fields: reads `score`, `scatter_cosine`, `phase_number`; updates `pdf`.
     """
     count = table.cells + 1
     cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)
     for k in range(first, live):
-        if (b.law[k] == table.number) & (b.score[k] != 0.0):
-            mu = min(1.0, max(-1.0, b.bent[k]))
+        if (b.phase_number[k] == table.number) & (b.score[k] != 0.0):
+            mu = min(1.0, max(-1.0, b.scatter_cosine[k]))
             j = find_cell(mu, table.cells, table.cosines)
             part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
-            b.density[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
+            b.pdf[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
     return live
 
 
@@ -343,11 +343,11 @@ def load_shadow_rays(b, table, first, live):
 
     Called with the bundle that casts; `table` maps words of its lanes to words of the shadow bundle.
 
-    Fields: updates `cast`, `taken`.
+    Fields: updates `rays_cast`, `rays_taken`.
     """
     moves = view(table.rows, table.count, WORD)
     here, there = view(b.address, WORDS, np.int64), view(b.shadow, WORDS, np.int64)
-    taken, cast, flying = b.taken, b.cast, 0
+    taken, cast, flying = b.rays_taken, b.rays_cast, 0
     for lane in range(LANES):
         if there[WEIGHT + lane] != 0:
             flying += 1
@@ -358,8 +358,8 @@ def load_shadow_rays(b, table, first, live):
                 there[moves[m].target + lane] = here[source + k] if source >= 0 else 0
             taken += 1
             flying += 1
-    b.taken = taken
-    b.cast = cast if taken < cast else 0
+    b.rays_taken = taken
+    b.rays_cast = cast if taken < cast else 0
     return flying
 
 
@@ -367,10 +367,10 @@ def load_shadow_rays(b, table, first, live):
 def reset_shadow_hit(b, table, first, live):
     """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes.
 
-    Fields: reads `weight`, `gap`; writes `distance`, `hit`.
+    Fields: reads `weight`, `point_distance`; writes `distance`, `hit`.
     """
     for k in range(first, live):
-        b.distance[k] = b.gap[k] if b.weight[k] != 0.0 else 0.0
+        b.distance[k] = b.point_distance[k] if b.weight[k] != 0.0 else 0.0
         b.hit[k] = 0
     return live
 

@@ -91,24 +91,24 @@ def record_snapshot(b, table, first, live):
     """Record the state of one in `stride` histories alive at the instant.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `time`, `speed`, `arrival`; updates
-    `recorded`.
+    `record_count`.
     """
     n, instant = 0, table.time
     for k in range(first, live):
         b.listed[n] = k
         n += 1 if (b.time[k] <= instant) & (instant < b.arrival[k]) & (b.weight[k] != 0.0) else 0
-    stride, phase = b.stride, b.phase
+    stride, phase = b.stride, b.record_phase
     for j in range(n):
         k = b.listed[j]
         if b.history[k] % stride == phase:
-            row = view(b.records + RECORD_BYTES * b.recorded, 1, RECORD)[0]
+            row = view(b.records + RECORD_BYTES * b.record_count, 1, RECORD)[0]
             speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
             way = b.start[k] + (instant - b.time[k]) * speed
             x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)
             row.x, row.y, row.z, row.vx, row.vy, row.vz = x, y, z, vx, vy, vz
             row.weight = b.weight[k]
             row.history, row.batch, row.snapshot = b.history[k], b.batch, table.number
-            b.recorded += 1
+            b.record_count += 1
     return live
 
 
@@ -121,18 +121,18 @@ SEGMENT_BYTES = PATH_SEGMENT.itemsize
 def record_tracks(b, table, first, live):
     """Record each flight of this round, after volumes.set_flight_end; without room it is only counted.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `distance`, `hit`, `reach`; updates
-    `walked`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `distance`, `hit`, `flight_end`; updates
+    `flight_count`.
     """
     for k in range(first, live):
-        if b.weight[k] != 0.0 and b.reach[k] > b.start[k]:
-            if b.walked < b.ways_room:
-                row = view(b.ways + SEGMENT_BYTES * b.walked, 1, PATH_SEGMENT)[0]
+        if b.weight[k] != 0.0 and b.flight_end[k] > b.start[k]:
+            if b.flight_count < b.tracks_capacity:
+                row = view(b.tracks + SEGMENT_BYTES * b.flight_count, 1, PATH_SEGMENT)[0]
                 row.x, row.y, row.z = b.x[k], b.y[k], b.z[k]
                 row.ux, row.uy, row.uz = b.ux[k], b.uy[k], b.uz[k]
-                row.start, row.reach, row.weight = b.start[k], b.reach[k], b.weight[k]
+                row.start, row.reach, row.weight = b.start[k], b.flight_end[k], b.weight[k]
                 row.history = b.history[k]
-                is_end = b.reach[k] == b.distance[k]
+                is_end = b.flight_end[k] == b.distance[k]
                 row.met = 1 if is_end and ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0 else 0
-            b.walked += 1
+            b.flight_count += 1
     return live

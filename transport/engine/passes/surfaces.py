@@ -173,7 +173,7 @@ def count_reflections(b, table, first, live):
 def kill_endless(b, table, first, live):
     """End a history of MAX_EVENTS events as lost: the scene confines light and absorbs none.
 
-    Fields: reads `event`; updates `weight`, `given_up`.
+    Fields: reads `event`; updates `weight`, `killed`.
     """
     any_endless = 0
     for k in range(first, live):
@@ -183,5 +183,5 @@ def kill_endless(b, table, first, live):
             if b.event[k] >= MAX_EVENTS and b.weight[k] != 0.0:
                 add_lost(b, b.weight[k])
                 b.weight[k] = 0.0
-                b.given_up += 1
+                b.killed += 1
     return live

@@ -143,7 +143,7 @@ def split_or_roulette(b, table, first, live):
 
 BANK_CAPACITY = 1 << 16  # capacity of a bank in copies
 HISTORY, WEIGHT, BIRTH, AHEAD = (
-    [name for name, _ in CARRIED].index(name) for name in ("history", "weight", "birth", "ahead")
+    [name for name, _ in CARRIED].index(name) for name in ("history", "weight", "birth", "forced_path")
 )
 FORCED = 1 << 20  # index of a copy whose collision is forced, beyond those of splitting
 COPY_BIT, HASH_MASK = 1 << 55, (1 << 55) - 1
@@ -181,14 +181,14 @@ def write_copy(b, fields, words, count, k, place):
 
     A full bank sets `overfull` and reuses the first row.
 
-    Fields: reads `history`, `event`; updates `banked`, `overfull`.
+    Fields: reads `history`, `event`; updates `banked`, `bank_overflow`.
     """
-    b.overfull |= 1 if b.banked >= b.bank_room else 0
-    row = view(b.bank + (0 if b.overfull != 0 else 8 * FIELDS * b.banked), FIELDS, np.int64)
+    b.bank_overflow |= 1 if b.banked >= b.bank_capacity else 0
+    row = view(b.bank + (0 if b.bank_overflow != 0 else 8 * FIELDS * b.banked), FIELDS, np.int64)
     for f in range(count):
         row[fields[f]] = words[CARRIED_WORDS + fields[f] * PITCH + k]
     row[HISTORY] = number_of_copy(b.history[k], b.event[k], place)
-    b.banked += 1 if b.overfull == 0 else 0
+    b.banked += 1 if b.bank_overflow == 0 else 0
     return row
 
 
@@ -196,7 +196,7 @@ def write_copy(b, fields, words, count, k, place):
 def bank_copies(b, table, first, live):
     """Put `copies` copies of each lane into the bank.
 
-    Fields: reads `history`, `event`; updates `copies`, `banked`, `overfull`.
+    Fields: reads `history`, `event`; updates `copies`, `banked`, `bank_overflow`.
     """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
@@ -212,18 +212,18 @@ def bank_copies(b, table, first, live):
 def bank_forced_copies(b, table, first, live):
     """Put the copies of force_collision into the bank, with a weight and a path of their own.
 
-    Fields: reads `weight`, `birth`, `history`, `event`, `caught`, `path`; updates `copies`, `banked`,
-    `overfull`.
+    Fields: reads `weight`, `birth`, `history`, `event`, `copy_weight`, `copy_path`; updates `copies`, `banked`,
+    `bank_overflow`.
     """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for j in range(list_copied_lanes(b, first, live)):
         k = b.listed[j]
         row = write_copy(b, fields, words, table.count, k, FORCED)
-        caught = b.caught[k]
+        caught = b.copy_weight[k]
         # Roulette treats the copy like the undivided particle.
         birth = caught * (b.birth[k] / (b.weight[k] + caught))
-        row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.path[k])
+        row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.copy_path[k])
         b.copies[k] = 0
     return live
 
@@ -257,10 +257,10 @@ UNCOLLIDED, FREE = -1.0, 0.0  # to be forced, not to be forced; a positive numbe
 def mark_uncollided(b, table, first, live):
     """Mark newborn lanes as not yet collided.
 
-    Fields: writes `ahead`.
+    Fields: writes `forced_path`.
     """
     for k in range(first, live):
-        b.ahead[k] = UNCOLLIDED
+        b.forced_path[k] = UNCOLLIDED
     return live
 
 
@@ -270,17 +270,17 @@ def sample_free_or_forced_path(b, table, first, live):
 
     Fresh lanes fly to the surface ahead, forced copies have their path.
 
-    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `ahead`; writes
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `forced_path`; writes
     `u0`, `u1`, `depth`, `flies`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
-        flies, ahead = is_flying(b.hit[k], b.distance[k], b.weight[k]), b.ahead[k]
+        flies, ahead = is_flying(b.hit[k], b.distance[k], b.weight[k]), b.forced_path[k]
         path = ahead if ahead > 0.0 else depth * b.mfp[k]
         path = math.inf if ahead == UNCOLLIDED else path
         b.distance[k] = b.start[k] + (path + 2.0 * COLLISION_CLEARANCE) if flies else b.distance[k]
-        b.ahead[k] = FREE if flies & (ahead > 0.0) else ahead
+        b.forced_path[k] = FREE if flies & (ahead > 0.0) else ahead
         b.depth[k] = depth
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
@@ -293,12 +293,12 @@ def force_collision(b, table, first, live):
 
     Without a surface ahead, the lane collides as sampled.
 
-    Fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `ahead`; writes `caught`,
-    `path`, `copies`.
+    Fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `forced_path`; writes `copy_weight`,
+    `copy_path`, `copies`.
     """
     total_high, total_low = 0, 0
     for k in range(first, live):
-        fresh = (b.flies[k] != 0) & (b.ahead[k] == UNCOLLIDED) & (b.mfp[k] < math.inf)
+        fresh = (b.flies[k] != 0) & (b.forced_path[k] == UNCOLLIDED) & (b.mfp[k] < math.inf)
         w, mfp = b.weight[k], b.mfp[k]
         way = b.distance[k] - b.start[k]
         ends = way < math.inf
@@ -313,13 +313,13 @@ def force_collision(b, table, first, live):
         rest_high, rest_low = limbs(rest)
         total_high += high - caught_high - rest_high if forced else 0
         total_low += low - caught_low - rest_low if forced else 0
-        b.caught[k] = caught if forced & (caught > 0.0) else 0.0
-        b.path[k] = path
+        b.copy_weight[k] = caught if forced & (caught > 0.0) else 0.0
+        b.copy_path[k] = path
         b.copies[k] = 1 if forced & (caught > 0.0) else 0
         b.weight[k] = rest if forced else w
         far = fresh & (not ends)
         b.distance[k] = b.start[k] + (b.depth[k] * mfp + 2.0 * COLLISION_CLEARANCE) if far else b.distance[k]
-        b.ahead[k] = FREE if far else b.ahead[k]
+        b.forced_path[k] = FREE if far else b.forced_path[k]
     add_to_ledger(b, ROULETTE, total_high, total_low)
     return live
 

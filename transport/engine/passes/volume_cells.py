@@ -246,22 +246,22 @@ def walk(b, table, k, bin, t, end, weight, fade, keep):
 def walk_through_cells(b, table, first, live):
     """Score the path through each cell of a volume detector.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `bin`, `lead`, `within`, `fade`,
-    `keep`; updates `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `bin`, `length_before`, `length_inside`, `path_absorption`,
+    `total_absorption`; updates `scored`.
     """
     n = 0
     for k in range(first, live):  # no branch, so no misprediction
         b.listed[n] = k
-        n += 1 if b.within[k] > 0.0 else 0
+        n += 1 if b.length_inside[k] > 0.0 else 0
     for item in range(n):
         k = b.listed[item]
         weight, fade, keep = b.weight[k], 0.0, 0.0
         if table.kept != 0:
-            fade, keep = b.fade[k], b.keep[k]
-            weight *= exp_negative(-fade * b.lead[k])
+            fade, keep = b.path_absorption[k], b.total_absorption[k]
+            weight *= exp_negative(-fade * b.length_before[k])
         bin = direction_bin(b, table, k)
-        t = b.start[k] + b.lead[k]
-        walk(b, table, k, bin, t, t + b.within[k], weight, fade, keep)
+        t = b.start[k] + b.length_before[k]
+        walk(b, table, k, bin, t, t + b.length_inside[k], weight, fade, keep)
     return live
 
 
@@ -271,19 +271,19 @@ def walk_through_grid(b, table, first, live):
 
     Later passes skip these lanes (`within` = 0).
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `lead`; updates
-    `within`, `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `length_before`; updates
+    `length_inside`, `scored`.
     """
     n, grid, volume = 0, table.grid, table.volume
     for k in range(first, live):
         b.listed[n] = k
-        n += 1 if (b.within[k] > 0.0) & (b.medium[k] == grid.medium) else 0
+        n += 1 if (b.length_inside[k] > 0.0) & (b.medium[k] == grid.medium) else 0
     absorption = view(grid.absorption, grid.absorption_count, np.float64)
     for item in range(n):
         k = b.listed[item]
-        weight, t, entry = b.weight[k], b.start[k], b.start[k] + b.lead[k]
-        end = entry + b.within[k]
-        b.within[k] = 0.0
+        weight, t, entry = b.weight[k], b.start[k], b.start[k] + b.length_before[k]
+        end = entry + b.length_inside[k]
+        b.length_inside[k] = 0.0
         bin = direction_bin(b, volume, k)
         vx, vy, vz = b.ux[k] * grid.per_x, b.uy[k] * grid.per_y, b.uz[k] * grid.per_z
         px, py = (b.x[k] - grid.cx) * grid.per_x, (b.y[k] - grid.cy) * grid.per_y
@@ -327,11 +327,11 @@ def walk_through_grid(b, table, first, live):
 def set_collision_paths(b, table, first, live):
     """Set mean free path (`within`) and total absorption coefficient (`keep`) at collisions.
 
-    Fields: reads `mfp`, `sigma_a`, `survival`; writes `within`, `keep`.
+    Fields: reads `mfp`, `sigma_a`, `survival`; writes `length_inside`, `total_absorption`.
     """
     for k in range(first, live):
-        b.within[k] = b.mfp[k]
-        b.keep[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
+        b.length_inside[k] = b.mfp[k]
+        b.total_absorption[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
     return live
 
 
@@ -339,7 +339,7 @@ def set_collision_paths(b, table, first, live):
 def set_collision_paths_in_grid(b, table, first, live):
     """The same in a grid, from the voxel of the collision.
 
-    Fields: reads `x, y, z`, `medium`, `collides`; writes `within`, `keep`.
+    Fields: reads `x, y, z`, `medium`, `collides`; writes `length_inside`, `total_absorption`.
     """
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
@@ -352,8 +352,8 @@ def set_collision_paths_in_grid(b, table, first, live):
             sigma = (
                 keep + scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
             )
-            b.within[k] = 1.0 / (sigma * table.length) if sigma > 0.0 else 0.0
-            b.keep[k] = keep * table.length
+            b.length_inside[k] = 1.0 / (sigma * table.length) if sigma > 0.0 else 0.0
+            b.total_absorption[k] = keep * table.length
     return live
 
 
@@ -361,7 +361,7 @@ def set_collision_paths_in_grid(b, table, first, live):
 def score_collisions_in_box(b, table, first, live):
     """Score weight times mean free path at each collision in a box (collision estimator).
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`; updates
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `length_inside`, `total_absorption`; updates
     `scored`.
     """
     n, hx, hy, hz = 0, table.hx, table.hy, table.hz
@@ -376,7 +376,7 @@ def score_collisions_in_box(b, table, first, live):
         m = number_along(b.z[k] - table.cz + hz, table.per_z, table.cells_z)
         bin = direction_bin(b, table, k)
         number = (i * table.cells_y + j) * table.cells_z + m
-        score_in_cell(b, table, k, number, bin, b.weight[k] * b.within[k], b.keep[k], 1)
+        score_in_cell(b, table, k, number, bin, b.weight[k] * b.length_inside[k], b.total_absorption[k], 1)
     return live
 
 
@@ -384,7 +384,7 @@ def score_collisions_in_box(b, table, first, live):
 def score_collisions_in_ball(b, table, first, live):
     """The same in the shells of a ball.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`; updates
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `length_inside`, `total_absorption`; updates
     `scored`.
     """
     n, radius = 0, table.hx
@@ -398,5 +398,5 @@ def score_collisions_in_ball(b, table, first, live):
         shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
         if shell >= 0:
             bin = direction_bin(b, table, k)
-            score_in_cell(b, table, k, shell, bin, b.weight[k] * b.within[k], b.keep[k], 1)
+            score_in_cell(b, table, k, shell, bin, b.weight[k] * b.length_inside[k], b.total_absorption[k], 1)
     return live

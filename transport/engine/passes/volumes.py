@@ -25,10 +25,10 @@ SCORE_BOUND = 1 << 28  # contribution to driver.MAX_SCORED, so that the low limb
 def set_flight_end(b, table, first, live):
     """Set the end of the flight to the next hit; ended lanes have none (-inf).
 
-    Fields: reads `weight`, `distance`; writes `reach`.
+    Fields: reads `weight`, `distance`; writes `flight_end`.
     """
     for k in range(first, live):
-        b.reach[k] = b.distance[k] if b.weight[k] != 0.0 else -math.inf
+        b.flight_end[k] = b.distance[k] if b.weight[k] != 0.0 else -math.inf
     return live
 
 
@@ -38,13 +38,13 @@ def set_flight_end_in_media(b, table, first, live):
 
     Also the absorption coefficient along the path, and the total one.
 
-    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `reach`, `fade`, `keep`.
+    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `flight_end`, `path_absorption`, `total_absorption`.
     """
     for k in range(first, live):
         flies = (b.flies[k] != 0) & (b.weight[k] != 0.0)
-        b.reach[k] = b.distance[k] if flies else -math.inf
-        b.fade[k] = b.sigma_a[k]
-        b.keep[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
+        b.flight_end[k] = b.distance[k] if flies else -math.inf
+        b.path_absorption[k] = b.sigma_a[k]
+        b.total_absorption[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
     return live
 
 
@@ -52,12 +52,12 @@ def set_flight_end_in_media(b, table, first, live):
 def limit_by_clock(b, table, first, live):
     """Limit the flight to the end of the clock, for one common speed.
 
-    Fields: reads `start`, `time`; updates `reach`.
+    Fields: reads `start`, `time`; updates `flight_end`.
     """
     slowness = table.slowness
     for k in range(first, live):
         last = b.start[k] + (1.0 - b.time[k]) / slowness
-        b.reach[k] = last if last < b.reach[k] else b.reach[k]
+        b.flight_end[k] = last if last < b.flight_end[k] else b.flight_end[k]
     return live
 
 
@@ -65,11 +65,11 @@ def limit_by_clock(b, table, first, live):
 def limit_by_clock_and_speed(b, table, first, live):
     """The same with the particle's own speed.
 
-    Fields: reads `start`, `time`, `speed`; updates `reach`.
+    Fields: reads `start`, `time`, `speed`; updates `flight_end`.
     """
     for k in range(first, live):
         last = b.start[k] + (1.0 - b.time[k]) * b.speed[k]
-        b.reach[k] = last if last < b.reach[k] else b.reach[k]
+        b.flight_end[k] = last if last < b.flight_end[k] else b.flight_end[k]
     return live
 
 
@@ -77,14 +77,14 @@ def limit_by_clock_and_speed(b, table, first, live):
 def limit_by_clock_in_media(b, table, first, live):
     """The same in media, where light slows down by the refractive index.
 
-    Fields: reads `start`, `time`, `speed`, `medium`; updates `reach`.
+    Fields: reads `start`, `time`, `speed`, `medium`; updates `flight_end`.
     """
     rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
     for k in range(first, live):
         pace = rows[b.medium[k]].index * slowness
         pace = 1.0 / b.speed[k] if has_speeds else pace
         last = b.start[k] + (1.0 - b.time[k]) / pace
-        b.reach[k] = last if last < b.reach[k] else b.reach[k]
+        b.flight_end[k] = last if last < b.flight_end[k] else b.flight_end[k]
     return live
 
 
@@ -103,14 +103,14 @@ def slab_crossings(o, u, half):
 def clip_to_box(b, table, first, live):
     """Find the flight's path length before a box and inside it, by slabs (Kay and Kajiya 1986).
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `flight_end`; writes `length_before`, `length_inside`.
     """
     cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz
     for k in range(first, live):
         near_x, far_x = slab_crossings(b.x[k] - cx, b.ux[k], hx)
         near_y, far_y = slab_crossings(b.y[k] - cy, b.uy[k], hy)
         near_z, far_z = slab_crossings(b.z[k] - cz, b.uz[k], hz)
-        start, near, far = b.start[k], b.start[k], b.reach[k]
+        start, near, far = b.start[k], b.start[k], b.flight_end[k]
         near = near_x if near_x > near else near
         near = near_y if near_y > near else near
         near = near_z if near_z > near else near
@@ -118,8 +118,8 @@ def clip_to_box(b, table, first, live):
         far = far_y if far_y < far else far
         far = far_z if far_z < far else far
         inside = near < far
-        b.lead[k] = near - start if inside else 0.0
-        b.within[k] = far - near if inside else 0.0
+        b.length_before[k] = near - start if inside else 0.0
+        b.length_inside[k] = far - near if inside else 0.0
     return live
 
 
@@ -127,7 +127,7 @@ def clip_to_box(b, table, first, live):
 def clip_to_ball(b, table, first, live):
     """The same for a ball, from the ray's point nearest to the centre, where the chord is symmetric.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `flight_end`; writes `length_before`, `length_inside`.
     """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.hx
     for k in range(first, live):
@@ -137,12 +137,12 @@ def clip_to_ball(b, table, first, live):
         q = math.sqrt(qx * qx + qy * qy + qz * qz)
         d = (radius - q) * (radius + q)
         half = math.sqrt(d if d > 0.0 else 0.0)
-        start, reach = b.start[k] + h, b.reach[k] + h
+        start, reach = b.start[k] + h, b.flight_end[k] + h
         near = start if start > -half else -half
         far = reach if reach < half else half
         inside = near < far
-        b.lead[k] = near - start if inside else 0.0
-        b.within[k] = far - near if inside else 0.0
+        b.length_before[k] = near - start if inside else 0.0
+        b.length_inside[k] = far - near if inside else 0.0
     return live
 
 
@@ -150,11 +150,11 @@ def clip_to_ball(b, table, first, live):
 def score_path(b, table, first, live):
     """Score weight times path length in a volume of one cell (track-length estimator).
 
-    Fields: reads `weight`, `history`, `within`; updates `scored`.
+    Fields: reads `weight`, `history`, `length_inside`; updates `scored`.
     """
     total_high, total_low, count, scale, salt = 0, 0, 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way = b.within[k]
+        way = b.length_inside[k]
         inside = way > 0.0
         chance = hashed_uniform(bits_of(way), salt + b.history[k])
         high, low = unbiased_limbs(b.weight[k] * way * scale if inside else 0.0, chance)
@@ -180,20 +180,20 @@ def mean_transmittance(depth):
 def score_path_in_media(b, table, first, live):
     """The same where media absorb: mean weight along the path times its length; also the absorbed weight.
 
-    Fields: reads `weight`, `history`, `lead`, `within`, `fade`, `keep`; updates `scored`.
+    Fields: reads `weight`, `history`, `length_before`, `length_inside`, `path_absorption`, `total_absorption`; updates `scored`.
     """
     total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
     salt = hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way, fade = b.within[k], b.fade[k]
+        way, fade = b.length_inside[k], b.path_absorption[k]
         inside = way > 0.0
         mean, _ = mean_transmittance(fade * way)
-        track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way if inside else 0.0
+        track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * way if inside else 0.0
         chance = hashed_uniform(bits_of(way), salt + b.history[k])
         high, low = unbiased_limbs(track * scale, chance)
         total_high += high
         total_low += low
-        high, low = unbiased_limbs(track * b.keep[k] if inside else 0.0, chance)
+        high, low = unbiased_limbs(track * b.total_absorption[k] if inside else 0.0, chance)
         kept_high += high
         kept_low += low
         count += 1 if way > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count

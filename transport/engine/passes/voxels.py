@@ -146,7 +146,7 @@ def cross_macro_cells(b, table, first, last):
 
     Returns the numbers of walks that try a collision, that go on (or try), and that pause.
 
-    Fields: reads `walk_end`, `walk_top`, `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`,
+    Fields: reads `walk_end`, `walk_majorant`, `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`,
     `walk_ix, walk_iy, walk_iz`; updates `walk_state`, `walk_turns`, `walk_t`, `walk_depth`,
     `walk_i, walk_j, walk_m`; writes `walk_cell`.
     """
@@ -154,7 +154,7 @@ def cross_macro_cells(b, table, first, last):
     my, mz = table.my, table.mz
     for k in range(first, last):
         i, j, m, t, end = b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_t[k], b.walk_end[k]
-        state, top, depth, turns = b.walk_state[k], b.walk_top[k], b.walk_depth[k], b.walk_turns[k]
+        state, top, depth, turns = b.walk_state[k], b.walk_majorant[k], b.walk_depth[k], b.walk_turns[k]
         up_x, up_y, up_z = b.walk_vx[k] >= 0.0, b.walk_vy[k] >= 0.0, b.walk_vz[k] >= 0.0
         # Distance at which the walk leaves its macro cell.
         t_x = (i + (1.0 if up_x else 0.0) - b.walk_px[k]) * b.walk_ix[k]
@@ -197,8 +197,8 @@ def find_voxels(b, table, first, last):
     Few need it where extinction hardly varies within a macro cell: below `sure` a collision is real in any
     case.
 
-    Fields: reads `walk_state`, `walk_chance`, `walk_t`, `walk_i, walk_j, walk_m`,
-    `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`, `sure`; writes `voxel`, `open`.
+    Fields: reads `walk_state`, `walk_uniform`, `walk_t`, `walk_i, walk_j, walk_m`,
+    `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`, `sure_probability`; writes `voxel`, `lookup_voxel`.
     """
     block = table.block * 1.0
     nx, ny, nz = table.nx * 1.0, table.ny * 1.0, table.nz * 1.0
@@ -208,9 +208,11 @@ def find_voxels(b, table, first, last):
         y = voxel_along(b.walk_py[k] + t * b.walk_vy[k], b.walk_j[k], block, ny)
         z = voxel_along(b.walk_pz[k] + t * b.walk_vz[k], b.walk_m[k], block, nz)
         voxel = (x * ny + y) * nz + z
-        is_open = 1.0 if (b.walk_state[k] == TENTATIVE) & (b.walk_chance[k] >= b.sure[k]) else 0.0
+        is_open = (
+            1.0 if (b.walk_state[k] == TENTATIVE) & (b.walk_uniform[k] >= b.sure_probability[k]) else 0.0
+        )
         b.voxel[k] = int64(voxel)
-        b.open[k] = int64(voxel * is_open)
+        b.lookup_voxel[k] = int64(voxel * is_open)
 
 
 @device
@@ -220,18 +222,23 @@ def accept_by_levels(b, first, last):
     Returns the numbers of real, rejected and undecided collisions. The uniform is rescaled within its
     subinterval and reused.
 
-    Fields: reads `sure`, `level`; updates `walk_state`, `walk_chance`.
+    Fields: reads `sure_probability`, `level`; updates `walk_state`, `walk_uniform`.
     """
     real, rejected, unsure = 0, 0, 0
     for k in range(first, last):
-        state, chance, sure, level = b.walk_state[k], b.walk_chance[k], b.sure[k], b.level[k] * 1.0
+        state, chance, sure, level = (
+            b.walk_state[k],
+            b.walk_uniform[k],
+            b.sure_probability[k],
+            b.level[k] * 1.0,
+        )
         at, is_sure = chance * LEVELS, chance < sure
         new = COLLIDED if is_sure | (at < level) else (UNDECIDED if at < level + 1.0 else REJECTED)
         new = new if state == TENTATIVE else state
         low, high = 0.0 if is_sure else sure, sure if is_sure else level * (1.0 / LEVELS)
         fresh = (chance - low) / (high - low)
         fresh = fresh if fresh < BELOW_ONE else BELOW_ONE
-        b.walk_chance[k] = fresh if new == COLLIDED else chance
+        b.walk_uniform[k] = fresh if new == COLLIDED else chance
         b.walk_state[k] = new
         real += 1 if new == COLLIDED else 0
         rejected += 1 if new == REJECTED else 0
@@ -243,15 +250,15 @@ def accept_by_levels(b, first, last):
 def accept_exactly(b, k, extinction):
     """Decide an undecided collision by the extinction itself [1/scene lengths]; returns 1 if it is real.
 
-    Fields: reads `walk_top`, `sure`, `level`; updates `walk_chance`; writes `walk_state`.
+    Fields: reads `walk_majorant`, `sure_probability`, `level`; updates `walk_uniform`; writes `walk_state`.
     """
-    chance, share = b.walk_chance[k], extinction / b.walk_top[k]
+    chance, share = b.walk_uniform[k], extinction / b.walk_majorant[k]
     low = b.level[k] * (1.0 / LEVELS)
-    low = low if low > b.sure[k] else b.sure[k]
+    low = low if low > b.sure_probability[k] else b.sure_probability[k]
     is_real = chance < share
     fresh = (chance - low) / (share - low)
     fresh = fresh if fresh > 0.0 else 0.0
-    b.walk_chance[k] = (fresh if fresh < BELOW_ONE else BELOW_ONE) if is_real else chance
+    b.walk_uniform[k] = (fresh if fresh < BELOW_ONE else BELOW_ONE) if is_real else chance
     b.walk_state[k] = COLLIDED if is_real else REJECTED
     return 1 if is_real else 0
 
@@ -260,7 +267,7 @@ def accept_exactly(b, k, extinction):
 def resample_rejected(b, first, last):
     """Sample a new optical depth and a new uniform for walks whose collision was rejected.
 
-    Fields: reads `walk_history`, `walk_event`; updates `walk_state`, `walk_chance`, `walk_draw`,
+    Fields: reads `walk_history`, `walk_event`; updates `walk_state`, `walk_uniform`, `walk_draw`,
     `walk_depth`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -270,7 +277,7 @@ def resample_rejected(b, first, last):
         w0, w1, w2, w3 = event_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
         depth = -log_positive(BELOW_ONE - uniform(w0, w1))
         b.walk_depth[k] = depth if again else b.walk_depth[k]
-        b.walk_chance[k] = uniform(w2, w3) if again else b.walk_chance[k]
+        b.walk_uniform[k] = uniform(w2, w3) if again else b.walk_uniform[k]
         b.walk_draw[k] = drawn + (1 if again else 0)
         b.walk_state[k] = FLYING if again else b.walk_state[k]
 
@@ -279,13 +286,13 @@ def resample_rejected(b, first, last):
 def end_collided_flights(b, first, last):
     """End the flights of walks that collided, while each walk is still in the row of its lane.
 
-    Fields: reads `walk_chance`, `walk_t`; updates `distance`, `hit`, `u0`, `walk_state`.
+    Fields: reads `walk_uniform`, `walk_t`; updates `distance`, `hit`, `u0`, `walk_state`.
     """
     for k in range(first, last):
         collided = b.walk_state[k] == COLLIDED
         b.distance[k] = b.walk_t[k] + 2.0 * COLLISION_CLEARANCE if collided else b.distance[k]
         b.hit[k] = 0 if collided else b.hit[k]
-        b.u0[k] = b.walk_chance[k] if collided else b.u0[k]
+        b.u0[k] = b.walk_uniform[k] if collided else b.u0[k]
         b.walk_state[k] = ENDED if collided else b.walk_state[k]
 
 
@@ -306,13 +313,13 @@ def list_walks(b, state, first, last):
 def end_listed_flights(b, count, cuts):
     """End the flights of listed walks at their current distance: by a collision (cuts 0) or cut (cuts 1).
 
-    Fields: reads `walk_lane`, `walk_chance`, `walk_t`; writes `distance`, `hit`, `u0`, `cut`, `walk_state`.
+    Fields: reads `walk_lane`, `walk_uniform`, `walk_t`; writes `distance`, `hit`, `u0`, `cut`, `walk_state`.
     """
     for g in range(count):
         k = b.listed[g]
         lane = b.walk_lane[k]
         b.distance[lane], b.hit[lane] = b.walk_t[k] + 2.0 * COLLISION_CLEARANCE, 0
-        b.u0[lane], b.cut[lane] = b.walk_chance[k], cuts
+        b.u0[lane], b.cut[lane] = b.walk_uniform[k], cuts
         b.walk_state[k] = ENDED
 
 
@@ -403,7 +410,7 @@ def delta_track_in_grid(b, table, first, live):
     these are decided.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `history`, `event`, `start`, `depth`, `medium`, `flies`; updates
-    `distance`, `hit`, `u0`, `voxel`, `open`, `sure`, `level`, all `walk_` fields; writes `survival`, `cut`.
+    `distance`, `hit`, `u0`, `voxel`, `lookup_voxel`, `sure_probability`, `level`, all `walk_` fields; writes `survival`, `cut`.
     """
     tops = view(table.tops, table.top_count, np.float64)
     levels = view(table.levels, table.level_count, np.uint8)
@@ -428,7 +435,7 @@ def delta_track_in_grid(b, table, first, live):
         b.walk_vx[k], b.walk_vy[k], b.walk_vz[k] = vx, vy, vz
         b.walk_ix[k], b.walk_iy[k], b.walk_iz[k] = ix, iy, iz
         b.walk_t[k], b.walk_end[k] = start, b.distance[k] - 2.0 * COLLISION_CLEARANCE
-        b.walk_depth[k], b.walk_chance[k] = b.depth[k], b.u0[k]
+        b.walk_depth[k], b.walk_uniform[k] = b.depth[k], b.u0[k]
         b.walk_history[k], b.walk_event[k], b.walk_lane[k] = b.history[k], b.event[k], k
         b.walk_draw[k], b.walk_turns[k], b.walk_state[k] = 0, 0, FLYING if walks else ENDED
         walking += 1 if walks else 0
@@ -443,7 +450,7 @@ def delta_track_in_grid(b, table, first, live):
         rejected = 0
         for k in range(first, last):
             cell = uint64(b.walk_cell[k])
-            b.walk_top[k], b.sure[k] = tops[cell], tops[cell + uint64(1)]
+            b.walk_majorant[k], b.sure_probability[k] = tops[cell], tops[cell + uint64(1)]
         trying, walking, pausing = cross_macro_cells(b, table, first, last)
         if pausing > 0:
             end_listed_flights(b, list_walks(b, PAUSED, first, last), 1)
@@ -451,7 +458,7 @@ def delta_track_in_grid(b, table, first, live):
         if trying * 2 >= walking:
             find_voxels(b, table, first, last)
             for k in range(first, last):
-                b.level[k] = levels[uint64(b.open[k])]
+                b.level[k] = levels[uint64(b.lookup_voxel[k])]
             real, rejected, unsure = accept_by_levels(b, first, last)
             for g in range(list_walks(b, UNDECIDED, first, last) if unsure > 0 else 0):
                 k = b.listed[g]

@@ -16,8 +16,8 @@ from transport.geometry.solid import Sphere
 # Fields moved from the casting lane into the ray's lane; the set of bodies and the facet of a mesh are added
 # where needed.
 RAY_FIELDS = (
-    ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"), ("gap", "gap"),
-    ("score", "weight"), ("stands", "sheet"), ("tally", "tally"), (None, "start"),
+    ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"), ("point_distance", "point_distance"),
+    ("score", "weight"), ("shadow_sheet", "sheet"), ("tally", "tally"), (None, "start"),
 )  # fmt: skip
 DIRECT = 0  # `leg` of rays that go straight to their point
 
@@ -120,7 +120,7 @@ def _point_ray_fields(plan) -> np.ndarray:
     if plan.has_bodies:
         moves.append(("inside", "inside"))
     if plan.meshes:
-        moves.append(("footing", "footing"))
+        moves.append(("own_facet", "own_facet"))
     if _has_once_more_collided(plan):
         moves.append(("leg", "leg"))
     return field_moves(plan, moves)
@@ -245,9 +245,9 @@ def next_event_ray_steps(plan, media, members, crossing):
 
 def _next_event_ray_fields(plan):
     """Return the moves of fields from the casting lane into the ray's lane."""
-    moves = [("onset" if name == "start" else source, name) for source, name in RAY_FIELDS]
+    moves = [("ray_start" if name == "start" else source, name) for source, name in RAY_FIELDS]
     moves += [("leg", "leg"), ("history", "history")]
-    moves += [("inside", "inside")] * plan.has_bodies + [("footing", "footing")] * bool(plan.meshes)
+    moves += [("inside", "inside")] * plan.has_bodies + [("own_facet", "own_facet")] * bool(plan.meshes)
     moves += [("visited", "visited")] * bool(plan.marks)
     moves += [("reflections", "reflections")] * plan.counts_reflections
     moves += [("cell", "cell")] * (plan.turned is not None)
