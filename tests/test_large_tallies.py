@@ -18,7 +18,7 @@ from transport.run.schedules import batches_in, schedule_for
 from transport.run.settings import checked_limits
 from transport.statistics import chunked, packed
 from transport.statistics.chunked import ChunkedReplicates
-from transport.statistics.packed import PackedColumn
+from transport.statistics.packed import Packed
 
 
 def room(**bins):
@@ -131,7 +131,7 @@ def test_readings_of_packed_rows_made_part_by_part_are_bit_for_bit_those_of_plai
     warnings = told(plain)
     small_parts()
     large = tp.simulate(SCENES[name], 4000, seed=1, batches=8, progress=False)
-    assert isinstance(large.batches[0].weights, PackedColumn)
+    assert isinstance(large.batches[0].weights, Packed)
     in_parts = 0
     for title, numbers in whole.items():
         found = large.quantity(title)

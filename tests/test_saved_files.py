@@ -19,7 +19,7 @@ from tests.same_batches import assert_same
 from tests.test_saved import SMALL, killed_at, refusal, run
 from transport.io.atomic import FileError, atomic_write
 from transport.io.columns import describe_columns, read_values
-from transport.statistics.packed import PackedColumn, pack
+from transport.statistics.packed import Packed, pack
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
@@ -192,11 +192,11 @@ def test_any_kind_of_field_comes_back_as_it_was():
     def pieces(name, lengths):
         return iter(np.split(whole[name], np.cumsum(lengths)[:-1]))
 
-    again = read_values(described, "", len(rows), pieces, {"Packed": PackedColumn})
+    again = read_values(described, "", len(rows), pieces, {"Packed": Packed})
     for row, like in zip(rows, again, strict=True):
         for name, value in row.items():
             assert type(value) is type(like[name]), name
-            if isinstance(value, np.ndarray | PackedColumn):
+            if isinstance(value, np.ndarray | Packed):
                 array, other = np.asarray(value), np.asarray(like[name])
                 assert (array.dtype, array.shape) == (other.dtype, other.shape), name
                 assert array.tobytes() == other.tobytes(), name

@@ -177,7 +177,7 @@ def _sample_points(shape: Shape) -> np.ndarray:
     return np.array(shape.center) + inside * shape.radius
 
 
-# ---- Histograms of scores by size, where scores can differ in size (engine/tally.py).
+# ---- Histograms of scores by size, where scores can differ in size (engine/passes/score_sizes.py).
 #
 # Scores of particles born at equal weight, which walls reduce to no less than one half, need no histogram:
 # their number suffices. Targets, media that reduce weights, splitting, and estimators with weighted scores make

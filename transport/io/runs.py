@@ -25,13 +25,13 @@ from transport.run.programs import plan_for
 from transport.run.provenance import this_origin
 from transport.run.state import State
 from transport.scene.scene import Scene
-from transport.statistics.packed import PackedColumn
+from transport.statistics.packed import Packed
 from transport.validation import SceneError, short_repr
 
 FORMAT, VERSION = "transport run", 1
 NUL = "\0"
 SUFFIXES = (".nc", ".npz")
-COLUMN_TYPES = {"Batch": Batch, "Packed": PackedColumn}  # types stored as columns
+COLUMN_TYPES = {"Batch": Batch, "Packed": Packed}  # types stored as columns
 READ_ERRORS = (
     OSError,
     KeyError,

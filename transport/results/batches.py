@@ -8,7 +8,7 @@ from transport.compile import layout
 from transport.compile.layout import RECORD
 from transport.compile.plan import Plan
 from transport.statistics.chunked import empty_memmap, release_pages, to_memmap
-from transport.statistics.packed import CHUNK_ROWS, MAX_UNPACKED_ROWS, PackedColumn, make_columns
+from transport.statistics.packed import CHUNK_ROWS, MAX_UNPACKED_ROWS, Packed, make_columns
 
 # ---- The samples of snapshots: recorded particles, of histories chosen by their numbers alone.
 #
@@ -109,9 +109,9 @@ class Batch:
     """
 
     histories: int
-    weights: np.ndarray | PackedColumn  # (rows,) sums
-    counts: np.ndarray | PackedColumn  # (rows,) scores
-    slants: np.ndarray | PackedColumn  # (rows,) sums of weight/|mu|
+    weights: np.ndarray | Packed  # (rows,) sums
+    counts: np.ndarray | Packed  # (rows,) scores
+    slants: np.ndarray | Packed  # (rows,) sums of weight/|mu|
     # (detectors,) crossings below the grazing cut: excess of those in its inner half over those in the outer
     # half
     grazing: np.ndarray
@@ -124,7 +124,7 @@ class Batch:
     unseen: int  # crossings out of a body by particles that were not recorded as entering it
     crossings: int
     collisions: int
-    moments: np.ndarray | PackedColumn  # (long rows,) sums of velocities
+    moments: np.ndarray | Packed  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (batches.py)
     sizes: np.ndarray  # (cells,) number of scores of each size (compile/volumes.py)
     seed: int  # key of its random numbers, together with the numbers of the batch:

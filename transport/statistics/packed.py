@@ -24,7 +24,7 @@ MAPPED_FIELDS = ("numbers", "places", "values")  # arrays that may be memory-map
 
 
 @dataclass(frozen=True, eq=False)
-class PackedColumn:
+class Packed:
     """A compressed column of `length` rows; its slices, sums and so on are those of the plain array.
 
     pages: numbers of the pages with scores, ascending, (P,);  marks: (P, PAGE / 8), a bit per row;  numbers:
@@ -47,7 +47,7 @@ class PackedColumn:
     def __reduce__(self) -> tuple:
         """Pickle with plain arrays: another process cannot open the file."""
         parts = (np.asarray(getattr(self, name)) for name in MAPPED_FIELDS)
-        return PackedColumn, (self.length, self.unit, self.pages, self.marks, *parts)
+        return Packed, (self.length, self.unit, self.pages, self.marks, *parts)
 
     @property
     def dtype(self) -> np.dtype:
@@ -98,7 +98,7 @@ class PackedColumn:
     def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
         return np.asarray(self[:], dtype)
 
-    def __add__(self, other: PackedColumn) -> PackedColumn:
+    def __add__(self, other: Packed) -> Packed:
         pages = np.concatenate([self.pages, other.pages]).astype(np.int64)
         firsts = (np.unique(pages * PAGE // CHUNK_ROWS) * CHUNK_ROWS).tolist()
         among = [(first, min(first + CHUNK_ROWS, self.length)) for first in firsts]
@@ -122,7 +122,7 @@ RowRanges = list[tuple[int, int]]  # ranges of rows, of whole pages except the l
 
 def make_columns(
     all_rows: list[Rows], units: list[float], raw: np.ndarray
-) -> list[np.ndarray | PackedColumn]:
+) -> list[np.ndarray | Packed]:
     """Make columns from raw rows: plain arrays, or packed if they are long.
 
     units: powers of two, of which most numbers are integer multiples;  raw: all zero where there is no score.
@@ -133,7 +133,7 @@ def make_columns(
     return [pack(rows, len(raw), unit, scored) for rows, unit in zip(all_rows, units, strict=True)]
 
 
-def pack(rows: Rows, length: int, unit: float = 1, among: RowRanges | None = None) -> PackedColumn:
+def pack(rows: Rows, length: int, unit: float = 1, among: RowRanges | None = None) -> Packed:
     """Pack a column in two passes: the first finds the type of its numbers, the second writes them.
 
     among: ranges that may have scores; None for all.
@@ -159,7 +159,7 @@ def pack(rows: Rows, length: int, unit: float = 1, among: RowRanges | None = Non
     beside = scored - int(fits[NARROW_TYPES.index(narrow.type)]) if narrow.type in NARROW_TYPES else 0
     parts = empty_memmap(scored, narrow), empty_memmap(beside, np.int64), empty_memmap(beside, kind)
     _write(rows, busy, unit, *parts)
-    return PackedColumn(
+    return Packed(
         length,
         unit,
         np.concatenate([np.zeros(0, np.int32), *pages]),

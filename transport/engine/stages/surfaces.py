@@ -1,7 +1,6 @@
 """Steps at the end of a flight: land on the sheet, score at detectors, mark visits, change bodies."""
 
 from transport.compile.volumes import is_dense, size_row
-from transport.engine import tally
 from transport.engine.passes import (
     detector_bins,
     detectors,
@@ -11,6 +10,7 @@ from transport.engine.passes import (
     next_event,
     quadrics,
     regions,
+    score_sizes,
 )
 from transport.engine.registry import step, step_by_name, table_of_layer, table_of_rows
 from transport.engine.stages.next_event import mis_steps_after, mis_steps_before, uses_next_event
@@ -60,7 +60,9 @@ def score_step(plan, by_nearly_all=False):
     by_nearly_all: nearly every lane has a bin.
     """
     if plan.size_cells:
-        return step(tally.score_all_and_size if by_nearly_all else tally.score_and_size, size_row(plan))
+        return step(
+            score_sizes.score_all_and_size if by_nearly_all else score_sizes.score_and_size, size_row(plan)
+        )
     return step(detectors.score_all if by_nearly_all else detectors.score)
 
 
