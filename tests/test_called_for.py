@@ -58,7 +58,10 @@ def test_a_material_adds_its_own_passes_and_no_others(material):
 def test_a_room_of_rectangles_carries_nothing_of_glass_and_meshes():
     of_glass = set(effects_of(room(tp.Surface(tp.Disk(radius=0.5), tp.Dielectric(1.5)))).fields)
     of_mesh = set(effects_of(room(tp.Surface(tp.Mesh.box(size=0.5), tp.Diffuse(0.5)))).fields)
-    glass, mesh = {"index", "ratio", "excess", "index_before", "index_behind"}, {"own_facet", "facet", "passed_facet"}
+    glass, mesh = (
+        {"index", "ratio", "excess", "index_before", "index_behind"},
+        {"own_facet", "facet", "passed_facet"},
+    )
     assert glass <= of_glass
     assert mesh <= of_mesh
     assert not (glass | mesh) & set(PLAIN.fields)

@@ -13,6 +13,7 @@ import transport as tp
 from transport.cli.effects.passes import effects_of
 from transport.compile.compiler import compile_scene
 from transport.engine.passes import (
+    bank,
     collisions,
     once_more_collided,
     regions,
@@ -57,7 +58,7 @@ def assert_adds(more, less, added, dropped=()):
     assert (more - less, less - more) == (set(added), set(dropped))
 
 
-OF_MEDIA = of(regions, collisions, voxels, variance_reduction, variance_reduction, variance_reduction)
+OF_MEDIA = of(regions, collisions, voxels, bank, variance_reduction)
 OF_LOOKS = of(volumes, volume_cells, shadow_rays, shadow_rays, once_more_collided, shadow_rays)
 BORDERS = {"bound_rectangle", "set_birth_bodies", "cross_boundary", "set_outer_medium", "find_medium"}
 BORDERS |= {"save_ray", "restore_ray", "resolve_box_edges", "mark_box_exit", "end_lost_particles"}
@@ -128,7 +129,7 @@ def test_grids_add_walks_through_voxels():
 
 
 def test_forcing_and_splitting_are_there_only_where_asked_for():
-    copies = of(variance_reduction, variance_reduction, variance_reduction)
+    copies = of(bank, variance_reduction)
     for filling in (None, SMOKE, WHITE, FOG, CLOUD):
         assert not passes(filling) & copies
     force = {

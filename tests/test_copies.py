@@ -17,7 +17,7 @@ from tests.free_flights import FALSE_ALARM, worst
 from transport.compile import layout
 from transport.engine.bundle import LANES
 from transport.engine.passes import collisions, variance_reduction
-from transport.engine.passes.variance_reduction import number_of_copy as bank_number
+from transport.engine.passes.bank import number_of_copy as bank_number
 
 
 @njit

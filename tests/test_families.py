@@ -23,7 +23,7 @@ def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path
 
     def look():
         at_once.wait()
-        seen.append(getattr(module, "setup_count", None))
+        seen.append(getattr(module, "ready", None))
 
     threads = [Thread(target=look) for _ in range(4)]
     for thread in threads:
@@ -38,5 +38,8 @@ def test_what_is_put_into_a_file_before_it_is_read_stays(monkeypatch):
     name = "transport.engine.passes.mis"
     monkeypatch.setitem(sys.modules, name, sys.modules[name])
     module = registry._lazy_module(registry.FOLDER / "mis.py")
-    module.tell_walls = "planted"
-    assert module.tell_walls == "planted" and module.tell_collisions.name == "record_pdf_at_collisions"
+    module.record_pdf_at_walls = "planted"
+    assert (
+        module.record_pdf_at_walls == "planted"
+        and module.record_pdf_at_collisions.name == "record_pdf_at_collisions"
+    )

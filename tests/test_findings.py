@@ -693,8 +693,10 @@ def test_the_table_of_diagnostics_is_printed_and_knows_every_finding():
     names = {diagnostic.name for diagnostic in DIAGNOSTICS}
     result = tp.simulate(mirror(), 2000, seed=1, estimator="analog", progress=False)
     assert {finding.name for finding in result.findings} <= names
-    results = Path(findings.__file__).parent
-    code = "".join(path.read_text() for path in results.rglob("*.py"))
+    library = Path(tp.__file__).parent
+    code = "".join(
+        path.read_text() for room in ("statistics", "results") for path in (library / room).rglob("*.py")
+    )
     written = set(re.findall(r"""(?:\bname=|_note\()"(.+?)\"""", code))
     assert len(written) > 12 and written <= names
     assert {findings.FEW_CARRIERS, findings.UNKNOWN, ALL_LIGHT} <= names

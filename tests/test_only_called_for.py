@@ -41,7 +41,6 @@ NEEDED = {  # by a disk that shines on another one, and what it sends past that
     "set_sheet", "set_cosine", "find_detector", "bin_crossings", "score",
 }  # fmt: skip
 LENDERS = {"bank", "flats"}  # whose files the driver and births take numbers and functions from
-FOR_PICTURES = {"tracks"}  # no scene calls for them
 ROOM = {  # a room of rectangles, diffuse walls, a lamp and a meter
     "start_history", "born_on_rectangle", "emit_lambertian_from_plane", "reset_events", "save_birth_weight", "reset_hit",
     "meet_rectangle", "end_escaped", "compact_lanes", "move", "set_sheet", "set_cosine", "clamp_inside_edge",
@@ -127,7 +126,7 @@ def test_the_price_list_calls_for_every_file_of_passes():
     for name in ADDITIONS:
         with contextlib.suppress(SceneError):
             called |= {family_of(one) for one in effects_of(with_addition(name, base_room())).passes}
-    assert set(MODULES) - called == FOR_PICTURES
+    assert set(MODULES) == called
 
 
 def test_bytes_of_a_lane_are_those_of_the_fields_that_passes_name():

@@ -133,7 +133,7 @@ FAULTS = (
         ("test_splitting::test_what_is_born_is_heavy_as_its_own_birthplace_wants_and_light_as_the_end_does",),
     ),
     Fault(
-        "engine/passes/variance_reduction.py",
+        "engine/passes/bank.py",
         "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.copy_path[k])",
         "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.copy_path[k])",
         "forced copies that roulette compares with the whole history",

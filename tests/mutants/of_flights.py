@@ -195,7 +195,7 @@ FAULTS = (
         ("test_splitting",),
     ),
     Fault(
-        "engine/passes/variance_reduction.py",
+        "engine/passes/bank.py",
         "uint64(0xBF58476D1CE4E5B9) + uint64(place)",
         "uint64(0xBF58476D1CE4E5B9)",
         "copies of one history that share their random numbers",

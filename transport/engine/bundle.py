@@ -70,15 +70,10 @@ CARRIED = (
     ("uz", "f8"),
     ("weight", "f8"),  # statistical weight [largest birth weight of the scene]; 0: the lane is idle
     ("birth", "f8"),  # reference weight for Russian roulette and splitting: the weight at birth
-    (
-        "history",
-        "i8",
-    ),  # number within the batch; a copy has a hash with bit 55 set (engine/passes/variance_reduction.py)
+    ("history", "i8"),  # number within the batch; a copy has a hash with bit 55 set (engine/passes/bank.py)
     ("event", "i8"),  # events that drew random numbers so far: a word of the random counter
-    (
-        "sheet",
-        "i8",
-    ),  # sheet that the lane stands on, and the detector's sheet passed last (layout.STANDING_SHEET_MASK)
+    # sheet that the lane stands on, and the detector's sheet passed last (layout.STANDING_SHEET_MASK)
+    ("sheet", "i8"),
     ("start", "f8"),  # ray parameter of the particle: 0, or < 0 for an aimed particle whose x is its target
     ("distance", "f8"),  # ray parameter of the next surface or collision
     ("hit", "i8"),  # packed word of the next sheet, acting surface and detectors (layout.py)
@@ -89,10 +84,9 @@ CARRIED = (
     ("passed_facet", "i8"),  # facet of the transparent mesh detector passed last
     ("index", "f8"),  # refractive index of the current medium, 0 where it is not known
     ("inside", "i8"),  # bit set of the bodies that contain the particle
-    (
-        "forced_path",
-        "f8",
-    ),  # state of forced first collisions: FRESH, FREE or the path of a forced copy (engine/passes/variance_reduction.py)
+    # state of forced first collisions (engine/passes/variance_reduction.py): UNCOLLIDED, FREE, or the path of a
+    # forced copy
+    ("forced_path", "f8"),
     ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
     ("reflections", "i8"),  # reflections and scatterings so far, where a detector has `events`
     ("cell", "i8"),  # backward runs: bin of the detector in which the history was born
@@ -199,10 +193,8 @@ SCRATCH = (
     ("phase_number", "i8"),  # number of the phase function here; 0: none
     ("shadow_sheet", "i8"),  # sheet that the ray begins on
     ("tally", "i8"),  # first row of its detector
-    (
-        "leg",
-        "i8",
-    ),  # point detectors: 1 + number of the point for a ray with a second leg, else 0; else crossings left
+    # point detectors: 1 + number of the point for a ray with a second leg, else 0; else crossings left
+    ("leg", "i8"),
     ("ray_start", "f8"),  # ray parameter of the origin of a ray whose parameter is 0 at the detector's point
     ("p0", "f8"),  # uniforms that choose the point on a detector
     ("p1", "f8"),

@@ -21,8 +21,8 @@ from transport.compile.limits_exceeded import (
 from transport.compile.plan import Plan
 from transport.engine.bundle import LANES, PlainRecord, call_pass, empty_bundle
 from transport.engine.cache import cached_kernels
+from transport.engine.passes.bank import BANK_CAPACITY
 from transport.engine.passes.lanes import FIELDS
-from transport.engine.passes.variance_reduction import BANK_CAPACITY
 from transport.engine.program import Program
 from transport.physics.bits import bits_of
 from transport.physics.streams import SHARES, random_words, uniform

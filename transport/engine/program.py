@@ -10,6 +10,7 @@ from transport.compile.media import box_rows, importance_row, roulette_row
 from transport.compile.plan import Plan
 from transport.engine.bundle import CARRIED
 from transport.engine.passes import (
+    bank,
     bvh,
     detectors,
     intersections,
@@ -109,7 +110,7 @@ def build_program(plan: Plan) -> Program:
         crossing = cross_next_event_rays(plan)
         program.sight = list(next_event_ray_steps(plan, find_media(plan), intersect_surfaces(plan), crossing))
     program.withdrawal = (
-        [step(variance_reduction.take_copies, program.moved)] if plan.splits or plan.forces_collisions else []
+        [step(bank.take_copies, program.moved)] if plan.splits or plan.forces_collisions else []
     )
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":

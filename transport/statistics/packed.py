@@ -120,9 +120,7 @@ Rows = Callable[[int, int], np.ndarray]  # the rows of a column in a range
 RowRanges = list[tuple[int, int]]  # ranges of rows, of whole pages except the last
 
 
-def make_columns(
-    all_rows: list[Rows], units: list[float], raw: np.ndarray
-) -> list[np.ndarray | Packed]:
+def make_columns(all_rows: list[Rows], units: list[float], raw: np.ndarray) -> list[np.ndarray | Packed]:
     """Make columns from raw rows: plain arrays, or packed if they are long.
 
     units: powers of two, of which most numbers are integer multiples;  raw: all zero where there is no score.

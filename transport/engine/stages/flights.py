@@ -9,6 +9,7 @@ from transport.compile import layout
 from transport.compile.media import bounded_rows, importance_row, roulette_row
 from transport.engine.passes import (
     backward,
+    bank,
     collisions,
     flats,
     intersections,
@@ -142,7 +143,7 @@ def flight_steps(plan, moved):
     # Force first collisions; track through voxels.
     if plan.forces_collisions:
         yield step(variance_reduction.force_collision)
-        yield step(variance_reduction.bank_forced_copies, moved)
+        yield step(bank.bank_forced_copies, moved)
     if plan.grids and not plan.splits:
         yield step(voxels.reset_cuts)
     for row in plan.grids:
@@ -177,7 +178,7 @@ def flight_steps(plan, moved):
         yield from _scatter(plan)
         if plan.splits:
             yield step(variance_reduction.split_or_roulette, importance)
-            yield step(variance_reduction.bank_copies, moved)
+            yield step(bank.bank_copies, moved)
         yield step(surfaces.kill_endless)
 
 
