@@ -58,8 +58,9 @@ def assert_adds(more, less, added, dropped=()):
     assert (more - less, less - more) == (set(added), set(dropped))
 
 
-OF_MEDIA = of(regions, collisions, voxels, bank, variance_reduction)
-OF_LOOKS = of(volumes, volume_cells, shadow_rays, shadow_rays, once_more_collided, shadow_rays)
+ROULETTE = {"play_roulette", "play_roulette_in_flight"}  # at walls as well
+OF_MEDIA = of(regions, collisions, voxels, bank, variance_reduction) - ROULETTE
+OF_LOOKS = of(volumes, volume_cells, shadow_rays, once_more_collided)
 BORDERS = {"bound_rectangle", "set_birth_bodies", "cross_boundary", "set_outer_medium", "find_medium"}
 BORDERS |= {"save_ray", "restore_ray", "resolve_box_edges", "mark_box_exit", "end_lost_particles"}
 FLIGHTS = {"start_flight", "sample_free_path", "collide", "compact_and_sort", "escape_to_empty_space"}
@@ -129,7 +130,7 @@ def test_grids_add_walks_through_voxels():
 
 
 def test_forcing_and_splitting_are_there_only_where_asked_for():
-    copies = of(bank, variance_reduction)
+    copies = of(bank, variance_reduction) - ROULETTE
     for filling in (None, SMOKE, WHITE, FOG, CLOUD):
         assert not passes(filling) & copies
     force = {
@@ -165,10 +166,10 @@ def test_a_volume_detector_adds_its_own_walk(filling, look):
     assert not passes(filling) & OF_LOOKS
     clips, has_cells = VOLUMES[look]
     in_media = "" if filling is None else "_in_media"
-    scores = {"walk_through_cells"} if has_cells else {f"score_way{in_media}"}
+    scores = {"walk_through_cells"} if has_cells else {f"score_path{in_media}"}
     scores |= {"walk_through_grid"} if filling is CLOUD else set()
     added = passes(filling, None, [look]) - passes(filling)
-    assert added == clips | scores | {f"reach_next{in_media}"}
+    assert added == clips | scores | {f"set_flight_end{in_media}"}
 
 
 def test_a_volume_that_counts_collisions_follows_no_ways():
