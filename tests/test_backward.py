@@ -123,7 +123,7 @@ def test_sources_add_up():
 def test_every_cell_gets_its_share_of_histories():
     """As many, or one more, in each batch, whatever the number of cells."""
     result = run(backward_scenes.occluded(), 50_021)
-    turned = result.plan.turned
+    turned = result.plan.adjoint
     born = np.array([batch.counts[turned.first : turned.first + turned.cells] for batch in result.batches])
     np.testing.assert_array_equal(born.sum(axis=1), result.run.sizes)
     assert (born.max(axis=1) - born.min(axis=1) <= 1).all()

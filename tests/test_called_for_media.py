@@ -82,7 +82,7 @@ def test_what_only_absorbs_draws_no_path_and_no_direction():
     """Weights fall along straight flights; no lane waits; no free path, collision, roulette or angle."""
     known = BORDERS | {"score_and_size", "attenuate", "account_absorbed_in", "fly_uncollided"}
     assert_adds(passes(SMOKE), passes(), known, WAS_VACUUM)
-    assert build_program(compile_scene(room(SMOKE))).inner == 0
+    assert build_program(compile_scene(room(SMOKE))).round_count == 0
     assert_adds(passes(SOOT), passes(SMOKE), {"attenuate_in_grid"}, {"attenuate", "account_absorbed_in"})
 
 

@@ -266,7 +266,7 @@ def test_a_worker_without_the_memory_for_it_says_so(monkeypatch):
             tp.SceneError,
             match=r"a worker of the cluster: .* on each of 3 threads, and 0\.001 MB.*fewer threads",
         ):
-            post.machine()
+            post.compiled_program()
 
 
 def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, monkeypatch):

@@ -50,7 +50,7 @@ def power_flow(
     line are drawn as one.  What roulette has gained is said in words: it is no part of what was emitted.
     Raises ValueError for a run backwards, whose ledger is of histories and not of power.
     """
-    if result.plan.turned is not None:
+    if result.plan.adjoint is not None:
         raise ValueError(
             "power_flow: the ledger of a run backwards is no power; run the scene with estimator='analog'"
         )

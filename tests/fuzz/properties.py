@@ -114,7 +114,7 @@ def grows_as_its_unit(one: Result, other: Result, length: float, power: float) -
     """The second run, of the same scene in other units, has the same digits in each quantity."""
     is_light = one.scene.measured_in == "watts"
     second = quantities_of(other)
-    is_share = one.plan.turned is not None  # the ledger of histories that run backwards is of shares
+    is_share = one.plan.adjoint is not None  # the ledger of histories that run backwards is of shares
     for name, quantity in quantities_of(one).items():
         key = name.split(".", 1)[1]
         factor = factor_of(key, quantity, length, power, is_light)

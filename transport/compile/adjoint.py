@@ -81,7 +81,7 @@ class Adjoint:
     """
 
     scene: Scene
-    lamps: tuple[DetectedSource, ...]
+    sources: tuple[DetectedSource, ...]
     parts: tuple[SensorPart, ...]
     first: int
     cells: int
@@ -143,7 +143,7 @@ def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) ->
     _fill_rows(plan, lamps, first)
     told = {each.detector.name: each.scale for each in plan.expectations}
     scales = {k: told[lamp.detector.name] for k, lamp in enumerate(lamps) if lamp.detector.name in told}
-    plan.turned = Adjoint(scene, lamps, tuple(parts), plan.bases["cells"], first, scales)
+    plan.adjoint = Adjoint(scene, lamps, tuple(parts), plan.bases["cells"], first, scales)
 
 
 def _emitter(

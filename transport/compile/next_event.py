@@ -98,7 +98,7 @@ class Guard:
 
 def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
     """Fill a Guard per expected detector, where specular light exists that no shadow ray covers."""
-    if plan.turned is not None or not plan.expectations:
+    if plan.adjoint is not None or not plan.expectations:
         return
     scene = plan.scene
     specular = {number for number, surface in enumerate(scene.surfaces) if is_specular(surface.material)}

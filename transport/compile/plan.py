@@ -125,7 +125,7 @@ class Plan:
     # those of shadow rays.
     size_blocks: dict[tuple[str, int], list[int]] = field(default_factory=dict)
     size_cells: int = 0
-    turned: object = None  # a compile.adjoint.Turned in the plan of an adjoint scene
+    adjoint: object = None  # a compile.adjoint.Turned in the plan of an adjoint scene
     cell_rows: int = 0  # rows of sums by cell of birth, after all others
     has_media: bool = False
     bodies: tuple = ()  # of the scene, innermost first

@@ -1,6 +1,6 @@
 """Run a program bundle by bundle: fill free lanes with newborn particles, take every step, repeat.
 
-`run_batch(machine, seed, batch, histories)` is a pure function and the only unit of work.
+`run_batch(compiled, seed, batch, histories)` is a pure function and the only unit of work.
 """
 
 import math
@@ -265,11 +265,11 @@ class CompiledProgram:
 
     program: Program
     step_table: tuple
-    births: tuple
-    sight: tuple
-    copies: tuple
+    birth_table: tuple
+    shadow_table: tuple
+    split_table: tuple
     # power of each emitter's histories if all were born at the largest weight
-    bounds: np.ndarray
+    emitter_powers: np.ndarray
 
 
 def compile_program(program: Program, progress=None) -> CompiledProgram:
@@ -284,23 +284,23 @@ def compile_program(program: Program, progress=None) -> CompiledProgram:
         _ = lane_pass.entry
     bounds = np.array([e.bound for e in program.plan.emitters])
     starts = np.cumsum([0, *map(len, program.births)])
-    machine = CompiledProgram(
+    compiled = CompiledProgram(
         program,
-        step_table=(*_entry_table(program.steps), program.setup_count, program.inner),
-        births=(*_entry_table(chain(*program.births)), starts, np.cumsum(bounds) / bounds.sum()),
-        sight=_entry_table(program.sight),
-        copies=_entry_table(program.withdrawal),
-        bounds=bounds,
+        step_table=(*_entry_table(program.steps), program.setup_count, program.round_count),
+        birth_table=(*_entry_table(chain(*program.births)), starts, np.cumsum(bounds) / bounds.sum()),
+        shadow_table=_entry_table(program.shadow_steps),
+        split_table=_entry_table(program.bank_steps),
+        emitter_powers=bounds,
     )
     if not (config.DISABLE_JIT or drive.signatures):
         if progress is not None:
             progress(len(passes), len(passes), drive.__name__)
         # Compile the driver now; otherwise the time of the first run would include it.
-        run_batch(machine, seed=0, batch=0, histories=0)
-    return machine
+        run_batch(compiled, seed=0, batch=0, histories=0)
+    return compiled
 
 
-def _deal_histories(machine: CompiledProgram, histories: int) -> tuple[np.ndarray, np.ndarray]:
+def _deal_histories(compiled: CompiledProgram, histories: int) -> tuple[np.ndarray, np.ndarray]:
     """Return (one past the last history of each emitter, factors of the birth weights).
 
     The first array is empty where systematic sampling deals. That would deal the points of a net so evenly
@@ -308,9 +308,9 @@ def _deal_histories(machine: CompiledProgram, histories: int) -> tuple[np.ndarra
     quasi-random sampling the numbers are therefore fixed and the birth weights compensate their rounding; the
     brightest emitter has the remaining histories.
     """
-    bounds, count = machine.bounds, len(machine.bounds)
+    bounds, count = compiled.emitter_powers, len(compiled.emitter_powers)
     by_chance = np.empty(0, np.int64), np.ones(count)
-    if count == 1 or machine.program.plan.method.sampling == "random":
+    if count == 1 or compiled.program.plan.method.sampling == "random":
         return by_chance
     due = histories * (bounds / bounds.sum())
     numbers = np.ceil(due * (1.0 - ROUNDING)).astype(np.int64)
@@ -344,7 +344,7 @@ def _entry_table(steps):
 
 
 def run_batch(
-    machine: CompiledProgram,
+    compiled: CompiledProgram,
     seed: int,
     batch: int,
     histories: int,
@@ -358,7 +358,7 @@ def run_batch(
 
     Raises Stopped after a stop, and OverrunError before a sum could overflow and if histories never end.
     """
-    plan = machine.program.plan
+    plan = compiled.program.plan
     bundle = empty_bundle() if bundle is None else bundle
     sums = Sums(plan, histories, batches)
     sums.enter(bundle)
@@ -383,15 +383,21 @@ def run_batch(
         bundle[name] = value
     lanes, handle = _handle(bundle)
     # Prepare the bundle of shadow rays; without point or expected detectors the bundle itself stands for it.
-    shadows = empty_bundle() if machine.program.sight else bundle
+    shadows = empty_bundle() if compiled.program.shadow_steps else bundle
     sums.enter(shadows)
     for name in ("seed_low", "seed_high", "batch"):
         shadows[name] = bundle[name]
     bundle["shadow"], bundle["rays_cast"], bundle["rays_taken"] = shadows["address"], 0, 0
-    sight = (*_handle(shadows), *machine.sight)
-    dealt, worths = _deal_histories(machine, histories)
+    sight = (*_handle(shadows), *compiled.shadow_table)
+    dealt, worths = _deal_histories(compiled, histories)
     drive(
-        lanes, handle, machine.step_table, (*machine.births, dealt, worths), sight, machine.copies, histories
+        lanes,
+        handle,
+        compiled.step_table,
+        (*compiled.birth_table, dealt, worths),
+        sight,
+        compiled.split_table,
+        histories,
     )
     # Raise if the batch was stopped, cannot end, or exceeds a limit.
     if bundle["stop"][0]:

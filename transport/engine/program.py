@@ -54,20 +54,20 @@ class Program:
     plan: Plan
     steps: list[Step] = field(default_factory=list)
     setup_count: int = 0  # number of steps before a flight
-    inner: int = 0  # number of steps after these that are repeated for lanes that collide in a medium
+    round_count: int = 0  # number of steps after these that are repeated for lanes that collide in a medium
     births: list[list[Step]] = field(default_factory=list)
     # steps of shadow rays, where point or expected detectors exist
-    sight: list[Step] = field(default_factory=list)
-    withdrawal: list[Step] = field(default_factory=list)  # step by which banked copies take free lanes
-    moved: np.ndarray = field(default_factory=lambda: np.zeros((), layout.FIELD_MOVES))
-    machine: object = None  # the compiled program (driver.compile_program), once made
+    shadow_steps: list[Step] = field(default_factory=list)
+    bank_steps: list[Step] = field(default_factory=list)  # step by which banked copies take free lanes
+    moved_fields: np.ndarray = field(default_factory=lambda: np.zeros((), layout.FIELD_MOVES))
+    compiled: object = None  # the compiled program (driver.compile_program), once made
 
     @property
     def passes(self) -> list[Pass]:
         """Every pass once, in order of first use."""
         return list(
             dict.fromkeys(
-                p for part in (*self.births, self.steps, self.sight, self.withdrawal) for p, _ in part
+                p for part in (*self.births, self.steps, self.shadow_steps, self.bank_steps) for p, _ in part
             )
         )
 
@@ -92,31 +92,33 @@ def build_program(plan: Plan) -> Program:
     program = Program(plan)
     program.births = [list(birth_steps(plan, emitter)) for emitter in plan.emitters]
     # Steps of flight: preparation, rounds through media, then move, land and act at a surface.
-    ready, rounds = list(prepare_flight(plan)), list(flight_steps(plan, program.moved))
-    program.setup_count, program.inner = len(ready), len(rounds) if plan.scatters else 0
+    ready, rounds = list(prepare_flight(plan)), list(flight_steps(plan, program.moved_fields))
+    program.setup_count, program.round_count = len(ready), len(rounds) if plan.scatters else 0
     program.steps = [
         *ready,
         *rounds,
-        *_flight(plan, program.moved),
+        *_flight(plan, program.moved_fields),
         *_landing(plan),
-        *_crossing(plan, program.moved),
+        *_crossing(plan, program.moved_fields),
     ]
     # Steps of shadow rays: to point detectors, or to detectors scored by next-event estimation.
     if plan.points:
-        program.sight = list(
+        program.shadow_steps = list(
             point_ray_steps(plan, find_media(plan), intersect_surfaces(plan), transmit_shadow_rays(plan))
         )
     if plan.expectations:
         crossing = cross_next_event_rays(plan)
-        program.sight = list(next_event_ray_steps(plan, find_media(plan), intersect_surfaces(plan), crossing))
-    program.withdrawal = (
-        [step(bank.take_copies, program.moved)] if plan.splits or plan.forces_collisions else []
+        program.shadow_steps = list(
+            next_event_ray_steps(plan, find_media(plan), intersect_surfaces(plan), crossing)
+        )
+    program.bank_steps = (
+        [step(bank.take_copies, program.moved_fields)] if plan.splits or plan.forces_collisions else []
     )
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
         _use_sampling(program, plan.method.sampling)
     numbers = program.carried_numbers
-    program.moved["fields"], program.moved["count"] = numbers.ctypes.data, len(numbers)
+    program.moved_fields["fields"], program.moved_fields["count"] = numbers.ctypes.data, len(numbers)
     return program
 
 

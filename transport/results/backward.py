@@ -83,14 +83,14 @@ class BackwardReading(Reading):
         """
         return {
             lamp.name: BackwardReading(self._result, self.detector, (k,))
-            for k, lamp in enumerate(self._plan.turned.lamps)
+            for k, lamp in enumerate(self._plan.adjoint.sources)
         }
 
     @cached_property
     def scores(self) -> Scores:
         """The scores by size; counted as if they had one size if the sizes are not known."""
         number = int(sum(counts.sum() for counts in self._cell_sums.counts))
-        is_whole = len(self._cell_sums.lamps) == len(self._plan.turned.lamps)
+        is_whole = len(self._cell_sums.lamps) == len(self._plan.adjoint.sources)
         found = single_cell_scores(self._plan, self._cell_sums.batches, number) if is_whole else None
         return equal_scores(number) if found is None else found
 
@@ -366,7 +366,7 @@ class ViewReading(ReadingBase):
         dict of str to ViewReading
             By the name of the source's surface, or "sources[k]" or "glow[k]".
         """
-        lamps = self._sums.turned.lamps
+        lamps = self._sums.adjoint.sources
         return {lamp.name: ViewReading(self._result, self.detector, (k,)) for k, lamp in enumerate(lamps)}
 
     @property
@@ -500,7 +500,7 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
         )
 
     flights, block = number("counts", 1 + lamp), sums.block_of(lamp)
-    if lamp not in sums.turned.scales:
+    if lamp not in sums.adjoint.scales:
         return LampScores(flights, 0, 0)
     return LampScores(flights, number("counts", block), number("slants", block))
 

@@ -114,7 +114,7 @@ class Record:
         """
         self.wanted = wanted
         self.scene, self.plan, self.seed, self.cost, self.is_complete = (
-            plan.scene if plan.turned is None else plan.turned.scene,
+            plan.scene if plan.adjoint is None else plan.adjoint.scene,
             plan,
             seed,
             cost,

@@ -139,7 +139,7 @@ def _doubtful_bins(reading) -> str:
 
 def ledger_title(result) -> str:
     """The title of the ledger; for a backward run it names other entries."""
-    if result.plan.turned is None:
+    if result.plan.adjoint is None:
         return "ledger"
     return (
         "ledger of the backward histories, as fractions of them (unsampled: weight that the cosines of their"
@@ -274,7 +274,7 @@ def _analog_detectors(result) -> str:
     """The detectors with analog scores in a run with next-event estimation, in words."""
     names = (
         detectors_without_next_event(result.scene)
-        if result.plan.sends_shadow_rays and result.plan.turned is None
+        if result.plan.sends_shadow_rays and result.plan.adjoint is None
         else []
     )
     return f" ({', '.join(map(repr, names))} by analog scores)" if names else ""

@@ -97,7 +97,7 @@ class Result(Record):
         return self._readings[name]
 
     def _read(self, detector: Detector | PhaseSpace | Snapshot) -> Reading | PhaseReading | SnapshotReading:
-        if self.plan.turned is not None:
+        if self.plan.adjoint is not None:
             return backward_reading(self, detector)
         if isinstance(detector, PhaseSpace):
             return PhaseReading(self, detector)
@@ -179,7 +179,7 @@ class Result(Record):
             If pilots chose a backward run: the user did not request it and could take the fractions for
             watts.
         """
-        if self.plan.turned is not None and self.choice is not None and len(self.choice.pilots) > 1:
+        if self.plan.adjoint is not None and self.choice is not None and len(self.choice.pilots) > 1:
             raise SceneError(
                 "result.ledger: the pilots chose backward histories, which start at the detectors, so the"
                 " energy balance of the sources is unknown; pass estimator='analog' for it, or"
@@ -324,7 +324,7 @@ class Ledger(Mapping[str, Estimate]):
         scene = plan.scene
         is_gas = scene.measured_in == "particles"
         unit = Unit.parse("s^-1" if is_gas else "W") * Unit.parse("s") ** plan.has_clock
-        unit = unit if plan.turned is None else Unit()
+        unit = unit if plan.adjoint is None else Unit()
         scale = plan.unit
 
         def entry(values: list[float], exact: bool = False) -> Estimate:

@@ -39,16 +39,16 @@ def single_cell_scores(plan: Plan, batches: list[Batch], number: int) -> Scores 
     number: how often histories reached sources.  Sources in volumes are not counted by size; with one of them
     it is None.
     """
-    turned = plan.turned
-    names = [lamp.detector.name for lamp in turned.lamps]
+    adjoint = plan.adjoint
+    names = [lamp.detector.name for lamp in adjoint.sources]
     if (
-        len(turned.parts) > 1
-        or turned.cells > 1
+        len(adjoint.parts) > 1
+        or adjoint.cells > 1
         or any((name, ARRIVALS) not in plan.size_blocks for name in names)
     ):
         return None
     low, high, counts, most = [], [], [], 0.0
-    for name, gain in zip(names, turned.parts[0].gains, strict=True):
+    for name, gain in zip(names, adjoint.parts[0].gains, strict=True):
         *cells, largest = _size_cells(plan, batches, name, ARRIVALS)
         low, high, counts = [*low, gain * cells[0]], [*high, gain * cells[1]], [*counts, cells[2]]
         most = max(most, gain * largest)

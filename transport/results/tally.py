@@ -231,11 +231,11 @@ class CellSums:
     """
 
     def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
-        turned: Adjoint = result.plan.turned
-        self.turned, self.batches, self.run, self.plan = turned, result.batches, result.run, result.plan
-        self.parts = turned.parts_of(sensor)
+        adjoint: Adjoint = result.plan.adjoint
+        self.adjoint, self.batches, self.run, self.plan = adjoint, result.batches, result.run, result.plan
+        self.parts = adjoint.parts_of(sensor)
         self.is_view = isinstance(sensor, PointInstrument)
-        self.lamps = tuple(range(len(turned.lamps))) if lamps is None else lamps
+        self.lamps = tuple(range(len(adjoint.sources))) if lamps is None else lamps
 
     @cached_property
     def means(self) -> list[np.ndarray | ChunkedArray]:
@@ -260,7 +260,7 @@ class CellSums:
 
     def _weights(self, part: SensorPart, lamp: int) -> np.ndarray:
         """Weights that flights and rays brought to a lamp, per cell."""
-        weights, scale = self.rows_of(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
+        weights, scale = self.rows_of(part, "weights", 1 + lamp), self.adjoint.scales.get(lamp)
         return (
             weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
         )
@@ -270,12 +270,12 @@ class CellSums:
         counts = self.rows_of(part, "counts", 1 + lamp)
         return (
             counts + self.rows_of(part, "counts", self.block_of(lamp))
-            if lamp in self.turned.scales
+            if lamp in self.adjoint.scales
             else counts
         )
 
     def block_of(self, lamp: int) -> int:
-        return 1 + len(self.turned.lamps) + lamp
+        return 1 + len(self.adjoint.sources) + lamp
 
     def _histories_per_cell(self, part: SensorPart) -> np.ndarray:
         """Histories of each cell.
@@ -290,7 +290,7 @@ class CellSums:
     def rows_of(self, part: SensorPart, kind: str, block: int) -> np.ndarray | ChunkedArray:
         """(B, cells); for a view with very many cells, computed in chunks."""
         begin, shape = (
-            self.turned.first + block * self.turned.cells + part.first,
+            self.adjoint.first + block * self.adjoint.cells + part.first,
             (len(self.batches), part.cells),
         )
 

@@ -68,9 +68,9 @@ def open_executor(
 ) -> Iterator[Executor]:
     """Yield an executor that is ready to start. Raise SceneError where the cluster cannot run the scene."""
     if staff.cluster is None:
-        machine = compiled_program_for(scene, way.tracking, way.method, bar)
+        compiled = compiled_program_for(scene, way.tracking, way.method, bar)
         yield Executor(
-            machine.program.plan, partial(ThreadExecutor, machine, way.seed, staff.threads), staff.threads
+            compiled.program.plan, partial(ThreadExecutor, compiled, way.seed, staff.threads), staff.threads
         )
         return
     from transport.run.dask.client import DaskExecutor

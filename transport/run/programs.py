@@ -32,6 +32,6 @@ def compiled_program_for(scene: Scene, tracking: Tracking | None, method: Method
     from transport.engine.driver import compile_program
 
     program = program_for(scene, tracking, method)
-    if program.machine is None:
-        program.machine = compile_program(program, bar.compiling)
-    return program.machine
+    if program.compiled is None:
+        program.compiled = compile_program(program, bar.compiling)
+    return program.compiled

@@ -56,12 +56,12 @@ class OrderedResults:
 class ThreadExecutor(OrderedResults):
     """Compute batches in threads of this process, each with its own bundle."""
 
-    def __init__(self, machine: object, seed: int, threads: int, count: int) -> None:
+    def __init__(self, compiled: object, seed: int, threads: int, count: int) -> None:
         """count: number of batches, among which the sample of a Snapshot is divided."""
         from transport.engine.bundle import empty_bundle
 
         super().__init__()
-        self.machine, self.seed, self.count, self.threads = machine, seed, count, threads
+        self.compiled, self.seed, self.count, self.threads = compiled, seed, count, threads
         self.bundles = [empty_bundle() for _ in range(threads)]
 
     @property
@@ -124,8 +124,8 @@ class ThreadExecutor(OrderedResults):
                 begun = time.perf_counter()
                 # Keep no reference to the raw sums: they would double the memory of the next batch.
                 parcel[number] = batch_of(
-                    self.machine.program.plan,
-                    run_batch(self.machine, self.seed, number, size, bundle, self.count),
+                    self.compiled.program.plan,
+                    run_batch(self.compiled, self.seed, number, size, bundle, self.count),
                     number,
                 )
                 bundle["started"], now = 0, time.perf_counter()

@@ -245,7 +245,7 @@ def footprint_of(program) -> Footprint:
     from transport.engine.bundle import HEADER_WORDS, PITCH, empty_bundle
     from transport.engine.registry import LANE_FIELDS
 
-    steps = (*program.steps, *program.withdrawal, *program.sight)
+    steps = (*program.steps, *program.bank_steps, *program.shadow_steps)
     touched = {name for lane_pass, _ in steps for name in lane_pass.fields} | set(program.carried)
     used = touched | {name for lane_pass in program.passes for name in lane_pass.fields}
     return Footprint(

@@ -52,7 +52,7 @@ def effects_of(scene: Scene | Treatment) -> Effects:
         if name in touched | set(carried)
     }
     births = tuple(tuple(lane_pass.name for lane_pass, _ in part) for part in program.births)
-    steps = (*program.steps, *program.withdrawal, *program.sight)
+    steps = (*program.steps, *program.bank_steps, *program.shadow_steps)
     return Effects(births, tuple(lane_pass.name for lane_pass, _ in steps), fields)
 
 

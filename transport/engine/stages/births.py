@@ -53,7 +53,7 @@ def birth_steps(plan, emitter):
         for _, row, shape in plan.members
         if row["sheet"] == sheet and row["code"] & DETECTOR_BITS
     ]
-    if metered and emitter.place[0] != "born_at_point" and plan.turned is None:
+    if metered and emitter.place[0] != "born_at_point" and plan.adjoint is None:
         yield from _score_birth(plan, emitter, metered)
 
 

@@ -50,7 +50,7 @@ def score_paths(plan):
         yield from _bin_directions(volume)
         for row in volume.grids:
             yield step(volume_cells.walk_through_grid, row)
-        if plan.turned is not None:
+        if plan.adjoint is not None:
             by_cell = backward.score_path_by_cell_in_media if volume.absorbs else backward.score_path_by_cell
             yield step(by_cell, volume.row)
         elif volume.has_cells:

@@ -250,7 +250,7 @@ def _next_event_ray_fields(plan):
     moves += [("inside", "inside")] * plan.has_bodies + [("own_facet", "own_facet")] * bool(plan.meshes)
     moves += [("visited", "visited")] * bool(plan.marks)
     moves += [("reflections", "reflections")] * plan.counts_reflections
-    moves += [("cell", "cell")] * (plan.turned is not None)
+    moves += [("cell", "cell")] * (plan.adjoint is not None)
     return field_moves(plan, moves)
 
 

@@ -68,7 +68,7 @@ def optical_depth_message(plan: Plan, title: str, place: Shape | Vector, particl
 
     title: name of the detector in the message;  place: its shape, or a point [m].
     """
-    if plan.turned is not None or not has_media(plan.scene):
+    if plan.adjoint is not None or not has_media(plan.scene):
         return None
     ways = [(straight_path_to(plan.scene, emitter, place), emitter) for emitter in plan.emitters]
     way, emitter = min(ways, key=lambda found: found[0].depth)

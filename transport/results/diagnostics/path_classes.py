@@ -278,7 +278,7 @@ def sensor_path_findings(
     met: scores by lamp, in cells with a large weight in the mean;  histories: that started there;  error: of
     the mean radiance;  heaviest: weight of a cell, relative to equal cells;  events: of the run.
     """
-    scene = plan.turned.scene
+    scene = plan.adjoint.scene
     for number, each in _classes_of_sources(plan, sensor, parts, met, error, heaviest):
         finding = each.finding(title, histories) if isinstance(each, PathClass) else each
         if finding is None:
@@ -286,7 +286,7 @@ def sensor_path_findings(
         gain = max(part.gains[number] for part in parts)
         finding = replace(finding, object=title, bound=finding.bound * gain)
         if isinstance(each, PathClass) and isinstance(sensor, Detector):
-            lamp = plan.turned.lamps[number].source
+            lamp = plan.adjoint.sources[number].source
             unit = math.pi * scene.shape_of(sensor).area
             finding = _with_probe_bound(
                 scene, sensor, each, finding, histories, error, unit, gain, lamp, events
@@ -306,14 +306,14 @@ def _classes_of_sources(
 
     `largest`, `straight` in units of a sum of 1 over one history.
     """
-    scene = plan.turned.scene
+    scene = plan.adjoint.scene
     expected = {each.detector.name: each for each in plan.expectations}
     with_rays = {
         k: expected[lamp.detector.name]
-        for k, lamp in enumerate(plan.turned.lamps)
+        for k, lamp in enumerate(plan.adjoint.sources)
         if lamp.detector.name in expected
     }
-    for number, lamp in enumerate(plan.turned.lamps):
+    for number, lamp in enumerate(plan.adjoint.sources):
         if number not in met:
             continue
         # Flights: direct light of the lamp, and light via specular surfaces.

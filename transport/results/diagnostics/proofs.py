@@ -143,7 +143,7 @@ def unconnected_sources(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
     """The sources whose births no ray connects and that may send light straight to a side of a shape."""
     for emitter in plan.emitters:
         emission = emitter.source.emission
-        if emitter.target is not None and plan.turned is None:
+        if emitter.target is not None and plan.adjoint is None:
             yield source_name(plan.scene, emitter.source)
             continue
         if not isinstance(emission, Beam) or miss_distance(emitter.shape, emission.direction, shape) > 0:

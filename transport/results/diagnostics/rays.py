@@ -45,7 +45,7 @@ def detector_unvisited_findings(sums: DetectorSums, total: Estimate) -> Iterator
     plan, detector, shape = sums.plan, sums.detector, sums.shape
     if not (
         plan.sends_shadow_rays
-        and plan.turned is None
+        and plan.adjoint is None
         and uses_next_event(plan.scene, detector)
         and total.error > 0
     ):
@@ -193,7 +193,7 @@ def _is_significant(excess: np.ndarray) -> bool:
 def detector_forward_peaks(sums: DetectorSums, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
     plan, detector, shape = sums.plan, sums.detector, sums.shape
-    told = plan.sends_shadow_rays and plan.turned is None and uses_next_event(plan.scene, detector)
+    told = plan.sends_shadow_rays and plan.adjoint is None and uses_next_event(plan.scene, detector)
     if not (told and plan.scatters and total.error > 0):
         return
     gap, histories = min_collision_distance(plan, shape), int(sums.run.sizes.sum())

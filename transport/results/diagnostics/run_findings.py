@@ -243,7 +243,7 @@ def _particle_messages(result: Record) -> Iterator[str]:
             f"{astray} times light reached a Dielectric from a medium of another index than the surface"
             " separates: close its gaps, or give adjacent media the same index"
         )
-    is_aimed = result.plan.turned is None and any(
+    is_aimed = result.plan.adjoint is None and any(
         emitter.target is not None for emitter in result.plan.emitters
     )
     if is_aimed and sum(batch.born for batch in batches) == 0:
@@ -253,7 +253,7 @@ def _particle_messages(result: Record) -> Iterator[str]:
 def _aim_messages(result: Record) -> Iterator[str]:
     """The detectors for which an aim does not cover every path."""
     scene = result.scene
-    aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.turned is None]
+    aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.adjoint is None]
     for detector in scene.meters if aims else ():
         on_the_way = [
             meter for meter in scene.meters if meter is detector or meter.name in (detector.via or ())

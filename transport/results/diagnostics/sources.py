@@ -279,7 +279,7 @@ def _is_negligible(plan: Plan, share: float, fluence: Estimate) -> bool:
 
 def faint_sources(plan: Plan, particles: int) -> list[str]:
     """A warning for each source with fewer than MIN_SCORES_FOR_ERROR expected histories; births are drawn by power."""
-    if plan.turned is not None:
+    if plan.adjoint is not None:
         return []
     total = math.fsum(emitter.bound for emitter in plan.emitters)
     found = []

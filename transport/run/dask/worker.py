@@ -87,7 +87,7 @@ def compile_run(name: str) -> UnknownRun | None:
     post = _run_of(name)
     if post is None:
         return _unknown_run()
-    post.machine()
+    post.compiled_program()
     return None
 
 
@@ -136,7 +136,7 @@ class WorkerRun:
         self.used = time.monotonic()
         threading.Thread(target=self._prepare, daemon=True).start()
 
-    def machine(self):
+    def compiled_program(self):
         """Return the compiled program; the first caller makes it, and the others wait.
 
         Raise SceneError where memory does not suffice.
@@ -163,14 +163,14 @@ class WorkerRun:
         from transport.engine.driver import run_batch
         from transport.results.batches import batch_of
 
-        machine, done, times = self.machine(), {}, []
+        compiled, done, times = self.compiled_program(), {}, []
         bundle = self._take_bundle()
         try:
             for number, size in batches:
                 begun = time.perf_counter()
                 # Keep no reference to the raw sums: they would double the memory of the next batch.
                 done[number] = batch_of(
-                    machine.program.plan, run_batch(machine, seed, number, size, bundle, count), number
+                    compiled.program.plan, run_batch(compiled, seed, number, size, bundle, count), number
                 )
                 times.append((size, time.perf_counter() - begun))
         finally:
@@ -188,8 +188,8 @@ class WorkerRun:
 
     def _prepare(self) -> None:
         """Compile the program in advance."""
-        with suppress(Exception):  # raised again to the callers of `machine`
-            self.machine()
+        with suppress(Exception):  # raised again to the callers of `compiled_program`
+            self.compiled_program()
 
     def stop(self) -> None:
         """Stop the batches in progress, and accept no others."""
