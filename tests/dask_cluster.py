@@ -126,7 +126,7 @@ def disturbed(cluster: DaskCluster, how: str | None) -> Iterator[list[str]]:
         happened.extend([how] * (how is not None))
 
     try:
-        with _first(DaskExecutor, "begin", begins), _first(ClusterExecutor, "_keep", come):
+        with _first(DaskExecutor, "begin", begins), _first(ClusterExecutor, "_store", come):
             yield happened
     finally:
         if how == "killed" and not happened:  # nothing was to be done

@@ -23,12 +23,12 @@ LOCAL = {"cluster": "local", "threads": 2}
 SOON = 30.0  # [s] in which a run must end once its last worker has
 DYING = """
 import os, signal
-from transport.run.dask.worker import WorkerRun as Post
+from transport.run.dask.worker import WorkerRun
 
 def die(*_):
     os.kill(os.getpid(), signal.SIGKILL)
 
-Post.{method} = die
+WorkerRun.{method} = die
 """
 
 pytestmark = pytest.mark.usefixtures("small_groups")
@@ -76,8 +76,8 @@ def test_a_run_ends_with_what_it_has_when_its_workers_are_killed(monkeypatch):
     ("code", "ending"),
     [
         ("import os\ndef dask_setup(worker):\n    os._exit(3)\n", "exit status 3"),
-        (DYING.format(method="machine"), "killed by SIGKILL"),
-        (DYING.format(method="machine") + "Post._prepare = lambda _: None\n", "killed by SIGKILL"),
+        (DYING.format(method="compiled_program"), "killed by SIGKILL"),
+        (DYING.format(method="compiled_program") + "WorkerRun._prepare = lambda _: None\n", "killed by SIGKILL"),
     ],
     ids=["as they start", "as they compile", "one after the other"],
 )
