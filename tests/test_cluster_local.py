@@ -77,7 +77,10 @@ def test_a_run_ends_with_what_it_has_when_its_workers_are_killed(monkeypatch):
     [
         ("import os\ndef dask_setup(worker):\n    os._exit(3)\n", "exit status 3"),
         (DYING.format(method="compiled_program"), "killed by SIGKILL"),
-        (DYING.format(method="compiled_program") + "WorkerRun._prepare = lambda _: None\n", "killed by SIGKILL"),
+        (
+            DYING.format(method="compiled_program") + "WorkerRun._prepare = lambda _: None\n",
+            "killed by SIGKILL",
+        ),
     ],
     ids=["as they start", "as they compile", "one after the other"],
 )
