@@ -360,7 +360,8 @@ def coerce_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking |
         if tracking is not None and tracking.absorption == "weighted" and scene.duration is not None:
             cure = "leave it out" if isinstance(given, str) else "write Tracking(absorption='analog', ...)"
             raise SceneError(
-                f"simulate: tracking must be analog in a scene with a duration, got {short_repr(given)}; {cure}"
+                f"simulate: tracking must be analog in a scene with a duration, got {short_repr(given)};"
+                f" {cure}"
             )
         return tracking
     must = "tracking must be 'analog', 'weighted' or a Tracking"

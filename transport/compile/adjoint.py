@@ -1,8 +1,8 @@
 """The adjoint scene of the estimator "backward": detectors emit bin by bin, and sources are detected.
 
 The scene that is run is an ordinary scene with an ordinary plan. Two things differ: each particle is born in
-a cell, which is one bin of a detector (engine/passes/backward.py), and what it brings to a source is summed by its
-cell of birth.
+a cell, which is one bin of a detector (engine/passes/backward.py), and what it brings to a source is summed
+by its cell of birth.
 See transport.compile.method_backward.
 """
 
@@ -219,8 +219,8 @@ def _refractive_index(medium: np.ndarray | None, source: Source) -> float:
         return 1.0
     if medium["index"] == 0:
         raise SceneError(
-            f"Source: the refractive index around it is unknown, got {short_repr(source.shape)}; name the media of"
-            " surfaces, or move the source, for estimator='backward'"
+            f"Source: the refractive index around it is unknown, got {short_repr(source.shape)}; name the"
+            " media of surfaces, or move the source, for estimator='backward'"
         )
     return float(medium["index"])
 

@@ -96,6 +96,7 @@ class BackwardReading(Reading):
 
     @property
     def is_blind(self) -> bool:
+        """Whether the detector has no score."""
         return not any(counts.any() for counts in self._cell_sums.counts)
 
     @cached_property
@@ -139,6 +140,7 @@ class BackwardReading(Reading):
         return [self.sums._extents(part) for part in self._cell_sums.parts]
 
     def scores_on(self, side: int) -> Scores | None:
+        """Scores by size, the same for both sides; None if their sizes are not known."""
         return self.scores
 
     @cached_property

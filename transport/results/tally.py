@@ -26,7 +26,7 @@ from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrAr
 from transport.units import Unit
 
 ARRIVALS, DEPARTURES = 0, 1
-STORAGE_ORDER = (  # axes of the rows, in the order of the distance between their bins in memory, largest first
+STORAGE_ORDER = (  # axes of the rows, ordered by the distance of their bins in memory, largest first
     "time",
     "speed",
     "u",
@@ -275,6 +275,7 @@ class CellSums:
         )
 
     def block_of(self, lamp: int) -> int:
+        """Number of the block of sums that shadow rays to a source have of their own."""
         return 1 + len(self.adjoint.sources) + lamp
 
     def _histories_per_cell(self, part: SensorPart) -> np.ndarray:

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
 # Spheres, boxes, slabs and half spaces are decided by inequalities, closed meshes by their winding number,
 # bodies of open surfaces by the majority of a few straight lines.
 
-TEST_DIRECTIONS = np.array(  # directions of the lines that decide what is inside; none along an axis or a diagonal
+# directions of the lines that decide what is inside; none along an axis or a diagonal
+TEST_DIRECTIONS = np.array(
     [(0.36, 0.48, 0.8), (-0.64, 0.6, 0.48), (0.28, -0.576, 0.768), (-0.352, -0.36, 0.864),
      (0.768, 0.28, -0.576), (-0.48, 0.8, -0.36), (0.6, -0.48, -0.64)]
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a scene consists of, before anything is checked: sources, surfaces, detectors, the surrounding medium, the clock."""
+"""Parts of a scene before any check: sources, surfaces, detectors, the surrounding medium, the clock."""
 
 from collections.abc import Iterable
 from functools import cached_property

@@ -200,8 +200,8 @@ def even_scores_findings(
 def weak_denominator_findings(value: np.ndarray, error: np.ndarray) -> tuple[Finding, ...]:
     """Findings against a ratio whose denominator (*dims) may be near 0.
 
-    Its error is propagated by derivatives, which hold if the denominator is as certain as MIN_SCORES_FOR_ERROR scores
-    make it.
+    Its error is propagated by derivatives, which hold if the denominator is as certain as
+    MIN_SCORES_FOR_ERROR scores make it.
     """
     with np.errstate(invalid="ignore"):
         is_weak = error**2 * MIN_SCORES_FOR_ERROR > value**2

@@ -32,8 +32,8 @@ from transport.statistics.findings import (
 # ---- Counts of scores by size: whether a few of them carry an error, and what larger ones might add.
 #
 # Every score counts by itself; several scores of one history, or of its copies, show only in the batches.
-# Sizes are known by cells, a quarter of an octave or sixteen times as wide; their edges give the tail and their
-# means the moments.
+# Sizes are known by cells, a quarter of an octave or sixteen times as wide; their edges give the tail and
+# their means the moments.
 
 MAX_TAIL_SCORES, MIN_TAIL_SCORES, TAIL_SHARE = (
     200,
@@ -106,7 +106,7 @@ class Scores:
     def tail_index(self) -> float:
         """Index of Pareto's law that fits the largest scores best: s^-index of them are above a size s.
 
-        Maximum likelihood for counts in cells (Hill 1975 for sizes); nan for fewer than MIN_TAIL_SCORES scores.
+        Maximum likelihood for counts in cells (Hill 1975 for sizes); nan below MIN_TAIL_SCORES scores.
         """
         first, number = self._tail
         if number < MIN_TAIL_SCORES:

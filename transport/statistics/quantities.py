@@ -270,7 +270,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _error_with_unknown(self) -> np.ndarray:
-        """One standard error that includes the uncertainty of equal batches, ``(*dims)``; infinite if unknown."""
+        """One standard error including the uncertainty of equal batches, ``(*dims)``; infinite if unknown."""
         from scipy.special import ndtri
 
         reason, error = self._replicates.reason, np.asarray(self._error_bars.error)

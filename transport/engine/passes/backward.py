@@ -346,7 +346,8 @@ def score_path_by_cell(b, table, first, live):
 def score_path_by_cell_in_media(b, table, first, live):
     """The same where media absorb: mean weight along the path times its length.
 
-    Fields: reads `weight`, `history`, `cell`, `length_before`, `length_inside`, `path_absorption`; updates `scored`.
+    Fields: reads `weight`, `history`, `cell`, `length_before`, `length_inside`, `path_absorption`; updates
+    `scored`.
     """
     total, scale, salt = 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):

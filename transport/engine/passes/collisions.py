@@ -37,10 +37,10 @@ from transport.physics.scattering import (
 
 # ---- Absorption too weak for the digits of a weight: unbiased to the last unit of the ledger.
 #
-# before * exp(-depth), rounded, is off by half a unit in its last place: 1e-16 / depth of the absorbed weight,
-# with the same sign where all paths are equal; below 1e-16 nothing is absorbed at all. The absorbed weight
-# before * (1 - exp(-depth)) is known to all digits, so the remaining weight is rounded up or down at random
-# with the right mean.
+# before * exp(-depth), rounded, is off by half a unit in its last place: 1e-16 / depth of the absorbed
+# weight, with the same sign where all paths are equal; below 1e-16 nothing is absorbed at all. The absorbed
+# weight before * (1 - exp(-depth)) is known to all digits, so the remaining weight is rounded up or down at
+# random with the right mean.
 
 # optical depth below which this is done: above it rounding errs by at most 1e-10 of the absorbed weight
 WEAK_DEPTH = 2.0**-20

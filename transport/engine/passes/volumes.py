@@ -38,7 +38,8 @@ def set_flight_end_in_media(b, table, first, live):
 
     Also the absorption coefficient along the path, and the total one.
 
-    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `flight_end`, `path_absorption`, `total_absorption`.
+    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `flight_end`,
+    `path_absorption`, `total_absorption`.
     """
     for k in range(first, live):
         flies = (b.flies[k] != 0) & (b.weight[k] != 0.0)
@@ -180,7 +181,8 @@ def mean_transmittance(depth):
 def score_path_in_media(b, table, first, live):
     """The same where media absorb: mean weight along the path times its length; also the absorbed weight.
 
-    Fields: reads `weight`, `history`, `length_before`, `length_inside`, `path_absorption`, `total_absorption`; updates `scored`.
+    Fields: reads `weight`, `history`, `length_before`, `length_inside`, `path_absorption`,
+    `total_absorption`; updates `scored`.
     """
     total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
     salt = hash_salt(b.seed_low, b.batch)

@@ -76,8 +76,8 @@ def optical_depth_message(plan: Plan, title: str, place: Shape | Vector, particl
     if not (is_hopeless if plan.splits else way.is_too_deep(plan, particles)):
         return None
     where = (
-        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {way.depth:.3g} mean free paths of"
-        " media"
+        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {way.depth:.3g} mean free paths"
+        " of media"
     )
     return f"no particle has reached {title}: {where}; {_depth_cure(plan, emitter, way)}"
 
@@ -156,12 +156,12 @@ def _emitter_name(plan: Plan, emitter: Emitter) -> str:
     return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
 
 
-# ---- Diagnostic "roulette survivors": whether survivors of roulette may be missing from a number and its error.
+# ---- Diagnostic "roulette survivors": whether survivors may be missing from a number and its error.
 #
-# Roulette ends light histories and makes a few of them heavier.  If all arrivals at a detector are far lighter,
-# a run may end before the first survivor arrives: its mean is then too low, and its error measures the spread
-# of the light ones alone.  Such a run can be recognised: a single survivor would add more than the error
-# allows.
+# Roulette ends light histories and makes a few of them heavier.  If all arrivals at a detector are far
+# lighter, a run may end before the first survivor arrives: its mean is then too low, and its error measures
+# the spread of the light ones alone.  Such a run can be recognised: a single survivor would add more than the
+# error allows.
 
 MIN_RELATIVE_NOISE = 1e-6  # relative error below which scores have not passed a medium by chance
 

@@ -4,8 +4,8 @@ The estimators "expected" and "backward" connect diffuse walls, collisions and b
 lamp, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light whose last
 vertex is specular, beams, light from very near, and, in a backward run, the direct view of a lamp.  These
 flights have sums of their own, apart from those of rays, so a run knows how often each class scored.  A class
-with fewer than MIN_SCORES_FOR_ERROR scores may contribute (U(n) - n) S / N more, with S the largest possible score
-(findings.unseen_scores); a class that geometry proves to be empty is left out.
+with fewer than MIN_SCORES_FOR_ERROR scores may contribute (U(n) - n) S / N more, with S the largest possible
+score (findings.unseen_scores); a class that geometry proves to be empty is left out.
 
 Every other estimator finds all light by chance, which is one class.
 """

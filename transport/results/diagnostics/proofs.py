@@ -167,6 +167,7 @@ def miss_distance(origin: Shape, direction: Vector, shape: Shape) -> float:
 
 
 def source_name(scene: Scene, source: Source) -> str:
+    """Return the name of a source in messages: `sources[i]`, or an emitting medium."""
     numbers = [number for number, each in enumerate(scene.sources) if each is source]
     return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
 

@@ -132,8 +132,8 @@ def _raise_gap(scene: SceneParts, body: Body, taken: FaceCrossings) -> None:
         cure = f"reverse its normal, or write {'back' if word == 'front' else 'front'} instead of {word}"
     elif (across := _closing_surface(scene, body, taken)) is not None:
         cure = (
-            f"close the gap by a separate surface: {surface_name(scene, across)} does not bound the body there;"
-            f" put a Transparent() Disk or Rectangle into it that names {short_repr(body.medium)} too"
+            f"close the gap by a separate surface: {surface_name(scene, across)} does not bound the body"
+            f" there; put a Transparent() Disk or Rectangle into it that names {short_repr(body.medium)} too"
         )
     raise SceneError(f"Scene: {surface_name(scene, number)}: {must}; {cure}")
 

@@ -139,9 +139,9 @@ def _check_half_spaces(scene: SceneParts, one: Body, other: Body, is_same: bool)
     if is_same or not bodies_overlap(scene, one, other):
         return
     raise SceneError(
-        f"Scene: {_surface_names(scene, one)} and {_surface_names(scene, other)} must not fill half spaces that"
-        f" overlap, got {short_repr(one.medium)} in both; for the region between planes write Slab(...), Box(...)"
-        " or Box(...).faces()"
+        f"Scene: {_surface_names(scene, one)} and {_surface_names(scene, other)} must not fill half spaces"
+        f" that overlap, got {short_repr(one.medium)} in both; for the region between planes write Slab(...),"
+        " Box(...) or Box(...).faces()"
     )
 
 
