@@ -130,7 +130,7 @@ def short_repr(value: object) -> str:
 
 
 def degrees_hint(angle: float | None) -> str:
-    """Return a hint, as the end of a message, if an angle [rad] looks like degrees; else an empty text."""
+    """Return a hint, as the end of a message, if an angle [rad] is probably in degrees; else ""."""
     return (
         f"; angles are in radians: write {angle:g} * tp.deg" if angle is not None and 1 < angle <= 360 else ""
     )

@@ -124,7 +124,7 @@ def _detected_source(scene: Scene, source: Source, place: str) -> DetectedSource
 
 
 def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) -> None:
-    """Give the plan of an adjoint scene its cells of birth and the rows of its sums by cell."""
+    """Set the cells of birth in the plan of an adjoint scene, and the rows of its sums by cell."""
     parts, emitters, first = [], [], 0
     # Divide each detector's particles among the pieces of its shape, and number the cells.
     for sensor, source in zip(scene.detectors, plan.scene.sources, strict=True):

@@ -73,7 +73,7 @@ class MeshTable:
 
 @dataclass
 class Plan:
-    """All that the engine needs to know about a scene."""
+    """All data about a scene that the engine needs."""
 
     scene: Scene
     space: Space

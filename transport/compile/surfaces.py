@@ -241,7 +241,7 @@ def covers_same_points(one: SheetMember, other: SheetMember) -> bool:
 
 
 def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Space) -> None:
-    """Give all flat members of a sheet the point of the smallest one, and detectors its normal.
+    """Set all flat members of a sheet to the point of the smallest one, and detectors to its normal.
 
     With planes of their own they would lie a rounding apart, and a particle that crosses there could miss
     both or hit one twice.

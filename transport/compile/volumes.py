@@ -218,7 +218,7 @@ def is_dense(plan: Plan, layer: np.ndarray) -> bool:
 
 
 def fill_sizes(plan: Plan) -> None:
-    """Give each side of each detector its cells; the first cells belong to no detector.
+    """Assign cells to each side of each detector; the first cells belong to no detector.
 
     Expected scores have rows and a unit of their own, and so cells of their own.
     """

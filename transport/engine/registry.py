@@ -139,7 +139,7 @@ class Pass:
 
     @property
     def entry(self):
-        """What the driver calls: the address of the callback, or the Python function without compilation."""
+        """Address of the callback for the driver, or the Python function without compilation."""
         return self.function if config.DISABLE_JIT else self.compiled.address
 
 

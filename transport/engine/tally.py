@@ -56,7 +56,7 @@ def limbs(weight):
 
 @device
 def unbiased_limbs(weight, chance):
-    """The same, but a weight below FAINT, of which limbs would keep few digits or none, is unbiased.
+    """Return limbs that are unbiased for a weight below FAINT; `limbs` would keep few digits of it or none.
 
     It is rounded up with the probability of its remainder. chance: uniform in [0, 1). Zero stays zero.
     """

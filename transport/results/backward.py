@@ -318,7 +318,7 @@ class ViewReading(ReadingBase):
 
     @cached_property
     def counts(self) -> EstimateOrArray:
-        """How often histories reached sources in the whole run, by pixel or bin.
+        """Number of arrivals of histories at sources in the whole run, by pixel or bin.
 
         Returns
         -------
@@ -487,7 +487,7 @@ def missing_of_cells(
 
 
 def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> LampScores:
-    """How often flights and rays of the chosen cells (None: all) reached a lamp.
+    """Number of flights and rays of the chosen cells (None: all) that reached a source.
 
     Rays only if it has any.
     """

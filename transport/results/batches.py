@@ -68,7 +68,7 @@ def common_probability(records: list[np.ndarray], snapshots: list[int], most: in
 
 
 def chosen_records(records: np.ndarray, snapshot: int, chance: float) -> np.ndarray:
-    """Which records belong to a snapshot and to histories chosen with this probability, (N,) of bool."""
+    """Mask of the records of a snapshot whose histories are chosen with this probability, (N,) of bool."""
     return (records["snapshot"] == snapshot) & (_priorities(records) < chance)
 
 

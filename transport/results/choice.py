@@ -49,7 +49,7 @@ class Pilot:
 
     @property
     def cost(self) -> float:
-        """Time [s] until the error is reached and nothing foretold is doubtful."""
+        """Time [s] until the error is reached and no forecast finding is doubtful."""
         return max(self.price, self.seconds * self.foretold) if self.foretold > 1 else self.price
 
 

@@ -247,7 +247,7 @@ class CellSums:
 
     @cached_property
     def counts(self) -> list[np.ndarray | ChunkedArray]:
-        """For each part, how often its cells' histories reached sources, (B, cells)."""
+        """For each part, the number of arrivals of its cells' histories at sources, (B, cells)."""
         return [sum(self._lamp_counts(part, lamp) for lamp in self.lamps) for part in self.parts]
 
     @property
@@ -259,14 +259,14 @@ class CellSums:
         return self._weights(part, lamp) * part.gains[lamp]
 
     def _weights(self, part: SensorPart, lamp: int) -> np.ndarray:
-        """Weights that flights and rays brought to a lamp, per cell."""
+        """Weights that flights and rays brought to a source, per cell."""
         weights, scale = self.rows_of(part, "weights", 1 + lamp), self.adjoint.scales.get(lamp)
         return (
             weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
         )
 
     def _lamp_counts(self, part: SensorPart, lamp: int) -> np.ndarray:
-        """How often flights and rays reached a lamp, per cell."""
+        """Number of flights and rays that reached a source, per cell."""
         counts = self.rows_of(part, "counts", 1 + lamp)
         return (
             counts + self.rows_of(part, "counts", self.block_of(lamp))

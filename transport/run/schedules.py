@@ -151,7 +151,7 @@ def slice_leg(leg: Leg, first: int, past: int) -> Leg:
 class Schedule:
     """The stored batches and the rule for the next ones.
 
-    This schedule is for `seconds`: batches double as the run goes on. Between `count` and twice as many
+    This schedule is for `seconds`: batches double as the run continues. Between `count` and twice as many
     batches are stored; at the upper limit pairs are merged.
     """
 
@@ -342,7 +342,7 @@ class QmcSchedule(FixedCount):
 
 
 class PilotThenRun(Schedule):
-    """For an `error`: a pilot of small batches, then as many particles as the last error check asks for."""
+    """For an `error`: a pilot of small batches, then as many particles as the last error check requires."""
 
     most = 4
 

@@ -56,13 +56,13 @@ class Standing:
 
     @property
     def _rare_shortfall(self) -> float:
-        """Return the same for scores that are too rare; a run goes on until it has enough of them."""
+        """Return the same for scores that are too rare; a run continues until it has enough of them."""
         return math.sqrt(self.foretold) if self.foretold > 1 else 0.0
 
 
 @dataclass(frozen=True)
 class Look:
-    """An error check: what a run knows at a planned number of particles."""
+    """An error check: the status of all quantities at a planned number of particles."""
 
     particles: int
     batches: int

@@ -498,7 +498,7 @@ def _edges_by_axis(subject: object, ranges: dict[str, Range], where: str) -> dic
 
 
 def _angle_hint(name: str, edges: np.ndarray) -> str:
-    """Return a hint for edges out of range that look like degrees, as the end of a message."""
+    """Return a hint for edges out of range that are probably degrees, as the end of a message."""
     if name == "mu":
         return "; mu is a cosine: for angles write theta=" if edges[-1] > 1 else ""
     return degrees_hint(float(np.abs(edges).max())) if name in ("theta", "phi") else ""

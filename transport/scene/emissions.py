@@ -480,7 +480,7 @@ class Gas(ParticleEmission):
 
 @scene_object
 class Effusive(ParticleEmission):
-    """Effusion: the particles that a gas behind a surface would send through it.
+    """Effusion: particles that a gas behind a surface would send through it.
 
     Directions follow the cosine law, speeds are weighted by the speed. Give exactly one of `density`,
     `exitance` and `number`.

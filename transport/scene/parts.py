@@ -31,7 +31,7 @@ class SceneParts:
 
     @property
     def measured_in(self) -> str:
-        """What all sources emit: "watts" or "particles"; media that emit do so in watts.
+        """Unit of the emission of all sources: "watts" or "particles"; media that emit do so in watts.
 
         Returns
         -------

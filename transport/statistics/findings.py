@@ -33,7 +33,7 @@ SEVERITIES = (NOTE, BOUNDED, DOUBTFUL)
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What a check or diagnostic found about a number.
+    """Result of a check or diagnostic about a number.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class Finding:
 
 
 def unseen_scores(scores: float | np.ndarray) -> Any:
-    """How many scores beyond the counted ones were possible: U(n) - n, with U Poisson's 95 % upper limit.
+    """Number of scores possible beyond the counted ones: U(n) - n, with U Poisson's 95 % upper limit.
 
     3.0 for n = 0; 0 from MIN_SCORES_FOR_ERROR on, because the standard error includes the spread of so many.
 

@@ -2,7 +2,7 @@
 
 The variance among a bin's own batches is a poor measure of rare large scores.  A bin without one reads low
 with a small error, a bin with one reads high with a large error, so that the error depends on the luck of the
-value.  Neighbouring bins have other luck but nearly the same variance, so they know it better.
+value.  Neighbouring bins have other luck but nearly the same variance, so they estimate it better.
 
 The difficulty is to distinguish an edge in the picture from luck.  The *inner spread* does it: the spread of
 the inner three quarters of a bin's batches, which rare scores do not change.  Bins are pooled with neighbours

@@ -1,4 +1,4 @@
-"""How reliable an error bar is: how many scores carry it, how heavy their tail is, whether batches agree.
+"""Reliability of an error bar: number of scores that carry it, weight of their tail, agreement of batches.
 
 An error measures the spread of the scores in hand.  If rare large scores are still missing, mean and error
 are both too low.  The present scores show it: a few of them carry the error, or the largest thin out so
@@ -172,7 +172,8 @@ class Scores:
         return first, int(above[first])
 
 
-# ---- How reliable an error bar is: how many scores carry it, how heavy their tail is, whether batches agree.
+# ---- Reliability of an error bar: number of scores that carry it, weight of their tail, agreement of
+# batches.
 
 MAX_CHANCE_EXCESS = 4.0  # excess of a number of scores, in its square roots, that chance may cause
 TREND_CHANCE, OUTLIER_CHANCE = (
@@ -207,7 +208,7 @@ class Quality:
         Standard errors that scores larger than all present ones would add if the law of the largest
         continues.
     trend : float
-        Probability that batches without a trend look so.
+        Probability that batches without a trend give such a one.
     verdict : {"sound", "bounded", "doubtful"}
         Verdict on the quantity; the worst one of its bins.
     findings : tuple of Finding

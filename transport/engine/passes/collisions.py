@@ -165,7 +165,7 @@ def attenuate(b, table, first, live):
 
 @device
 def attenuate_unbiased(b, first, live):
-    """The same if some paths are too thin for the digits of a weight (collisions.py).
+    """Absorb along the path where the change of a weight may be below its last digits; unbiased.
 
     Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
     """
@@ -218,7 +218,7 @@ def account_absorbed_in(b, table, first, live):
 
 @lane_pass(ABSORBING_MEDIUM)
 def account_absorbed_in_all(b, table, first, live):
-    """The same for many media: one addition per lane, from the row of the first medium on.
+    """Add the absorption in all media to their rows of the ledger: one addition per lane.
 
     Fields: reads `medium`, `high`, `low`.
     """

@@ -144,7 +144,7 @@ def score(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def score_all(b, table, first, live):
-    """The same where nearly every lane has a bin; row 0 takes the others and is never read.
+    """Add weight, count and slant where nearly every lane has a bin; row 0 takes the rest and is never read.
 
     Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """

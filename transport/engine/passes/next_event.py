@@ -49,7 +49,7 @@ def draw_joint_point_at_birth(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def draw_point_at_birth(b, table, first, live):
-    """The same for further detectors.
+    """Draw the uniforms p0, p1 for a point on a further detector.
 
     Fields: reads `history`; writes `p0`, `p1`.
     """
@@ -67,7 +67,7 @@ def draw_point_at_birth(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def draw_point_at_event(b, table, first, live):
-    """The same for later events.
+    """Draw the uniforms p0, p1 for a point on a detector at a later event.
 
     Fields: reads `history`, `event`; writes `p0`, `p1`.
     """

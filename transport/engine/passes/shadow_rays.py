@@ -115,7 +115,7 @@ def cast_from_box(b, table, first, live):
 
 @lane_pass(POINT_GLOW)
 def cast_from_sphere(b, table, first, live):
-    """The same for a ball; the chord is computed from its point nearest to the centre.
+    """Cast a shadow ray from a uniformly emitting ball; the chord's middle is its point nearest to the centre.
 
     Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`,
     `shadow_sheet`, `tally`.
@@ -390,7 +390,7 @@ def attenuate_shadow_rays(b, table, first, live):
 
 @lane_pass(GRID)
 def attenuate_shadow_rays_in_grid(b, table, first, live):
-    """The same in voxels, with the exact optical depth.
+    """Multiply by the transmittance of voxels, from the exact optical depth.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `distance`, `medium`; updates `weight`.
     """

@@ -337,7 +337,7 @@ def set_collision_paths(b, table, first, live):
 
 @lane_pass(GRID)
 def set_collision_paths_in_grid(b, table, first, live):
-    """The same in a grid, from the voxel of the collision.
+    """Set mean free path and total absorption coefficient at collisions in a grid, from their voxel.
 
     Fields: reads `x, y, z`, `medium`, `collides`; writes `length_inside`, `total_absorption`.
     """
@@ -382,7 +382,7 @@ def score_collisions_in_box(b, table, first, live):
 
 @lane_pass(VOLUME)
 def score_collisions_in_ball(b, table, first, live):
-    """The same in the shells of a ball.
+    """Score weight times mean free path at each collision in the shells of a ball.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `length_inside`,
     `total_absorption`; updates `scored`.

@@ -83,7 +83,7 @@ def optical_depth_message(plan: Plan, title: str, place: Shape | Vector, particl
 
 
 def _depth_cure(plan: Plan, emitter: Emitter, way: StraightPath) -> str:
-    """What to do about light that is so faint, or that comes from so thin an outer layer."""
+    """Cure for light that is so faint, or that comes from so thin an outer layer."""
     if way.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
         return (
             "only the outer mean free path of so dense a body is visible, and hardly any history is born"
@@ -255,7 +255,7 @@ def _roulette_weight(batches: list[Batch], histories: int, heaviest: float) -> f
 
 
 def _survivor_message(plan: Plan, roulette: float, bound: float) -> tuple[str, float, str]:
-    """What is missing, its bound, and the cure; roulette: a threshold that would suffice."""
+    """The missing light, its bound, and the cure; roulette: a threshold that would suffice."""
     if plan.splits:
         gain = plan.tracking.splitting.gain
         cure = (

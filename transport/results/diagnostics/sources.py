@@ -44,7 +44,7 @@ MAX_RELATIVE_DISTANCE = (
 
 @dataclass(frozen=True)
 class NearEmitter:
-    """A wall or an emitter near a point, and what a run knows of the light from about the foot."""
+    """A wall or an emitter near a point, and the scores of a run from about the foot."""
 
     title: str
     distance: float  # [m]
@@ -137,7 +137,7 @@ def _near_emitters(plan: Plan, point: Vector, fluence: Estimate, particles: int)
 def _small_lamp(
     plan: Plan, title: str, emitter: Emitter, point: Vector, particles: int, born: float
 ) -> NearEmitter | None:
-    """A lamp that is small as seen from the point, so that births score alike; None if large or facing away.
+    """A source so small as seen from the point that births score alike; None if large or facing away.
 
     born: score of a birth straight below a spot 1 m away [W m^-2].
     """

@@ -174,7 +174,7 @@ def _check_pair(scene: SceneParts, one: Body, other: Body, is_same: bool) -> Non
 
 
 def _boxes_meet(scene: SceneParts, bodies: tuple[Body, ...]) -> np.ndarray:
-    """Which pairs of bodies, (bodies, bodies), have bounding boxes with a common volume."""
+    """Mask of the pairs of bodies, (bodies, bodies), whose bounding boxes have a common volume."""
     low, high = np.array([body_bounds(scene, body) for body in bodies]).reshape(-1, 2, 3).transpose(1, 0, 2)
     sizes = np.where(np.isfinite(low), abs(low), 0) + np.where(np.isfinite(high), abs(high), 0)
     across = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)

@@ -161,7 +161,7 @@ def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
 
 
 def _is_enclosed(shape: Shape, walls: list[Surface]) -> bool:
-    """Whether a surface around the shape may hold back its light."""
+    """Whether a surface around the shape may block its light."""
     return any(_is_not_clear(wall) and _boxes_overlap(shape, wall.shape) for wall in walls)
 
 
