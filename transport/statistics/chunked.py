@@ -292,7 +292,7 @@ class ChunkedReplicates(Replicates):
     def of_batches(
         cls, values: ChunkedArray, run: Batches, exact: bool, counts: ChunkedArray | None
     ) -> ChunkedReplicates:
-        """As Replicates.of_batches; counts: numbers of scores by batch."""
+        """Make chunked replicates from batch means, (B, *dims), and counts of scores by batch, if known."""
 
         def part(box: Box) -> Replicates:
             scores = None if counts is None else counts.part(box).sum(axis=0)
@@ -340,7 +340,7 @@ class ChunkedReplicates(Replicates):
 
     @property
     def reason(self) -> np.ndarray:
-        """Why the error is unknown, (*dims) of str, or None where it is known."""
+        """Reason why the error is unknown, (*dims) of str; None where it is known."""
         return self._gathered(lambda part: part.reason, object)
 
     @property

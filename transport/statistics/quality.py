@@ -172,8 +172,7 @@ class Scores:
         return first, int(above[first])
 
 
-# ---- Reliability of an error bar: number of scores that carry it, weight of their tail, agreement of
-# batches.
+# ---- Reliability of an error bar: number of scores that carry it, weight of tail, agreement of batches.
 
 MAX_CHANCE_EXCESS = 4.0  # excess of a number of scores, in its square roots, that chance may cause
 TREND_CHANCE, OUTLIER_CHANCE = (

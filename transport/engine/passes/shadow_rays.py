@@ -115,7 +115,7 @@ def cast_from_box(b, table, first, live):
 
 @lane_pass(POINT_GLOW)
 def cast_from_sphere(b, table, first, live):
-    """Cast a shadow ray from a uniformly emitting ball; the chord's middle is its point nearest to the centre.
+    """Cast a shadow ray from a uniformly emitting ball; the chord follows from its point nearest the centre.
 
     Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`,
     `shadow_sheet`, `tally`.
