@@ -1,8 +1,8 @@
-"""Functions of higher layers that objects of lower layers call by name: how an object is saved, or shown in a notebook.
+"""Functions of higher layers that objects of lower layers call by name, to save or to display an object.
 
-A room may import only what stands below it.  `Estimate._repr_html_` needs a function of `io`, which stands above: it
-looks it up here, by its own type and a verb.  The table is filled when `transport` is imported (`transport/__init__.py`)
-with names of functions, and a function's module is loaded at its first use.
+A package may import only packages below it.  `Estimate._repr_html_` needs a function of `io`, which is above:
+it finds the function here, by its own type and a verb.  The table is filled when `transport` is imported
+(`transport/__init__.py`) with names of functions, and a function's module is loaded at its first use.
 """
 
 from __future__ import annotations

@@ -164,9 +164,9 @@ def simulate_all_quantities(
     every: float = 60.0,
     **asked: object,
 ) -> Result:
-    """Like `simulate`, but any quantity and the energy balance may be read, whatever `error` names.
+    """Run like `simulate`, but any quantity and the energy balance may be read, whatever `error` names.
 
-    asked: fields of Asked.
+    asked: fields of RunRequest.
     """
     return _check_and_run(
         scene, RunRequest(**asked, reads_all=True), threads, cluster, progress, resume, checkpoint, every
@@ -323,7 +323,7 @@ def _result(
 
 
 def _choose_method(scene: Scene, asked: RunRequest, limits: Limits, seed: int, bar: Progress) -> Choice:
-    """Choose the cheapest method by pilot runs, which use random numbers of their own."""
+    """Choose the cheapest method by pilot runs, which use separate random numbers."""
     quiet, staff = PilotProgress(bar), ExecutorSpec(1)
 
     def pilot(method: Method, particles: int) -> Result:
@@ -360,7 +360,8 @@ def coerce_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking |
         if tracking is not None and tracking.absorption == "weighted" and scene.duration is not None:
             cure = "leave it out" if isinstance(given, str) else "write Tracking(absorption='analog', ...)"
             raise SceneError(
-                f"simulate: tracking must be analog in a scene with a duration, got {short_repr(given)}; {cure}"
+                f"simulate: tracking must be analog in a scene with a duration, got {short_repr(given)};"
+                f" {cure}"
             )
         return tracking
     must = "tracking must be 'analog', 'weighted' or a Tracking"

@@ -130,7 +130,7 @@ def short_repr(value: object) -> str:
 
 
 def degrees_hint(angle: float | None) -> str:
-    """Return a hint, as the end of a message, if an angle [rad] looks like degrees; else an empty text."""
+    """Return a hint, as the end of a message, if an angle [rad] is probably in degrees; else ""."""
     return (
         f"; angles are in radians: write {angle:g} * tp.deg" if angle is not None and 1 < angle <= 360 else ""
     )
@@ -274,9 +274,9 @@ def check_type(subject: object, name: str, types: type | tuple[type, ...], must:
 
 # ---- Types of fields that accept more than they store.
 #
-# A list, an array or a single object becomes a tuple of floats or parts. `Converted[Given, Kept]` tells a type
-# checker what the constructor accepts and what the attribute is. The checker sees a descriptor; at run time the
-# type is that of the attribute, or a third one: the type in the JSON file of a scene.
+# A list, an array or a single object becomes a tuple of floats or parts. `Converted[Given, Kept]` tells a
+# type checker what the constructor accepts and what the attribute is. The checker sees a descriptor; at run
+# time the type is that of the attribute, or a third one: the type in the JSON file of a scene.
 
 Part = TypeVar("Part")
 Bins = int | tuple[float, ...]  # a number of equal bins, or edges

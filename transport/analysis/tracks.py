@@ -249,7 +249,8 @@ def _flight_picture(tracks: Tracks) -> str:
         f'<svg width="{SIZE + 2 * LEFT}" height="{SIZE + 20}" role="img" fill="currentColor" font-size="11"'
         f' viewBox="0 0 {SIZE + 2 * LEFT} {SIZE + 20}"><title>the first {count} flights, paler for smaller'
         f' weight</title><svg x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}"'
-        f' style="overflow:hidden"><g fill="none" stroke="{BAR_COLOUR}" stroke-width="0.8">{"".join(paths)}</g>'
+        f' style="overflow:hidden"><g fill="none" stroke="{BAR_COLOUR}"'
+        f' stroke-width="0.8">{"".join(paths)}</g>'
         "</svg>"
         f'<rect x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" fill="none" stroke="currentColor"'
         ' opacity=".35"/>'

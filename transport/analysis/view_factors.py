@@ -166,7 +166,8 @@ def view_factor_scene(
     for name, side in (("side_a", side_a), ("side_b", side_b)):
         if side not in IS_BACK:
             raise SceneError(
-                f"{caller}: {name} must be 'front' or 'back', got {short_repr(side)}; {name_hint(side, IS_BACK)}"
+                f"{caller}: {name} must be 'front' or 'back', got {short_repr(side)};"
+                f" {name_hint(side, IS_BACK)}"
             )
     # Make all shapes black; if b is a, one surface serves as both.
     surfaces = {"a": Surface(a, Black(), name="a")}

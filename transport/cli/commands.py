@@ -55,10 +55,12 @@ class CommandGroup(TyperGroup):
     """Command group that reports invalid input in one line with exit status 2."""
 
     def invoke(self, ctx: typer.Context) -> object:
+        """Run the chosen command; report invalid input in one line unless --debug is given."""
         with report_errors(debug=ctx.params["debug"]):
             return super().invoke(ctx)
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple:
+        """Return the command of `args`; raise SceneError with a suggestion for an unknown one."""
         name = args[0]
         if name not in self.commands and not name.startswith("-"):
             if name.endswith(".py") or name in experiment_names():

@@ -137,4 +137,5 @@ class _NonFinite(ast.NodeTransformer):
     """Replaces the names nan and inf by numbers, for which Python has no literals."""
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Return the float of the names `nan` and `inf`; leave other names unchanged."""
         return ast.Constant(float(node.id)) if node.id in ("nan", "inf") else node

@@ -115,7 +115,8 @@ def bins_line(outcome: Outcome) -> str:
     for name, array in outcome.bins.items():
         axes = zip(array.dims, array.shape, strict=True)
         told.append(
-            f"{name}{NO_BREAK_SPACE}({f',{NO_BREAK_SPACE}'.join(f'{dim}{NO_BREAK_SPACE}{bins}' for dim, bins in axes)})"
+            f"{name}{NO_BREAK_SPACE}("
+            f"{f',{NO_BREAK_SPACE}'.join(f'{dim}{NO_BREAK_SPACE}{bins}' for dim, bins in axes)})"
         )
     return ", ".join(told)
 

@@ -36,9 +36,10 @@ from transport.verification.hard.cases import FALSE_ALARM, Case, CaseResult, cas
 
 # ---- `transport verify --hard`: one table per family of hard cases, compared with the naive formula.
 
-HARD_NOTE = """off: in standard errors if signed, else a relative difference, with its tolerance beyond rounding;
-–: the naive formula gives no number, because its particle is lost or its loop never ends; a case in other
-units or at another place uses the random numbers of the plain case; --json explains why each case is hard"""
+HARD_NOTE = """off: in standard errors if signed, else a relative difference, with its tolerance beyond
+rounding; –: the naive formula gives no number, because its particle is lost or its loop never ends;
+a case in other units or at another place uses the random numbers of the plain case; --json explains why each
+case is hard"""
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class JudgedCase:
 
     @property
     def holds(self) -> bool:
+        """Whether the case agrees with its exact value at the rate `rate` of false alarms."""
         return self.seen.holds(self.rate)
 
     @property
@@ -177,8 +179,8 @@ def verify_laws(sims: list[str] | None, limits: dict[str, object], json: bool) -
             f"{len(laws) - failed} of {len(laws)} rows hold", style="bold red" if failed else "bold green"
         )
         print_rich(
-            f"false alarms: {LAWS_FALSE_ALARM:g} over all rows; smallest bias: relative, detected with {POWER:.0%}"
-            " power"
+            f"false alarms: {LAWS_FALSE_ALARM:g} over all rows; smallest bias: relative, detected with"
+            f" {POWER:.0%} power"
         )
     return exit_status(failed, complete)
 

@@ -1,8 +1,8 @@
 """The adjoint scene of the estimator "backward": detectors emit bin by bin, and sources are detected.
 
 The scene that is run is an ordinary scene with an ordinary plan. Two things differ: each particle is born in
-a cell, which is one bin of a detector (engine/passes/backward.py), and what it brings to a source is summed by its
-cell of birth.
+a cell, which is one bin of a detector (engine/passes/backward.py), and what it brings to a source is summed
+by its cell of birth.
 See transport.compile.method_backward.
 """
 
@@ -124,7 +124,7 @@ def _detected_source(scene: Scene, source: Source, place: str) -> DetectedSource
 
 
 def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) -> None:
-    """Give the plan of an adjoint scene its cells of birth and the rows of its sums by cell."""
+    """Set the cells of birth in the plan of an adjoint scene, and the rows of its sums by cell."""
     parts, emitters, first = [], [], 0
     # Divide each detector's particles among the pieces of its shape, and number the cells.
     for sensor, source in zip(scene.detectors, plan.scene.sources, strict=True):
@@ -219,8 +219,8 @@ def _refractive_index(medium: np.ndarray | None, source: Source) -> float:
         return 1.0
     if medium["index"] == 0:
         raise SceneError(
-            f"Source: the refractive index around it is unknown, got {short_repr(source.shape)}; name the media of"
-            " surfaces, or move the source, for estimator='backward'"
+            f"Source: the refractive index around it is unknown, got {short_repr(source.shape)}; name the"
+            " media of surfaces, or move the source, for estimator='backward'"
         )
     return float(medium["index"])
 

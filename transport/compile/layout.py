@@ -122,7 +122,8 @@ OPTICS = np.dtype(
     _floats("side inside outside ratio excess roughness through cx cy cz power") + _integers("lobe")
 )
 
-# Edges by row of a surface: points within rounding of an edge are clamped inside it (engine/passes/landing.py).
+# Edges by row of a surface: points within rounding of an edge are clamped inside it
+# (engine/passes/landing.py).
 RECTANGLE_RIM, DISK_RIM, TRIANGLE_RIM, QUADRIC_RIM = 1, 2, 3, 4
 RIM = np.dtype(
     _floats(FRAME + " inner_u inner_v low high alpha beta gamma ax ay az bx by bz least_a least_b least_c")

@@ -83,8 +83,8 @@ def _check_density(plan: Plan, medium) -> None:
         if not _scatters(medium):
             cure += ", reduce the absorption (it stays opaque), or omit the VolumeDetectors"
         raise SceneError(
-            f"{type(medium).__name__}: mean free paths must be above {MIN_FREE_PATH * size:.2g} m in a scene of"
-            f" {size:.2g} m, got {path:.2g} m; {cure}"
+            f"{type(medium).__name__}: mean free paths must be above {MIN_FREE_PATH * size:.2g} m in a scene"
+            f" of {size:.2g} m, got {path:.2g} m; {cure}"
         )
 
 
@@ -256,8 +256,8 @@ def body_row(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
 # ---- Rows of a tabulated phase function: segments of the table, sampled by the alias method.
 #
 # Each row keeps its segment for part of its probability 1/rows and yields the rest to another segment (Walker
-# 1977, built as in Vose 1991). A sample thus costs one row whatever the table's length, and follows the table's
-# piecewise linear density exactly.
+# 1977, built as in Vose 1991). A sample thus costs one row whatever the table's length, and follows the
+# table's piecewise linear density exactly.
 
 # kept: share of the row's samples that its own segment keeps; the others go to the other segment.
 # start: 1 - |mu| at the end of a segment nearer to the peak (mu = 1, or mu = -1 where width < 0); |width|:

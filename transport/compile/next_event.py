@@ -290,7 +290,10 @@ def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> N
             detector, f"must subtend more than {MIN_SOLID_ANGLE:g} sr, got {short_repr(shape)}; come closer"
         )
     if shape.extent / plan.space.size < MIN_RELATIVE_SIZE * sum(map(abs, plan.space.place(shape.middle))):
-        must = f"must be larger than {MIN_RELATIVE_SIZE:g} times its distance from the smallest shape of the scene"
+        must = (
+            f"must be larger than {MIN_RELATIVE_SIZE:g} times its distance from the smallest shape of the"
+            " scene"
+        )
         refuse(detector, f"{must}, got {short_repr(shape)}; run it in a scene of its own")
 
 

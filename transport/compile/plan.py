@@ -73,7 +73,7 @@ class MeshTable:
 
 @dataclass
 class Plan:
-    """All that the engine needs to know about a scene."""
+    """All data about a scene that the engine needs."""
 
     scene: Scene
     space: Space
@@ -146,6 +146,7 @@ class Plan:
 
     @property
     def has_clock(self) -> bool:
+        """Return whether the scene has a duration, so that particles carry a time."""
         return self.scene.duration is not None
 
     @property
@@ -193,6 +194,7 @@ class Plan:
 
     @property
     def absorbs_analog(self) -> bool:
+        """Return whether a collision in some medium may end a particle."""
         return self.scatters and bool((self.media["survival"] < 1).any())
 
     @property
@@ -203,6 +205,7 @@ class Plan:
 
     @property
     def has_roulette_in_flight(self) -> bool:
+        """Return whether weights reduced by media are subject to Russian roulette at collisions."""
         return self.scatters and self.reduces_weights and not self.splits
 
     @property
@@ -224,6 +227,7 @@ class Plan:
 
     @property
     def bounds_bodies(self) -> bool:
+        """Return whether crossing some surface may lead into another body."""
         return self.has_bodies and any((rows["front"] != rows["back"]).any() for rows in self.layers)
 
     @property
@@ -244,10 +248,12 @@ class Plan:
 
     @property
     def counts_reflections(self) -> bool:
+        """Return whether some detector filters particles by their number of reflections."""
         return "reflections" in self.filters
 
     @property
     def has_mixtures(self) -> bool:
+        """Return whether some surface has a mixture of materials."""
         return bool((self.surfaces["parts"] > 1).any())
 
     @property
@@ -267,26 +273,32 @@ class Plan:
 
     @property
     def has_quadrics(self) -> bool:
+        """Return whether some sheet is a quadric."""
         return bool((self.curved_sheets["is_curved"] != 0).any())
 
     @property
     def has_rims(self) -> bool:
+        """Return whether points within rounding of an edge are clamped inside it on some surface."""
         return bool((self.rims["form"] != 0).any())
 
     @property
     def has_thermal_walls(self) -> bool:
+        """Return whether some wall gives particles a speed from its own distribution."""
         return self.has_speeds and bool((self.surfaces["quantiles"] != 0).any())
 
     @property
     def needs_more_random_numbers(self) -> bool:
+        """Return whether some surface needs a second block of random numbers per crossing."""
         return self.has_mixtures or self.has_thermal_walls or layout.GLOSSY in self.materials
 
     @property
     def is_curved(self) -> bool:
+        """Return whether some sheet is curved."""
         return bool((self.sheets["curvature"] != 0).any())
 
     @property
     def has_acting_surfaces(self) -> bool:
+        """Return whether some surface acts on particles."""
         return len(self.surfaces) > 1
 
     @property
@@ -297,14 +309,17 @@ class Plan:
 
     @property
     def materials(self) -> set[int]:
+        """Return the codes of all materials in the scene (compile/layout.py)."""
         return set(self.surfaces["material"].tolist())
 
     @property
     def absorbs(self) -> bool:
+        """Return whether some surface absorbs."""
         return bool((self.surfaces["albedo"] < 1).any())
 
     @property
     def reflects(self) -> bool:
+        """Return whether some surface sends particles on."""
         return bool((self.surfaces["albedo"][1:] > 0).any())
 
     @property
@@ -317,14 +332,17 @@ class Plan:
 
     @property
     def splits(self) -> bool:
+        """Return whether particles are split in media."""
         return self.scatters and self.tracking.splitting is not None
 
     @property
     def forces_collisions(self) -> bool:
+        """Return whether first collisions in media are forced."""
         return self.scatters and self.tracking.forced
 
     @property
     def plays_roulette(self) -> bool:
+        """Return whether Russian roulette may change a weight, at surfaces or in media."""
         return self.has_roulette or self.has_roulette_in_flight or self.splits or self.forces_collisions
 
     @property

@@ -42,7 +42,8 @@ def make_space(scene: Scene) -> Space:
     largest = float(np.abs(np.array([_corners(shape) for shape in shapes]) - np.array(origin)).max())
     if not MIN_SIZE < largest < MAX_SIZE and largest != 0:
         raise SceneError(
-            f"Scene: size must be between {MIN_SIZE:g} and {MAX_SIZE:g} m, got {largest:.3g}; use another unit"
+            f"Scene: size must be between {MIN_SIZE:g} and {MAX_SIZE:g} m, got {largest:.3g};"
+            " use another unit"
         )
     if largest == 0:  # All is in one place: the mean free path is the only length.
         thickest = max((float(np.max(medium.extinction)) for medium in scene_media(scene)), default=0.0)

@@ -241,7 +241,7 @@ def covers_same_points(one: SheetMember, other: SheetMember) -> bool:
 
 
 def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Space) -> None:
-    """Give all flat members of a sheet the point of the smallest one, and detectors its normal.
+    """Set all flat members of a sheet to the point of the smallest one, and detectors to its normal.
 
     With planes of their own they would lie a rounding apart, and a particle that crosses there could miss
     both or hit one twice.
@@ -390,11 +390,12 @@ def _keep_row(plan: Plan, row: np.ndarray) -> int:
 
 # ---- Refuse surfaces so thin that rounding would distort them.
 #
-# An acting surface reaches over its edges by the rounding of what lands there, so that closed boxes do not leak
-# (surfaces.edge_slack).
+# An acting surface reaches over its edges by the rounding of what lands there, so that closed boxes do not
+# leak (surfaces.edge_slack).
 # For a flat surface of aspect ratio 1e8 that is 1e-7 of its width; for 1e14 it would be one half, unnoticed.
-# Light along a thin fibre meets its sides at an angle of radius over length, which magnifies the rounding of a
-# position along the fibre. Once that reaches the fibre's length, light may be in or out of the glass by chance.
+# Light along a thin fibre meets its sides at an angle of radius over length, which magnifies the rounding of
+# a position along the fibre. Once that reaches the fibre's length, chance decides whether light is in the
+# glass.
 
 MAX_WIDENING = 2.0**-11  # of the width on each side: a flux that is 0.1 % off
 

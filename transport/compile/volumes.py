@@ -43,10 +43,12 @@ class Volume:
 
     @property
     def is_box(self) -> bool:
+        """Return whether the detector is a box; otherwise it is a ball."""
         return isinstance(self.shape, Box)
 
     @property
     def counts_collisions(self) -> bool:
+        """Return whether collisions are scored rather than path lengths."""
         return self.detector.estimator == COLLISION
 
 
@@ -180,12 +182,12 @@ def _sample_points(shape: Shape) -> np.ndarray:
 # ---- Histograms of scores by size, where scores can differ in size (engine/passes/score_sizes.py).
 #
 # Scores of particles born at equal weight, which walls reduce to no less than one half, need no histogram:
-# their number suffices. Targets, media that reduce weights, splitting, and estimators with weighted scores make
-# sizes differ.
+# their number suffices. Targets, media that reduce weights, splitting, and estimators with weighted scores
+# make sizes differ.
 #
 # Where all walls carry detectors nearly every lane scores, and a complete histogram would cost a tenth of the
-# run. There one batch in EVERY is counted, as long as only media make weights differ. Rare heavy scores in the
-# other batches still show, since batches are compared (statistics/batches.py).
+# run. There one batch in EVERY is counted, as long as only media make weights differ. Rare heavy scores in
+# the other batches still show, since batches are compared (statistics/batches.py).
 
 # Edges of the cells [largest birth weight]: SIZE_PARTS per octave, equally spaced within it. The first and
 # the last cell include everything beyond them.
@@ -216,7 +218,7 @@ def is_dense(plan: Plan, layer: np.ndarray) -> bool:
 
 
 def fill_sizes(plan: Plan) -> None:
-    """Give each side of each detector its cells; the first cells belong to no detector.
+    """Assign cells to each side of each detector; the first cells belong to no detector.
 
     Expected scores have rows and a unit of their own, and so cells of their own.
     """

@@ -36,7 +36,7 @@ HEADER = (
     "seed_high",  # upper 32 bits of the seed
     "batch",  # number of the batch: part of every random counter
     "next_history",  # number of the history that the next newborn lane begins
-    "birth_factor",  # bits of a float64: factor of the birth weights of the current emitter (driver._deal_histories)
+    "birth_factor",  # float64 bits: factor of the current emitter's birth weights (driver._deal_histories)
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",  # surface crossings so far
     "collisions",  # collisions in media so far
@@ -44,7 +44,7 @@ HEADER = (
     "bank",  # address of the particle bank: copies that wait for a free lane
     "banked",  # number of copies in the bank
     "bank_capacity",  # capacity of the bank in copies
-    "bank_overflow",  # 1: the bank overflowed; > 1: the number of copies made, where these are too many; else 0
+    "bank_overflow",  # 1: the bank overflowed; > 1: number of copies made, where too many; else 0
     "colliding",  # lanes that collided in the last pass over flights and fly on
     "any_grazing",  # 1 if the last binning pass scored a crossing with |mu| below the grazing cut, else 0
     "scored",  # bound of the sums of volume, point and expected-crossing scores (driver.MAX_SCORED)
@@ -84,8 +84,8 @@ CARRIED = (
     ("passed_facet", "i8"),  # facet of the transparent mesh detector passed last
     ("index", "f8"),  # refractive index of the current medium, 0 where it is not known
     ("inside", "i8"),  # bit set of the bodies that contain the particle
-    # state of forced first collisions (engine/passes/variance_reduction.py): UNCOLLIDED, FREE, or the path of a
-    # forced copy
+    # state of forced first collisions (engine/passes/variance_reduction.py): UNCOLLIDED, FREE, or the path of
+    # a forced copy
     ("forced_path", "f8"),
     ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
     ("reflections", "i8"),  # reflections and scatterings so far, where a detector has `events`
@@ -221,8 +221,8 @@ def empty_bundle() -> np.ndarray:
     return bundle
 
 
-# ---- Raw addresses: call a pass by address, view memory as an array, add to a row; with plain Python twins for
-# NUMBA_DISABLE_JIT=1.
+# ---- Raw addresses: call a pass by address, view memory as an array, add to a row; with plain Python twins
+# for NUMBA_DISABLE_JIT=1.
 #
 # The owner of an address keeps its memory alive: program.Program its tables, driver.run_batch its sums.
 
@@ -296,8 +296,8 @@ call_pass = _call_pass_plain if config.DISABLE_JIT else _call_pass
 add_to_row = _add_to_row_plain if config.DISABLE_JIT else _add_to_row
 
 
-# ---- A bundle for plain Python (NUMBA_DISABLE_JIT=1), in which `b.weight[k]` is 25 times as fast as on a NumPy
-# record.
+# ---- A bundle for plain Python (NUMBA_DISABLE_JIT=1), in which `b.weight[k]` is 25 times as fast as on a
+# NumPy record.
 
 
 class PlainRecord:

@@ -97,14 +97,14 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
 
     flow: entries and tables of the steps, the number of steps before a flight, and the number after these
     that are repeated for lanes that collide in a medium. births: entries and tables of birth steps, the first
-    of these per emitter, the emitters' cumulative shares of the histories, and the two arrays of `_deal_histories`.
-    sight: bundle of shadow rays, its handle, entries and tables of its steps. copies: entry and table of the
-    pass that takes copies from the bank.
+    of these per emitter, the emitters' cumulative shares of the histories, and the two arrays of
+    `_deal_histories`. sight: bundle of shadow rays, its handle, entries and tables of its steps. copies:
+    entry and table of the pass that takes copies from the bank.
 
-    Histories are dealt to emitters in proportion to their power, as one run of numbers each: as `_deal_histories`
-    gives, else by systematic sampling, whose random offset makes the probability of each history exact. The
-    offset advances by the golden section from batch to batch, so all batches together give each emitter its
-    share to within about one history, and batches differ where shares are not integers.
+    Histories are dealt to emitters in proportion to their power, as one run of numbers each: as
+    `_deal_histories` gives, else by systematic sampling, whose random offset makes the probability of each
+    history exact. The offset advances by the golden section from batch to batch, so all batches together give
+    each emitter its share to within about one history, and batches differ where shares are not integers.
     """
     entries, tables, ready, inner = flow
     birth_entries, birth_tables, emitters, shares, dealt, worths = births

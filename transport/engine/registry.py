@@ -22,8 +22,8 @@ from transport.physics.device import ARITHMETIC
 
 # ---- Lazy loading of the modules of passes: a module is executed when a scene first needs one of its passes.
 #
-# Each module is listed by the passes found in its text and stands in sys.modules from the start, so that `from
-# transport.engine.passes import collisions` and an editor's jump to a definition work as usual.
+# Each module is listed by the passes found in its text and stands in sys.modules from the start, so that
+# `from transport.engine.passes import collisions` and an editor's jump to a definition work as usual.
 
 FOLDER = Path(__file__).parent / "passes"
 PASS_MARK = "\n@lane_pass("
@@ -98,7 +98,7 @@ MODULES, MODULE_OF_PASS = _lazy_modules()
 #     @lane_pass(Table)
 #     def step(bundle, table, first, live): ...; return live
 #
-# The docstring of a pass lists the bundle's fields that it reads, updates and writes (random counter omitted).
+# The docstring of a pass lists the bundle's fields that it reads, updates and writes, but the random counter.
 #
 # It is compiled as a C callback when a program first needs it and cached on disk separately, so a new kind of
 # scene compiles only its new passes. With NUMBA_DISABLE_JIT=1 the same function runs as plain Python on
@@ -139,7 +139,7 @@ class Pass:
 
     @property
     def entry(self):
-        """What the driver calls: the address of the callback, or the Python function without compilation."""
+        """Address of the callback for the driver, or the Python function without compilation."""
         return self.function if config.DISABLE_JIT else self.compiled.address
 
 

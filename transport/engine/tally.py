@@ -1,4 +1,4 @@
-"""Exact integer sums: weights as limbs, rows of tallies, the energy balance, crossings below the grazing cut."""
+"""Exact integer sums: weights as limbs, rows of tallies, energy balance, crossings below the grazing cut."""
 
 import math
 
@@ -9,11 +9,11 @@ from transport.compile.layout import COUNT_BITS, GRAZING_CUT, LOST
 from transport.engine.bundle import add_to_row, view
 from transport.physics.device import device
 
-# ---- Crossings below the grazing cut |mu| <= GRAZING_CUT: a test whether they come as from constant radiance.
+# ---- Crossings below the grazing cut |mu| <= GRAZING_CUT: test whether they follow constant radiance.
 #
-# Constant radiance gives them in proportion to |mu|: half of them below cut/sqrt(2). The excess of those below
-# cut/sqrt(2) over those above it is counted in the upper bits of a row's number of scores. This costs nothing
-# where none comes: one in 10^6 for isotropic light.
+# Constant radiance gives them in proportion to |mu|: half of them below cut/sqrt(2). The excess of those
+# below cut/sqrt(2) over those above it is counted in the upper bits of a row's number of scores. This costs
+# nothing where none comes: one in 10^6 for isotropic light.
 
 HALF_CUT = GRAZING_CUT * 0.5**0.5
 
@@ -56,7 +56,7 @@ def limbs(weight):
 
 @device
 def unbiased_limbs(weight, chance):
-    """The same, but a weight below FAINT, of which limbs would keep few digits or none, is unbiased.
+    """Return limbs that are unbiased for a weight below FAINT; `limbs` would keep few digits of it or none.
 
     It is rounded up with the probability of its remainder. chance: uniform in [0, 1). Zero stays zero.
     """

@@ -73,7 +73,8 @@ def coerce_factor(mesh: object, name: str, given: Any) -> float:
     if factor is None or not 0 < factor < math.inf:
         _refuse(
             mesh,
-            f"{name} must be a number, positive and finite, got {short_repr(given)}; write {name}=1e-3 for mm",
+            f"{name} must be a number, positive and finite, got {short_repr(given)};"
+            f" write {name}=1e-3 for mm",
         )
     return factor
 
@@ -94,7 +95,8 @@ def check_size(mesh: object, vertices: np.ndarray) -> None:
     if not size < MAX_HALF_DIAGONAL:
         refuse(
             mesh,
-            f"vertices must not be farther apart than {2 * MAX_HALF_DIAGONAL:.0e} m, got {size:.3g}; change the unit",
+            f"vertices must not be farther apart than {2 * MAX_HALF_DIAGONAL:.0e} m, got {size:.3g};"
+            " change the unit",
         )
 
 
@@ -187,8 +189,8 @@ def _joined(triangles: tuple[int, ...]) -> str:
 
 # ---- Detects truncated mesh files, on which VTK's readers return garbage or crash the process.
 #
-# Only lengths are compared, before anything is read: an STL file states its number of triangles or ends with a
-# keyword; the header of a PLY file states how many bytes or lines follow.
+# Only lengths are compared, before anything is read: an STL file states its number of triangles or ends with
+# a keyword; the header of a PLY file states how many bytes or lines follow.
 
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes of a binary STL file's header and of each triangle
 MAX_PLY_HEADER = 1 << 20  # bytes

@@ -88,9 +88,9 @@ def drop_unused_vertices(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.nd
 # ---- Normals, areas and volume of many triangles at once, accurate for thin triangles.
 #
 # Twice the area is the cross product of two edges. Edges are kept as exact sums of two doubles, and products
-# with their rounding errors (Dekker 1971; Shewchuk 1997, Adaptive precision floating-point arithmetic), so that
-# the error is 2^-104 of the squared edge lengths: as small as the height that rounded coordinates can still
-# represent.
+# with their rounding errors (Dekker 1971; Shewchuk 1997, Adaptive precision floating-point arithmetic), so
+# that the error is 2^-104 of the squared edge lengths: as small as the height that rounded coordinates can
+# still represent.
 
 ROUNDING = 2.0**-51  # relative to coordinates: triangles of smaller height count as lines
 DEKKER_SPLITTER = 2.0**27 + 1

@@ -207,8 +207,8 @@ if hasattr(os, "register_at_fork"):
 # ---- A checksum of all bytes, appended to a file and verified before anything else is read.
 #
 # HDF5 has checksums of its chunks, but not of its tables: a wrong bit there changes how numbers are unpacked,
-# or causes an endless loop.  HDF5, and other programs that read the file, ignore bytes after the end of its own
-# data.
+# or causes an endless loop.  HDF5, and other programs that read the file, ignore bytes after the end of its
+# own data.
 
 CHECKSUM_MARK = b"\ntransport crc32 "  # then eight digits
 CHECKSUM_LENGTH = len(CHECKSUM_MARK) + 8

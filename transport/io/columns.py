@@ -198,8 +198,8 @@ def _make_records(fields: dict, lengths: list[int], parts: dict[str, list]) -> l
 
 # ---- The state of a run as JSON data: dataclasses, lists, tuples, dictionaries and numbers, bit for bit.
 #
-# Each type is tagged, {"tuple": [...]}, {"Look": {"particles": ...}}, so that reading restores it.  Batches are
-# stored as numbers only: {"batch": 3}.
+# Each type is tagged, {"tuple": [...]}, {"Look": {"particles": ...}}, so that reading restores it.  Batches
+# are stored as numbers only: {"batch": 3}.
 
 _STATE_TYPES = (
     Choice,

@@ -61,7 +61,8 @@ def _check_same_setup(first: str, one: Result, title: str, other: Result) -> Non
         ours, others = getattr(one.plan, name), getattr(other.plan, name)
         if ours != others:
             raise SceneError(
-                f"merge: the {name} of {title} is {short_repr(others)}, that of {first} is {short_repr(ours)}; {cure}"
+                f"merge: the {name} of {title} is {short_repr(others)}, that of {first} is"
+                f" {short_repr(ours)}; {cure}"
             )
 
 

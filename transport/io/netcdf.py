@@ -32,8 +32,9 @@ from transport.validation import SceneError
 # ---- Results as tables for other programs: a group per detector, variables with dims, coordinates and units.
 #
 # xarray.open_dataset("run.nc", engine="h5netcdf", group="meter")      its quantities, and <quantity>_error
-# xarray.open_dataset("run.nc", engine="h5netcdf")                     the ledger xarray.open_dataset("run.nc",
-# engine="h5netcdf", group="run")        batches, and the scene as the text of its JSON
+# xarray.open_dataset("run.nc", engine="h5netcdf")                     the ledger
+# xarray.open_dataset("run.nc", engine="h5netcdf", group="run")        batches, and the scene as the text of
+# its JSON
 
 RUN_GROUP = "run"  # group of the state of the run
 COMPLETE, INTERRUPTED = "complete", "incomplete: interrupted"
@@ -248,6 +249,7 @@ class _ErrorStoringFile(io.RawIOBase):
             raise self.error
 
     def write(self, content: bytes) -> int:
+        """Write the bytes, unless an error is stored; return their number in any case."""
         if self.error is None:
             try:
                 self.file.write(content)
@@ -256,6 +258,7 @@ class _ErrorStoringFile(io.RawIOBase):
         return len(content)
 
     def truncate(self, size: int | None = None) -> int:
+        """Flush the file and cut it to `size` bytes, unless an error is stored; return `size`."""
         if self.error is None:
             try:
                 self.file.flush()
@@ -265,9 +268,11 @@ class _ErrorStoringFile(io.RawIOBase):
         return size
 
     def readinto(self, buffer: bytearray) -> int:
+        """Read bytes into the buffer; return their number."""
         return self.file.readinto(buffer)
 
     def seek(self, offset: int, whence: int = 0) -> int:
+        """Move to `offset` bytes; return the new position, or `offset` after an error."""
         try:
             return self.file.seek(offset, whence)
         except OSError as error:  # from an earlier buffered write
@@ -275,9 +280,11 @@ class _ErrorStoringFile(io.RawIOBase):
             return offset
 
     def tell(self) -> int:
+        """Return the position in the file [bytes]."""
         return self.file.tell()
 
     def seekable(self) -> bool:
+        """Return True: HDF5 needs to move in the file."""
         return True
 
     readable = writable = seekable

@@ -91,7 +91,8 @@ def _resumed_limits(saved: Result, asked: RunRequest) -> Limits:
 def _check_same(name: str, said: object, was: object) -> None:
     if said is not None and said != was:
         raise SceneError(
-            f"simulate: {name} must be that of the saved run, {short_repr(was)}, got {short_repr(said)}; leave it out"
+            f"simulate: {name} must be that of the saved run, {short_repr(was)}, got {short_repr(said)};"
+            " leave it out"
         )
 
 
@@ -154,6 +155,7 @@ def _checked_interval(every: object) -> float:
     seconds = as_float(every)
     if seconds is None or not 0 < seconds < math.inf:
         raise SceneError(
-            f"simulate: every must be a positive, finite time in seconds, got {short_repr(every)}; write every=60"
+            f"simulate: every must be a positive, finite time in seconds, got {short_repr(every)};"
+            " write every=60"
         )
     return seconds

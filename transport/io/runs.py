@@ -172,7 +172,8 @@ def _checked_metadata(path: Path, about: dict) -> dict:
     """Return the data of a file.  Raises FileError if it is not the file of a run, or of a newer version."""
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise FileError(
-            f"{path} is not the file of a run: its format is {short_repr(about.get('format'))}, not {FORMAT!r}"
+            f"{path} is not the file of a run: its format is {short_repr(about.get('format'))}, not"
+            f" {FORMAT!r}"
         )
     if about["version"] > VERSION:
         raise FileError(

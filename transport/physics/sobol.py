@@ -207,7 +207,8 @@ def stratified_words(history, batch, event, purpose, seed_low, seed_high):
 def net_event_words(history, batch, event, purpose, seed_low, seed_high):
     """Return the words of a later event: a net among the histories of a batch that reach it.
 
-    A copy (engine/passes/variance_reduction.py) is numbered by a hash, so it is a single random point of one more net.
+    A copy (engine/passes/variance_reduction.py) is numbered by a hash, so it is a single random point of one
+    more net.
     """
     word = (uint64(purpose) >> EIGHT << EIGHT) ^ ((uint64(history) >> uint64(24)) & UPPER24)
     base_0, base_1, base_2, base_3 = random_words(0, batch, 0, uint64(purpose) & PURPOSE, seed_low, seed_high)

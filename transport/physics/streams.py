@@ -55,7 +55,7 @@ def random_words(history, batch, event, purpose, seed_low, seed_high):
 def event_words(history, batch, event, purpose, seed_low, seed_high):
     """Return the same for a history that may be a copy.
 
-    The upper 24 of the 56 bits of its number (engine/passes/variance_reduction.py) are combined with the purpose.
+    The upper 24 of its number's 56 bits (engine/passes/variance_reduction.py) are combined with the purpose.
     """
     upper = (uint64(history) >> uint64(24)) & UPPER24
     return philox(

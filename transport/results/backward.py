@@ -96,6 +96,7 @@ class BackwardReading(Reading):
 
     @property
     def is_blind(self) -> bool:
+        """Whether the detector has no score."""
         return not any(counts.any() for counts in self._cell_sums.counts)
 
     @cached_property
@@ -139,6 +140,7 @@ class BackwardReading(Reading):
         return [self.sums._extents(part) for part in self._cell_sums.parts]
 
     def scores_on(self, side: int) -> Scores | None:
+        """Scores by size, the same for both sides; None if their sizes are not known."""
         return self.scores
 
     @cached_property
@@ -316,7 +318,7 @@ class ViewReading(ReadingBase):
 
     @cached_property
     def counts(self) -> EstimateOrArray:
-        """How often histories reached sources in the whole run, by pixel or bin.
+        """Number of arrivals of histories at sources in the whole run, by pixel or bin.
 
         Returns
         -------
@@ -485,7 +487,7 @@ def missing_of_cells(
 
 
 def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> LampScores:
-    """How often flights and rays of the chosen cells (None: all) reached a lamp.
+    """Number of flights and rays of the chosen cells (None: all) that reached a source.
 
     Rays only if it has any.
     """

@@ -68,7 +68,7 @@ def common_probability(records: list[np.ndarray], snapshots: list[int], most: in
 
 
 def chosen_records(records: np.ndarray, snapshot: int, chance: float) -> np.ndarray:
-    """Which records belong to a snapshot and to histories chosen with this probability, (N,) of bool."""
+    """Mask of the records of a snapshot whose histories are chosen with this probability, (N,) of bool."""
     return (records["snapshot"] == snapshot) & (_priorities(records) < chance)
 
 
@@ -90,7 +90,7 @@ def _hashed(numbers: np.ndarray) -> np.ndarray:
     return z ^ (z >> np.uint64(31))
 
 
-# ---- From a batch's integer sums to numbers: mean weights per history; the energy balance is checked exactly.
+# ---- From a batch's integer sums to numbers: mean weights per history; exact check of the energy balance.
 
 HIGH_UNIT, LOW_UNIT, SLANT_UNIT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
 

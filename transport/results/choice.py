@@ -1,4 +1,4 @@
-"""Which estimator a run was made with, and why: the pilots that were compared, as a result keeps and reports them."""
+"""Choice of a run's estimator: the pilots that were compared, as a result stores and reports them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Pilot:
 
     @property
     def cost(self) -> float:
-        """Time [s] until the error is reached and nothing foretold is doubtful."""
+        """Time [s] until the error is reached and no forecast finding is doubtful."""
         return max(self.price, self.seconds * self.foretold) if self.foretold > 1 else self.price
 
 
@@ -130,5 +130,8 @@ def _relative_cost(pilot: Pilot, taken: Pilot) -> str:
         return f"{title} no cheaper"
     ratio = pilot.cost / taken.cost
     if ratio < RECOMMENDATION_RATIO:
-        return f"{title} is {ratio_text(1 / ratio) if ratio else 'many'} times cheaper ({_as_arguments(pilot.method)})"
+        return (
+            f"{title} is {ratio_text(1 / ratio) if ratio else 'many'} times cheaper"
+            f" ({_as_arguments(pilot.method)})"
+        )
     return f"{title} costs {ratio_text(ratio)} times as much"

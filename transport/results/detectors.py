@@ -286,7 +286,7 @@ class Reading(ReadingBase):
 
     @cached_property
     def intensity(self) -> EstimateOrArray:
-        """Arriving flux per solid angle through the whole shape, I = ``∫ L |cosθ| dA`` [W sr^-1 or s^-1 sr^-1].
+        """Arriving flux per solid angle through the shape, I = ``∫ L |cosθ| dA`` [W sr^-1 or s^-1 sr^-1].
 
         Returns
         -------
@@ -317,9 +317,9 @@ class Reading(ReadingBase):
 
         Notes
         -----
-        Each crossing scores weight/``|μ|``.  Below the grazing cut ``|μ|`` = 1e-3 it scores its expectation for
-        constant radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971).  This is wrong
-        for a beam closer to grazing than the cut, and the number is doubtful if such light matters.
+        Each crossing scores weight/``|μ|``.  Below the grazing cut ``|μ|`` = 1e-3 it scores its expectation
+        for constant radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971).  This is
+        wrong for a beam closer to grazing than the cut, and the number is doubtful if such light matters.
         """
         return self._per_area("slants", ARRIVALS) + self._per_area("slants", DEPARTURES)
 

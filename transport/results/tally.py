@@ -26,7 +26,7 @@ from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrAr
 from transport.units import Unit
 
 ARRIVALS, DEPARTURES = 0, 1
-STORAGE_ORDER = (  # axes of the rows, in the order of the distance between their bins in memory, largest first
+STORAGE_ORDER = (  # axes of the rows, ordered by the distance of their bins in memory, largest first
     "time",
     "speed",
     "u",
@@ -247,7 +247,7 @@ class CellSums:
 
     @cached_property
     def counts(self) -> list[np.ndarray | ChunkedArray]:
-        """For each part, how often its cells' histories reached sources, (B, cells)."""
+        """For each part, the number of arrivals of its cells' histories at sources, (B, cells)."""
         return [sum(self._lamp_counts(part, lamp) for lamp in self.lamps) for part in self.parts]
 
     @property
@@ -259,14 +259,14 @@ class CellSums:
         return self._weights(part, lamp) * part.gains[lamp]
 
     def _weights(self, part: SensorPart, lamp: int) -> np.ndarray:
-        """Weights that flights and rays brought to a lamp, per cell."""
+        """Weights that flights and rays brought to a source, per cell."""
         weights, scale = self.rows_of(part, "weights", 1 + lamp), self.adjoint.scales.get(lamp)
         return (
             weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
         )
 
     def _lamp_counts(self, part: SensorPart, lamp: int) -> np.ndarray:
-        """How often flights and rays reached a lamp, per cell."""
+        """Number of flights and rays that reached a source, per cell."""
         counts = self.rows_of(part, "counts", 1 + lamp)
         return (
             counts + self.rows_of(part, "counts", self.block_of(lamp))
@@ -275,6 +275,7 @@ class CellSums:
         )
 
     def block_of(self, lamp: int) -> int:
+        """Number of the block of sums that shadow rays to a source have of their own."""
         return 1 + len(self.adjoint.sources) + lamp
 
     def _histories_per_cell(self, part: SensorPart) -> np.ndarray:

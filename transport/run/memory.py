@@ -35,6 +35,7 @@ class MemoryNeed:
 
     @property
     def total(self) -> float:
+        """Return the memory of all threads, stored batches and results in transit [bytes]."""
         return self.per_thread * self.threads + self.kept * self.batches + self.in_transit
 
     def __str__(self) -> str:

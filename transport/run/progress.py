@@ -61,15 +61,19 @@ class Bar(Progress):
         self.begun, self.bar, self.task, self.stage = time.perf_counter(), None, None, ""
 
     def compiling(self, done: int, of: int, name: str) -> None:
+        """Show the pass that is compiled and the share of passes done."""
         self._show("compile", f"compiling {name} (the first time only)", done / of)
 
     def waiting(self, what: str) -> None:
+        """Show what a cluster is still waiting for."""
         self._show("wait", what, 0.0)
 
     def trying(self, way: str) -> None:
+        """Show the estimator whose pilot starts."""
         self._show("try", f"trying {way}", 0.0)
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
+        """Show particles, elapsed time and time left of a running simulation [s]."""
         self._show("run", running_text(particles, elapsed, end, worst), elapsed / end if end > 0 else 1.0)
 
     def _show(self, stage: str, text: str, share: float) -> None:
@@ -100,6 +104,7 @@ class Bar(Progress):
         self.task = self.bar.add_task("", total=1.0)
 
     def close(self) -> None:
+        """Stop the bar, if it was shown."""
         if self.bar is not None:
             self.bar.stop()
 
@@ -112,15 +117,19 @@ class Lines(Progress):
         self.pause, self.due = FIRST_INTERVAL, self.begun + FIRST_INTERVAL
 
     def compiling(self, done: int, of: int, name: str) -> None:
+        """Print the pass that is compiled and the number of passes done, if a line is due."""
         self._tell(f"compiling {name} (the first time only), {done} of {of} passes")
 
     def waiting(self, what: str) -> None:
+        """Print what a cluster is still waiting for, if a line is due."""
         self._tell(what)
 
     def trying(self, way: str) -> None:
+        """Print the estimator whose pilot starts, if a line is due."""
         self._tell(f"trying {way}")
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
+        """Print particles, elapsed time and expected end of a running simulation, if a line is due."""
         self._tell(f"{running_text(particles, elapsed, end, worst)}{_ends_at(end - elapsed)}")
 
     def _tell(self, text: str) -> None:

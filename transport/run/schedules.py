@@ -151,7 +151,7 @@ def slice_leg(leg: Leg, first: int, past: int) -> Leg:
 class Schedule:
     """The stored batches and the rule for the next ones.
 
-    This schedule is for `seconds`: batches double as the run goes on. Between `count` and twice as many
+    This schedule is for `seconds`: batches double as the run continues. Between `count` and twice as many
     batches are stored; at the upper limit pairs are merged.
     """
 
@@ -312,6 +312,7 @@ class FixedCount(Schedule):
         return _even_leg(self.left, max(self.count, least))
 
     def take(self, batch: Batch) -> None:
+        """Store a batch; every `together` consecutive batches are merged into one."""
         if self.taken % self.together:
             batch = self.batches.pop().merged(batch, self.max_records(min(self.together, MAX_BATCHES_FACTOR)))
         self.batches.append(batch)
@@ -341,7 +342,7 @@ class QmcSchedule(FixedCount):
 
 
 class PilotThenRun(Schedule):
-    """For an `error`: a pilot of small batches, then as many particles as the last error check asks for."""
+    """For an `error`: a pilot of small batches, then as many particles as the last error check requires."""
 
     most = 4
 
@@ -351,6 +352,7 @@ class PilotThenRun(Schedule):
         return self._sizes(more) if more > 0 else []
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
+        """Return the particles missing from the number that the last check found necessary, and batches."""
         return looks[-1].particles_needed - looks[-1].particles, looks[-1].legs * self.count
 
 
@@ -386,14 +388,17 @@ class QmcRounds(Schedule):
         return [(self.size, batches)] if 0 < self.size * batches <= self.left else []
 
     def take(self, batch: Batch) -> None:
+        """Store a batch of the current round."""
         self.current.append(batch)
 
     def adopt(self) -> None:
+        """Continue with the batch size of the batches that another schedule has taken."""
         super().adopt()
         if self.batches:  # none where the run was interrupted before its first batch was taken
             self.size = min(MAX_BATCH_SIZE, net_size(self.batches[-1]))
 
     def end_leg(self) -> None:
+        """Finish a round: its batches replace those of the earlier ones, or join them."""
         self.batches = self.batches + self.current if self.adds else self.current
         self.current = []
         fewest = len(contiguous_groups(self.batches))
@@ -402,15 +407,18 @@ class QmcRounds(Schedule):
 
     @property
     def kept(self) -> list[Batch]:
+        """Return the batches of the current round if it has enough, otherwise those of the last round."""
         if self.adds:
             return self.batches + self.current
         is_ample = len(self.current) >= max(MIN_BATCHES_OF_ROUND, self.count // 2)
         return self.current if is_ample else self.batches or self.current
 
     def is_enough(self, looks: list[Look]) -> bool:
+        """Return whether the rounds so far reach the target error and the run may end."""
         return rounds_suffice(looks, self.max_doublings)
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
+        """Return the particles and batches of the planned rounds."""
         leaps = planned_doublings(looks, self.max_doublings)
         if self._growth() == 0:
             histories = self.particles * (2.0 ** sum(leaps) - 1)
@@ -418,9 +426,11 @@ class QmcRounds(Schedule):
         return self.count * self.size * float((2.0 ** np.cumsum(leaps)).sum()), self.count * len(leaps)
 
     def is_foreseen(self, looks: list[Look]) -> bool:
+        """Return whether the next round is planned to be the last."""
         return len(looks) >= MIN_ROUNDS and is_last_round(looks, self.max_doublings)
 
     def slope(self, looks: list[Look], name: str) -> float | None:
+        """Return the slope of a quantity's error against the number of particles in the last rounds."""
         return error_slope(looks, name)
 
     def _growth(self) -> int:

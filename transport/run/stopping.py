@@ -56,13 +56,13 @@ class Standing:
 
     @property
     def _rare_shortfall(self) -> float:
-        """Return the same for scores that are too rare; a run goes on until it has enough of them."""
+        """Return the same for scores that are too rare; a run continues until it has enough of them."""
         return math.sqrt(self.foretold) if self.foretold > 1 else 0.0
 
 
 @dataclass(frozen=True)
 class Look:
-    """An error check: what a run knows at a planned number of particles."""
+    """An error check: the status of all quantities at a planned number of particles."""
 
     particles: int
     batches: int
@@ -92,6 +92,7 @@ class Look:
 
     @property
     def is_enough(self) -> bool:
+        """Return whether all quantities have reached their target errors."""
         return self.worst.shortfall <= 1
 
     @property
@@ -148,11 +149,11 @@ def status_of(name: str, quantity: Quantity, target: float) -> Standing:
 
 # ---- Size of the next round of a quasi-random run, from a line through the errors of earlier rounds.
 #
-# Errors of n quasi-random points fall as n^-0.5 to n^-1.5, with a slope that is unknown beforehand. A few pilot
-# rounds, each four times as large as the one before, measure the slope. The run then grows, by at most a factor
-# of 8 per round, to the size at which nine of ten rounds reach the target error. It ends with a round that was
-# planned to be the last and reaches the target. To end with a round that merely happens to look good would make
-# confidence intervals too short.
+# Errors of n quasi-random points fall as n^-0.5 to n^-1.5, with a slope that is unknown beforehand. A few
+# pilot rounds, each four times as large as the one before, measure the slope. The run then grows, by at most
+# a factor of 8 per round, to the size at which nine of ten rounds reach the target error. It ends with a
+# round that was planned to be the last and reaches the target. To end with a round that merely happens to
+# look good would make confidence intervals too short.
 
 MIN_SLOPE, MAX_SLOPE = -1.5, -0.5  # bounds of the slope of log error against log n
 MIN_ROUNDS = 4  # per run; the last round is the result

@@ -100,7 +100,8 @@ class Directions:
         if self.mu is not None and self.theta is not None:
             refuse(
                 self,
-                f"mu and theta exclude each other, got mu={short_repr(self.mu)}, theta={short_repr(self.theta)}",
+                f"mu and theta exclude each other, got mu={short_repr(self.mu)},"
+                f" theta={short_repr(self.theta)}",
             )
         _coerce_given_axes(self, "mu", "theta", "phi")
         check_axes_size(self, self)
@@ -191,7 +192,8 @@ class DirectionCone:
         if angle is None or not 0 < angle <= PI / 2:
             refuse(
                 self,
-                f"half_angle must be in (0, pi/2] rad, got {short_repr(self.half_angle)}{degrees_hint(angle)}",
+                "half_angle must be in (0, pi/2] rad, got"
+                f" {short_repr(self.half_angle)}{degrees_hint(angle)}",
             )
         set_fields(self, half_angle=angle)
 
@@ -496,7 +498,7 @@ def _edges_by_axis(subject: object, ranges: dict[str, Range], where: str) -> dic
 
 
 def _angle_hint(name: str, edges: np.ndarray) -> str:
-    """Return a hint for edges out of range that look like degrees, as the end of a message."""
+    """Return a hint for edges out of range that are probably degrees, as the end of a message."""
     if name == "mu":
         return "; mu is a cosine: for angles write theta=" if edges[-1] > 1 else ""
     return degrees_hint(float(np.abs(edges).max())) if name in ("theta", "phi") else ""

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
 # Spheres, boxes, slabs and half spaces are decided by inequalities, closed meshes by their winding number,
 # bodies of open surfaces by the majority of a few straight lines.
 
-TEST_DIRECTIONS = np.array(  # directions of the lines that decide what is inside; none along an axis or a diagonal
+# directions of the lines that decide what is inside; none along an axis or a diagonal
+TEST_DIRECTIONS = np.array(
     [(0.36, 0.48, 0.8), (-0.64, 0.6, 0.48), (0.28, -0.576, 0.768), (-0.352, -0.36, 0.864),
      (0.768, 0.28, -0.576), (-0.48, 0.8, -0.36), (0.6, -0.48, -0.64)]
 )  # fmt: skip
@@ -73,7 +74,7 @@ def body_solid(scene: SceneParts, body: Body) -> Solid | None:
 
 
 def points_in_body(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
-    """Which points (n, 3) [m] lie in a body."""
+    """Mask of the points (n, 3) [m] that lie in a body."""
     solid = body_solid(scene, body)
     if solid is not None:
         return contains_points(solid, points)
@@ -249,7 +250,7 @@ def bodies_on_sides(scene: SceneParts) -> list[tuple[tuple[int, ...], tuple[int,
 def body_bits_at(
     scene: SceneParts, positions: np.ndarray, directions: np.ndarray | None = None
 ) -> np.ndarray:
-    """Which bodies hold positions (n, 3) [m]: bit k of a 64-bit integer for body k.
+    """Bodies that hold positions (n, 3) [m]: bit k of a 64-bit integer for body k.
 
     With `directions` (n, 3) the point just ahead counts: a position on a surface belongs to the side that the
     direction leads to.
@@ -264,7 +265,7 @@ def body_bits_at(
 
 
 def bits_of_bodies_at(scene: SceneParts, points: np.ndarray, numbers: Iterable[int]) -> np.ndarray:
-    """Which of the bodies with these indices hold points (n, 3) [m], as bits."""
+    """Bodies with these indices that hold points (n, 3) [m], as bits."""
     bits, bodies = np.zeros(len(points), np.int64), scene_bodies(scene)
     for number in numbers:
         bits |= points_in_body(scene, bodies[number], points).astype(np.int64) << number

@@ -203,7 +203,8 @@ class Camera(PointInstrument):
         if angle is None or not 0 < angle < math.pi:
             refuse(
                 self,
-                f"field_of_view must be in (0, pi) rad, got {short_repr(self.field_of_view)}{degrees_hint(angle)}",
+                "field_of_view must be in (0, pi) rad, got"
+                f" {short_repr(self.field_of_view)}{degrees_hint(angle)}",
             )
         pixels = tuple(self.pixels) if isinstance(self.pixels, tuple | list) else ()
         if len(pixels) != 2 or not all(is_whole_number(n) and 1 <= n <= MAX_PIXELS_PER_SIDE for n in pixels):

@@ -123,8 +123,8 @@ class Emission:
         if isinstance(self.speed, SpeedDistribution):
             refuse(
                 self,
-                f"speed must be a number, got {short_repr(self.speed)}; for a distribution of speeds use Effusive"
-                " from a surface, or Gas",
+                f"speed must be a number, got {short_repr(self.speed)}; for a distribution of speeds use"
+                " Effusive from a surface, or Gas",
             )
         coerce_positive(self, "speed")
 
@@ -386,7 +386,8 @@ class ParticleEmission(Emission):
         elif gas.mass is not None and gas.mass != self.mass:
             refuse(
                 self,
-                f"mass must be that of its Maxwellian, {gas.mass} kg, got {short_repr(self.mass)}; leave it out",
+                f"mass must be that of its Maxwellian, {gas.mass} kg, got {short_repr(self.mass)};"
+                " leave it out",
             )
 
 
@@ -446,7 +447,8 @@ class Gas(ParticleEmission):
         elif self.direction is None and self.speed.is_signed:
             refuse(
                 self,
-                f"speed must not be negative without a direction, got {short_repr(self.speed)}; add direction=...",
+                f"speed must not be negative without a direction, got {short_repr(self.speed)};"
+                " add direction=...",
             )
         elif self.direction is not None and self.speed.has_drift:
             cure = "leave out direction, or include the drift in a SpeedTable along it"
@@ -478,7 +480,7 @@ class Gas(ParticleEmission):
 
 @scene_object
 class Effusive(ParticleEmission):
-    """Effusion: the particles that a gas behind a surface would send through it.
+    """Effusion: particles that a gas behind a surface would send through it.
 
     Directions follow the cosine law, speeds are weighted by the speed. Give exactly one of `density`,
     `exitance` and `number`.
@@ -534,7 +536,8 @@ class Effusive(ParticleEmission):
         elif self.speed.is_signed:
             refuse(
                 self,
-                f"speed must not be negative, got {short_repr(self.speed)}; use a table of speeds from 0 upwards",
+                f"speed must not be negative, got {short_repr(self.speed)};"
+                " use a table of speeds from 0 upwards",
             )
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:

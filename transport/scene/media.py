@@ -80,7 +80,9 @@ class Medium:
             refuse(self, f"absorption + scattering must be finite, got {self.extinction}; lower one of them")
 
     def __repr__(self) -> str:
-        return f"Medium({', '.join(nondefault_arguments(self, 'absorption', 'scattering', 'phase', 'index', 'emission'))})"
+        return f"""Medium({
+            ", ".join(nondefault_arguments(self, "absorption", "scattering", "phase", "index", "emission"))
+        })"""
 
     @property
     def extinction(self) -> float:

@@ -1,4 +1,4 @@
-"""What a scene consists of, before anything is checked: sources, surfaces, detectors, the surrounding medium, the clock."""
+"""Parts of a scene before any check: sources, surfaces, detectors, the surrounding medium, the clock."""
 
 from collections.abc import Iterable
 from functools import cached_property
@@ -31,7 +31,7 @@ class SceneParts:
 
     @property
     def measured_in(self) -> str:
-        """What all sources emit: "watts" or "particles"; media that emit do so in watts.
+        """Unit of the emission of all sources: "watts" or "particles"; media that emit do so in watts.
 
         Returns
         -------

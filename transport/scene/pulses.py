@@ -187,7 +187,8 @@ class GaussianPulse(Pulse):
             cure = f"write time={MAX_DEVIATION * self.sigma:g} or more, or a smaller sigma"
             refuse(
                 self,
-                f"time must be {MAX_DEVIATION} sigma or more, got {self.time} with sigma={self.sigma}; {cure}",
+                f"time must be {MAX_DEVIATION} sigma or more, got {self.time} with sigma={self.sigma};"
+                f" {cure}",
             )
 
     @property

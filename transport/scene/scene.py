@@ -250,7 +250,10 @@ class Scene(SceneParts):
             refuse(surface, f"material must not be a {kind} in a scene of particles, got {part}; {cure}")
         if isinstance(part, Dielectric) and self.duration is not None and not has_named_media(self):
             must = f"material must not be a Dielectric in a scene with a duration, got {self.duration} s"
-            cure = f"name its medium, inside=Medium(index={part.index_inside:g}), which says how fast light is there"
+            cure = (
+                f"name its medium, inside=Medium(index={part.index_inside:g}), which says how fast light is"
+                " there"
+            )
             refuse(surface, f"{must} and no media; {cure}, or leave out duration")
 
 

@@ -114,7 +114,8 @@ class Maxwellian(SpeedDistribution):
         if self.sigma is not None and self.sigma != sigma:
             refuse(
                 self,
-                f"sigma follows from temperature and mass as {sigma}, got {short_repr(self.sigma)}; leave it out",
+                f"sigma follows from temperature and mass as {sigma}, got {short_repr(self.sigma)};"
+                " leave it out",
             )
         set_fields(self, sigma=sigma)
 
@@ -257,8 +258,9 @@ class Maxwellian(SpeedDistribution):
         if not abs(d) <= MAX_DRIFT_SIGMAS * self.sigma:
             refuse(
                 self,
-                f"drift through a plane must be within {MAX_DRIFT_SIGMAS:g} sigma = {MAX_DRIFT_SIGMAS * self.sigma:g} m/s"
-                f" either way, got {d:g} m/s; use a Gas of one speed along a direction",
+                f"drift through a plane must be within {MAX_DRIFT_SIGMAS:g} sigma ="
+                f" {MAX_DRIFT_SIGMAS * self.sigma:g} m/s either way, got {d:g} m/s; use a Gas of one speed"
+                " along a direction",
             )
         return d / self.sigma
 
@@ -324,7 +326,8 @@ class SpeedTable(SpeedDistribution):
         if not is_rising.all():
             refuse(
                 self,
-                f"speeds must be increasing, got {_describe_step(self.speeds, int(np.argmin(is_rising)))}; sort them",
+                f"speeds must be increasing, got {_describe_step(self.speeds, int(np.argmin(is_rising)))};"
+                " sort them",
             )
         if not np.isfinite(self.speeds[-1] - self.speeds[0]):
             refuse(self, f"speeds must span a finite range, got {short_repr(self.speeds)}; change the unit")
@@ -448,7 +451,8 @@ class InverseCDF(SpeedDistribution):
         except TypeError:
             refuse(
                 self,
-                f"quantile must be hashable, as functions are, got {short_repr(self.quantile)}; use a function",
+                f"quantile must be hashable, as functions are, got {short_repr(self.quantile)};"
+                " use a function",
             )
         self._check(_trial_speeds(self))
         set_fields(self, quantile=_VectorizedQuantile(self.quantile))
@@ -457,7 +461,8 @@ class InverseCDF(SpeedDistribution):
         if not np.isfinite(v).all():
             refuse(
                 self,
-                f"quantile must be finite, got {_describe_at_u(v, ~np.isfinite(v))}; clip u to 2**-54 or more",
+                f"quantile must be finite, got {_describe_at_u(v, ~np.isfinite(v))};"
+                " clip u to 2**-54 or more",
             )
         if not v.any():
             refuse(self, "quantile must not be 0 everywhere; a Gas at rest is Gas(speed=0)")
@@ -465,7 +470,8 @@ class InverseCDF(SpeedDistribution):
         if falls.any():
             refuse(
                 self,
-                f"quantile must not fall with u, got {_describe_at_u(v, falls)}, less than before; reverse it",
+                f"quantile must not fall with u, got {_describe_at_u(v, falls)}, less than before;"
+                " reverse it",
             )
 
     @property

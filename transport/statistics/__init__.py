@@ -1,1 +1,1 @@
-"""Statistics of batches: means, standard errors, estimates with units, findings, pooled errors. Knows no scene."""
+"""Statistics of batches: means, standard errors, estimates with units, findings, pooled errors. No scenes."""

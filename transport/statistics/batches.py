@@ -165,8 +165,8 @@ def _batch_weights(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 # ---- Whether batches are good replicates: no trend in their mean or spread, and no outlier.
 #
-# Each number is the probability that independent, equal, roughly normal batches look so odd; nan for fewer than
-# LEAST.
+# Each number is the probability that independent, equal, roughly normal batches look so odd; nan for fewer
+# than LEAST.
 
 MAX_OUTLIERS = 5  # batches that may together be outliers above all others
 MIN_BATCHES = 16  # batches: with fewer a perfect order is not rare

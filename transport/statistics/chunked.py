@@ -37,6 +37,7 @@ class ChunkedArray:
 
     @property
     def ndim(self) -> int:
+        """Number of axes."""
         return len(self.shape)
 
     def __len__(self) -> int:
@@ -197,8 +198,8 @@ def _cut_operand(other: object, box: Box, ndim: int) -> object:
 
 # ---- Memory-mapped arrays: an anonymous temporary file holds the numbers, and only pages in use take memory.
 #
-# The file disappears with the array.  Arrays stay in memory if temporary files lie in memory, the disk is full
-# or no file can be mapped.
+# The file disappears with the array.  Arrays stay in memory if temporary files lie in memory, the disk is
+# full or no file can be mapped.
 
 MIN_MAPPED_BYTES = 1 << 24  # bytes, from which on arrays are memory-mapped
 MOUNTS = Path("/proc/mounts")
@@ -291,7 +292,7 @@ class ChunkedReplicates(Replicates):
     def of_batches(
         cls, values: ChunkedArray, run: Batches, exact: bool, counts: ChunkedArray | None
     ) -> ChunkedReplicates:
-        """As Replicates.of_batches; counts: numbers of scores by batch."""
+        """Make chunked replicates from batch means, (B, *dims), and counts of scores by batch, if known."""
 
         def part(box: Box) -> Replicates:
             scores = None if counts is None else counts.part(box).sum(axis=0)
@@ -301,18 +302,22 @@ class ChunkedReplicates(Replicates):
 
     @property
     def is_exact(self) -> bool:
+        """Whether the value is the same for every history by construction."""
         return self.exact
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Numbers of bins along the axes."""
         return self.bins
 
     @cached_property
     def value(self) -> np.ndarray:
+        """Mean values, (*dims), memory-mapped."""
         return np.asarray(self._known[0])
 
     @cached_property
     def error(self) -> np.ndarray:
+        """One standard error, (*dims), memory-mapped; nan where it cannot be known, see `reason`."""
         return np.asarray(self._known[1])
 
     @cached_property
@@ -329,27 +334,33 @@ class ChunkedReplicates(Replicates):
         return known
 
     def release_pages(self) -> None:
+        """Release the memory-mapped pages of values and errors until the next access."""
         for room in self._known:
             release_pages(room)
 
     @property
     def reason(self) -> np.ndarray:
+        """Reason why the error is unknown, (*dims) of str; None where it is known."""
         return self._gathered(lambda part: part.reason, object)
 
     @property
     def dof(self) -> np.ndarray:
+        """Degrees of freedom of the error, (*dims)."""
         return self._gathered(lambda part: part.dof, float)
 
     @property
     def scores(self) -> np.ndarray:
+        """Numbers of scores, (*dims)."""
         return self._gathered(lambda part: part.scores, float)
 
     @property
     def scale(self) -> np.ndarray:
+        """Scale of the values for judging rounding, (*dims)."""
         return self._gathered(lambda part: part.scale, float)
 
     @property
     def deviations(self) -> dict[Batches, np.ndarray]:
+        """Deviations of the batches from the value by run, (B, *dims), gathered in memory; none if exact."""
         whole = {} if self.exact else {run: np.empty((len(run), *self.bins)) for run in self.runs}
         for box in self.boxes if whole else ():
             for run, of_run in self.part(box).deviations.items():
@@ -357,9 +368,11 @@ class ChunkedReplicates(Replicates):
         return whole
 
     def unless(self, too_few: np.ndarray) -> ChunkedReplicates:
+        """The same replicates, with unknown error where `too_few`, (*dims) of bool, is true."""
         return self._made(lambda box: self.part(box).unless(cut_to_box(np.asarray(too_few), box)))
 
     def indexed(self, index: tuple[int | slice, ...]) -> Replicates:
+        """Replicates of the bins of an index; in memory if they fit into one chunk."""
         starts = [along if isinstance(along, slice) else slice(along, along + 1 or None) for along in index]
         box = tuple(slice(*along.indices(count)[:2]) for along, count in zip(starts, self.bins, strict=True))
         if np.prod(box_lengths(box, self.bins)) * max(map(len, self.runs)) > MAX_CHUNK_SIZE:
@@ -368,9 +381,11 @@ class ChunkedReplicates(Replicates):
         return self.part(box).indexed(inner)
 
     def along(self, own: tuple[str, ...], dims: tuple[str, ...]) -> Replicates:
+        """Rearrange axes `own` into the order of `dims`; missing axes get length 1."""
         return self if own == dims else super().along(own, dims)
 
     def summed(self, axis: int) -> Replicates:
+        """Replicates of the sum over a bin axis, in memory, summed chunk by chunk."""
         axis %= len(self.bins)
         left = self.bins[:axis] + self.bins[axis + 1 :]
         value, scale, scores = np.zeros(left), np.zeros(left), np.zeros(left)

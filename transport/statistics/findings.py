@@ -33,7 +33,7 @@ SEVERITIES = (NOTE, BOUNDED, DOUBTFUL)
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What a check or diagnostic found about a number.
+    """Result of a check or diagnostic about a number.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class Finding:
 
 
 def unseen_scores(scores: float | np.ndarray) -> Any:
-    """How many scores beyond the counted ones were possible: U(n) - n, with U Poisson's 95 % upper limit.
+    """Number of scores possible beyond the counted ones: U(n) - n, with U Poisson's 95 % upper limit.
 
     3.0 for n = 0; 0 from MIN_SCORES_FOR_ERROR on, because the standard error includes the spread of so many.
 
@@ -200,8 +200,8 @@ def even_scores_findings(
 def weak_denominator_findings(value: np.ndarray, error: np.ndarray) -> tuple[Finding, ...]:
     """Findings against a ratio whose denominator (*dims) may be near 0.
 
-    Its error is propagated by derivatives, which hold if the denominator is as certain as MIN_SCORES_FOR_ERROR scores
-    make it.
+    Its error is propagated by derivatives, which hold if the denominator is as certain as
+    MIN_SCORES_FOR_ERROR scores make it.
     """
     with np.errstate(invalid="ignore"):
         is_weak = error**2 * MIN_SCORES_FOR_ERROR > value**2

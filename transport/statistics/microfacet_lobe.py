@@ -1,4 +1,4 @@
-"""Distribution of directions in the multiple-scattering lobe of a rough mirror: lost share, density and quantile.
+"""Directions in the multiple-scattering lobe of a rough mirror: lost share, density and quantile.
 
 The engine samples the lobe by its quantile, and theory.microfacets builds the exact BRDF on it.
 """

@@ -51,10 +51,12 @@ class Packed:
 
     @property
     def dtype(self) -> np.dtype:
+        """Type of the numbers."""
         return self.values.dtype
 
     @property
     def shape(self) -> tuple[int]:
+        """Length of the unpacked array, as a tuple."""
         return (self.length,)
 
     @property

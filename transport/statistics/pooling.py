@@ -2,7 +2,7 @@
 
 The variance among a bin's own batches is a poor measure of rare large scores.  A bin without one reads low
 with a small error, a bin with one reads high with a large error, so that the error depends on the luck of the
-value.  Neighbouring bins have other luck but nearly the same variance, so they know it better.
+value.  Neighbouring bins have other luck but nearly the same variance, so they estimate it better.
 
 The difficulty is to distinguish an edge in the picture from luck.  The *inner spread* does it: the spread of
 the inner three quarters of a bin's batches, which rare scores do not change.  Bins are pooled with neighbours
@@ -32,7 +32,8 @@ PRIOR_DOF = MIN_SCORES_FOR_ERROR  # degrees of freedom with which the next wider
 MIN_SIMILAR_BINS = (
     MIN_SCORES_FOR_ERROR  # number of similar bins from which on their variances replace its own
 )
-# An error of d degrees of freedom has a relative precision of 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES_FOR_ERROR).
+# An error of d degrees of freedom has a relative precision of 1 / sqrt(2 d), here
+# 1 / sqrt(MIN_SCORES_FOR_ERROR).
 MIN_DOF = MIN_SCORES_FOR_ERROR / 2
 OWN_DOF = 0.8  # of the degrees of freedom of the batches: enough if there are few batches
 OUTLIER_CHANCE = 1e-3  # chance of such a large own variance, below which the bin differs from its neighbours
@@ -97,13 +98,13 @@ def pooled_errors(
     2 n v² / <var(s²)> degrees of freedom; the larger <var(s²)> / v² of this window and the next wider one
     counts, because a window without the rare score does not show that it is rare.  From the widest window
     inwards, E = (D v + d E_wider) / (D + d) with d = PRIOR_DOF.  The bin itself is not in its windows; its
-    own variance is added with OWN_SHARE of its degrees of freedom, or with more if fewer than MIN_SIMILAR_BINS other
-    bins are similar.
+    own variance is added with OWN_SHARE of its degrees of freedom, or with more if fewer than
+    MIN_SIMILAR_BINS other bins are similar.
 
     A sparse bin, most batches of which gave the same, has at least its own error.  Thin bins are doubtful
     where most bins around them are sparse; a decision for each bin by itself would keep the lucky ones.  A
-    bin is also doubtful if one of its batches alone moves the mean by more than 7 errors, sqrt(2 MIN_SCORES_FOR_ERROR):
-    fewer than one in 50 bins has a score of that size.
+    bin is also doubtful if one of its batches alone moves the mean by more than 7 errors,
+    sqrt(2 MIN_SCORES_FOR_ERROR): fewer than one in 50 bins has a score of that size.
     """
     batches = len(deviations)
     known = np.asarray(known, dtype=bool)

@@ -1,4 +1,4 @@
-"""How reliable an error bar is: how many scores carry it, how heavy their tail is, whether batches agree.
+"""Reliability of an error bar: number of scores that carry it, weight of their tail, agreement of batches.
 
 An error measures the spread of the scores in hand.  If rare large scores are still missing, mean and error
 are both too low.  The present scores show it: a few of them carry the error, or the largest thin out so
@@ -32,8 +32,8 @@ from transport.statistics.findings import (
 # ---- Counts of scores by size: whether a few of them carry an error, and what larger ones might add.
 #
 # Every score counts by itself; several scores of one history, or of its copies, show only in the batches.
-# Sizes are known by cells, a quarter of an octave or sixteen times as wide; their edges give the tail and their
-# means the moments.
+# Sizes are known by cells, a quarter of an octave or sixteen times as wide; their edges give the tail and
+# their means the moments.
 
 MAX_TAIL_SCORES, MIN_TAIL_SCORES, TAIL_SHARE = (
     200,
@@ -106,7 +106,7 @@ class Scores:
     def tail_index(self) -> float:
         """Index of Pareto's law that fits the largest scores best: s^-index of them are above a size s.
 
-        Maximum likelihood for counts in cells (Hill 1975 for sizes); nan for fewer than MIN_TAIL_SCORES scores.
+        Maximum likelihood for counts in cells (Hill 1975 for sizes); nan below MIN_TAIL_SCORES scores.
         """
         first, number = self._tail
         if number < MIN_TAIL_SCORES:
@@ -172,7 +172,7 @@ class Scores:
         return first, int(above[first])
 
 
-# ---- How reliable an error bar is: how many scores carry it, how heavy their tail is, whether batches agree.
+# ---- Reliability of an error bar: number of scores that carry it, weight of tail, agreement of batches.
 
 MAX_CHANCE_EXCESS = 4.0  # excess of a number of scores, in its square roots, that chance may cause
 TREND_CHANCE, OUTLIER_CHANCE = (
@@ -207,7 +207,7 @@ class Quality:
         Standard errors that scores larger than all present ones would add if the law of the largest
         continues.
     trend : float
-        Probability that batches without a trend look so.
+        Probability that batches without a trend give such a one.
     verdict : {"sound", "bounded", "doubtful"}
         Verdict on the quantity; the worst one of its bins.
     findings : tuple of Finding

@@ -196,7 +196,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What the run may have missed of this number, the worst finding first.
+        """Findings: contributions to this number that the run may have missed, the worst first.
 
         Returns
         -------
@@ -240,12 +240,12 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _is_known(self) -> np.ndarray:
-        """Where the error is known, ``(*dims)`` of bool."""
+        """Mask of the bins whose error is known, ``(*dims)`` of bool."""
         return ~np.isnan(self._error_bars.error)
 
     @property
     def _is_known_but_doubtful(self) -> np.ndarray:
-        """Where the error is known but doubtful, ``(*dims)`` of bool."""
+        """Mask of the bins whose error is known but doubtful, ``(*dims)`` of bool."""
         value, error = self._replicates.value, np.asarray(self._error_bars.error)
         doubts = [np.asarray(self._error_bars.is_doubtful)]
         doubts += [severities(each, value, error, self.allowed) == DOUBTFUL for each in self._raw_findings]
@@ -270,7 +270,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _error_with_unknown(self) -> np.ndarray:
-        """One standard error that includes the uncertainty of equal batches, ``(*dims)``; infinite if unknown."""
+        """One standard error including the uncertainty of equal batches, ``(*dims)``; infinite if unknown."""
         from scipy.special import ndtri
 
         reason, error = self._replicates.reason, np.asarray(self._error_bars.error)
@@ -298,7 +298,7 @@ class Quantity(Generic[Number, Reason]):
     def _propagated_findings(self) -> tuple[Finding, ...]:
         """The findings that arithmetic propagates.
 
-        They are the same findings, and for a single unbounded number without a score a finding that says so.
+        They are the same findings, and one more for a single unbounded number without a score.
         """
         if self.coords or self.reason != NO_SCORE or not np.isinf(self._unknown_error_limits):
             return self._raw_findings
@@ -408,7 +408,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
-        """How far the true value may lie below and above the estimate besides its error, each ``(*dims)``."""
+        """Largest errors below and above the estimate besides its standard error, each ``(*dims)``."""
         below, above, value = 0.0, 0.0, self._replicates.value
         for finding in self._raw_findings:
             matters = severities(finding, value, np.asarray(self._error_bars.error), self.allowed) != SOUND

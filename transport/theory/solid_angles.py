@@ -1,7 +1,7 @@
 """Solid angles and projected solid angles of caps, shapes on the axis and bins of directions.
 
 The projected solid angle is the integral of max(cos theta, 0) d omega [sr]; over a hemisphere it is pi.
-Cones about an oblique axis are in geometry/solid_angles.py, bins of a world frame in geometry/solid_angles.py.
+Cones about an oblique axis and bins of a world frame are in geometry/solid_angles.py.
 """
 
 from __future__ import annotations

@@ -259,8 +259,8 @@ def _check_files(
     if len(files) > 1 and resume is not None and Path(resume).exists() and not files[0]["resume"].exists():
         own = f"{files[0]['resume'].name} to {files[-1]['resume'].name}"
         raise SceneError(
-            f"--resume: {resume} is one run, and {experiment_name(module)} has {len(files)} cases, whose files are"
-            f" {own}"
+            f"--resume: {resume} is one run, and {experiment_name(module)} has {len(files)} cases, whose"
+            f" files are {own}"
         )
 
 
@@ -316,7 +316,8 @@ def run_settings_of(module: ModuleType) -> dict[str, object]:
     for name in ways:
         if name not in RUN_SETTINGS:
             raise SceneError(
-                f"{experiment_name(module)}: run has no setting {name!r}; {name_hint(str(name), RUN_SETTINGS)}"
+                f"{experiment_name(module)}: run has no setting {name!r};"
+                f" {name_hint(str(name), RUN_SETTINGS)}"
             )
     return dict(ways)
 
@@ -332,7 +333,7 @@ def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tup
     for name, estimate in measured.items():
         if not isinstance(estimate, Estimate):
             raise SceneError(
-                f"{experiment_name(module)}: measure must return an Estimate for {name!r}, got {short_repr(estimate)};"
-                " of an array take .sum() or one bin"
+                f"{experiment_name(module)}: measure must return an Estimate for {name!r}, got"
+                f" {short_repr(estimate)}; of an array take .sum() or one bin"
             )
     return tuple(Row(name, estimate, exact.get(name, math.nan)) for name, estimate in measured.items())

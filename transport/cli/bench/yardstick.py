@@ -1,7 +1,7 @@
 """The yardstick: two benchmark problems solved one particle at a time, as a plain kernel without bundles.
 
 It uses float64, libm's sine and cosine, branches and plain float64 sums.  Random numbers and the rule of the
-roulette are the engine's, so that both do the same work for the same answer.  `replay_pass` times single passes.
+roulette are the engine's, so both do the same work for the same answer.  `replay_pass` times single passes.
 """
 
 import math

@@ -356,7 +356,7 @@ def with_addition(name: str | None, treatment: Treatment) -> Treatment:
     return addition.apply(with_addition(addition.over, treatment)).checked()
 
 
-# ---- Price list: CPU time of a treatment without and with each addition, run in turns; medians over the turns.
+# ---- Price list: CPU time of a treatment without and with each addition, in turns; medians over turns.
 #
 # Differences and ratios are taken within a turn, so that other load of the machine affects both sides.
 

@@ -292,7 +292,7 @@ def weigh_by_plane(b, table, first, live):
 
 @lane_pass(SENSOR)
 def weigh_by_surface(b, table, first, live):
-    """The same about the local normal.
+    """Weight directions by their cosine to the local normal; 0 below the surface.
 
     Fields: reads `ux, uy, uz`, `nx, ny, nz`; updates `weight`.
     """
@@ -344,9 +344,10 @@ def score_path_by_cell(b, table, first, live):
 
 @lane_pass(VOLUME)
 def score_path_by_cell_in_media(b, table, first, live):
-    """The same where media absorb: mean weight along the path times its length.
+    """Score the mean weight along a path times its length by cell of birth, where media absorb.
 
-    Fields: reads `weight`, `history`, `cell`, `length_before`, `length_inside`, `path_absorption`; updates `scored`.
+    Fields: reads `weight`, `history`, `cell`, `length_before`, `length_inside`, `path_absorption`; updates
+    `scored`.
     """
     total, scale, salt = 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):

@@ -86,8 +86,8 @@ def bank_copies(b, table, first, live):
 def bank_forced_copies(b, table, first, live):
     """Put the copies of force_collision into the bank, with a weight and a path of their own.
 
-    Fields: reads `weight`, `birth`, `history`, `event`, `copy_weight`, `copy_path`; updates `copies`, `banked`,
-    `bank_overflow`.
+    Fields: reads `weight`, `birth`, `history`, `event`, `copy_weight`, `copy_path`; updates `copies`,
+    `banked`, `bank_overflow`.
     """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)

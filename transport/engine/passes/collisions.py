@@ -37,10 +37,10 @@ from transport.physics.scattering import (
 
 # ---- Absorption too weak for the digits of a weight: unbiased to the last unit of the ledger.
 #
-# before * exp(-depth), rounded, is off by half a unit in its last place: 1e-16 / depth of the absorbed weight,
-# with the same sign where all paths are equal; below 1e-16 nothing is absorbed at all. The absorbed weight
-# before * (1 - exp(-depth)) is known to all digits, so the remaining weight is rounded up or down at random
-# with the right mean.
+# before * exp(-depth), rounded, is off by half a unit in its last place: 1e-16 / depth of the absorbed
+# weight, with the same sign where all paths are equal; below 1e-16 nothing is absorbed at all. The absorbed
+# weight before * (1 - exp(-depth)) is known to all digits, so the remaining weight is rounded up or down at
+# random with the right mean.
 
 # optical depth below which this is done: above it rounding errs by at most 1e-10 of the absorbed weight
 WEAK_DEPTH = 2.0**-20
@@ -165,7 +165,7 @@ def attenuate(b, table, first, live):
 
 @device
 def attenuate_unbiased(b, first, live):
-    """The same if some paths are too thin for the digits of a weight (collisions.py).
+    """Absorb along the path where the change of a weight may be below its last digits; unbiased.
 
     Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
     """
@@ -218,7 +218,7 @@ def account_absorbed_in(b, table, first, live):
 
 @lane_pass(ABSORBING_MEDIUM)
 def account_absorbed_in_all(b, table, first, live):
-    """The same for many media: one addition per lane, from the row of the first medium on.
+    """Add the absorption in all media to their rows of the ledger: one addition per lane.
 
     Fields: reads `medium`, `high`, `low`.
     """

@@ -66,8 +66,8 @@ def cosine_bin(look, mu):
 def bin_arrivals(b, table, first, live):
     """Find the cosine bin of arrivals at the detector's side, and the integers to score.
 
-    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`, `low`, `slant`,
-    `is_grazing`.
+    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`,
+    `low`, `slant`, `is_grazing`.
     """
     layer, any_grazes, salt = table.layer, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
@@ -87,8 +87,8 @@ def bin_arrivals(b, table, first, live):
 def bin_departures(b, table, first, live):
     """Find the cosine bin of departures from the detector's side, and the integers to score.
 
-    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`, `low`, `slant`,
-    `is_grazing`.
+    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`,
+    `low`, `slant`, `is_grazing`.
     """
     layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
@@ -108,8 +108,8 @@ def bin_departures(b, table, first, live):
 def bin_crossings(b, table, first, live):
     """Find the cosine bin where nothing acts: arrival on one side is departure from the other.
 
-    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`, `low`, `slant`,
-    `is_grazing`.
+    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`,
+    `low`, `slant`, `is_grazing`.
     """
     layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
@@ -144,7 +144,7 @@ def score(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def score_all(b, table, first, live):
-    """The same where nearly every lane has a bin; row 0 takes the others and is never read.
+    """Add weight, count and slant where nearly every lane has a bin; row 0 takes the rest and is never read.
 
     Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """

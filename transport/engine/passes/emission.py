@@ -377,8 +377,8 @@ def emit_beam(b, table, first, live):
 
 # ---- Score births on a sheet with detectors: a newborn particle counts there as a departure.
 #
-# Only for emitters whose sheet carries a detector. The x of an aimed particle is its target, so it moves to its
-# birthplace for these steps.
+# Only for emitters whose sheet carries a detector. The x of an aimed particle is its target, so it moves to
+# its birthplace for these steps.
 
 
 @lane_pass(BIRTH)

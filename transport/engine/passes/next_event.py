@@ -49,7 +49,7 @@ def draw_joint_point_at_birth(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def draw_point_at_birth(b, table, first, live):
-    """The same for further detectors.
+    """Draw the uniforms p0, p1 for a point on a further detector.
 
     Fields: reads `history`; writes `p0`, `p1`.
     """
@@ -67,7 +67,7 @@ def draw_point_at_birth(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def draw_point_at_event(b, table, first, live):
-    """The same for later events.
+    """Draw the uniforms p0, p1 for a point on a detector at a later event.
 
     Fields: reads `history`, `event`; writes `p0`, `p1`.
     """
@@ -188,8 +188,8 @@ def connect_to_ball(b, table, first, live):
 def contribute_from_births(b, table, first, live):
     """Set the contribution of a birth: its weight times its pdf [sr^-1] in the ray's direction.
 
-    Fields: reads `weight`, `sheet`, `nx, ny, nz`, `vx, vy, vz`; updates `score`; writes `point_distance`, `pdf`,
-    `shadow_sheet`, `tally`.
+    Fields: reads `weight`, `sheet`, `nx, ny, nz`, `vx, vy, vz`; updates `score`; writes `point_distance`,
+    `pdf`, `shadow_sheet`, `tally`.
     """
     isotropic, lambertian, scale, tally = table.isotropic, table.lambertian, table.scale, table.first
     for k in range(first, live):
@@ -204,8 +204,8 @@ def contribute_from_births(b, table, first, live):
 def contribute_from_walls(b, table, first, live):
     """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1].
 
-    Fields: reads `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`, `vx, vy, vz`; updates `score`; writes `point_distance`,
-    `pdf`, `shadow_sheet`, `tally`.
+    Fields: reads `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`, `vx, vy, vz`; updates `score`; writes
+    `point_distance`, `pdf`, `shadow_sheet`, `tally`.
     """
     scale, tally = table.scale, table.first
     for k in range(first, live):
@@ -224,8 +224,8 @@ def contribute_from_collisions(b, table, first, live):
 
     Pdfs of phase functions are added next, none for lanes without collision.
 
-    Fields: reads `ux, uy, uz`, `weight`, `vx, vy, vz`; updates `score`; writes `point_distance`, `scatter_cosine`, `pdf`,
-    `shadow_sheet`, `tally`.
+    Fields: reads `ux, uy, uz`, `weight`, `vx, vy, vz`; updates `score`; writes `point_distance`,
+    `scatter_cosine`, `pdf`, `shadow_sheet`, `tally`.
     """
     scale, tally = table.scale, table.first
     for k in range(first, live):

@@ -170,7 +170,8 @@ def turn_into_second_leg(b, table, first, live):
     """At the end of the first leg, in the medium around its point, turn a ray towards the point.
 
     Fields: reads `weight`, `distance`, `hit`, `medium`, `mfp`, `survival`, `leg`; updates `x, y, z`,
-    `ux, uy, uz`; writes `sheet`, `start`, `sx, sy, sz`, `point_distance`, `score`, `scatter_cosine`, `pdf`, `phase_number`.
+    `ux, uy, uz`; writes `sheet`, `start`, `sx, sy, sz`, `point_distance`, `score`, `scatter_cosine`, `pdf`,
+    `phase_number`.
     """
     points, media = view(table.rows, table.count, POINT), view(table.others, table.other_count, MEDIA)
     turning = 0

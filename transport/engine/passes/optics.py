@@ -36,7 +36,8 @@ def look_up_optics(b, table, first, live):
 
     The gather is a pass of its own because it would slow down a longer loop.
 
-    Fields: reads `hit`, `mu`; writes `ratio`, `index_before`, `index_behind`, `excess`, `roughness`, `transmitted`.
+    Fields: reads `hit`, `mu`; writes `ratio`, `index_before`, `index_behind`, `excess`, `roughness`,
+    `transmitted`.
     """
     rows = view(table.rows, table.count, OPTICS)
     for k in range(first, live):
@@ -92,8 +93,8 @@ def refract(b, table, first, live):
     is not in. It then goes straight on, so that no medium is mistaken for another. Elsewhere such a
     contradiction is a fault of the scene, and is counted in the ledger.
 
-    Fields: reads `weight`, `hit`, `nx, ny, nz`, `ratio`, `index_before`, `index_behind`, `excess`, `u0`; updates
-    `ux, uy, uz`, `index`, `mu`.
+    Fields: reads `weight`, `hit`, `nx, ny, nz`, `ratio`, `index_before`, `index_behind`, `excess`, `u0`;
+    updates `ux, uy, uz`, `index`, `mu`.
     """
     astray = 0
     for k in range(first, live):

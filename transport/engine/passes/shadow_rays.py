@@ -60,8 +60,8 @@ def direction_to(x, y, z, px, py, pz):
 def cast_from_births(b, table, first, live):
     """Cast a shadow ray from each birth: weight times intensity per weight [sr^-1] over squared distance.
 
-    Fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`,
-    `score`, `pdf`, `shadow_sheet`, `tally`.
+    Fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`,
+    `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
@@ -83,8 +83,8 @@ def cast_from_box(b, table, first, live):
     Samples an isotropic line through the point and a uniform place in the box on it: the factor 1/r^2 is
     sampled rather than weighted.
 
-    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`, `shadow_sheet`,
-    `tally`.
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`,
+    `shadow_sheet`, `tally`.
     """
     px, py, pz = table.x, table.y, table.z
     hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
@@ -115,10 +115,10 @@ def cast_from_box(b, table, first, live):
 
 @lane_pass(POINT_GLOW)
 def cast_from_sphere(b, table, first, live):
-    """The same for a ball; the chord is computed from its point nearest to the centre.
+    """Cast a shadow ray from a uniformly emitting ball; the chord follows from its point nearest the centre.
 
-    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`, `shadow_sheet`,
-    `tally`.
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`,
+    `shadow_sheet`, `tally`.
     """
     px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
@@ -163,11 +163,12 @@ def cast_from_flights(b, table, first, live):
     """Cast a ray from a scattering point sampled equiangularly on each flight (Kulla and Fajardo 2012).
 
     No factor for survival to that point: the flight's length is itself sampled; only absorption along it is
-    weighted. In voxels the coefficient is not known yet: the score stays negative until `scale_by_grid_scattering`.
+    weighted. In voxels the coefficient is not known yet: the score stays negative until
+    `scale_by_grid_scattering`.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `start`, `distance`, `medium`, `mfp`,
-    `sigma_a`, `survival`, `flies`, `phase_number`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `scatter_cosine`,
-    `pdf`, `shadow_sheet`, `tally`.
+    `sigma_a`, `survival`, `flies`, `phase_number`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`,
+    `score`, `scatter_cosine`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
     seed_low, seed_high, batch, number = (
@@ -325,7 +326,7 @@ def add_tabulated_pdf(b, table, first, live):
     return live
 
 
-# ---- Tracing of shadow rays, in a bundle of their own: attenuated by media, stopped by acting surfaces, scored.
+# ---- Tracing of shadow rays, in a bundle of their own: attenuated in media, ended by acting surfaces.
 #
 # They use the passes of flights for all shapes and media. Rays wait until the bundle is full, so its passes
 # work on full vectors; their order does not matter, because sums are of integers.
@@ -389,7 +390,7 @@ def attenuate_shadow_rays(b, table, first, live):
 
 @lane_pass(GRID)
 def attenuate_shadow_rays_in_grid(b, table, first, live):
-    """The same in voxels, with the exact optical depth.
+    """Multiply by the transmittance of voxels, from the exact optical depth.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `distance`, `medium`; updates `weight`.
     """

@@ -121,8 +121,8 @@ SEGMENT_BYTES = PATH_SEGMENT.itemsize
 def record_tracks(b, table, first, live):
     """Record each flight of this round, after volumes.set_flight_end; without room it is only counted.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `distance`, `hit`, `flight_end`; updates
-    `flight_count`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `distance`, `hit`, `flight_end`;
+    updates `flight_count`.
     """
     for k in range(first, live):
         if b.weight[k] != 0.0 and b.flight_end[k] > b.start[k]:

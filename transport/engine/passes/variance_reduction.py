@@ -156,8 +156,8 @@ def sample_free_or_forced_path(b, table, first, live):
 
     Fresh lanes fly to the surface ahead, forced copies have their path.
 
-    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `forced_path`; writes
-    `u0`, `u1`, `depth`, `flies`.
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `forced_path`;
+    writes `u0`, `u1`, `depth`, `flies`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -179,8 +179,8 @@ def force_collision(b, table, first, live):
 
     Without a surface ahead, the lane collides as sampled.
 
-    Fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `forced_path`; writes `copy_weight`,
-    `copy_path`, `copies`.
+    Fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `forced_path`; writes
+    `copy_weight`, `copy_path`, `copies`.
     """
     total_high, total_low = 0, 0
     for k in range(first, live):
@@ -210,7 +210,7 @@ def force_collision(b, table, first, live):
     return live
 
 
-# ---- Russian roulette at walls and at collisions: light histories are killed or restored to weight, unbiased.
+# ---- Russian roulette at walls and at collisions: light histories end or regain weight, unbiased.
 #
 # A weight is light relative to the history's birth weight, or to the one wanted by importance, so the unit of
 # power does not matter. The ledger takes the weight killed less the weight gained: expectation 0.

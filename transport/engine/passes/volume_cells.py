@@ -246,8 +246,8 @@ def walk(b, table, k, bin, t, end, weight, fade, keep):
 def walk_through_cells(b, table, first, live):
     """Score the path through each cell of a volume detector.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `bin`, `length_before`, `length_inside`, `path_absorption`,
-    `total_absorption`; updates `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `bin`, `length_before`,
+    `length_inside`, `path_absorption`, `total_absorption`; updates `scored`.
     """
     n = 0
     for k in range(first, live):  # no branch, so no misprediction
@@ -271,8 +271,8 @@ def walk_through_grid(b, table, first, live):
 
     Later passes skip these lanes (`within` = 0).
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `length_before`; updates
-    `length_inside`, `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `length_before`;
+    updates `length_inside`, `scored`.
     """
     n, grid, volume = 0, table.grid, table.volume
     for k in range(first, live):
@@ -337,7 +337,7 @@ def set_collision_paths(b, table, first, live):
 
 @lane_pass(GRID)
 def set_collision_paths_in_grid(b, table, first, live):
-    """The same in a grid, from the voxel of the collision.
+    """Set mean free path and total absorption coefficient at collisions in a grid, from their voxel.
 
     Fields: reads `x, y, z`, `medium`, `collides`; writes `length_inside`, `total_absorption`.
     """
@@ -361,8 +361,8 @@ def set_collision_paths_in_grid(b, table, first, live):
 def score_collisions_in_box(b, table, first, live):
     """Score weight times mean free path at each collision in a box (collision estimator).
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `length_inside`, `total_absorption`; updates
-    `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `length_inside`,
+    `total_absorption`; updates `scored`.
     """
     n, hx, hy, hz = 0, table.hx, table.hy, table.hz
     for k in range(first, live):
@@ -382,10 +382,10 @@ def score_collisions_in_box(b, table, first, live):
 
 @lane_pass(VOLUME)
 def score_collisions_in_ball(b, table, first, live):
-    """The same in the shells of a ball.
+    """Score weight times mean free path at each collision in the shells of a ball.
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `length_inside`, `total_absorption`; updates
-    `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `length_inside`,
+    `total_absorption`; updates `scored`.
     """
     n, radius = 0, table.hx
     for k in range(first, live):

@@ -34,11 +34,12 @@ def set_flight_end(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def set_flight_end_in_media(b, table, first, live):
-    """The same in media, for lanes that fly.
+    """Set the end of the flight in media, for lanes that fly.
 
-    Also the absorption coefficient along the path, and the total one.
+    Set the absorption coefficient along the path too, and the total one.
 
-    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `flight_end`, `path_absorption`, `total_absorption`.
+    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `flight_end`,
+    `path_absorption`, `total_absorption`.
     """
     for k in range(first, live):
         flies = (b.flies[k] != 0) & (b.weight[k] != 0.0)
@@ -63,7 +64,7 @@ def limit_by_clock(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def limit_by_clock_and_speed(b, table, first, live):
-    """The same with the particle's own speed.
+    """Limit the flight to the end of the clock, for particles with speeds of their own.
 
     Fields: reads `start`, `time`, `speed`; updates `flight_end`.
     """
@@ -75,7 +76,7 @@ def limit_by_clock_and_speed(b, table, first, live):
 
 @lane_pass(MEDIA_CLOCK)
 def limit_by_clock_in_media(b, table, first, live):
-    """The same in media, where light slows down by the refractive index.
+    """Limit the flight to the end of the clock in media, where the refractive index slows light.
 
     Fields: reads `start`, `time`, `speed`, `medium`; updates `flight_end`.
     """
@@ -125,7 +126,7 @@ def clip_to_box(b, table, first, live):
 
 @lane_pass(VOLUME)
 def clip_to_ball(b, table, first, live):
-    """The same for a ball, from the ray's point nearest to the centre, where the chord is symmetric.
+    """Find the flight's path length before a ball and inside it, from the ray's point nearest to the centre.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `flight_end`; writes `length_before`, `length_inside`.
     """
@@ -178,9 +179,10 @@ def mean_transmittance(depth):
 
 @lane_pass(VOLUME)
 def score_path_in_media(b, table, first, live):
-    """The same where media absorb: mean weight along the path times its length; also the absorbed weight.
+    """Score the mean weight along a path times its length where media absorb; score the absorbed weight too.
 
-    Fields: reads `weight`, `history`, `length_before`, `length_inside`, `path_absorption`, `total_absorption`; updates `scored`.
+    Fields: reads `weight`, `history`, `length_before`, `length_inside`, `path_absorption`,
+    `total_absorption`; updates `scored`.
     """
     total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
     salt = hash_salt(b.seed_low, b.batch)

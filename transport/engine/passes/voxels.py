@@ -120,7 +120,8 @@ def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
 # A walk spends an optical depth. In each macro cell it spends it at the rate of the majorant, the largest
 # extinction there; where it is spent, a tentative collision is real with probability extinction of the voxel
 # over majorant, else the walk continues with a new depth. Macro cells are left by incrementing indices, never
-# by comparing positions, so every turn makes progress. These are loops over walks for `voxels.delta_track_in_grid`.
+# by comparing positions, so every turn makes progress. These are loops over walks for
+# `voxels.delta_track_in_grid`.
 
 FLYING, TENTATIVE, UNDECIDED, REJECTED, ENDED, COLLIDED, PAUSED = range(7)  # states of a walk
 WALK = [name for name, _ in SCRATCH if name.startswith("walk_")]
@@ -198,7 +199,8 @@ def find_voxels(b, table, first, last):
     case.
 
     Fields: reads `walk_state`, `walk_uniform`, `walk_t`, `walk_i, walk_j, walk_m`,
-    `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`, `sure_probability`; writes `voxel`, `lookup_voxel`.
+    `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`, `sure_probability`; writes `voxel`,
+    `lookup_voxel`.
     """
     block = table.block * 1.0
     nx, ny, nz = table.nx * 1.0, table.ny * 1.0, table.nz * 1.0
@@ -351,13 +353,15 @@ def compact_walks(b, words, first, last, walking):
 # ---- Flights through voxels: delta tracking to the first collision; exact optical depths in absorbing grids.
 #
 # No random number is drawn between macro cells, and none in empty ones: the exponential law has no memory, so
-# an optical depth is spent wherever it is spent. For the same reason a long flight may be cut and resumed as a
-# new one.
+# an optical depth is spent wherever it is spent. For the same reason a long flight may be cut and resumed as
+# a new one.
 
 
 @lane_pass(NO_TABLE)
 def sample_path_in_grids(b, table, first, live):
-    """Sample a free path like collisions.sample_free_path and keep its optical depth, which grids spend voxel by voxel.
+    """Sample a free path like collisions.sample_free_path and keep its optical depth.
+
+    Grids spend that depth voxel by voxel.
 
     Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
     `depth`, `flies`.
@@ -410,7 +414,8 @@ def delta_track_in_grid(b, table, first, live):
     these are decided.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `history`, `event`, `start`, `depth`, `medium`, `flies`; updates
-    `distance`, `hit`, `u0`, `voxel`, `lookup_voxel`, `sure_probability`, `level`, all `walk_` fields; writes `survival`, `cut`.
+    `distance`, `hit`, `u0`, `voxel`, `lookup_voxel`, `sure_probability`, `level`, all `walk_` fields; writes
+    `survival`, `cut`.
     """
     tops = view(table.tops, table.top_count, np.float64)
     levels = view(table.levels, table.level_count, np.uint8)

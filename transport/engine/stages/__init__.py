@@ -1,1 +1,1 @@
-"""Stages of a particle's life: which passes a scene needs at birth, in flight, at surfaces, and in which order."""
+"""Stages of a particle's life: the passes that a scene needs at birth, in flight and at surfaces."""

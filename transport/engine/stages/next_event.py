@@ -16,8 +16,9 @@ from transport.geometry.solid import Sphere
 # Fields moved from the casting lane into the ray's lane; the set of bodies and the facet of a mesh are added
 # where needed.
 RAY_FIELDS = (
-    ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"), ("point_distance", "point_distance"),
-    ("score", "weight"), ("shadow_sheet", "sheet"), ("tally", "tally"), (None, "start"),
+    ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"),
+    ("point_distance", "point_distance"), ("score", "weight"), ("shadow_sheet", "sheet"), ("tally", "tally"),
+    (None, "start"),
 )  # fmt: skip
 DIRECT = 0  # `leg` of rays that go straight to their point
 

@@ -36,7 +36,7 @@ def block_edges(edges: np.ndarray, bins: int, size: int) -> np.ndarray:
     return np.append(edges[:bins:size], edges[bins:])
 
 
-# ---- From values to positions in a small picture: linear from zero, or logarithmic if they differ by decades.
+# ---- From values to positions in a small picture: linear from zero, or logarithmic over decades.
 
 LOGARITHMIC_RATIO = 1e3  # ratio of the largest to the smallest value, above which the scale is logarithmic
 MAX_DECADES = 15  # shown at most

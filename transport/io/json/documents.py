@@ -85,7 +85,8 @@ def checked_head(data: object) -> dict:
     if version > VERSION:
         raise_at(
             "version",
-            f"{value_text(version)} is newer than {VERSION}, the newest known here; update transport to read it",
+            f"{value_text(version)} is newer than {VERSION}, the newest known here;"
+            " update transport to read it",
         )
     for name in data:
         if name not in HEAD_ENTRIES:

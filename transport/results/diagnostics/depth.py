@@ -76,14 +76,14 @@ def optical_depth_message(plan: Plan, title: str, place: Shape | Vector, particl
     if not (is_hopeless if plan.splits else way.is_too_deep(plan, particles)):
         return None
     where = (
-        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {way.depth:.3g} mean free paths of"
-        " media"
+        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {way.depth:.3g} mean free paths"
+        " of media"
     )
     return f"no particle has reached {title}: {where}; {_depth_cure(plan, emitter, way)}"
 
 
 def _depth_cure(plan: Plan, emitter: Emitter, way: StraightPath) -> str:
-    """What to do about light that is so faint, or that comes from so thin an outer layer."""
+    """Cure for light that is so faint, or that comes from so thin an outer layer."""
     if way.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
         return (
             "only the outer mean free path of so dense a body is visible, and hardly any history is born"
@@ -156,12 +156,12 @@ def _emitter_name(plan: Plan, emitter: Emitter) -> str:
     return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
 
 
-# ---- Diagnostic "roulette survivors": whether survivors of roulette may be missing from a number and its error.
+# ---- Diagnostic "roulette survivors": whether survivors may be missing from a number and its error.
 #
-# Roulette ends light histories and makes a few of them heavier.  If all arrivals at a detector are far lighter,
-# a run may end before the first survivor arrives: its mean is then too low, and its error measures the spread
-# of the light ones alone.  Such a run can be recognised: a single survivor would add more than the error
-# allows.
+# Roulette ends light histories and makes a few of them heavier.  If all arrivals at a detector are far
+# lighter, a run may end before the first survivor arrives: its mean is then too low, and its error measures
+# the spread of the light ones alone.  Such a run can be recognised: a single survivor would add more than the
+# error allows.
 
 MIN_RELATIVE_NOISE = 1e-6  # relative error below which scores have not passed a medium by chance
 
@@ -255,7 +255,7 @@ def _roulette_weight(batches: list[Batch], histories: int, heaviest: float) -> f
 
 
 def _survivor_message(plan: Plan, roulette: float, bound: float) -> tuple[str, float, str]:
-    """What is missing, its bound, and the cure; roulette: a threshold that would suffice."""
+    """The missing light, its bound, and the cure; roulette: a threshold that would suffice."""
     if plan.splits:
         gain = plan.tracking.splitting.gain
         cure = (

@@ -1,11 +1,11 @@
 """Classes of paths that an estimator finds only by chance, and what a run may have missed of them.
 
 The estimators "expected" and "backward" connect diffuse walls, collisions and births to a detector, or a
-lamp, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light whose last
-vertex is specular, beams, light from very near, and, in a backward run, the direct view of a lamp.  These
+source, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light whose last
+vertex is specular, beams, light from very near, and, in a backward run, the direct view of a source.  These
 flights have sums of their own, apart from those of rays, so a run knows how often each class scored.  A class
-with fewer than MIN_SCORES_FOR_ERROR scores may contribute (U(n) - n) S / N more, with S the largest possible score
-(findings.unseen_scores); a class that geometry proves to be empty is left out.
+with fewer than MIN_SCORES_FOR_ERROR scores may contribute (U(n) - n) S / N more, with S the largest possible
+score (findings.unseen_scores); a class that geometry proves to be empty is left out.
 
 Every other estimator finds all light by chance, which is one class.
 """
@@ -86,7 +86,7 @@ class PathClass:
 
 @dataclass(frozen=True)
 class LampScores:
-    """How often flights and rays reached a lamp, and how many rays had a score near the largest (LARGE)."""
+    """Numbers of flights and rays that reached a source, and of rays near the largest score (LARGE)."""
 
     flights: int
     rays: int
@@ -275,8 +275,8 @@ def sensor_path_findings(
 ) -> Iterator[Finding]:
     """Findings for a detector at which histories start; bounds are mean radiances of cells [W m^-2 sr^-1].
 
-    met: scores by lamp, in cells with a large weight in the mean;  histories: that started there;  error: of
-    the mean radiance;  heaviest: weight of a cell, relative to equal cells;  events: of the run.
+    met: scores by source, in cells with a large weight in the mean;  histories: that started there;  error:
+    of the mean radiance;  heaviest: weight of a cell, relative to equal cells;  events: of the run.
     """
     scene = plan.adjoint.scene
     for number, each in _classes_of_sources(plan, sensor, parts, met, error, heaviest):
@@ -302,7 +302,7 @@ def _classes_of_sources(
     error: float,
     heaviest: float,
 ) -> Iterator[tuple[int, PathClass | Finding]]:
-    """The classes of each lamp by its index.
+    """The path classes of each source by its index.
 
     `largest`, `straight` in units of a sum of 1 over one history.
     """
@@ -368,7 +368,7 @@ def _classes_of_sources(
 
 
 def _guard_counts(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int], float]:
-    """How many flights from each surface a guard saw pass a detector, and within which distance [m]."""
+    """Number of flights from each surface that passed a guard around a detector, and its radius [m]."""
     guard = next((each for each in plan.guards if each.detector == name), None)
     if guard is None:
         return {}, 0.0

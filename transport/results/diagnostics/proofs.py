@@ -1,14 +1,15 @@
-"""Knowledge about light without a score: proofs that it is absent, and probes that bound it.
+"""Bounds on light without a score: proofs that it is absent, and probes that bound it.
 
-A class of paths is empty if its mirrors or lamps lie behind the detector, in another room, or hidden from all
-lines of sight.
+A class of paths is empty if its mirrors or sources lie behind the detector, in another room, or hidden from
+all lines of sight.
 
 Otherwise a probe bounds it.  The estimator "expected" finds light whose last vertex is specular only by
 chance.  Traced backwards, such a path leaves the detector towards a specular surface.  A probe sends
-histories from the detector towards each of these surfaces, scores at the lamps by flights and by rays
+histories from the detector towards each of these surfaces, scores at the sources by flights and by rays
 (transport/compile/method_backward.py), and takes the upper confidence limit.  The limit exceeds the class,
 because it includes light that a surface reflects diffusely and light that passes beside it.  For "backward",
-which finds light whose first vertex is specular by chance, histories start at the lamp towards the surfaces.
+which finds light whose first vertex is specular by chance, histories start at the source towards the
+surfaces.
 
 The result of a probe is never added to an estimate.  A probe has at least 65 536 histories, and hardly more
 than the run concerned.  If its histories are long (mirrors that trap light), it has fewer, so that its
@@ -167,12 +168,13 @@ def miss_distance(origin: Shape, direction: Vector, shape: Shape) -> float:
 
 
 def source_name(scene: Scene, source: Source) -> str:
+    """Return the name of a source in messages: `sources[i]`, or an emitting medium."""
     numbers = [number for number, each in enumerate(scene.sources) if each is source]
     return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
 
 
 def is_hidden(scene: Scene, sensor: object, parts: list[SensorPart], lamp: Shape, side: str | None) -> bool:
-    """Whether geometry proves that no direct light of a lamp reaches a sensor."""
+    """Whether geometry proves that no direct light of a source reaches a sensor."""
     if isinstance(sensor, Camera) and not sensor.may_see(lamp):
         return True
     looks = getattr(sensor, "side", None)
@@ -430,7 +432,7 @@ def bound_by_probe(
 
 
 def no_probe_reason(scene: Scene, surfaces: Sequence[int], lamp: Source | None) -> str:
-    """Why no probe can bound light of these surfaces, if that is known without running one; else ""."""
+    """Reason why no probe can bound light of these surfaces, if known without running one; else ""."""
     if len(surfaces) > MAX_PROBE_SURFACES:
         return f"more than {MAX_PROBE_SURFACES} surfaces"
     endless = [number for number in surfaces if scene.surfaces[number].shape.is_infinite]
@@ -500,7 +502,7 @@ def events_of(batches: Iterable[Batch]) -> int:
 
 
 def _adjoint_scene(scene: Scene):
-    """The scene for backward histories, and its lamps.  Raises SceneError if there is none."""
+    """The scene for backward histories, and its sources.  Raises SceneError if there is none."""
     if (why := method_backward.refusal(scene)) is not None:
         raise SceneError(str(why))
     turned, lamps = adjoint_scene(scene)

@@ -186,8 +186,8 @@ def _is_significant(excess: np.ndarray) -> bool:
 # Each collision scores at a detector by the density of its phase function, which for g near 1 is next to
 # nothing outside a narrow cone.  The scattered light comes from the few collisions whose cone contains the
 # detector, each with a score as large as the cone is narrow.  Until some have come the mean is too low, and
-# nothing in the scores shows it.  The score of one is known: the largest density of the phase function over the
-# square of a free path.
+# nothing in the scores shows it.  The score of one is known: the largest density of the phase function over
+# the square of a free path.
 
 
 def detector_forward_peaks(sums: DetectorSums, total: Estimate) -> Iterator[Finding]:

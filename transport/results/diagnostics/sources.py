@@ -44,7 +44,7 @@ MAX_RELATIVE_DISTANCE = (
 
 @dataclass(frozen=True)
 class NearEmitter:
-    """A wall or an emitter near a point, and what a run knows of the light from about the foot."""
+    """A wall or an emitter near a point, and the scores of a run from about the foot."""
 
     title: str
     distance: float  # [m]
@@ -96,7 +96,7 @@ def near_emitter_findings(
 
 
 def _near_emitters(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> Iterator[NearEmitter]:
-    """Diffuse walls, media and emitters with fewer than MIN_SCORES_FOR_ERROR expected histories at the foot."""
+    """Diffuse walls, media, emitters with fewer than MIN_SCORES_FOR_ERROR expected histories at the foot."""
     born = plan.unit / (math.pi * particles)  # added by one history straight above a spot 1 m away
     one = born / _splitting_factor(plan, point)
     reach = math.sqrt(4 * MIN_SCORES_FOR_ERROR * one / fluence.value)  # from farther away enough are expected
@@ -137,7 +137,7 @@ def _near_emitters(plan: Plan, point: Vector, fluence: Estimate, particles: int)
 def _small_lamp(
     plan: Plan, title: str, emitter: Emitter, point: Vector, particles: int, born: float
 ) -> NearEmitter | None:
-    """A lamp that is small as seen from the point, so that births score alike; None if large or facing away.
+    """A source so small as seen from the point that births score alike; None if large or facing away.
 
     born: score of a birth straight below a spot 1 m away [W m^-2].
     """
@@ -278,7 +278,10 @@ def _is_negligible(plan: Plan, share: float, fluence: Estimate) -> bool:
 
 
 def faint_sources(plan: Plan, particles: int) -> list[str]:
-    """A warning for each source with fewer than MIN_SCORES_FOR_ERROR expected histories; births are drawn by power."""
+    """Return a warning for each source with fewer than MIN_SCORES_FOR_ERROR expected histories.
+
+    Births are drawn in proportion to power.
+    """
     if plan.adjoint is not None:
         return []
     total = math.fsum(emitter.bound for emitter in plan.emitters)

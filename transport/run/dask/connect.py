@@ -33,7 +33,8 @@ def checked_cluster(cluster: object) -> None:
         if _address_of(cluster) is None:
             state = " that is not closed" if hasattr(cluster, "scheduler") else ""
             raise SceneError(
-                f"simulate: cluster must be a Client or an address{state}, got {short_repr(cluster)}; {ADVICE}"
+                f"simulate: cluster must be a Client or an address{state}, got {short_repr(cluster)};"
+                f" {ADVICE}"
             )
     elif cluster != LOCAL and ":" not in cluster:
         raise SceneError(

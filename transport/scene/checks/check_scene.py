@@ -49,8 +49,9 @@ def check_supports(scene: SceneParts) -> None:
                             " there; a gap would be a film of air"
                         )
                     raise SceneError(
-                        f"Scene: {_surface_name(scene, other.surface)} and {_surface_name(scene, one.surface)} overlap on"
-                        f" one {_support_name(one.shape)}; {cure}"
+                        f"Scene: {_surface_name(scene, other.surface)} and"
+                        f" {_surface_name(scene, one.surface)} overlap on one {_support_name(one.shape)};"
+                        f" {cure}"
                     )
 
 

@@ -132,8 +132,8 @@ def _raise_gap(scene: SceneParts, body: Body, taken: FaceCrossings) -> None:
         cure = f"reverse its normal, or write {'back' if word == 'front' else 'front'} instead of {word}"
     elif (across := _closing_surface(scene, body, taken)) is not None:
         cure = (
-            f"close the gap by a separate surface: {surface_name(scene, across)} does not bound the body there;"
-            f" put a Transparent() Disk or Rectangle into it that names {short_repr(body.medium)} too"
+            f"close the gap by a separate surface: {surface_name(scene, across)} does not bound the body"
+            f" there; put a Transparent() Disk or Rectangle into it that names {short_repr(body.medium)} too"
         )
     raise SceneError(f"Scene: {surface_name(scene, number)}: {must}; {cure}")
 
@@ -207,7 +207,7 @@ def _closing_surface(scene: SceneParts, body: Body, taken: FaceCrossings) -> int
 def _crossings_in_gaps(
     scene: SceneParts, taken: FaceCrossings, number: int
 ) -> list[tuple[int, int, float, bool]]:
-    """Where a surface lies across gaps: line, gap, place [m], and whether its front faces the body."""
+    """Crossings of a surface in gaps: line, gap, place [m], and whether its front faces the body."""
     lines, gaps = np.nonzero(taken.is_gap)
     found = crossings(scene.surfaces[number].shape, taken.origins[lines], taken.ways[lines])
     ends = np.where(taken.surfaces >= 0, taken.places, np.inf)
@@ -221,7 +221,7 @@ def _crossings_in_gaps(
 
 
 def _gaps_at_face(taken: FaceCrossings, face: tuple[int, bool] | None) -> np.ndarray:
-    """Which gaps, (lines, most + 1), begin or end at a face; all of them for None."""
+    """Mask of the gaps, (lines, most + 1), that begin or end at a face; all of them for None."""
     if face is None:
         return np.ones(taken.is_gap.shape, bool)
     none = np.full((len(taken.surfaces), 1), -1)

@@ -2,9 +2,9 @@
 
 Surfaces are probed along some hundred fixed straight lines; anything smaller than their spacing may be
 missed. Which bodies hold a point of a line is decided by inequalities; for closed meshes and bodies of open
-surfaces (closed_bodies.py checks that they are closed) by the surfaces crossed before, as in the engine. Sides are not
-judged where surfaces are closer than 1e-11 of the scene's size (and the rounding of their coordinates), nor
-by lines that pass within 1e-9 of it of an edge or a tangent.
+surfaces (closed_bodies.py checks that they are closed) by the surfaces crossed before, as in the engine.
+Sides are not judged where surfaces are closer than 1e-11 of the scene's size (and the rounding of their
+coordinates), nor by lines that pass within 1e-9 of it of an edge or a tangent.
 """
 
 from __future__ import annotations
@@ -102,8 +102,8 @@ def _refuse_named(
         cure = f"close the gaps between its surfaces, reverse its normal, or leave {side} out"
     named = short_repr(surface.front if is_front else surface.back)
     raise SceneError(
-        f"Scene: {surface_name(scene, number)}: {side} must be the medium there, {short_repr(found)} at ({where}),"
-        f" got {named}; {cure}"
+        f"Scene: {surface_name(scene, number)}: {side} must be the medium there, {short_repr(found)} at"
+        f" ({where}), got {named}; {cure}"
     )
 
 
@@ -127,9 +127,13 @@ def _check_index(scene: SceneParts, crossed: InterfaceCrossing, media: list[AnyM
     words = f"Dielectric({there[0]:g}, {there[1]:g})"
     where = ", ".join(f"{x:.6g}" for x in crossed.place)
     if glass is None and is_transmissive(material) and there[0] != there[1]:
-        must = f"material must be a Dielectric between {short_repr(inside)} behind it and {short_repr(outside)} in front"
+        must = (
+            f"material must be a Dielectric between {short_repr(inside)} behind it and {short_repr(outside)}"
+            " in front"
+        )
         raise SceneError(
-            f"Scene: {surface_name(scene, number)}: {must}, at ({where}), got {short_repr(material)}; write {words}"
+            f"Scene: {surface_name(scene, number)}: {must}, at ({where}), got {short_repr(material)};"
+            f" write {words}"
         )
     if glass is not None and there != (glass.index_inside, glass.index_outside):
         is_inside = there[0] != glass.index_inside
@@ -138,8 +142,8 @@ def _check_index(scene: SceneParts, crossed: InterfaceCrossing, media: list[AnyM
         named = "Vacuum()" if index == 1 else f"Medium(index={index:g})"
         cure = f"name the medium there, {side}={named}, or write {words}"
         raise SceneError(
-            f"Scene: {surface_name(scene, number)}: {short_repr(glass)} contradicts the medium {side}, {short_repr(medium)}"
-            f" of index {medium.index:g}, at ({where}); {cure}"
+            f"Scene: {surface_name(scene, number)}: {short_repr(glass)} contradicts the medium {side},"
+            f" {short_repr(medium)} of index {medium.index:g}, at ({where}); {cure}"
         )
 
 

@@ -139,9 +139,9 @@ def _check_half_spaces(scene: SceneParts, one: Body, other: Body, is_same: bool)
     if is_same or not bodies_overlap(scene, one, other):
         return
     raise SceneError(
-        f"Scene: {_surface_names(scene, one)} and {_surface_names(scene, other)} must not fill half spaces that"
-        f" overlap, got {short_repr(one.medium)} in both; for the region between planes write Slab(...), Box(...)"
-        " or Box(...).faces()"
+        f"Scene: {_surface_names(scene, one)} and {_surface_names(scene, other)} must not fill half spaces"
+        f" that overlap, got {short_repr(one.medium)} in both; for the region between planes write Slab(...),"
+        " Box(...) or Box(...).faces()"
     )
 
 
@@ -174,7 +174,7 @@ def _check_pair(scene: SceneParts, one: Body, other: Body, is_same: bool) -> Non
 
 
 def _boxes_meet(scene: SceneParts, bodies: tuple[Body, ...]) -> np.ndarray:
-    """Which pairs of bodies, (bodies, bodies), have bounding boxes with a common volume."""
+    """Mask of the pairs of bodies, (bodies, bodies), whose bounding boxes have a common volume."""
     low, high = np.array([body_bounds(scene, body) for body in bodies]).reshape(-1, 2, 3).transpose(1, 0, 2)
     sizes = np.where(np.isfinite(low), abs(low), 0) + np.where(np.isfinite(high), abs(high), 0)
     across = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)

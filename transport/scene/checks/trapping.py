@@ -107,9 +107,9 @@ def check_weak_absorption(scene: SceneParts) -> None:
     is_open = all(_is_bounded(s) and not _is_not_clear(s) for s in scene.surfaces)
     if is_open and not any(absorbs(m) for s in scene.surfaces for m in (s.front, s.back)):
         raise SceneError(
-            f"Scene: infinite medium must absorb more, got {short_repr(scene.medium)}, in which a history scatters"
-            f" {sigma_s / sigma_a:.2g} times before it is absorbed, and is abandoned after {MAX_EVENTS:.2g};"
-            " raise its absorption, put it into a Box, or give the scene a duration"
+            f"Scene: infinite medium must absorb more, got {short_repr(scene.medium)}, in which a history"
+            f" scatters {sigma_s / sigma_a:.2g} times before it is absorbed, and is abandoned after"
+            f" {MAX_EVENTS:.2g}; raise its absorption, put it into a Box, or give the scene a duration"
         )
 
 
@@ -161,7 +161,7 @@ def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
 
 
 def _is_enclosed(shape: Shape, walls: list[Surface]) -> bool:
-    """Whether a surface around the shape may hold back its light."""
+    """Whether a surface around the shape may block its light."""
     return any(_is_not_clear(wall) and _boxes_overlap(shape, wall.shape) for wall in walls)
 
 
