@@ -14,17 +14,17 @@ from transport.cli.effects.treatment import Treatment
 
 def test_effects_tell_passes_in_order_fields_and_what_is_absent(call, monkeypatch):
     for module in (measure, report):
-        monkeypatch.setattr(module, "costs_of", lambda scene: {"begin": 0.5})
+        monkeypatch.setattr(module, "measure_passes", lambda scene: {"start_history": 0.5})
     record = json.loads(call("effects", "disk.py", "--json", "--quick").output)
     assert list(record) == ["passes", "fields", "absent", "ns", "scenes"]
     passes = record["passes"]
-    assert passes[0] == "begin"
+    assert passes[0] == "start_history"
     assert 0 < passes.index("born_on_disk") < passes.index("move")
     assert record["absent"]["reflect_diffusely"] == "pass"
     assert record["absent"]["time"] == "field"
     assert record["fields"]["x"] == "carried"
     assert not {*passes, *record["fields"]} & set(record["absent"])
-    assert record["ns"]["begin"] == 0.5
+    assert record["ns"]["start_history"] == 0.5
     assert set(record["ns"]) == set(passes)
     text = call("effects", "disk.py", "--quick").output
     assert all(word in text for word in ("carried", "scratch", "absent", "every step", "ns per lane"))

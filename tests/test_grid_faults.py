@@ -41,9 +41,9 @@ def plant(monkeypatch, name: str, wrong) -> None:
         ("macro_cells", lambda cells: (cells[0], 0.99 * cells[1])),
         ("macro_cells", lambda cells: (cells[0], np.roll(cells[1], 1, axis=2))),
         ("macro_cells", lambda cells: (cells[0], np.ascontiguousarray(cells[1][::-1]))),
-        ("levels_of", lambda levels: levels - levels // 8),
-        ("levels_of", lambda levels: levels[::-1].copy()),
-        ("levels_of", lambda levels: np.roll(levels, 1)),
+        ("quantized_shares", lambda levels: levels - levels // 8),
+        ("quantized_shares", lambda levels: levels[::-1].copy()),
+        ("quantized_shares", lambda levels: np.roll(levels, 1)),
     ],
     ids=[
         "majorants 1 % low",

@@ -112,8 +112,7 @@ def small_parts(monkeypatch):
         monkeypatch.setattr(packed, "PAGE", 64)
         monkeypatch.setattr(packed, "CHUNK_ROWS", 256)
         monkeypatch.setattr(chunked, "MAX_ARRAY_SIZE", 300)
-        for module in (chunked, chunked):
-            monkeypatch.setattr(module, "MOST_OF_A_PART", 500)
+        monkeypatch.setattr(chunked, "MAX_CHUNK_SIZE", 500)
 
     return begin
 

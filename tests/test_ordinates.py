@@ -302,7 +302,7 @@ def test_halves_on_the_way_are_slabs():
 def test_no_digit_depends_on_the_quadrature(moments, monkeypatch):
     """Planted: narrower and lower panels, and a first layer a hundred times thinner."""
     before = [slab(2.0, 0.9, moments, mu0, index) for mu0 in (1.0, 0.1, None) for index in (1.0, 1.5)]
-    for name, value in {"GRAZING": 1e-7, "TURNS": 0.8, "WIDEST": 0.3}.items():
+    for name, value in {"GRAZING": 1e-7, "WIDTH_FACTOR": 0.8, "MAX_WIDTH": 0.3}.items():
         monkeypatch.setattr(ordinates, name, value)
     monkeypatch.setattr(ordinates, "MAX_START_DEPTH", 1e-3)
     slab.cache_clear()

@@ -38,9 +38,9 @@ result = tp.simulate(scene, int(float(sys.argv[1])), seed=1, threads=1, progress
 print(time.process_time() - begun, repr(result["floor"].irradiance.value), tp.__file__)
 """
 FOR_OTHERS = {
-    "_trace",
-    "_trace_last",
-    "_fly_on",
+    "_trace_shadow_rays",
+    "_trace_waiting_rays",
+    "_fly_until_few",
 }  # what the driver calls for effects that the box does not have
 
 
