@@ -29,14 +29,14 @@ UNITS = {  # SI units of the conversion factors, as in 650 * tp.nm
     for name in names.split()
 }
 RETURNED_CLASSES = (
-    "results.readings.Reading",
-    "results.volume_readings.VolumeReading",
-    "results.point_readings.PointReading",
-    "results.phase_readings.PhaseReading",
-    "results.phase_readings.SnapshotReading",
+    "results.detectors.Reading",
+    "results.volumes.VolumeReading",
+    "results.points.PointReading",
+    "results.phase_space.PhaseReading",
+    "results.phase_space.SnapshotReading",
     "results.result.Ledger",
-    "results.backward_readings.ViewReading",
-    "results.result.Cost",
+    "results.backward.ViewReading",
+    "results.record.Cost",
 )
 
 
