@@ -125,7 +125,7 @@ def build_program(plan: Plan) -> Program:
 def _use_sampling(program, sampling):
     """Replace each pass that draws by its twin for this sampling."""
     program.births = [quasi_random_steps(steps, sampling) for steps in program.births]
-    for part in ("steps", "sight", "withdrawal"):
+    for part in ("steps", "shadow_steps", "bank_steps"):
         setattr(program, part, quasi_random_steps(getattr(program, part), sampling))
 
 

@@ -142,26 +142,30 @@ def _time_pass(entry: int, table: int, visits: deque) -> float:
 #
 # Measured on the program of random analog histories; shadow rays to detectors are not included.
 
-# Files of passes by effect; the name of an effect that every scene needs ends in a full stop.
+# Files of passes by effect, and single passes of files that serve several; the name of an effect that every scene
+# needs ends in a full stop.
 EFFECTS = {
-    "births.": ("births", "aims"),
-    "flight and shapes.": ("flights", "landings", "lanes", "flats", "quadrics", "rims", "meshes"),
-    "counting.": ("meters", "sizes", "birthplaces"),
-    "finer bins": ("refinements",),
+    "births.": ("emission", "aims"),
+    "flight and shapes.": ("intersections", "landing", "lanes", "flats", "quadrics", "meshes"),
+    "counting.": ("detectors", "score_sizes"),
+    "finer bins": ("detector_bins",),
     "surfaces": ("surfaces", "optics"),
-    "roulette": ("roulette",),
-    "media": ("collisions", "bodies", "grids", "densities"),
-    "forced collisions and splitting": ("forcing", "importances", "bank"),
+    "roulette": ("play_roulette", "play_roulette_by_importance", "play_roulette_in_flight"),
+    "media": ("collisions", "regions", "voxels"),
+    "forced collisions and splitting": ("variance_reduction", "bank"),
     "volume detectors": ("volumes", "volume_cells"),
-    "the clock": ("clocks",),
-    "speeds": ("speeds",),
-    "history filters (via, events)": ("histories",),
+    "the clock": (
+        "set_birth_time", "sample_birth_time", "sample_birth_time_and_speed", "sample_pulse_time",
+        "time_arrival", "time_arrival_by_speed", "time_arrival_in_media", "stop_clock",
+    ),
+    "speeds": ("velocities",),
+    "history filters (via, events)": ("mark_visit", "require_visits", "require_reflections"),
     "snapshots": ("snapshots",),
-    "tracks": ("tracks",),
-    "point detectors": ("casting", "shadows", "detours"),
-    "next-event estimation": ("expecting", "expected_rays", "told"),
-    "backward histories": ("sensors",),
-}
+    "tracks": ("record_tracks",),
+    "point detectors": ("shadow_rays", "once_more_collided"),
+    "next-event estimation": ("next_event", "mis"),
+    "backward histories": ("backward",),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -189,9 +193,10 @@ def costs_by_effect(
     lane reached costs nothing.
     """
     ns, passes = defaultdict(float), defaultdict(list)
-    effects = {file: name for name, members in EFFECTS.items() for file in members}
+    effects = {member: name for name, members in EFFECTS.items() for member in members}
     for name, cost in costs.items():
-        effect = effects.get(files.get(base_name(name), ""), "other")
+        base = base_name(name)
+        effect = effects.get(base) or effects.get(files.get(base, ""), "other")
         ns[effect] += 0.0 if math.isnan(cost) else cost * lanes.get(name, 0.0)
         passes[effect].append(name)
     total = math.fsum(ns.values())
