@@ -77,7 +77,7 @@ def test_an_effect_costs_its_passes_for_each_history():
     told = effect_costs.costs_by_effect(
         {"begin": 2.0, "fly": 1.0, "new": 0.5, "never": float("nan")},
         {"begin": 1.0, "fly": 4.0, "new": 4.0},
-        {"begin": "births", "fly": "collisions", "never": "optics"},
+        {"begin": "emission", "fly": "collisions", "never": "optics"},
     )
     assert {effect.name: effect.ns for effect in told} == {
         "births": 2.0,

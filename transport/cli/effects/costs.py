@@ -166,6 +166,7 @@ EFFECTS = {
     "next-event estimation": ("next_event", "mis"),
     "backward histories": ("backward",),
 }  # fmt: skip
+_EFFECT_OF = {member: name for name, members in EFFECTS.items() for member in members}
 
 
 @dataclass(frozen=True)
@@ -193,10 +194,8 @@ def costs_by_effect(
     lane reached costs nothing.
     """
     ns, passes = defaultdict(float), defaultdict(list)
-    effects = {member: name for name, members in EFFECTS.items() for member in members}
     for name, cost in costs.items():
-        base = base_name(name)
-        effect = effects.get(base) or effects.get(files.get(base, ""), "other")
+        effect = effect_of(name, files)
         ns[effect] += 0.0 if math.isnan(cost) else cost * lanes.get(name, 0.0)
         passes[effect].append(name)
     total = math.fsum(ns.values())
@@ -211,6 +210,12 @@ def costs_by_effect(
         for effect, spent in ns.items()
     ]
     return sorted(told, key=lambda effect: -effect.ns)
+
+
+def effect_of(name: str, files: Mapping[str, str]) -> str:
+    """Return the effect of a pass, "other" for a pass without one; `files` are the file of each pass."""
+    base = base_name(name)
+    return _EFFECT_OF.get(base) or _EFFECT_OF.get(files.get(base, ""), "other")
 
 
 def base_name(name: str) -> str:

@@ -11,8 +11,8 @@ from transport.cli.effects.costs import (
     EFFECTS,
     EffectCost,
     Footprint,
-    base_name,
     costs_by_effect,
+    effect_of,
     files_of_passes,
     footprint_of,
     lanes_per_history,
@@ -150,8 +150,8 @@ def print_effects(told: Effects, scene: Treatment, cold: bool, more: bool) -> No
 def absent_line(told: Effects) -> str:
     """Return the names of the absent effects, and the numbers of absent passes and fields."""
     files, kinds = files_of_passes(), list(told.absent.values())
-    present = {files.get(base_name(name)) for name in told.passes}
-    absent = [name for name, members in EFFECTS.items() if not present & set(members)]
+    present = {effect_of(name, files) for name in told.passes}
+    absent = [name for name in EFFECTS if name not in present]
     return (
         f"{', '.join(absent)}; in all {kinds.count('pass')} passes and {kinds.count('field')} fields"
         " of the engine (--json lists them)"
