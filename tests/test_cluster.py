@@ -33,7 +33,7 @@ LIMITS = {
     "error": {"error": {"ball.flux_in": 0.02}, "estimator": "analog"},
     "nets": {"particles": 30_000, "sampling": "sobol"},
 }
-POSTS = "len(__import__('transport.run.dask.worker', fromlist=['POSTS']).POSTS)"  # that a worker keeps
+POSTS = "len(__import__('transport.run.dask.worker', fromlist=['RUNS']).RUNS)"  # that a worker keeps
 KILLING = """
 import os, signal
 from transport.run.dask.worker import WorkerRun as Post
@@ -249,7 +249,7 @@ def test_an_error_travels_without_its_frames(monkeypatch):
             raise ValueError("deep")
         fail(depth - 1)
 
-    post = SimpleNamespace(work=lambda *_: fail(500), machine=lambda: fail(500))
+    post = SimpleNamespace(work=lambda *_: fail(500), compiled_program=lambda: fail(500))
     monkeypatch.setitem(posts.RUNS, "run", post)
     for act in (lambda: posts.compile_run("run"), lambda: posts.run_group("run", [(0, 1)], 0, 1)):
         with pytest.raises(ValueError, match="deep") as error:

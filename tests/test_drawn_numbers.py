@@ -134,7 +134,7 @@ def test_seconds_stand_over_the_particles_of_their_time_and_equal_first_batches_
     values = noisy(5.0, 1.0, 1).values.copy()
     values[:4] = 5.0
     estimate, cost = Estimate(values, EVEN_RUN, "W"), SimpleNamespace(seconds=8.0)
-    convergence.convergence(SimpleNamespace(cost=cost), estimate, tmp_path / "course.png")
+    convergence(SimpleNamespace(cost=cost), estimate, tmp_path / "course.png")
     upper = figures[0].axes[0]
     (top,) = upper.child_axes
     ratio = np.array(top.get_xlim()) / upper.get_xlim()
@@ -143,7 +143,7 @@ def test_seconds_stand_over_the_particles_of_their_time_and_equal_first_batches_
 
 def test_a_run_backwards_has_no_flow_of_power(tmp_path):
     with pytest.raises(ValueError, match="estimator='analog'"):
-        power_flow.power_flow(SimpleNamespace(plan=SimpleNamespace(adjoint=object())), tmp_path / "flow.png")
+        power_flow(SimpleNamespace(plan=SimpleNamespace(adjoint=object())), tmp_path / "flow.png")
 
 
 def test_charts_of_two_threads_wait_for_each_other_and_leave_the_settings_alone(tmp_path, figures):

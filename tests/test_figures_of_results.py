@@ -230,15 +230,15 @@ def test_of_cells_in_space_one_layer_is_drawn(shape, at, taken):
             r"write at=\{'time': 0\}",
         ),
         (
-            lambda path, result: convergence.convergence(result, "floor.irradiance", path),
+            lambda path, result: convergence(result, "floor.irradiance", path),
             "take one of its bins",
         ),
         (
-            lambda path, result: convergence.convergence(result, result.ledger["emitted"], path),
+            lambda path, result: convergence(result, result.ledger["emitted"], path),
             "needs batches that differ",
         ),
-        (lambda path, result: phase_density.phase_density(phase(dims=("x",)), path), "two are needed"),
-        (lambda path, result: phase_density.phase_density(phase(scale=0), path), "nothing was in the bins"),
+        (lambda path, result: phase_density(phase(dims=("x",)), path), "two are needed"),
+        (lambda path, result: phase_density(phase(scale=0), path), "nothing was in the bins"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_with_the_cure(tmp_path, result, make, message):
@@ -263,7 +263,7 @@ def phase(dims=("time", "x", "vx"), scale=1):
 @pytest.mark.parametrize("decades", [None, 2.0])
 def test_phase_density_stands_above_its_relative_error_at_each_time(tmp_path, figures, decades):
     reading, path = phase(), tmp_path / "phase.png"
-    assert phase_density.phase_density(reading, path, times=(0, 2), decades=decades) == path
+    assert phase_density(reading, path, times=(0, 2), decades=decades) == path
     axes = figures[0].axes
     for column, time in enumerate((0, 2)):
         density = reading.density[time]
@@ -310,7 +310,7 @@ def test_standard_errors_of_few_batches_fall_within_the_grey_band():
 
 def test_convergence_is_drawn_with_guide_seconds_and_exact_value(tmp_path, figures, result):
     path = tmp_path / "course.png"
-    assert convergence.convergence(result, "floor.flux_in", path, exact=8.0, title="Settles") == path
+    assert convergence(result, "floor.flux_in", path, exact=8.0, title="Settles") == path
     upper, lower = figures[0].axes[:2]
     course = course_of(result["floor"].flux_in)
     np.testing.assert_allclose(upper.lines[0].get_ydata(), course.value)
@@ -335,7 +335,7 @@ def crowd(result):
 @pytest.mark.parametrize("kind", ["of a run", "many and small"])
 def test_the_flow_is_to_scale_and_adds_up_to_what_was_emitted(tmp_path, figures, result, kind):
     path, shown = tmp_path / "flow.png", result if kind == "of a run" else crowd(result)
-    assert power_flow.power_flow(shown, path) == path
+    assert power_flow(shown, path) == path
     (axes,) = figures[0].axes
     ends = ends_of(shown)
     bands = [patch for patch in axes.patches if isinstance(patch, PathPatch)]
@@ -450,5 +450,5 @@ def test_names_with_dollar_signs_are_no_formulas(tmp_path, figures, result):
     emitted, name = result.ledger["emitted"], r"a $\bad{$ b"
     crowded = crowd(result)
     crowded.ledger.absorbed_by = {name: emitted}
-    power_flow.power_flow(crowded, tmp_path / "flow.png")
+    power_flow(crowded, tmp_path / "flow.png")
     assert rf"absorbed by {as_it_stands(name)}" in words(figures[0])

@@ -297,6 +297,6 @@ def test_elements_are_grouped_about_the_middle():
 
 def test_figures_without_a_panel_are_refused(tmp_path):
     with pytest.raises(ValueError, match="panel"):
-        tradeoff.tradeoff({}, tmp_path / "a.png", "deviation")
+        tradeoff({}, tmp_path / "a.png", "deviation")
     with pytest.raises(ValueError, match="column"):
         resolution.resolutions({}, tmp_path / "b.png")

@@ -208,7 +208,7 @@ def run_python(*arguments):
 
 
 def test_sims_are_silent_and_light_to_import():
-    code = f"import sys, {', '.join(f'sims.{name}' for name in SIMS)}; print({{'numba', 'matplotlib'}} & {{*sys.modules}})"
+    code = f"import sys, {', '.join(f'transport.sims.{name}' for name in SIMS)}; print({{'numba', 'matplotlib'}} & {{*sys.modules}})"
     done = run_python("-c", code)
     assert done.stdout == "set()\n"
     assert done.stderr == ""

@@ -77,7 +77,7 @@ def extreme_program(name: str) -> Program:
     asked = media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)
     program = build_program(compile_scene(scene_of(name), *asked))
     program.births = [quasi_random.quasi_random_steps(steps, NAME) for steps in program.births]
-    for part in ("steps", "sight", "withdrawal"):
+    for part in ("steps", "shadow_steps", "bank_steps"):
         setattr(program, part, quasi_random.quasi_random_steps(getattr(program, part), NAME))
     return program
 

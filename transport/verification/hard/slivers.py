@@ -186,5 +186,5 @@ def overflowing_lengths() -> CaseResult:
     strip = tp.Rectangle(width=1.0, height=1e300)
     scene = tp.Scene(tp.Source(strip, GLOW))
     return CaseResult(
-        _is_rejected(lambda: _run(scene), "its size must be between 1e-140 and 1e+140 m"), 1.0, math.nan
+        _is_rejected(lambda: _run(scene), "size must be between 1e-140 and 1e+140 m"), 1.0, math.nan
     )
