@@ -140,8 +140,8 @@ class CostOfAccuracy:
             Fields by name; each method has a list "prices".
         """
         record = asdict(self) | {"refused": dict(self.refused)}
-        for way, told in zip(self.ways, record["ways"], strict=True):
-            told["prices"] = [{"error": target} | asdict(way.price(target)) for target in self.targets]
+        for way, entry in zip(self.ways, record["ways"], strict=True):
+            entry["prices"] = [{"error": target} | asdict(way.price(target)) for target in self.targets]
         return record
 
     def to_json(self) -> str:

@@ -302,10 +302,10 @@ def _mean_and_variance(trials: Trials) -> tuple[np.ndarray, float]:
     weights /= weights.sum()
     value = sum(w * np.nan_to_num(trial.value) for w, trial in zip(weights, runs, strict=True))
     known = [(w, trial) for w, trial in zip(weights, runs, strict=True) if np.isfinite(trial.error).any()]
-    said = math.fsum(w for w, _ in known)
-    if said < 0.5:
+    total_weight = math.fsum(w for w, _ in known)
+    if total_weight < 0.5:
         return value, math.inf
-    return value, math.fsum(w**2 * float(np.nansum(trial.error**2)) for w, trial in known) / said
+    return value, math.fsum(w**2 * float(np.nansum(trial.error**2)) for w, trial in known) / total_weight
 
 
 def _z(trials: Trials, truth: Truth, name: str) -> float:

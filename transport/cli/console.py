@@ -31,9 +31,9 @@ def console(stderr: bool = False, least: int = 0) -> Console:
     It wraps at COLUMNS or at the terminal's width, and not in a pipe without COLUMNS.  `least` is its
     smallest width in characters.
     """
-    stream, told = sys.stderr if stderr else sys.stdout, os.environ.get("COLUMNS", "")
+    stream, columns = sys.stderr if stderr else sys.stdout, os.environ.get("COLUMNS", "")
     made = Console(file=stream, markup=False, highlight=False, emoji=False)
-    width = int(told) if told.isdigit() else made.width if stream.isatty() else PIPED_WIDTH
+    width = int(columns) if columns.isdigit() else made.width if stream.isatty() else PIPED_WIDTH
     made.size = max(width, least), made.height  # set both; otherwise rich uses 80 columns on a dumb terminal
     return made
 

@@ -154,9 +154,9 @@ def build_site(out: Path, commands: Any) -> Path:
     with tempfile.TemporaryDirectory() as folder:
         sources = Path(folder)
         write_sources(sources, commands)
-        said, warned = io.StringIO(), io.StringIO()
+        output, warned = io.StringIO(), io.StringIO()
         site = Sphinx(
-            sources, None, out, sources / "trees", "html", _sphinx_settings(), status=said, warning=warned
+            sources, None, out, sources / "trees", "html", _sphinx_settings(), status=output, warning=warned
         )
         site.build()
     if site.statuscode or warned.getvalue().strip():

@@ -139,13 +139,13 @@ def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, 
 def write_page(found: Sequence[tuple[Piece, DrawnPiece, float]], folder: Path, settings: Settings) -> Path:
     """Write the Markdown page with each picture, its description, notes and command; return its path."""
     lines = ["# Gallery", ""]
-    said = (
+    limits_text = (
         "as many particles as each needs"
         if settings.particles is None
         else f"at most {settings.particles:_} particles"
     )
     lines += [
-        f"Figures of `transport gallery`: {said}, seed {settings.seed}."
+        f"Figures of `transport gallery`: {limits_text}, seed {settings.seed}."
         " Bars and bands are two standard errors.",
         "",
     ]

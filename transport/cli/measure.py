@@ -76,24 +76,24 @@ def effects(
     found = {}
     for parameters in cases_of(module, settings):
         scene = experiment_treatment(module, scene_of(module, parameters, settings))
-        told = effects_of(scene)
-        found.setdefault((told.births, told.steps), (told, scene, []))[2].append(parameters)
+        scene_effects = effects_of(scene)
+        found.setdefault((scene_effects.births, scene_effects.steps), (scene_effects, scene, []))[2].append(parameters)
     if json:
         costs = [measure_passes(scene) for _, scene, _ in found.values()]
         scenes = [
             {"cases": cases} | record_of_scene(scene, ns, cold, more=kind == 0 and not quick)
             for kind, ((_, scene, cases), ns) in enumerate(zip(found.values(), costs, strict=True))
         ]
-        told = [told for told, *_ in found.values()]
-        print_json(effects_record(list(zip(told, costs, strict=True))) | {"scenes": scenes})
+        scene_effects = [scene_effects for scene_effects, *_ in found.values()]
+        print_json(effects_record(list(zip(scene_effects, costs, strict=True))) | {"scenes": scenes})
         return
-    for kind, (told, scene, cases) in enumerate(found.values()):
+    for kind, (scene_effects, scene, cases) in enumerate(found.values()):
         if len(found) > 1:
             print_rich(
                 "; ".join(", ".join(f"{name}={value}" for name, value in case.items()) for case in cases),
                 style="bold cyan",
             )
-        print_effects(told, scene, cold, more=kind == 0 and not quick)
+        print_effects(scene_effects, scene, cold, more=kind == 0 and not quick)
 
 
 def bench(

@@ -73,12 +73,12 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     is_whole = is_complete(outcomes)
     if verdict := verdict_on(module, outcomes):
         print_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
-    told = dict.fromkeys(
+    lines = dict.fromkeys(
         (*_estimator_lines(outcomes), *(line for o in outcomes for line in tracking_lines(o.result)))
     )
     kept = sum(outcome.result.particles for outcome in outcomes)
     whole = SimpleNamespace(cost=total_cost(outcomes), particles=kept)
-    for line in (*told, *cost_lines(whole)):
+    for line in (*lines, *cost_lines(whole)):
         label, _, text = line.partition(": ")
         print_labelled(label, text)
     for warning in warnings_of(outcomes):
@@ -92,8 +92,8 @@ def _estimator_lines(outcomes: list[Outcome]) -> Iterator[str]:
         yield from (line for outcome in outcomes for line in method_lines(outcome.result))
         return
     counts = Counter(outcome.result.plan.method.title for outcome in outcomes)
-    told = "; ".join(f"{title} in {count} of {len(outcomes)} cases" for title, count in counts.items())
-    yield f"estimator: chosen by pilots: {told} (--json gives each)"
+    choices = "; ".join(f"{title} in {count} of {len(outcomes)} cases" for title, count in counts.items())
+    yield f"estimator: chosen by pilots: {choices} (--json gives each)"
 
 
 def report_unsaved(outcomes: Iterable[Outcome]) -> bool:
@@ -111,14 +111,14 @@ def print_to_stderr(line: str, style: str = "yellow") -> None:
 
 def bins_line(outcome: Outcome) -> str:
     """Return the names of the binned quantities with their axes and numbers of bins."""
-    told = []
+    parts = []
     for name, array in outcome.bins.items():
         axes = zip(array.dims, array.shape, strict=True)
-        told.append(
+        parts.append(
             f"{name}{NO_BREAK_SPACE}("
             f"{f',{NO_BREAK_SPACE}'.join(f'{dim}{NO_BREAK_SPACE}{bins}' for dim, bins in axes)})"
         )
-    return ", ".join(told)
+    return ", ".join(parts)
 
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:

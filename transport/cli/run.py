@@ -144,9 +144,9 @@ def _method(result) -> dict[str, object]:
 
 def estimate_record(estimate: Estimate) -> dict[str, object]:
     """Return an estimate for JSON, with its verdict and findings."""
-    told = [finding.record() for finding in estimate.findings]
+    findings = [finding.record() for finding in estimate.findings]
     numbers = {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
-    return numbers | {"verdict": estimate.verdict, "findings": told}
+    return numbers | {"verdict": estimate.verdict, "findings": findings}
 
 
 def _one_or_all(one: bool, values: list[object]) -> object:

@@ -61,11 +61,11 @@ class View:
     @property
     def title(self) -> str:
         """The experiment and the parameters of its case in one line."""
-        said = ", ".join(
+        parameters_text = ", ".join(
             f"{name} = {_short(value)}" if isinstance(value, float) else f"{name} = {value}"
             for name, value in self.parameters.items()
         )
-        return textwrap.shorten(f"{self.sim}: {said}" if said else self.sim, MAX_TITLE, placeholder=" …")
+        return textwrap.shorten(f"{self.sim}: {parameters_text}" if parameters_text else self.sim, MAX_TITLE, placeholder=" …")
 
 
 def _short(value: float) -> str:

@@ -44,8 +44,8 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
     except FileError:
         raise
     except OSError as error:
-        said = error.strerror or error
-        raise FileError(f"cannot write {path}: {said}; {_cure(path)}") from error
+        reason = error.strerror or error
+        raise FileError(f"cannot write {path}: {reason}; {_cure(path)}") from error
 
 
 def check_writable(path: Path) -> None:
@@ -218,9 +218,9 @@ READ_SIZE = 1 << 22  # bytes per read
 def append_checksum(file: BinaryIO) -> None:
     """Append the checksum to the file."""
     length = file.seek(0, io.SEEK_END)
-    told = _checksum(file, length)
+    checksum = _checksum(file, length)
     file.seek(length)
-    file.write(told)
+    file.write(checksum)
 
 
 def verify_checksum(file: BinaryIO) -> None:

@@ -81,31 +81,31 @@ def _check_disjoint(titles: list[str], results: list[Result]) -> None:
     if common:
         seed, first, owners = common[0]
         last = max(numbers[-1] for other, numbers, _ in common if other == seed)
-        told = (
+        overlap = (
             f"batch {last} of seed {seed} is"
             if last == first[0]
             else f"batches {first[0]} to {last} of seed {seed} are"
         )
         cure = "merge each batch once; use another seed, or continue one of the runs with resume"
-        raise SceneError(f"merge: {told} in {' and in '.join(sorted(owners))}; {cure}")
+        raise SceneError(f"merge: {overlap} in {' and in '.join(sorted(owners))}; {cure}")
 
 
 def _missing_batches(results: list[Result], batches: list[Batch]) -> list[str]:
     """Return a warning that names missing batches of runs in parts, so that a failed job is noticed."""
-    told = []
+    missing = []
     for seed in dict.fromkeys(result.seed for result in results if state_of(result).limits.part != (1, 1)):
         own = [batch for batch in batches if batch.seed == seed]
         for past, batch in zip([0, *(batch.past for batch in own)], own, strict=False):
             if batch.first > past:
-                told.append(f"batches {past} to {batch.first - 1} of seed {seed}")
+                missing.append(f"batches {past} to {batch.first - 1} of seed {seed}")
         last = max(
             results, key=lambda result: max((b.past for b in result.batches if b.seed == seed), default=0)
         )
         one, of = state_of(last).limits.part
         if one < of:
-            told.append(f"the batches of seed {seed} after part {one} of {of}")
+            missing.append(f"the batches of seed {seed} after part {one} of {of}")
     cure = "merge these parts too, or the result has fewer particles than planned"
-    return [f"{', '.join(told)} {MISSING_BATCHES}: {cure}"] if told else []
+    return [f"{', '.join(missing)} {MISSING_BATCHES}: {cure}"] if missing else []
 
 
 def _inconsistent_parts(titles: list[str], results: list[Result]) -> list[str]:
@@ -132,10 +132,10 @@ def _inconsistent_parts(titles: list[str], results: list[Result]) -> list[str]:
 def _merged_limits(results: list[Result]) -> Limits:
     """Return the limits of the merged run: all particles together."""
     limits = [state_of(result).limits for result in results]
-    said = {each.batches for each in limits}
-    is_free = len(said) > 1 or any(each.is_free for each in limits)
+    batch_counts = {each.batches for each in limits}
+    is_free = len(batch_counts) > 1 or any(each.is_free for each in limits)
     particles = sum(batch.histories for result in results for batch in result.batches)
-    return Limits(particles, {}, None, max(said), is_free)
+    return Limits(particles, {}, None, max(batch_counts), is_free)
 
 
 def _limit_batches(batches: list[Batch], schedule: Schedule) -> list[Batch]:

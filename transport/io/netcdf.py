@@ -65,15 +65,15 @@ class Table:
 def result_tables(result: Result, is_over: bool) -> Iterator[Table]:
     """Yield the ledger, then each detector; for a checkpoint (not `is_over`) only attributes."""
     written = datetime.now(UTC).isoformat(timespec="seconds")
-    told = {"title": run_line(result), "seed": str(result.seed), "method": result.plan.method.title}
-    told["history"] = f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # NetCDF convention
+    attributes = {"title": run_line(result), "seed": str(result.seed), "method": result.plan.method.title}
+    attributes["history"] = f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # NetCDF convention
     if not is_over:
-        yield Table("", told | {"completeness": CHECKPOINT_NOTE}, iter(()))
+        yield Table("", attributes | {"completeness": CHECKPOINT_NOTE}, iter(()))
         return
-    told["completeness"] = COMPLETE if result.is_complete else INTERRUPTED
-    told["warnings"] = "\n".join(result.warnings)
+    attributes["completeness"] = COMPLETE if result.is_complete else INTERRUPTED
+    attributes["warnings"] = "\n".join(result.warnings)
     ledger = list(_ledger_variables(result))
-    yield Table("", told, iter(ledger))
+    yield Table("", attributes, iter(ledger))
     taken = {RUN_GROUP, *dict(ledger)}  # a group must not have the name of a variable
     for detector in result.scene.detectors:
         group = detector.name.replace("/", "|")  # HDF5 names have no slash
@@ -83,9 +83,9 @@ def result_tables(result: Result, is_over: bool) -> Iterator[Table]:
         title = (
             title_of(detector, result[detector.name]) if not isinstance(detector, Snapshot) else "snapshot"
         )
-        told = {"title": title, "name": detector.name}
+        attributes = {"title": title, "name": detector.name}
         made = _snapshot_variables if isinstance(detector, Snapshot) else _detector_variables
-        yield Table(group, told, made(result, detector))
+        yield Table(group, attributes, made(result, detector))
 
 
 def _ledger_variables(result: Result) -> Iterator[tuple[str, Variable]]:

@@ -25,15 +25,15 @@ def write_run(file: BinaryIO, texts: dict[str, str], columns: Columns, tables: I
             archive.writestr(f"{name}.json", text)
         for name, column in columns.items():
             _write_column(archive, f"{RUN_GROUP}/{name}", column)
-        told = {}
+        contents = {}
         for table in tables:
             variables = {}
             for name, variable in table.variables:
                 variables[name] = {"dims": variable.dims, **variable.attributes}
                 _write_variable(archive, f"{table.group}/{name}".lstrip("/"), variable)
-            told[table.group] = {**table.attributes, "variables": variables}
-        if told:
-            archive.writestr("tables.json", json.dumps(told, indent=1, ensure_ascii=False))
+            contents[table.group] = {**table.attributes, "variables": variables}
+        if contents:
+            archive.writestr("tables.json", json.dumps(contents, indent=1, ensure_ascii=False))
 
 
 @contextmanager

@@ -88,10 +88,10 @@ def _resumed_limits(saved: Result, asked: RunRequest) -> Limits:
     return replace(limits, is_free=was.is_free, part=was.part)
 
 
-def _check_same(name: str, said: object, was: object) -> None:
-    if said is not None and said != was:
+def _check_same(name: str, requested: object, was: object) -> None:
+    if requested is not None and requested != was:
         raise SceneError(
-            f"simulate: {name} must be that of the saved run, {short_repr(was)}, got {short_repr(said)};"
+            f"simulate: {name} must be that of the saved run, {short_repr(was)}, got {short_repr(requested)};"
             " leave it out"
         )
 
@@ -145,8 +145,8 @@ class Checkpoints:
             save(result, self.path, self.scene, is_over)
         except FileError as error:
             self.failures.append(str(error))
-            told = f"the run is {NOT_SAVED}" if is_over else "checkpoint not written, the run continues"
-            warnings.warn(f"{told}: {error}", CheckpointWarning, stacklevel=2)
+            problem = f"the run is {NOT_SAVED}" if is_over else "checkpoint not written, the run continues"
+            warnings.warn(f"{problem}: {error}", CheckpointWarning, stacklevel=2)
             return False
         return True
 

@@ -131,8 +131,8 @@ def checked_destination(what: str, path: object) -> Path:
     try:
         check_writable(path)
     except OSError as error:
-        said = error.strerror or error
-        raise FileError(f"{what} {path} cannot be written: {said}; name another file or folder") from None
+        reason = error.strerror or error
+        raise FileError(f"{what} {path} cannot be written: {reason}; name another file or folder") from None
     return path
 
 
@@ -156,12 +156,12 @@ def _metadata(result: Result, columns: Columns) -> tuple[str, int]:
         "batches": result.batches,
         "state": state_of(result),
     }
-    told = {name: to_json(value, pool) for name, value in run.items()}
+    fields = {name: to_json(value, pool) for name, value in run.items()}
     about = {
         "format": FORMAT,
         "version": VERSION,
         "rows": sum_layout(result.plan),
-        "run": told,
+        "run": fields,
         "batches": len(pool.batches),
         "columns": describe_columns("", pool.batches, columns),
     }

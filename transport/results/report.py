@@ -61,10 +61,10 @@ def price_lines(result: Record, name: str) -> list[str]:
     relative = math.sqrt(present / result.cost.seconds)
     first = math.ceil(-math.log10(relative) + 1e-9)
     errors = [10.0**-k for k in range(max(1, first), max(1, first) + PRICED_DIGITS)]
-    told = [f"{percent(e)} in {duration(result.price(f'{name}.{quantity}', e))}" for e in errors]
+    prices = [f"{percent(e)} in {duration(result.price(f'{name}.{quantity}', e))}" for e in errors]
     sound = " that is not doubtful" if np.any(found[quantity]._is_known_but_doubtful) else ""
     worst = f" in its worst bin{sound}" if np.size(found[quantity].value) > 1 else ""
-    return [f"price of {quantity}{worst}: {', '.join(told)}"]
+    return [f"price of {quantity}{worst}: {', '.join(prices)}"]
 
 
 def _has_error(quantity: object) -> bool:
@@ -109,7 +109,7 @@ def error_bar_line(result) -> str:
     """The line about error bars without warnings; it makes no claim about unknown ones."""
     quantities = [q for look in result.scene.detectors for q in result[look.name].quantities.values()]
     unscored = any(isinstance(q, Estimate) and q.reason == "no score" for q in quantities)
-    bins = [told for look in result.scene.detectors if (told := _doubtful_bins(result[look.name]))]
+    bins = [text for look in result.scene.detectors if (text := _doubtful_bins(result[look.name]))]
     known = [q for q in quantities if isinstance(q, Estimate) and q.reason is None]
     if not bins and any(q.verdict == BOUNDED for q in known):
         return "error bars: none is doubtful; the numbers show what may be missing"
@@ -152,8 +152,8 @@ def part_text(result) -> str:
     if result.state is None or result.state.limits.particles is None:
         return ""
     limits = result.state.limits
-    (one, of), told = limits.part, f" of {limits.particles:_} requested" * (not result.is_complete)
-    return f"; part {one} of {of} of a run of {limits.particles:_}" if of > 1 else told
+    (one, of), requested = limits.part, f" of {limits.particles:_} requested" * (not result.is_complete)
+    return f"; part {one} of {of} of a run of {limits.particles:_}" if of > 1 else requested
 
 
 def title_of(detector, reading) -> str:
@@ -229,8 +229,8 @@ def _forecast_lines(cost) -> list[str]:
 def method_lines(result) -> list[str]:
     """The estimator, unless it is the default, and the reasons of its choice by pilots."""
     method = result.plan.method
-    told = [f"estimator: {method.title}{_analog_detectors(result)}"] if method != ANALOG else []
-    return told if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+    lines = [f"estimator: {method.title}{_analog_detectors(result)}"] if method != ANALOG else []
+    return lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
 
 
 def advice_lines(result) -> list[str]:
@@ -302,10 +302,10 @@ def run_line(result) -> str:
     """The size of the run, and whether it is complete."""
     state = part_text(result) + ("" if result.is_complete else ", INCOMPLETE: interrupted")
     seeds = sorted({batch.seed for batch in result.batches})
-    told = f"seed {result.seed}" if len(seeds) == 1 else f"seeds {', '.join(map(str, seeds))}"
+    seed_text = f"seed {result.seed}" if len(seeds) == 1 else f"seeds {', '.join(map(str, seeds))}"
     if len(seeds) > MAX_LISTED_SEEDS:
-        told = f"{len(seeds)} seeds from {seeds[0]} to {seeds[-1]}"
-    return f"{result.particles:_} particles in {len(result.run)} batches, {told}{state}"
+        seed_text = f"{len(seeds)} seeds from {seeds[0]} to {seeds[-1]}"
+    return f"{result.particles:_} particles in {len(result.run)} batches, {seed_text}{state}"
 
 
 def _is_printed(name: str, estimate: Estimate) -> bool:

@@ -50,14 +50,14 @@ def warnings_of(origins: Iterable[Origin]) -> list[str]:
     origins, found = list(origins), []
     sources = dict.fromkeys((origin.version, origin.sources) for origin in origins)
     if len(sources) > 1:
-        told = ", ".join(f"{number} ({digest})" for number, digest in sources)
+        text = ", ".join(f"{number} ({digest})" for number, digest in sources)
         found.append(
-            f"its batches come from different sources of transport, {told}: a bug in one affects the result"
+            f"its batches come from different sources of transport, {text}: a bug in one affects the result"
         )
     unlike = dict.fromkeys((*origin.versions, origin.machine) for origin in origins)
     if len(unlike) > 1:
-        told = "; ".join(", ".join(each) for each in unlike)
-        found.append(f"its batches come from different machines, {told}: the last digits may not repeat")
+        text = "; ".join(", ".join(each) for each in unlike)
+        found.append(f"its batches come from different machines, {text}: the last digits may not repeat")
     return found
 
 

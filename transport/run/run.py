@@ -235,19 +235,19 @@ class Run:
         """
         # particles per second of one thread, which computes one batch at a time
         rate = self.executor.started / self._elapsed / self.threads
-        said = (
+        message = (
             f"interrupted before the first batch of {self.size} particles was complete, so there is no result"
         )
         if not rate > 0:
-            return said
+            return message
         takes, wanted = (
             self.size / rate,
             math.ceil((self.limits.particles or 0) / (RESPONSIVE_SECONDS * rate)),
         )
-        said += f"; one takes about {duration(takes)}, and {self.threads} run at a time"
+        message += f"; one takes about {duration(takes)}, and {self.threads} run at a time"
         if not self.limits.batches < wanted or takes < 2 * RESPONSIVE_SECONDS:
-            return said
-        return f"{said}; pass batches={min(wanted, MAX_BATCHES)} for shorter ones"
+            return message
+        return f"{message}; pass batches={min(wanted, MAX_BATCHES)} for shorter ones"
 
     # ---- error checks and forecasts between legs ----
 
@@ -310,19 +310,19 @@ class Run:
         look = self._check_errors()
         worst, doubted = look.worst, look.least_seen
         is_in_doubt = doubted.unseen > 1 and worst.relative < math.inf
-        told = doubted if is_in_doubt else worst
-        ratio = told.relative / told.target
+        status = doubted if is_in_doubt else worst
+        ratio = status.relative / status.target
         # Name the quantity furthest from its target, or the one with a finding, and the reason.
         why = []
         if ratio > 1:
             times = f"at {ratio_text(ratio)} times the requested error"
             why.append(times if ratio < math.inf else "without a score for it")
         if is_in_doubt:
-            link = "and" if why and told.has_bins else "because"
-            why.append(f"{link} {self._why_unresolved(told.unseen)}: {told.doubt}")
+            link = "and" if why and status.has_bins else "because"
+            why.append(f"{link} {self._why_unresolved(status.unseen)}: {status.doubt}")
         if not why:
             return None
-        stopped = f"{told.name}: stopped after {self.particles} particles, {', '.join(why)}"
+        stopped = f"{status.name}: stopped after {self.particles} particles, {', '.join(why)}"
         others = other_estimators(self.scene, self.plan.method, self.choice)
         return f"{stopped}. {others}" if others else stopped
 
@@ -341,10 +341,10 @@ class Run:
             return
         self.is_idle_warned = True
         idle = self.threads - batches
-        told = f"{batches} batches for {self.threads} threads leave {idle} of them idle"
-        told += f"; start the run with batches={enough} or more, or use threads={batches}"
-        self.warnings.append(told)
-        warnings.warn(told, IdleWarning, stacklevel=2)
+        message = f"{batches} batches for {self.threads} threads leave {idle} of them idle"
+        message += f"; start the run with batches={enough} or more, or use threads={batches}"
+        self.warnings.append(message)
+        warnings.warn(message, IdleWarning, stacklevel=2)
 
     def _show(self) -> None:
         """Show the particles so far, the worst error and the expected time on the progress."""

@@ -147,8 +147,8 @@ class Estimate(Quantity[float, str | None]):
         """Text after a known error: the worst finding; "" if none matters."""
         if self.reason not in (None, CONSTANT):  # the reason says more
             return ""
-        told = UNKNOWN if self.reason == CONSTANT else None  # the text already names this finding
-        worst = next((finding for finding in self.findings if finding.name != told), None)
+        skipped = UNKNOWN if self.reason == CONSTANT else None  # the text already names this finding
+        worst = next((finding for finding in self.findings if finding.name != skipped), None)
         if worst is None:
             return ""
         if worst.severity == DOUBTFUL:

@@ -92,7 +92,7 @@ class Outcome:
     @property
     def not_saved(self) -> list[str]:
         """Warnings about files that could not be written at the end."""
-        return [told for told in (*self.notes, *self.result._warnings) if told.startswith(NOT_SAVED)]
+        return [warning for warning in (*self.notes, *self.result._warnings) if warning.startswith(NOT_SAVED)]
 
     @property
     def title(self) -> str:
@@ -146,11 +146,11 @@ def attribute_errors(module: ModuleType, settings: Mapping[str, object] | None =
         yield
     except Exception as error:
         refused = isinstance(error, (SceneError, UnitError))
-        said = str(error) if refused else f"{type(error).__name__}: {getattr(error, 'msg', None) or error}"
+        message = str(error) if refused else f"{type(error).__name__}: {getattr(error, 'msg', None) or error}"
         if settings:
             values = ", ".join(f"{name}={value!r}" for name, value in settings.items())
-            raise SceneError(f"{experiment_name(module)} with {values}: {said}") from error
-        raise SceneError(f"{_place(module, error)}: {said}") from error
+            raise SceneError(f"{experiment_name(module)} with {values}: {message}") from error
+        raise SceneError(f"{_place(module, error)}: {message}") from error
 
 
 def _place(module: ModuleType, error: Exception) -> str:

@@ -199,7 +199,7 @@ def costs_by_effect(
         ns[effect] += 0.0 if math.isnan(cost) else cost * lanes.get(name, 0.0)
         passes[effect].append(name)
     total = math.fsum(ns.values())
-    told = [
+    effects = [
         EffectCost(
             effect.rstrip("."),
             spent,
@@ -209,7 +209,7 @@ def costs_by_effect(
         )
         for effect, spent in ns.items()
     ]
-    return sorted(told, key=lambda effect: -effect.ns)
+    return sorted(effects, key=lambda effect: -effect.ns)
 
 
 def effect_of(name: str, files: Mapping[str, str]) -> str:

@@ -86,9 +86,9 @@ def effects_record(found: Sequence[tuple[Effects, Mapping[str, float]]]) -> dict
     first scene in which a lane reached it.
     """
     passes, fields, ns = {}, {}, {}
-    for told, costs in found:
-        passes |= dict.fromkeys(told.passes)
-        fields |= {name: role for name, role in told.fields.items() if fields.get(name) != "carried"}
+    for effects, costs in found:
+        passes |= dict.fromkeys(effects.passes)
+        fields |= {name: role for name, role in effects.fields.items() if fields.get(name) != "carried"}
         ns |= {name: cost for name, cost in costs.items() if math.isnan(ns.get(name, math.nan))}
     absent = {
         name: kind for name, kind in found[0][0].absent.items() if name not in passes and name not in fields

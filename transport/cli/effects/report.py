@@ -119,12 +119,12 @@ def cold_table(starts: Mapping[str, tuple[CompileTime, CompileTime, Footprint]])
 # ---- Report of `transport effects`: compilation, memory, cost of effects and of possible additions.
 
 
-def print_effects(told: Effects, scene: Treatment, cold: bool, more: bool) -> None:
+def print_effects(effects: Effects, scene: Treatment, cold: bool, more: bool) -> None:
     """Print the used fields and the absent effects of a scene, then measure and print compilation and costs.
 
     `cold` also measures compilation with an empty cache; `more` also prices each effect that the scene lacks.
     """
-    for label, names in (*effects_lines(told)[:2], ("absent", absent_line(told))):
+    for label, names in (*effects_lines(effects)[:2], ("absent", absent_line(effects))):
         print_labelled(label, names)
     print_labelled("memory", memory_line(_footprint(scene)))
     print_labelled("compiled", start_line(compile_with_progress(scene)))
@@ -132,11 +132,11 @@ def print_effects(told: Effects, scene: Treatment, cold: bool, more: bool) -> No
         first = cold_compile_time(scene)
         print_labelled("cold", f"{duration(first.seconds)} for {first.passes} passes, with an empty cache")
     costs = measure_passes(scene)
-    for number, births in enumerate(told.births):
+    for number, births in enumerate(effects.births):
         print_rich(f"\nbirths at emitter {number}", style="bold")
         print_rich(pass_table(births, costs))
     print_rich("\nevery step", style="bold")
-    print_rich(pass_table(told.steps, costs))
+    print_rich(pass_table(effects.steps, costs))
     print_rich("\ncost of each effect", style="bold")
     print_rich(effect_table(_effect_costs(scene, costs)))
     if more:
@@ -147,10 +147,10 @@ def print_effects(told: Effects, scene: Treatment, cold: bool, more: bool) -> No
             print_labelled(label, text)
 
 
-def absent_line(told: Effects) -> str:
+def absent_line(effects: Effects) -> str:
     """Return the names of the absent effects, and the numbers of absent passes and fields."""
-    files, kinds = files_of_passes(), list(told.absent.values())
-    present = {effect_of(name, files) for name in told.passes}
+    files, kinds = files_of_passes(), list(effects.absent.values())
+    present = {effect_of(name, files) for name in effects.passes}
     absent = [name for name in EFFECTS if name not in present]
     return (
         f"{', '.join(absent)}; in all {kinds.count('pass')} passes and {kinds.count('field')} fields"

@@ -27,16 +27,16 @@ def escaped(text: object) -> str:
 
 def typeset(text: object) -> str:
     """Text with numbers and units, such as "(2.0 ± 0.3)e-09 W m^-2", as HTML."""
-    said = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010<sup>{_minus(int(hit[1]))}</sup>", escaped(text))
-    said = _EXPONENT.sub(lambda hit: f"<sup>{_minus(hit[1] or hit[2])}</sup>", said)
-    return _MINUS.sub("−", said)
+    html = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010<sup>{_minus(int(hit[1]))}</sup>", escaped(text))
+    html = _EXPONENT.sub(lambda hit: f"<sup>{_minus(hit[1] or hit[2])}</sup>", html)
+    return _MINUS.sub("−", html)
 
 
 def plain_typeset(text: object) -> str:
     """The same without HTML elements, for text in an SVG: exponents are superscript characters."""
-    said = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010{_raised(int(hit[1]))}", escaped(text))
-    said = _EXPONENT.sub(lambda hit: _raised(hit[1] or hit[2]), said)
-    return _MINUS.sub("−", said)
+    plain = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010{_raised(int(hit[1]))}", escaped(text))
+    plain = _EXPONENT.sub(lambda hit: _raised(hit[1] or hit[2]), plain)
+    return _MINUS.sub("−", plain)
 
 
 def symbol_of(axis: str) -> str:
@@ -100,9 +100,9 @@ def code(text: object) -> str:
     return f'<span class="tp-k">{escaped(text)}</span>'
 
 
-def warning_boxes(told: Iterable[str]) -> str:
+def warning_boxes(warnings: Iterable[str]) -> str:
     """Each warning in its own box."""
-    return "".join(f'<div class="tp-w"><b>warning</b> {escaped(text)}</div>' for text in told)
+    return "".join(f'<div class="tp-w"><b>warning</b> {escaped(text)}</div>' for text in warnings)
 
 
 def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), best: int | None = None) -> str:

@@ -66,11 +66,11 @@ def ledger_table(ledger: Ledger) -> str:
 
 def _detector_section(result: Result, detector: object, is_open: bool) -> str:
     reading = result[detector.name]
-    told = f"<b>{escaped(title_of(detector, reading))}</b>"
+    title = f"<b>{escaped(title_of(detector, reading))}</b>"
     if isinstance(detector, Snapshot):
-        return f"<div>{told}</div>"
+        return f"<div>{title}</div>"
     prices = "".join(f"<div>{muted(typeset(line))}</div>" for line in price_lines(result, detector.name))
-    return details(told, quantities_table(reading) + prices, is_open)
+    return details(title, quantities_table(reading) + prices, is_open)
 
 
 def _share_bar(share: float) -> str:

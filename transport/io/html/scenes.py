@@ -131,10 +131,10 @@ def _detector_row(detector) -> list[str]:
     has_shape = "shape" in type(detector).__dataclass_fields__
     if not has_shape:
         return [_name_cell(detector.name), code(constructor_text(detector, ("name",))), ""]
-    told = "" if type(detector).__name__ == "Detector" else muted(escaped(type(detector).__name__))
+    kind = "" if type(detector).__name__ == "Detector" else muted(escaped(type(detector).__name__))
     return [
         _name_cell(detector.name),
-        f"{told} {_shape_cell(detector.shape)}",
+        f"{kind} {_shape_cell(detector.shape)}",
         _other_parameters(detector, ("name", "shape")),
     ]
 
@@ -148,7 +148,7 @@ def _shape_cell(shape: object) -> str:
     return f"on <b>{escaped(shape)}</b>" if isinstance(shape, str) else code(constructor_text(shape))
 
 
-def _other_parameters(thing: object, told: tuple[str, ...]) -> str:
+def _other_parameters(thing: object, shown: tuple[str, ...]) -> str:
     """The other parameters, without the parentheses."""
-    _, _, inner = constructor_text(thing, told).partition("(")
+    _, _, inner = constructor_text(thing, shown).partition("(")
     return code(inner.removesuffix(")"))

@@ -90,8 +90,8 @@ def _array_differences(one: np.ndarray, other: np.ndarray, path: str) -> Iterato
 
 
 def _difference_text(one: object, other: object, path: str) -> str:
-    said = f"{_value_text(one)} instead of {_value_text(other)}"
-    return f"{path}: {said}" if path else said
+    difference = f"{_value_text(one)} instead of {_value_text(other)}"
+    return f"{path}: {difference}" if path else difference
 
 
 def _value_text(value: object) -> str:

@@ -118,9 +118,9 @@ def _object_schema(kind: type) -> dict[str, object]:
     if kind is Scene:
         properties = {name: _list_or_one(inner) for name, inner in properties.items()}
     required = [field.name for field in fields if default_value(field) is MISSING]
-    told = " ".join(kind.__doc__.partition("\n")[0].split())
+    summary = " ".join(kind.__doc__.partition("\n")[0].split())
     return {
-        "description": told,
+        "description": summary,
         **_strict_object({"type": {"const": kind.__name__}} | properties, ["type", *required]),
     }
 

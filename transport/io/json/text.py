@@ -104,8 +104,8 @@ def _walk(data: object, path: str) -> Iterator[tuple[str, object]]:
 
 
 def _raise_constant(word: str) -> NoReturn:
-    said = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}[word]
-    raise SceneError(f'{word} is not JSON; write {{"float": "{said}"}}')
+    spelling = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}[word]
+    raise SceneError(f'{word} is not JSON; write {{"float": "{spelling}"}}')
 
 
 # ---- Pretty-printed JSON: data that fit are on one line, other data have one line per part.

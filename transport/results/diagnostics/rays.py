@@ -193,8 +193,8 @@ def _is_significant(excess: np.ndarray) -> bool:
 def detector_forward_peaks(sums: DetectorSums, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
     plan, detector, shape = sums.plan, sums.detector, sums.shape
-    told = plan.sends_shadow_rays and plan.adjoint is None and uses_next_event(plan.scene, detector)
-    if not (told and plan.scatters and total.error > 0):
+    has_rays = plan.sends_shadow_rays and plan.adjoint is None and uses_next_event(plan.scene, detector)
+    if not (has_rays and plan.scatters and total.error > 0):
         return
     gap, histories = min_collision_distance(plan, shape), int(sums.run.sizes.sum())
     worst = _largest_collision_score(plan, gap, lambda density: min(1.0, density * shape.area))

@@ -174,7 +174,7 @@ class DaskExecutor:
         self.out: dict[asyncio.Task, tuple] = {}
         self.local: LocalWorkers | None = None
         self.worker_threads: dict[str, int] = {}  # number of threads by worker
-        self.told: set[str] = set()  # usable workers that have received the run
+        self.usable: set[str] = set()  # usable workers that have received the run
         self.sending: asyncio.Task | None = None  # the task that sends the run to late workers
         self.refused: dict[str, str] = {}  # excluded workers, with the reason
         self.origins: dict = {}  # of the usable workers, in order of arrival (a dict as an ordered set)
@@ -231,12 +231,12 @@ class DaskExecutor:
     @property
     def workers(self) -> int:
         """Return the number of usable workers."""
-        return len(self.told)
+        return len(self.usable)
 
     @property
     def threads(self) -> int:
         """Return the number of threads of all usable workers."""
-        return max(1, sum(many for address, many in self.worker_threads.items() if address in self.told))
+        return max(1, sum(many for address, many in self.worker_threads.items() if address in self.usable))
 
     @property
     def doubts(self) -> list[str]:
@@ -282,7 +282,7 @@ class DaskExecutor:
 
     async def _communicate(self, client) -> None:
         """Send groups until the connection is closed. Raise OSError where the scheduler is lost."""
-        self.run, self.told = f"{self.name}-{uuid4().hex}", set()
+        self.run, self.usable = f"{self.name}-{uuid4().hex}", set()
         try:
             looked = -math.inf
             while not self.is_over:
@@ -310,7 +310,7 @@ class DaskExecutor:
     async def _poll_workers(self, client) -> None:
         """Poll the workers, and send the run to new ones."""
         self.worker_threads = await client.nthreads()
-        self.told &= self.worker_threads.keys()
+        self.usable &= self.worker_threads.keys()
         # Cancel groups whose allowed workers have all gone; they are sent again.
         for task, (future, _, allowed) in list(self.out.items()):
             if allowed is not None and not allowed & self.worker_threads.keys():
@@ -323,7 +323,7 @@ class DaskExecutor:
         if not self.is_begun:
             await self._start_workers(client)
             return
-        newcomers = self.worker_threads.keys() - self.refused.keys() - self.told
+        newcomers = self.worker_threads.keys() - self.refused.keys() - self.usable
         if newcomers and (self.sending is None or self.sending.done()):
             self.sending = asyncio.create_task(self._tell(client, list(newcomers)))
 
@@ -335,11 +335,11 @@ class DaskExecutor:
         self.doing = "workers compile or load passes"
         await self._tell(client, None)
         if self.refused:
-            told = "; ".join(f"worker {address}: {why}" for address, why in self.refused.items())
+            message = "; ".join(f"worker {address}: {why}" for address, why in self.refused.items())
             raise SceneError(
-                f"simulate: cluster: {told}; start its workers from the same sources as this process"
+                f"simulate: cluster: {message}; start its workers from the same sources as this process"
             )
-        if not self.told:  # they have died or do not answer: poll again
+        if not self.usable:  # they have died or do not answer: poll again
             return
         if await self._is_any_ready(client):
             self.is_begun = True
@@ -350,12 +350,12 @@ class DaskExecutor:
         from distributed import KilledWorker
 
         self.sent += 1
-        told = {"workers": list(self.told), "key": (self.name, self.sent), "pure": False}
-        future = client.submit(worker.compile_run, self.run, **told)
+        message = {"workers": list(self.usable), "key": (self.name, self.sent), "pure": False}
+        future = client.submit(worker.compile_run, self.run, **message)
         answer = asyncio.ensure_future(client.gather(future))
         try:
             while not (await asyncio.wait([answer], timeout=POLL_SECONDS))[0]:
-                if not self.told & (await client.nthreads()).keys():
+                if not self.usable & (await client.nthreads()).keys():
                     answer.cancel()
                     await client.cancel([future])
                     return False
@@ -379,7 +379,7 @@ class DaskExecutor:
                     f"it has transport {answer.version} of sources {answer.sources}, not {self.sources}"
                 )
             else:
-                self.told.add(address)
+                self.usable.add(address)
                 self.origins[answer] = None
 
     async def _ask_workers(self, client, workers: list[str] | None) -> dict[str, object]:
@@ -425,8 +425,8 @@ class DaskExecutor:
         # Restrict groups to usable workers, where there are others.
         allowed = (
             None
-            if self.worker_threads.keys() <= self.told
-            else frozenset(self.worker_threads.keys() & self.told)
+            if self.worker_threads.keys() <= self.usable
+            else frozenset(self.worker_threads.keys() & self.usable)
         )
         while self.groups and len(self.out) < GROUPS_IN_FLIGHT * self.threads and allowed != frozenset():
             group = self.groups.take(self.threads)
