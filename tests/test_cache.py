@@ -32,23 +32,33 @@ def test_a_read_only_package_keeps_them_in_the_users_cache(tmp_path, monkeypatch
     assert cache.kernel_folder().is_relative_to(tmp_path)
 
 
+@pytest.mark.parametrize("folder", ["site-packages", "dist-packages"])
+def test_an_installed_package_leaves_nothing_in_its_folder(folder, tmp_path, monkeypatch):
+    """Else a folder without sources stays when it is uninstalled, and hides an editable installation."""
+    kernels = tmp_path / folder / "transport" / "__kernels__"
+    monkeypatch.setattr(cache, "KERNELS", kernels)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert cache.kernel_folder().is_relative_to(tmp_path / "cache") and not kernels.parent.exists()
+
+
 def test_a_read_only_home_keeps_them_in_a_temporary_folder(monkeypatch):
     monkeypatch.setattr(cache, "KERNELS", NOWHERE)
     monkeypatch.setenv("XDG_CACHE_HOME", str(NOWHERE))
     assert cache.kernel_folder().is_dir()
 
 
-def test_the_digest_follows_every_source(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "file", ["physics/rays.py", "engine/tally.py", "engine/passes/optics.py", "compile/layout.py"]
+)
+def test_the_digest_follows_every_source(file, tmp_path, monkeypatch):
     """A changed device function in another file: what Numba's own check does not see."""
-    physics, compiling = tmp_path / "physics", tmp_path / "compile"
-    physics.mkdir()
-    compiling.mkdir()
-    (physics / "rays.py").write_text("a = 1\n")
-    (compiling / "layout.py").write_text("")
+    for name in ("compile/layout.py", file):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("a = 1\n")
     monkeypatch.setattr(cache, "PACKAGE", tmp_path)
     before = cache.source_digest()
     assert cache.source_digest() == before
-    (physics / "rays.py").write_text("a = 2\n")
+    (tmp_path / file).write_text("a = 2\n")
     assert cache.source_digest() != before
 
 

@@ -116,7 +116,7 @@ def test_the_command_line_sends_it_to_a_cluster_or_to_processes(cluster, call, t
     [
         (("--cluster", "somewhere"), "must be an address or 'local'"),
         (("--cluster", "tcp://127.0.0.1:1"), "no scheduler answers at tcp://127.0.0.1:1"),
-        (("--cluster", "tcp://127.0.0.1:1", "--threads", "2"), "threads cannot be said with a cluster"),
+        (("--cluster", "tcp://127.0.0.1:1", "--threads", "2"), "threads must not be given with a cluster"),
     ],
 )
 def test_the_command_line_refuses_in_a_line(call, tmp_path, monkeypatch, options, said):

@@ -211,5 +211,5 @@ def test_a_thermal_wall_of_another_mass_than_the_gas_is_refused():
         SceneError, match=r"'wall': its Maxwellian is of particles of 3\.3e-27 kg, got 4\.8e-26 kg"
     ):
         Scene(tp.Source(cube, tp.Gas(1e10, air)), wall, duration=1)
-    with pytest.raises(SceneError, match="'wall': speeds of its own a wall gives to particles, not to watts"):
+    with pytest.raises(SceneError, match="'wall': a wall with a speed needs a scene of particles, got watts"):
         Scene(tp.Source(cube, tp.Isotropic(power=1)), wall)

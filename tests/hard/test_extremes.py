@@ -34,7 +34,7 @@ def test_what_leaves_the_range_is_refused():
         tp.simulate(disks(1e145), particles=10)
     far = tp.Disk(center=(0, 0, 1.0), normal=(0, 0, -1), radius=1e-130)
     lamp = tp.Source(tp.Disk(radius=0.1), tp.Lambertian(radiance=1.0), aim=far)
-    with pytest.raises(tp.SceneError, match="aim must be seen under more than"):
+    with pytest.raises(tp.SceneError, match="aim must subtend more than"):
         tp.simulate(tp.Scene(sources=[lamp]), particles=10)
     strong = tp.Source(tp.Point(), tp.Isotropic(power=1.5e308))
     with pytest.raises(tp.SceneError, match="power of all sources together"):

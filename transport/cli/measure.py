@@ -77,7 +77,9 @@ def effects(
     for parameters in cases_of(module, settings):
         scene = experiment_treatment(module, scene_of(module, parameters, settings))
         scene_effects = effects_of(scene)
-        found.setdefault((scene_effects.births, scene_effects.steps), (scene_effects, scene, []))[2].append(parameters)
+        found.setdefault((scene_effects.births, scene_effects.steps), (scene_effects, scene, []))[2].append(
+            parameters
+        )
     if json:
         costs = [measure_passes(scene) for _, scene, _ in found.values()]
         scenes = [

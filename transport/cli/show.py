@@ -65,7 +65,9 @@ class View:
             f"{name} = {_short(value)}" if isinstance(value, float) else f"{name} = {value}"
             for name, value in self.parameters.items()
         )
-        return textwrap.shorten(f"{self.sim}: {parameters_text}" if parameters_text else self.sim, MAX_TITLE, placeholder=" …")
+        return textwrap.shorten(
+            f"{self.sim}: {parameters_text}" if parameters_text else self.sim, MAX_TITLE, placeholder=" …"
+        )
 
 
 def _short(value: float) -> str:

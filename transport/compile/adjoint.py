@@ -142,7 +142,9 @@ def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) ->
     plan.emitters = emitters
     _fill_rows(plan, lamps, first)
     scale_of = {each.detector.name: each.scale for each in plan.expectations}
-    scales = {k: scale_of[lamp.detector.name] for k, lamp in enumerate(lamps) if lamp.detector.name in scale_of}
+    scales = {
+        k: scale_of[lamp.detector.name] for k, lamp in enumerate(lamps) if lamp.detector.name in scale_of
+    }
     plan.adjoint = Adjoint(scene, lamps, tuple(parts), plan.bases["cells"], first, scales)
 
 

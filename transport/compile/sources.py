@@ -301,8 +301,7 @@ def _checked_weight(source: Source, weight: float) -> float:
     if not weight > MIN_SOLID_ANGLE:
         refuse(
             source,
-            f"aim must be seen under more than {MIN_SOLID_ANGLE:g} sr, got {short_repr(source.aim)};"
-            " come closer",
+            f"aim must subtend more than {MIN_SOLID_ANGLE:g} sr, got {short_repr(source.aim)}; come closer",
         )
     return weight
 

@@ -1,7 +1,9 @@
 """On-disk cache of compiled passes, in a folder named by a digest of all sources.
 
-Numba's own check sees only the file of a kernel and would miss a changed device function in another file. If
-the package folder is read-only, the user's cache folder is used; if that is read-only too, a temporary one.
+Numba's own check sees only the file of a kernel and would miss a changed device function in another file. A
+clone keeps machine code in its package folder. An installed or read-only package keeps it in the user's cache
+folder, because files that pip does not know would outlive the package; if that is read-only too, in a temporary
+folder.
 """
 
 import hashlib
@@ -19,6 +21,7 @@ from transport.engine.bundle import LANES
 
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNELS = PACKAGE / "__kernels__"
+INSTALLED = ("site-packages", "dist-packages")  # folders that pip installs into
 
 
 def source_digest() -> str:
@@ -37,7 +40,8 @@ def kernel_folder() -> Path:
     """Return the cache folder of this build, created if necessary."""
     name = f"{source_digest()}-{LANES}"
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    for root in (KERNELS, home / "transport" / "kernels"):
+    in_package = () if KERNELS.parents[1].name in INSTALLED else (KERNELS,)
+    for root in (*in_package, home / "transport" / "kernels"):
         with suppress(OSError):
             folder = root / name
             folder.mkdir(parents=True, exist_ok=True)

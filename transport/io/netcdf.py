@@ -66,7 +66,9 @@ def result_tables(result: Result, is_over: bool) -> Iterator[Table]:
     """Yield the ledger, then each detector; for a checkpoint (not `is_over`) only attributes."""
     written = datetime.now(UTC).isoformat(timespec="seconds")
     attributes = {"title": run_line(result), "seed": str(result.seed), "method": result.plan.method.title}
-    attributes["history"] = f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # NetCDF convention
+    attributes["history"] = (
+        f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # NetCDF convention
+    )
     if not is_over:
         yield Table("", attributes | {"completeness": CHECKPOINT_NOTE}, iter(()))
         return

@@ -58,7 +58,7 @@ def checked_executor(threads: object, cluster: object) -> ExecutorSpec:
         checked_cluster(cluster)
         if threads is not None and not (isinstance(cluster, str) and cluster == LOCAL):
             cure = "leave it out: the workers of a cluster have their own"
-            raise SceneError(f"simulate: threads cannot be said with a cluster, got {threads!r}; {cure}")
+            raise SceneError(f"simulate: threads must not be given with a cluster, got {threads!r}; {cure}")
     return ExecutorSpec(checked_threads(threads), cluster)
 
 
@@ -100,7 +100,7 @@ def _wait_for_workers(line: DaskExecutor, bar: Progress, interruption: Interrupt
         bar.waiting(what)
         interruption.check()
         if time.perf_counter() > due:
-            warnings.warn(f"{what}; the run begins when it can", WaitingWarning, stacklevel=2)
+            warnings.warn(f"{what}; the run starts when a worker is ready", WaitingWarning, stacklevel=2)
             due = math.inf
 
     try:

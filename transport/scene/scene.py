@@ -202,7 +202,7 @@ class Scene(SceneParts):
             if part.name in names and not self._meters_its_namesake(part):
                 refuse(
                     part,
-                    f"name must not be that of a surface it does not meter, got {part.name!r}; rename it",
+                    f"name must not be that of a surface that it does not measure, got {part.name!r}; rename it",
                 )
 
     def _meters_its_namesake(self, part: AnyDetectorType) -> bool:
@@ -234,7 +234,7 @@ class Scene(SceneParts):
         """Refuse a thermal wall for energies, or for particles of another mass than its own."""
         if self.measured_in == "watts":
             cure = "leave speed out of Diffuse, or emit particles with Gas or Effusive"
-            refuse(surface, f"speeds of its own a wall gives to particles, not to watts; {cure}")
+            refuse(surface, f"a wall with a speed needs a scene of particles, got watts; {cure}")
         masses = {source.emission.mass for source in self.sources} - {None}
         mass = getattr(speed, "mass", None)
         if mass is not None and masses - {mass}:

@@ -198,6 +198,9 @@ COMPENSATION_TERMS = 24  # terms of the polynomials
 GRAZING_OCTAVES = 50  # octaves of elevation: the density falls with the square of the angle
 
 
+LEAST_ROUGHNESS = 1e-8  # below it the surface is a mirror up to rounding; the lobe of this roughness is used
+
+
 @lru_cache(maxsize=64)
 def lobe(roughness: float) -> Lobe:
     """Return the lobe of one roughness; the result is cached.
@@ -218,7 +221,7 @@ def lobe(roughness: float) -> Lobe:
     >>> print(f"{lobe(0.5).mean_lost:.4g}")
     0.2998
     """
-    return Lobe(roughness)
+    return Lobe(max(float(roughness), LEAST_ROUGHNESS))
 
 
 class Lobe:
@@ -338,9 +341,6 @@ class _Tail:
 _PLACES = np.cos(np.pi * (np.arange(COMPENSATION_TERMS) + 0.5) / COMPENSATION_TERMS)
 
 
-LEAST_ROUGHNESS = 1e-8  # below it the surface is a mirror up to rounding; the lobe of this roughness is used
-
-
 def lobe_quantile(u: np.ndarray, roughness: float) -> np.ndarray:
     """Cosine below which a share of the second lobe leaves.
 
@@ -362,9 +362,4 @@ def lobe_quantile(u: np.ndarray, roughness: float) -> np.ndarray:
     >>> print(f"{lobe_quantile(0.5, 0.5):.4g}")
     0.7252
     """
-    return lobe_of(roughness).quantile(u)[()]
-
-
-def lobe_of(roughness: float) -> Lobe:
-    """Return the lobe of a roughness; below LEAST_ROUGHNESS the lobe of that one."""
-    return lobe(max(float(roughness), LEAST_ROUGHNESS))
+    return lobe(roughness).quantile(u)[()]

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from transport.statistics.microfacet_lobe import lobe_of
+from transport.statistics.microfacet_lobe import lobe
 
 # ---- A rough mirror of microfacets: density of normals, shadowing, albedo and BRDF.
 
@@ -204,7 +204,7 @@ def brdf(mu_in, mu_out, phi, roughness: float, albedo: float = 1.0) -> np.ndarra
     >>> print(f"{brdf(0.5, 0.5, math.pi, 0.5):.4g}")
     1.059
     """
-    table = lobe_of(roughness)
+    table = lobe(roughness)
     lost = table.lost(mu_in) * table.lost(mu_out)
     again = lost / (math.pi * table.mean_lost)
     return (albedo * (single_reflection(mu_in, mu_out, phi, roughness) + again))[()]
@@ -231,7 +231,7 @@ def single_albedo(mu: np.ndarray, roughness: float) -> np.ndarray:
     >>> print(f"{single_albedo(0.5, 0.5):.4g}")
     0.6983
     """
-    return (1 - lobe_of(roughness).lost(mu))[()]
+    return (1 - lobe(roughness).lost(mu))[()]
 
 
 def lost_albedo(mu: np.ndarray, roughness: float) -> np.ndarray:
@@ -255,7 +255,7 @@ def lost_albedo(mu: np.ndarray, roughness: float) -> np.ndarray:
     >>> print(f"{lost_albedo(0.5, 0.5):.4g}")
     0.3017
     """
-    return lobe_of(roughness).lost(mu)[()]
+    return lobe(roughness).lost(mu)[()]
 
 
 def mean_albedo(roughness: float) -> float:
@@ -277,7 +277,7 @@ def mean_albedo(roughness: float) -> float:
     >>> print(f"{mean_albedo(0.5):.4g}")
     0.7002
     """
-    return 1 - lobe_of(roughness).mean_lost
+    return 1 - lobe(roughness).mean_lost
 
 
 def lobe_density(mu: np.ndarray, roughness: float) -> np.ndarray:
@@ -301,7 +301,7 @@ def lobe_density(mu: np.ndarray, roughness: float) -> np.ndarray:
     >>> print(f"{lobe_density(0.5, 0.5):.4g}")
     1.007
     """
-    return (2 * lobe_of(roughness).lost(mu) * np.asarray(mu, float) / lobe_of(roughness).mean_lost)[()]
+    return (2 * lobe(roughness).lost(mu) * np.asarray(mu, float) / lobe(roughness).mean_lost)[()]
 
 
 def _cosine_and_h(mu, roughness: float) -> tuple[np.ndarray, np.ndarray]:

@@ -350,8 +350,8 @@ class DaskExecutor:
         from distributed import KilledWorker
 
         self.sent += 1
-        message = {"workers": list(self.usable), "key": (self.name, self.sent), "pure": False}
-        future = client.submit(worker.compile_run, self.run, **message)
+        options = {"workers": list(self.usable), "key": (self.name, self.sent), "pure": False}
+        future = client.submit(worker.compile_run, self.run, **options)
         answer = asyncio.ensure_future(client.gather(future))
         try:
             while not (await asyncio.wait([answer], timeout=POLL_SECONDS))[0]:
