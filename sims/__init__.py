@@ -1,6 +1,6 @@
 """The experiments: each module a short paper with derivation, scene, exact values and figure.
 
-What they have in common is told in transport/verification/experiment.py.  `python -m transport.sims.sun` runs one and prints its table, and
+What they have in common is described in transport/verification/experiment.py.  `python -m transport.sims.sun` runs one and prints its table, and
 `transport run sun` does so with its picture.
 """
 
