@@ -216,7 +216,7 @@ def test_what_is_waited_for_in_vain_is_told_without_a_terminal_and_by_ctrl_c(mon
             raise KeyboardInterrupt
 
     monkeypatch.setattr(executors, "SILENT_SECONDS", -1.0)
-    told = pytest.warns(WaitingWarning, match=r"no workers at tcp://10\.0\.0\.1:8786; the run begins")
+    told = pytest.warns(WaitingWarning, match=r"no workers at tcp://10\.0\.0\.1:8786; the run starts")
     with told, pytest.raises(KeyboardInterrupt, match="before the run began: no workers at"):
         executors._wait_for_workers(Nobody(), Progress(), Interruption())
 
