@@ -107,7 +107,7 @@ REFUSALS = {
     ),
     "speed on a side for watts": (
         lambda: scene((BALL, tp.TwoSided(tp.Diffuse(0.5, speed=3), tp.Black()))),
-        ["Surface: speeds", "watts"],
+        ["Surface: a wall with a speed", "watts"],
     ),
     # light that never ends
     "shut in": (
