@@ -162,20 +162,20 @@ def simulate_all_quantities(
     resume: Result | str | PathLike | None = None,
     checkpoint: str | PathLike | None = None,
     every: float = 60.0,
-    **asked: object,
+    **request: object,
 ) -> Result:
     """Run like `simulate`, but any quantity and the energy balance may be read, whatever `error` names.
 
     asked: fields of RunRequest.
     """
     return _check_and_run(
-        scene, RunRequest(**asked, reads_all=True), threads, cluster, progress, resume, checkpoint, every
+        scene, RunRequest(**request, reads_all=True), threads, cluster, progress, resume, checkpoint, every
     )
 
 
 def _check_and_run(
     scene: Scene,
-    asked: RunRequest,
+    request: RunRequest,
     threads: int | None,
     cluster: object,
     progress: bool | str | None,
@@ -188,19 +188,19 @@ def _check_and_run(
         raise SceneError(
             f"simulate: scene must be a Scene, got {short_repr(scene)}; write Scene(sources=[...], ...)"
         )
-    seed = None if asked.seed is None else checked_integer("seed", asked.seed, 0, 2**64 - 1)
-    asked = replace(asked, seed=seed, tracking=coerce_tracking(scene, asked.tracking))
-    staff = checked_executor(threads, cluster)
+    seed = None if request.seed is None else checked_integer("seed", request.seed, 0, 2**64 - 1)
+    request = replace(request, seed=seed, tracking=coerce_tracking(scene, request.tracking))
+    spec = checked_executor(threads, cluster)
     # Lock the file before it is read: another run might be writing it.
     with _checkpoints(checkpoint, every, scene) as keep:
-        return _run(scene, asked, _saved_run(resume, checkpoint), staff, keep, progress)
+        return _run(scene, request, _saved_run(resume, checkpoint), spec, keep, progress)
 
 
 def _run(
     scene: Scene,
-    asked: RunRequest,
+    request: RunRequest,
     saved: Result | None,
-    staff: ExecutorSpec,
+    spec: ExecutorSpec,
     keep: "Checkpoints | None",
     progress: bool | str | Progress | None,
 ) -> Result:
@@ -208,10 +208,13 @@ def _run(
     begun = time.perf_counter()
     with open_progress(progress) as bar:
         # Choose the settings (by pilot runs for "auto"), then compile and start the workers.
-        way = _run_settings(scene, asked, saved, bar)
-        with delay_interrupts() as interruption, open_executor(scene, way, staff, bar, interruption) as hands:
+        settings = _run_settings(scene, request, saved, bar)
+        with (
+            delay_interrupts() as interruption,
+            open_executor(scene, settings, spec, bar, interruption) as executor,
+        ):
             ready = time.perf_counter()
-            plan, seed, limits, threads = hands.plan, way.seed, way.limits, hands.threads
+            plan, seed, limits, threads = executor.plan, settings.seed, settings.limits, executor.threads
             run = Run(
                 scene,
                 plan,
@@ -219,11 +222,11 @@ def _run(
                 limits,
                 threads,
                 bar,
-                hands.make_executor,
-                way.choice,
+                executor.make_executor,
+                settings.choice,
                 interruption=interruption,
             )
-            result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
+            result_of = partial(_result, settings=settings, executor=executor, begun=begun, ready=ready)
             # Restore the saved batches, run the rest with checkpoints between batches, and reduce.
             if saved is not None:
                 run.resume(saved.state, saved.cost, _lasting_warnings(saved))
@@ -254,25 +257,25 @@ def _lasting_warnings(saved: Result) -> list[str]:
     return kept_warnings(saved)
 
 
-def _run_settings(scene: Scene, asked: RunRequest, saved: Result | None, bar: Progress) -> RunSettings:
+def _run_settings(scene: Scene, request: RunRequest, saved: Result | None, bar: Progress) -> RunSettings:
     """Settings of the run: as requested, or as in the saved run."""
     if saved is not None:
         from transport.io.resuming import resumed_settings
 
-        return resumed_settings(saved, scene, asked)
-    limits = checked_limits(scene, *asked.limits, asked.batches)  # before any pilot runs
-    part = checked_part(asked.part, limits)
-    seed = 0 if asked.seed is None else asked.seed
-    choice, estimator, sampling = None, asked.estimator, asked.sampling
+        return resumed_settings(saved, scene, request)
+    limits = checked_limits(scene, *request.limits, request.batches)  # before any pilot runs
+    part = checked_part(request.part, limits)
+    seed = 0 if request.seed is None else request.seed
+    choice, estimator, sampling = None, request.estimator, request.sampling
     if estimator is None and limits.is_open:
         estimator = AUTO
     if estimator == AUTO:
         _check_no_part(part)
-        choice = _choose_method(scene, asked, limits, seed, bar)
+        choice = _choose_method(scene, request, limits, seed, bar)
         estimator, sampling = choice.method.estimator, choice.method.sampling
     method = coerce_method(scene, estimator, "random" if sampling is None else sampling)
-    limits = checked_limits(scene, *asked.limits, asked.batches, method)
-    return RunSettings(method, replace(limits, part=part), seed, asked.tracking, choice)
+    limits = checked_limits(scene, *request.limits, request.batches, method)
+    return RunSettings(method, replace(limits, part=part), seed, request.tracking, choice)
 
 
 def _check_no_part(part: tuple[int, int]) -> None:
@@ -302,7 +305,7 @@ def _checkpoints(
 
 
 def _result(
-    run: Run, is_complete: bool, way: RunSettings, hands: Executor, begun: float, ready: float
+    run: Run, is_complete: bool, settings: RunSettings, executor: Executor, begun: float, ready: float
 ) -> Result:
     """Reduce the batches done so far to a Result."""
     cost = Cost(
@@ -312,19 +315,27 @@ def _result(
         crossings=run.crossings,
         collisions=run.collisions,
         threads=run.threads,
-        workers=hands.workers,
+        workers=executor.workers,
         slopes=run.slopes,
         forecast=run.forecast,
     )
-    warnings = [*run.warnings, *hands.doubts(), *warnings_of(run.state.origins)]
+    warnings = [*run.warnings, *executor.warnings(), *warnings_of(run.state.origins)]
     return Result(
-        run.plan, run.batches, way.seed, cost, is_complete, warnings, way.tracking, way.choice, run.state
+        run.plan,
+        run.batches,
+        settings.seed,
+        cost,
+        is_complete,
+        warnings,
+        settings.tracking,
+        settings.choice,
+        run.state,
     )
 
 
-def _choose_method(scene: Scene, asked: RunRequest, limits: Limits, seed: int, bar: Progress) -> Choice:
+def _choose_method(scene: Scene, request: RunRequest, limits: Limits, seed: int, bar: Progress) -> Choice:
     """Choose the cheapest method by pilot runs, which use separate random numbers."""
-    quiet, staff = PilotProgress(bar), ExecutorSpec(1)
+    quiet, spec = PilotProgress(bar), ExecutorSpec(1)
 
     def pilot(method: Method, particles: int) -> Result:
         bar.trying(method.title)
@@ -333,9 +344,9 @@ def _choose_method(scene: Scene, asked: RunRequest, limits: Limits, seed: int, b
             seed=seed ^ PILOT_SEED_MASK,
             estimator=method.estimator,
             sampling=method.sampling,
-            tracking=asked.tracking,
+            tracking=request.tracking,
         )
-        result = _run(scene, of_method, None, staff, None, quiet)
+        result = _run(scene, of_method, None, spec, None, quiet)
         if not result.is_complete:
             raise KeyboardInterrupt("interrupted during pilot runs, so there is no result")
         return result
@@ -343,11 +354,11 @@ def _choose_method(scene: Scene, asked: RunRequest, limits: Limits, seed: int, b
     return choose_method(
         scene,
         limits.error,
-        asked.sampling,
+        request.sampling,
         pilot,
         particles=limits.particles,
         seconds=limits.seconds,
-        reads_all=asked.reads_all or (asked.estimator is None and not limits.error),
+        reads_all=request.reads_all or (request.estimator is None and not limits.error),
     )
 
 

@@ -159,8 +159,8 @@ def name_hint(word: object, names: Iterable[str]) -> str:
 
 def _parameter_hint(word: str, names: list[str]) -> str:
     """Return a hint for an unknown parameter, also by synonyms of other programs."""
-    meant, aside = _SYNONYMS.get(word, (None, ""))
-    return f"did you mean {meant!r}{aside}?" if meant in names else name_hint(word, names)
+    meant, note = _SYNONYMS.get(word, (None, ""))
+    return f"did you mean {meant!r}{note}?" if meant in names else name_hint(word, names)
 
 
 def set_fields(subject: object, **values: object) -> None:

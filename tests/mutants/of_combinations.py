@@ -39,26 +39,26 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/snapshots.py",
-        "way = b.start[k] + (instant - b.time[k]) * speed\n"
-        "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)\n"
+        "length = b.start[k] + (instant - b.time[k]) * speed\n"
+        "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, length, speed)\n"
         "        inside",
-        "way = (instant - b.time[k]) * speed\n"
-        "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)\n"
+        "length = (instant - b.time[k]) * speed\n"
+        "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, length, speed)\n"
         "        inside",
         "aimed particles that phase space finds beyond their target",
         ("test_aimed_in_time::test_phase_space_finds_an_aimed_flash_as_far_as_it_has_flown",),
     ),
     Fault(
         CLOCKS,
-        "way = b.distance[k] - b.start[k]",
-        "way = b.distance[k]",
+        "length = b.distance[k] - b.start[k]",
+        "length = b.distance[k]",
         "an aimed flight in a medium that takes no time as far as its target",
         ("test_aimed_in_time::test_an_aimed_flash_crosses_each_pane_when_it_has_flown_there",),
     ),
     Fault(
         CLOCKS,
-        "b.arrival[k] = b.time[k] + (way * pace if b.flies[k] != 0 else 0.0)",
-        "b.arrival[k] = b.time[k] + way * pace",
+        "b.arrival[k] = b.time[k] + (length * pace if b.flies[k] != 0 else 0.0)",
+        "b.arrival[k] = b.time[k] + length * pace",
         "lanes that grow older while they wait for collisions of others",
         ("test_tracking_in_time::test_light_that_met_nothing_in_fog_arrives_all_at_once",),
     ),
@@ -106,7 +106,7 @@ FAULTS = (
     ),
     Fault(
         CELLS,
-        "            elif table.kept != 0:\n                weight *= exp_negative(-fade * way)\n",
+        "            elif table.kept != 0:\n                weight *= exp_negative(-fade * length)\n",
         "",
         "light that does not fade in the hollow of a volume",
         (FADES,),
@@ -155,8 +155,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/backward.py",
-        "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * way",
-        "track = b.weight[k] * mean * way",
+        "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length",
+        "track = b.weight[k] * mean * length",
         "a glow whose light does not fade on the way to a camera",
         ("test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
     ),

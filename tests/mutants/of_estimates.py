@@ -86,8 +86,8 @@ FAULTS = (
     ),
     Fault(
         "results/batches.py",
-        "meters[a:b, 0] * HIGH_UNIT + meters[a:b, 1] * LOW_UNIT",
-        "meters[a:b, 0].astype(np.float32) * np.float32(HIGH_UNIT) + meters[a:b, 1] * LOW_UNIT",
+        "detectors[a:b, 0] * HIGH_UNIT + detectors[a:b, 1] * LOW_UNIT",
+        "detectors[a:b, 0].astype(np.float32) * np.float32(HIGH_UNIT) + detectors[a:b, 1] * LOW_UNIT",
         "sums in single precision",
         ("hard/test_cases::test_it_is_right_where_the_naive_way_is_not",),
     ),
@@ -263,8 +263,8 @@ FAULTS = (
     ),
     Fault(
         MEDIA,
-        "most * way / length / length",
-        "most * way / length",
+        "most * extent / length / length",
+        "most * extent / length",
         "importance that rises by another length",
         ("test_splitting",),
     ),

@@ -150,19 +150,19 @@ def tracks(
     seed, tracking = checked_integer("seed", seed, 0, 2**64 - 1), coerce_tracking(scene, tracking)
     plan, raw = _record_flights(scene, particles, seed, tracking)
     # Sort by particle (stable: flights stay in order), and convert to metres in scene coordinates.
-    ways = raw.tracks[np.argsort(raw.tracks["history"], kind="stable")]
+    flights = raw.tracks[np.argsort(raw.tracks["history"], kind="stable")]
     size, origin = plan.space.size, np.array(plan.space.origin)
     here, directions = (
-        np.stack([ways[c] for c in columns], axis=-1) for columns in ("xyz", ("ux", "uy", "uz"))
+        np.stack([flights[c] for c in columns], axis=-1) for columns in ("xyz", ("ux", "uy", "uz"))
     )
     return Tracks(
         scene=scene,
-        starts=(here + ways["start"][:, None] * directions) * size + origin,
+        starts=(here + flights["start"][:, None] * directions) * size + origin,
         directions=directions,
-        lengths=(ways["reach"] - ways["start"]) * size,
-        weights=ways["weight"].copy(),
-        histories=ways["history"].copy(),
-        meets=ways["met"] != 0,
+        lengths=(flights["reach"] - flights["start"]) * size,
+        weights=flights["weight"].copy(),
+        histories=flights["history"].copy(),
+        meets=flights["met"] != 0,
     )
 
 
@@ -180,9 +180,9 @@ def _record_flights(scene: Scene, particles: int, seed: int, tracking: Tracking 
     # Run the batch; if the flights do not fit, repeat it with the memory that they need.
     room = FLIGHTS_PER_PARTICLE * particles
     while True:
-        plan = replace(plan, ways_room=min(room, MAX_FLIGHTS))
+        plan = replace(plan, max_path_segments=min(room, MAX_FLIGHTS))
         raw = run_batch(compile_program(build_program(plan)), seed, 0, particles)
-        if raw.flight_count <= plan.ways_room:
+        if raw.flight_count <= plan.max_path_segments:
             return plan, raw
         if raw.flight_count > MAX_FLIGHTS:
             raise SceneError(
@@ -209,13 +209,13 @@ def tracks_html(tracks: Tracks) -> str:
         return framed(heading("Tracks", "of no particle"))
     particles = len(np.unique(tracks.histories))
     flies_off = int(np.count_nonzero(~np.isfinite(tracks.lengths)))
-    ways = tracks.lengths[np.isfinite(tracks.lengths)]
+    flights = tracks.lengths[np.isfinite(tracks.lengths)]
     rows = [
         ["particles", f">{particles}"],
         ["flights", f">{len(tracks)}"],
         ["end at a surface", f">{int(np.count_nonzero(tracks.meets))}"],
         ["leave the scene", f">{flies_off}"],
-        *([["median length", f">{typeset(f'{np.median(ways):.3g} m')}"]] if ways.size else []),
+        *([["median length", f">{typeset(f'{np.median(flights):.3g} m')}"]] if flights.size else []),
     ]
     return framed(
         heading("Tracks", escaped(repr(tracks).strip("<>").removeprefix("Tracks "))),

@@ -96,19 +96,19 @@ def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
     return draw_to(draw, folder / f"cost_{costs.sim.removeprefix('cost_')}.png")
 
 
-def _quantity_name(module: ModuleType, few: Result, exact: Mapping[str, float], asked: str | None) -> str:
+def _quantity_name(module: ModuleType, few: Result, exact: Mapping[str, float], requested: str | None) -> str:
     """Return the name of the quantity to measure.  Raises SceneError for an unknown one."""
     with attribute_errors(module):
         found = module.measure(few)
     names = list(found)
-    if asked is None:
+    if requested is None:
         chancy = [name for name in names if not found[name].exact] or names
         return next((name for name in chancy if name in exact), chancy[0])
-    if asked not in names:
+    if requested not in names:
         raise SceneError(
-            f"cost: {experiment_name(module)} has no quantity {asked!r}; {name_hint(asked, names)}"
+            f"cost: {experiment_name(module)} has no quantity {requested!r}; {name_hint(requested, names)}"
         )
-    return asked
+    return requested
 
 
 def _compare_bins(few: Result, run) -> BinsAgainstNoise | None:
@@ -117,18 +117,20 @@ def _compare_bins(few: Result, run) -> BinsAgainstNoise | None:
     `run()` returns a result with more histories.  Returns None if no detector has more than 3 bins on an
     axis.
     """
-    for meter in few.scene.meters:
-        array = _binned_quantity(few, meter)
+    for detector in few.scene.meters:
+        array = _binned_quantity(few, detector)
         if isinstance(array, EstimateArray):
             axes = [(bins, dim) for bins, dim in zip(array.shape, array.dims, strict=True) if bins > 3]
             for _, dim in sorted(axes, reverse=True) if np.any(array.value) else ():
                 with suppress(SceneError):  # the number of bins cannot be divided
-                    return bins_against_noise(_binned_quantity(run(), meter), dim)
+                    return bins_against_noise(_binned_quantity(run(), detector), dim)
     return None
 
 
-def _binned_quantity(result: Result, meter) -> object:
+def _binned_quantity(result: Result, detector) -> object:
     try:
-        return result.quantity(f"{meter.name}.{'irradiance' if meter.directions is None else 'radiance'}")
+        return result.quantity(
+            f"{detector.name}.{'irradiance' if detector.directions is None else 'radiance'}"
+        )
     except SceneError:  # e.g. a quantity that the estimator does not provide
         return None

@@ -202,11 +202,13 @@ class ResultCache:
 
     def _run(self, exhibit: object) -> Result:
         if exhibit.sim is None:
-            scene, ways = exhibit.scene, exhibit.ways
+            scene, settings = exhibit.scene, exhibit.ways
         else:
             module = experiment(exhibit.sim)
-            scene, ways = scene_of(module, dict(exhibit.parameters), {}), run_settings_of(module)
-        result = simulate(scene, self._settings.limited(exhibit.particles), **self._settings.limits, **ways)
+            scene, settings = scene_of(module, dict(exhibit.parameters), {}), run_settings_of(module)
+        result = simulate(
+            scene, self._settings.limited(exhibit.particles), **self._settings.limits, **settings
+        )
         if not result.is_complete:
             raise KeyboardInterrupt
         return result

@@ -80,17 +80,19 @@ def output_kinds(page: bool, files: bool, movie: bool, folder: Path | None) -> t
 
     Raises SceneError, with the packages to install, if this machine cannot draw them.
     """
-    asked = tuple(kind for kind, is_asked in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_asked)
+    kinds = tuple(
+        kind for kind, is_requested in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_requested
+    )
     with _explain_missing_package():
         screen = importlib.import_module("transport.viz.screen")
-        if not asked:
-            asked = (WINDOW if folder is None and screen.has_display() else PICTURE,)
-        if not set(asked) <= {FILES, PAGE}:  # these are written without drawing
+        if not kinds:
+            kinds = (WINDOW if folder is None and screen.has_display() else PICTURE,)
+        if not set(kinds) <= {FILES, PAGE}:  # these are written without drawing
             try:
                 screen.require_screen()
             except screen.NoScreen as lack:
                 raise SceneError(f"view: {lack}") from None
-    return asked
+    return kinds
 
 
 def make_view(

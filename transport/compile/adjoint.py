@@ -98,8 +98,8 @@ def adjoint_scene(scene: Scene) -> tuple[Scene, tuple[DetectedSource, ...]]:
     lamps = [_detected_source(scene, source, f"sources[{k}]") for k, source in enumerate(scene.sources)]
     lamps += [_detected_source(scene, glow, f"glow[{k}]") for k, glow in enumerate(emitting_media(scene))]
     sources = [_source(detector) for detector in scene.detectors]
-    looks = [lamp.detector for lamp in lamps]
-    turned = Scene(sources=sources, surfaces=scene.surfaces, detectors=looks, medium=scene.medium)
+    detectors = [lamp.detector for lamp in lamps]
+    turned = Scene(sources=sources, surfaces=scene.surfaces, detectors=detectors, medium=scene.medium)
     return turned, tuple(lamps)
 
 
@@ -132,12 +132,12 @@ def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) ->
         whole = math.fsum(emitter.amount for emitter in mine)
         for emitter in mine:
             share = emitter.amount / whole / len(scene.detectors)
-            columns, (place, look, weigh) = _cells_of(plan, sensor, emitter)
+            columns, (place, direction, weigh) = _cells_of(plan, sensor, emitter)
             cells = math.prod(int(columns[f"{axis}_cells"]) for axis in ("mu", "turn", "u", "v"))
             gains = gains_of(plan, scene, lamps, emitter)
             parts.append(SensorPart(sensor, emitter.shape, first, cells, share, gains))
             row = layout.row(layout.SENSOR, **columns, first=first, cells=cells, part=len(parts))
-            emitters.append(_emitter(emitter, share, row, place, look, weigh))
+            emitters.append(_emitter(emitter, share, row, place, direction, weigh))
             first += cells
     plan.emitters = emitters
     _fill_rows(plan, lamps, first)
@@ -149,21 +149,26 @@ def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) ->
 
 
 def _emitter(
-    emitter: Emitter, share: float, row: np.ndarray, place: str | None, look: str | None, weigh: str | None
+    emitter: Emitter,
+    share: float,
+    row: np.ndarray,
+    place: str | None,
+    direction: str | None,
+    weigh: str | None,
 ) -> Emitter:
     """Return a detector's emitter: its passes sample place, direction and weight within a cell."""
     steps: list[Step] = [("assign_cells", row)]
     if place is not None:
         steps += [("draw_place", layout.row(layout.NO_TABLE)), ("place_in_cell", row)]
-    if look is not None:
+    if direction is not None:
         steps += [("draw_direction", layout.row(layout.NO_TABLE))]
-        steps += [(DIRECTION_PASSES[look], row)] if look in DIRECTION_PASSES else []
+        steps += [(DIRECTION_PASSES[direction], row)] if direction in DIRECTION_PASSES else []
     return replace(
         emitter,
         amount=share,
         cells=tuple(steps),
         place=emitter.place if place is None else (place, row),
-        law=emitter.law if look is None else (look, row),
+        law=emitter.law if direction is None else (direction, row),
         facing=None,
         target=None if weigh is None else ((weigh, row),),
     )
@@ -180,12 +185,12 @@ def _fill_rows(plan: Plan, lamps: tuple[DetectedSource, ...], cells: int) -> Non
             next(volumes).row["first"] = first + number * cells
         else:
             of_lamp = [name == lamp.detector.name for name in plan.detector_names]
-            plan.meters["by_cell"][of_lamp] = first + number * cells
-            plan.meters["of_rays"][of_lamp] = first + (number + len(lamps)) * cells
+            plan.detectors["by_cell"][of_lamp] = first + number * cells
+            plan.detectors["of_rays"][of_lamp] = first + (number + len(lamps)) * cells
             for each in plan.expectations:
                 if each.detector.name == lamp.detector.name:
                     strongest = each.largest_score[side_of(lamp.detector)]
-                    plan.meters["strong"][of_lamp] = LARGE_SHARE * strongest * each.scale
+                    plan.detectors["strong"][of_lamp] = LARGE_SHARE * strongest * each.scale
     # A birth sends its shadow ray within its own cell, which rays in all directions could not respect.
     for each in plan.expectations:
         each.births[:] = [None] * len(plan.emitters)
@@ -240,7 +245,7 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
         case PointDetector():
             return columns, (None, None, None)
     # Sample places within position bins, and directions within direction bins, where the detector has any.
-    place, look, weigh = None, None, None
+    place, direction, weigh = None, None, None
     columns |= layout.frame_columns(shape.frame)
     if emitter.source.is_back:
         columns |= {"side": -1.0, "handed": -1.0 if isinstance(shape, FlatShape) else 1.0}
@@ -252,14 +257,14 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
     if isinstance(directions, DirectionCone):
         columns |= dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))
         columns |= {"spread": 2 * math.sin(directions.half_angle / 2) ** 2}
-        look, weigh = "direction_in_cone", f"weigh_by_{over}"
+        direction, weigh = "direction_in_cone", f"weigh_by_{over}"
     elif directions is not None and directions.frame == "world":
         columns |= _uniform_columns(plan, directions.edges())
-        look, weigh = "uniform_direction", f"weigh_by_{over}"
+        direction, weigh = "uniform_direction", f"weigh_by_{over}"
     elif directions is not None:
         columns |= _hemisphere_columns(plan, directions.edges())
-        look = f"cosine_law_from_{over}"
-    return columns, (place, look, weigh)
+        direction = f"cosine_law_from_{over}"
+    return columns, (place, direction, weigh)
 
 
 def _camera_columns(plan: Plan, camera: Camera) -> dict[str, float]:

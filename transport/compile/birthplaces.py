@@ -25,8 +25,8 @@ KRONECKER_STRIDES = 2.0 ** -(
 def birth_points(source: Source, piece: Shape, size: float) -> np.ndarray:
     """Return points of one piece of a source [m], shape (n, 3). size: size of the scene [m]."""
     if isinstance(piece, Point):
-        way = np.array(source.emission.direction) if isinstance(source.emission, Beam) else np.zeros(3)
-        return np.array(piece.position)[None] + POINT_OFFSET * size * way
+        direction = np.array(source.emission.direction) if isinstance(source.emission, Beam) else np.zeros(3)
+        return np.array(piece.position)[None] + POINT_OFFSET * size * direction
     u = np.modf((np.arange(1, POINTS_PER_SOURCE + 1)[:, None]) * KRONECKER_STRIDES)[0]
     if not source.emission.has_side:
         return _points_in_volume(piece, u)

@@ -172,7 +172,7 @@ def _fill_moments(plan: Plan) -> None:
 
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     """Fill surfaces, rims, detectors and shape rows, member by member of each sheet."""
-    coats, rims, meters, layers = [transparent_rows()], [np.zeros((), layout.RIM)], [], []
+    coats, rims, detectors, layers = [transparent_rows()], [np.zeros((), layout.RIM)], [], []
     ties, firsts = _ties(sheets), []
     for number, sheet in enumerate(sheets, start=1):
         layer, covered = 0, []
@@ -189,7 +189,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 code |= int(coats[first][0]["material"]) << layout.MATERIAL_SHIFT
                 rims += [rim_row(plan, member)] * (len(coats) - first)
             # Give each detector of the member a layer of the sheet, one bit of the hit word each.
-            for look in _member_layers(plan, member, meters):
+            for layer_rows in _member_layers(plan, member, detectors):
                 if layer == layout.DETECTORS_PER_SHEET:
                     raise SceneError(
                         f"Scene: at most {layer} detectors may share one plane or sphere, got one more on"
@@ -198,7 +198,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 if layer == len(layers):
                     layers.append(np.zeros(len(sheets) + 1, layout.LAYER))
                 code |= 1 << layer
-                layers[layer][number] = look
+                layers[layer][number] = layer_rows
                 layer += 1
             # Add the bits to the row of a member that covers the same points, or make a new shape row.
             twin = next((row for other, row in covered if covers_same_points(other, member)), None)
@@ -220,7 +220,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     plan.optics = np.array([optics for _, optics in coats], layout.OPTICS)
     plan.rims = np.array(rims, layout.RIM)
     _fill_contacts(plan, firsts)
-    plan.layers, plan.meters = layers, np.array(meters, layout.DETECTOR)
+    plan.layers, plan.detectors = layers, np.array(detectors, layout.DETECTOR)
 
 
 def _exterior_bits(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
@@ -246,14 +246,14 @@ def _ties(sheets: list[Sheet]) -> dict[int, int]:
     }
 
 
-def _member_layers(plan: Plan, member: SheetMember, meters: list[np.ndarray]) -> Iterator[np.ndarray]:
+def _member_layers(plan: Plan, member: SheetMember, detectors: list[np.ndarray]) -> Iterator[np.ndarray]:
     """Yield the layers of a member: its detectors, a visit mark alone, the bodies that it bounds.
 
     Rows of its detectors are appended to `meters`.
     """
     for detector in member.detectors:
-        yield layer_row(plan, member, detector, len(meters))
-        meters.append(detector_row(plan, member, detector))
+        yield layer_row(plan, member, detector, len(detectors))
+        detectors.append(detector_row(plan, member, detector))
         plan.detector_names.append(detector.name)
     if member.mark in plan.marks and member.mark not in [detector.name for detector in member.detectors]:
         yield layout.row(layout.LAYER, mark=plan.marks[member.mark])

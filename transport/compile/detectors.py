@@ -48,15 +48,17 @@ def has_blocks(detector: Detector) -> bool:
     return detector.times is not None or detector.speeds is not None
 
 
-def layer_row(plan: Plan, member: SheetMember, detector: Detector, meter: int) -> np.ndarray:
+def layer_row(plan: Plan, member: SheetMember, detector: Detector, number: int) -> np.ndarray:
     """Return the row by which a lane finds the detector on a sheet, at the first block of its rows."""
     base = plan.bases[detector.name] + has_blocks(detector)
-    look = (
+    word = (
         layout.DETECTOR_PRESENT | base | (uniform_cosine_bins(detector) or 1) << layout.DETECTOR_CELLS_SHIFT
     )
     if (member.orientation < 0) != detector.is_back:
-        look |= layout.DETECTOR_BACK
-    return layout.row(layout.LAYER, look=look, meter=meter, mark=plan.marks.get(detector.name, 0))
+        word |= layout.DETECTOR_BACK
+    return layout.row(
+        layout.LAYER, detector_word=word, detector=number, mark=plan.marks.get(detector.name, 0)
+    )
 
 
 def uniform_cosine_bins(detector: Detector) -> int | None:

@@ -131,12 +131,12 @@ RIM = np.dtype(
     + _integers("form")
 )
 
-# The detector in layer l of a sheet. Its word `look` is one int64, 0 for none, so that a lane fetches a
+# The detector in layer l of a sheet. `detector_word` is one int64, 0 for none, so that a lane fetches a
 # single word:
 #   bits 0-37 first row; 38-58 number of cosine bins; 59 measures against the sheet's normal; 60 present
 # mark: bits that a visit sets, where a detector has `via`.
 # front, back: bits of the bodies that contain a particle leaving to the front or to the back.
-LAYER = np.dtype(_integers("look meter mark front back"))
+LAYER = np.dtype(_integers("detector_word detector mark front back"))
 DETECTOR_BASE_MASK, DETECTOR_CELLS_SHIFT, DETECTOR_CELLS_MASK, DETECTOR_BACK, DETECTOR_PRESENT = (
     (1 << 38) - 1,
     38,
@@ -145,7 +145,7 @@ DETECTOR_BASE_MASK, DETECTOR_CELLS_SHIFT, DETECTOR_CELLS_MASK, DETECTOR_BACK, DE
     1 << 60,
 )
 # half: number of rows from arrivals to departures.
-LAYERS = np.dtype(_integers("rows count layer half meters meter_count"))
+LAYERS = np.dtype(_integers("rows count layer half detectors detector_count"))
 # A detector's axes beyond plain cosine bins: kind of coordinate (0: none), number of cells, address of the
 # edges, stride in rows.
 # turn_low: the first azimuth edge [rad].

@@ -157,9 +157,9 @@ def importance_row(plan: Plan) -> np.ndarray:
     """Return the row of the importance, which rises from the start of the plan's Splitting to its end."""
     law = plan.tracking.splitting
     start, end = (np.array(plan.space.place(place)) for place in (law.start, law.end))
-    way, most = end - start, math.log(law.gain)
-    length = float(np.linalg.norm(way))
-    slope = dict(zip(("kx", "ky", "kz"), most * way / length / length, strict=True))
+    extent, most = end - start, math.log(law.gain)
+    length = float(np.linalg.norm(extent))
+    slope = dict(zip(("kx", "ky", "kz"), most * extent / length / length, strict=True))
     return layout.row(
         layout.IMPORTANCE,
         **layout.center_columns(tuple(start)),
@@ -185,7 +185,7 @@ def roulette_row(plan: Plan) -> np.ndarray:
 
 
 PARALLEL_COSINE = 1e-15  # cosine of a direction within rounding of a plane
-PROBE_DIRECTIONS = np.array([way for way in product((-1.0, -0.37, 0.61, 1.0), repeat=3)])
+PROBE_DIRECTIONS = np.array([direction for direction in product((-1.0, -0.37, 0.61, 1.0), repeat=3)])
 
 
 def boundary_rows(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.ndarray]] | None:
@@ -194,8 +194,8 @@ def boundary_rows(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.nda
     None where it lies on a boundary whose normal is not known here.
     """
     # Probe the bodies around the point in 64 directions.
-    ways = PROBE_DIRECTIONS / np.linalg.norm(PROBE_DIRECTIONS, axis=1)[:, None]
-    bits = body_bits_at(plan.scene, np.tile(position, (len(ways), 1)), ways)
+    directions = PROBE_DIRECTIONS / np.linalg.norm(PROBE_DIRECTIONS, axis=1)[:, None]
+    bits = body_bits_at(plan.scene, np.tile(position, (len(directions), 1)), directions)
     inside, rows = int(np.bitwise_or.reduce(bits)), []
     for number, body in enumerate(plan.bodies):
         if not inside >> number & 1 or (bits >> number & 1).all():
@@ -221,10 +221,10 @@ def runs_along_boundary(plan: Plan, position: Vector, direction: Vector) -> bool
                     isinstance(piece, FlatShape) and abs(dot(piece.normal, direction)) <= PARALLEL_COSINE
                 )
                 if is_along and is_on_support(position, piece):
-                    aside = (
+                    across = (
                         POINT_OFFSET * plan.space.size * np.array([[1.0], [-1.0]]) * np.array(piece.normal)
                     )
-                    bits = body_bits_at(plan.scene, np.array(position) + aside)
+                    bits = body_bits_at(plan.scene, np.array(position) + across)
                     if bits[0] != bits[1]:
                         return True
     return False

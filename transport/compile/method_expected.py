@@ -20,7 +20,7 @@ def refusal(scene: Scene) -> str | None:
     if scene.points:
         name = scene.points[0].name
         return f"PointDetector {name!r} casts its own rays; run it in a separate scene"
-    if not any(uses_next_event(scene, meter) for meter in scene.meters):
+    if not any(uses_next_event(scene, detector) for detector in scene.meters):
         got = ", ".join(f"{type(part).__name__} {part.name!r}" for part in scene.detectors) or "no detector"
         cure = "use a Detector on a Rectangle, Disk, Triangle or whole Sphere, without speeds or moments"
         return f"it cannot sample points on {got}; {cure}"
@@ -29,7 +29,7 @@ def refusal(scene: Scene) -> str | None:
 
 def detectors_without_next_event(scene: Scene) -> list[str]:
     """Names of the detectors that score crossings only, without next-event estimation."""
-    return [meter.name for meter in scene.meters if not uses_next_event(scene, meter)]
+    return [detector.name for detector in scene.meters if not uses_next_event(scene, detector)]
 
 
 def uses_next_event(scene: Scene, detector: Detector) -> bool:

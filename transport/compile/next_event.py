@@ -129,9 +129,9 @@ def _expected_layer(plan: Plan, layer: np.ndarray, by_name: dict[str, Expectatio
     """Return a layer as shadow rays see it: expected detectors only, with their expected rows."""
     copy = layer.copy()
     for row in copy:
-        if row["look"] != 0:
-            is_told = plan.detector_names[row["meter"]] in by_name
-            row["look"] = row["look"] + 2 * plan.half if is_told else 0
+        if row["detector_word"] != 0:
+            is_next_event = plan.detector_names[row["detector"]] in by_name
+            row["detector_word"] = row["detector_word"] + 2 * plan.half if is_next_event else 0
     return copy
 
 
@@ -253,9 +253,11 @@ def _bound_by_angles(place: Shape, shape: Shape, side: str) -> float:
     lift = reach * slope if facing.any() else reach
     u = along / slope if slope > 0 else np.array(place.frame[0])
     across = np.cross(normal, u)
-    ways, turns = np.meshgrid(abs(height) * np.geomspace(0.01, 100, 200), np.linspace(0, math.pi, 61))
+    lines, turns = np.meshgrid(abs(height) * np.geomspace(0.01, 100, 200), np.linspace(0, math.pi, 61))
     points = (
-        -height * normal + (ways * np.cos(turns))[..., None] * u + (ways * np.sin(turns))[..., None] * across
+        -height * normal
+        + (lines * np.cos(turns))[..., None] * u
+        + (lines * np.sin(turns))[..., None] * across
     )
     apart = np.linalg.norm(points, axis=-1)
     least = np.maximum(apart - reach, 0.0)
@@ -401,8 +403,8 @@ def _layer_and_sheet(plan: Plan, detector: Detector) -> tuple[int, int]:
     return next(
         (layer, int(number))
         for layer, rows in enumerate(plan.layers)
-        for number in np.flatnonzero(rows["look"])
-        if plan.detector_names[rows[number]["meter"]] == detector.name
+        for number in np.flatnonzero(rows["detector_word"])
+        if plan.detector_names[rows[number]["detector"]] == detector.name
     )
 
 

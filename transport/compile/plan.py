@@ -92,7 +92,7 @@ class Plan:
     meshed_sheets: np.ndarray = None
     meshes: dict[Mesh, MeshTable] = field(default_factory=dict)
     layers: list[np.ndarray] = field(default_factory=list)
-    meters: np.ndarray = None
+    detectors: np.ndarray = None
     bases: dict[str, int] = field(default_factory=dict)  # first row of each detector
     half: int = 1  # number of rows from a detector's arrivals to its departures
     # Index in scene.surfaces of each row of `surfaces` after the first.
@@ -107,7 +107,7 @@ class Plan:
     snapshots: list[np.ndarray] = field(default_factory=list)
     first_long_rows: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
     long_rows: int = 0  # rows of four limbs: moments of detectors, then of phase spaces
-    ways_room: int = 0  # number of paths to record for a picture; 0: none
+    max_path_segments: int = 0  # number of path segments to record for a picture; 0: none
     volumes: list = field(default_factory=list)  # one compile.volumes.Volume per volume detector
     volume_rows: int = 0  # rows of their sums, after those of phase spaces
     points: list = field(default_factory=list)  # one compile.points.PointPlan per point detector
@@ -118,7 +118,9 @@ class Plan:
     guards: list = field(default_factory=list)
     # like `layers`, for shadow rays to these detectors
     expected_layers: list[np.ndarray] = field(default_factory=list)
-    detector_names: list[str] = field(default_factory=list)  # names of the detectors in the rows of `meters`
+    detector_names: list[str] = field(
+        default_factory=list
+    )  # names of the detectors in the rows of `detectors`
     # by row of a detector, where its histogram cells of score sizes begin
     size_numbers: np.ndarray | None = None
     # By detector and side (0: arrivals), where its cells of score sizes begin; for an expected detector, then
@@ -222,7 +224,7 @@ class Plan:
     def can_escape_at_once(self) -> bool:
         """Return whether a particle that leaves towards an empty side escapes without another flight."""
         is_empty = self.has_media and self.media["mfp"][0] == math.inf and self.media["sigma_a"][0] == 0
-        is_unseen = not self.scene.volumes and not self.ways_room
+        is_unseen = not self.scene.volumes and not self.max_path_segments
         return is_empty and self.scatters and not self.has_clock and is_unseen
 
     @property
@@ -304,8 +306,8 @@ class Plan:
     @property
     def crosses_detectors(self) -> bool:
         """Return whether rays go on through detectors, to other sheets or to the same mesh or quadric."""
-        meters = [name for name, *_ in self.members if name.startswith(("cover", "bound"))]
-        return bool(meters) and (len(self.sheets) > 2 or bool({"cover_mesh", "cover_quadric"} & set(meters)))
+        passes = [name for name, *_ in self.members if name.startswith(("cover", "bound"))]
+        return bool(passes) and (len(self.sheets) > 2 or bool({"cover_mesh", "cover_quadric"} & set(passes)))
 
     @property
     def materials(self) -> set[int]:

@@ -109,9 +109,9 @@ def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np
         right, high = np.where(steeper_left, middle, right), np.where(steeper_left, value, high)
     rows = np.zeros((len(cells), layout.CELL_TERMS))
     for first, end, value, steep in ((0, -1.0, start, low), (3, 1.0, at_end, high)):
-        way = np.abs(end - right)
+        span = np.abs(end - right)
         half = at(right + 0.25 * (end - right))  # at half the square root of the distance
-        rows[:, first : first + 3] = _root_polynomial(np.sqrt(way), steep, half, value)
+        rows[:, first : first + 3] = _root_polynomial(np.sqrt(span), steep, half, value)
     rows[:, SPLIT_COLUMN] = right
     return rows
 

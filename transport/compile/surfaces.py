@@ -181,8 +181,8 @@ def hole_columns(shape: Rectangle, space: Space, slack: float) -> dict[str, floa
     if hole is None:
         return {}
     e_u, e_v, _ = shape.frame
-    way = tuple(p - q for p, q in zip(hole.center, shape.center, strict=True))
-    values = {"hole_u": dot(way, e_u) / size, "hole_v": dot(way, e_v) / size, "hole_cos": 1.0}
+    offset = tuple(p - q for p, q in zip(hole.center, shape.center, strict=True))
+    values = {"hole_u": dot(offset, e_u) / size, "hole_v": dot(offset, e_v) / size, "hole_cos": 1.0}
     if isinstance(hole, Disk):
         half = hole.radius / size
         return values | {"half_p": half - min(slack, half / 2), "margin": EDGE_MARGIN + 2 * slack}
@@ -251,8 +251,8 @@ def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Spac
         row["sx"], row["sy"], row["sz"] = space.place(finest.center)
         if "outward" in row.dtype.names:
             row["outward"] = outward_sign(member, finest)
-        is_meter = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
-        if is_meter:
+        is_detector = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
+        if is_detector:
             row["nx"], row["ny"], row["nz"] = finest.normal
 
 

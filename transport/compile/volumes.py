@@ -203,7 +203,7 @@ EDGES = np.array(
 
 def sizes_differ(plan: Plan) -> bool:
     """Return whether scores of detectors differ by more than roulette at walls allows."""
-    return bool(plan.meters.size) and (weights_vary(plan) or plan.reduces_weights)
+    return bool(plan.detectors.size) and (weights_vary(plan) or plan.reduces_weights)
 
 
 def weights_vary(plan: Plan) -> bool:
@@ -214,7 +214,7 @@ def weights_vary(plan: Plan) -> bool:
 
 def is_dense(plan: Plan, layer: np.ndarray) -> bool:
     """Return whether nearly every lane that lands on a surface scores in this layer."""
-    return plan.has_acting_surfaces and bool((layer[1:]["look"] != 0).all())
+    return plan.has_acting_surfaces and bool((layer[1:]["detector_word"] != 0).all())
 
 
 def fill_sizes(plan: Plan) -> None:

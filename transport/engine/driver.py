@@ -77,7 +77,7 @@ class Sums:
         self.bank = np.zeros(
             (BANK_CAPACITY, FIELDS) if plan.splits or plan.forces_collisions else (1, 1), np.int64
         )
-        self.tracks = np.zeros(plan.ways_room, PATH_SEGMENT)
+        self.tracks = np.zeros(plan.max_path_segments, PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
 
     def enter(self, bundle: np.ndarray) -> None:

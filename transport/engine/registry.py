@@ -200,6 +200,6 @@ def table_of_layer(plan: Plan, layer: int, rows: np.ndarray | None = None) -> np
         count=len(rows),
         layer=layer,
         half=plan.half,
-        meters=plan.meters.ctypes.data,
-        meter_count=len(plan.meters),
+        detectors=plan.detectors.ctypes.data,
+        detector_count=len(plan.detectors),
     )

@@ -58,8 +58,8 @@ def contains_points(solid: Solid, points: np.ndarray) -> np.ndarray:
         case Slab():
             return np.abs((points - solid.center) @ np.array(solid.normal)) <= solid.thickness / 2
         case Sphere():
-            way = points - solid.center
-            return (way * way).sum(axis=1) <= solid.radius * solid.radius
+            direction = points - solid.center
+            return (direction * direction).sum(axis=1) <= solid.radius * solid.radius
     low, high = solid.bounds
     return ((points >= low) & (points <= high)).all(axis=1)
 
@@ -134,15 +134,17 @@ def _bounding_half_spaces(solid: Solid) -> tuple[HalfSpace, ...]:
     return ()
 
 
-def _support_function(solid: Solid, way: Vector) -> float:
+def _support_function(solid: Solid, direction: Vector) -> float:
     """Largest projection [m] of a solid on a unit vector; infinite unless a face is perpendicular to it."""
     match solid:
         case Box():
-            return sum((high if x > 0 else low) * x for x, low, high in zip(way, *solid.bounds, strict=True))
+            return sum(
+                (high if x > 0 else low) * x for x, low, high in zip(direction, *solid.bounds, strict=True)
+            )
         case Sphere():
-            return dot(solid.center, way) + solid.radius
+            return dot(solid.center, direction) + solid.radius
     for normal, level in _bounding_half_spaces(solid):
-        if math.dist(normal, way) <= ROUNDING:
+        if math.dist(normal, direction) <= ROUNDING:
             return level
     return math.inf
 

@@ -49,8 +49,8 @@ def least_height(shape: Shape, plane: FlatShape) -> float:
     if shape.is_infinite:
         return 0.0
     corners = product(*zip(*shape.bounds, strict=True))
-    ways = ([p - q for p, q in zip(corner, plane.middle, strict=True)] for corner in corners)
-    heights = [dot(way, plane.normal) for way in ways]
+    offsets = ([p - q for p, q in zip(corner, plane.middle, strict=True)] for corner in corners)
+    heights = [dot(edge, plane.normal) for edge in offsets]
     return max(0.0, min(heights), -max(heights))
 
 
@@ -152,12 +152,12 @@ def _distance_to_profile(shape: Revolved, rho: float, w: float) -> float:
     rims = [(profile.radius_at(rim), rim) for rim in (profile.low, profile.high)]
     length = math.dist(*rims)
     # Project the point onto the straight profile between the two rims (cylinder, cone).
-    way, offset = (
+    edge, offset = (
         tuple((q - p) / length for p, q in zip(*rims, strict=True)),
         (rho - rims[0][0], w - rims[0][1]),
     )
-    onward, aside = way[0] * offset[0] + way[1] * offset[1], way[1] * offset[0] - way[0] * offset[1]
-    return math.hypot(aside, onward - min(max(onward, 0.0), length))
+    onward, across = edge[0] * offset[0] + edge[1] * offset[1], edge[1] * offset[0] - edge[0] * offset[1]
+    return math.hypot(across, onward - min(max(onward, 0.0), length))
 
 
 def _distance_to_rim(profile: Profile, height: float, rho: float, w: float) -> float:

@@ -65,8 +65,8 @@ def triangle_frame(vertices: Vertices) -> Frame:
 def triangle_corners(vertices: Vertices) -> tuple[Corner, ...]:
     """Coordinates (u, v) [m] of the vertices in the triangle's frame, from the centroid."""
     (e_u, e_v, _), center = triangle_frame(vertices), centroid(vertices)
-    ways = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in vertices]
-    return tuple((dot(way, e_u), dot(way, e_v)) for way in ways)
+    offsets = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in vertices]
+    return tuple((dot(offset, e_u), dot(offset, e_v)) for offset in offsets)
 
 
 def distance_to_triangle(corners: tuple[Corner, ...], u: float, v: float) -> float:
@@ -79,10 +79,10 @@ def distance_to_triangle(corners: tuple[Corner, ...], u: float, v: float) -> flo
 
 def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
     """Distance [m] of a point from a side."""
-    length, way = math.dist(one, other), tuple(q - p for p, q in zip(one, other, strict=True))
-    along = dot([x / length for x in way], [x - p for p, x in zip(one, point, strict=True)]) / length
+    length, offset = math.dist(one, other), tuple(q - p for p, q in zip(one, other, strict=True))
+    along = dot([x / length for x in offset], [x - p for p, x in zip(one, point, strict=True)]) / length
     within = min(max(along, 0.0), 1.0)
-    return math.dist([p + within * x for p, x in zip(one, way, strict=True)], point)
+    return math.dist([p + within * x for p, x in zip(one, offset, strict=True)], point)
 
 
 def _twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
@@ -494,10 +494,12 @@ class Slab(Shape):
         tuple of two Plane
             The face on the side of `normal`, then the opposite one.
         """
-        ways = (self.normal, tuple(-x + 0.0 for x in self.normal))
+        offsets = (self.normal, tuple(-x + 0.0 for x in self.normal))
         half = self.thickness / 2
-        centers = [tuple(c + half * x for c, x in zip(self.center, way, strict=True)) for way in ways]
-        return tuple(Plane(center=c, normal=way) for c, way in zip(centers, ways, strict=True))
+        centers = [
+            tuple(c + half * x for c, x in zip(self.center, offset, strict=True)) for offset in offsets
+        ]
+        return tuple(Plane(center=c, normal=offset) for c, offset in zip(centers, offsets, strict=True))
 
 
 def _infinite_bounds(center: Vector, normal: Vector, half: float) -> tuple[Vector, Vector]:

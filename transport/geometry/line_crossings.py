@@ -80,9 +80,9 @@ def _(shape: Box, origins, directions):
     """Entry at the last of the three planes towards the origin, exit at the first of the others."""
     low, high = (np.array(corner) for corner in shape.bounds)
     ahead = directions > 0
-    way = np.where(directions == 0, 1.0, directions)
-    into = np.where(ahead, low - origins, high - origins) / way
-    out = np.where(ahead, high - origins, low - origins) / way
+    divisors = np.where(directions == 0, 1.0, directions)
+    into = np.where(ahead, low - origins, high - origins) / divisors
+    out = np.where(ahead, high - origins, low - origins) / divisors
     beside = (directions == 0) & ((origins < low) | (origins > high))
     into = np.where(directions == 0, -math.inf, into).max(axis=1)
     out = np.where(directions == 0, math.inf, out).min(axis=1)
@@ -121,8 +121,8 @@ def _(shape: Mesh, origins, directions):
     found = [_cross_mesh(shape, o, u) for o, u in zip(origins, directions, strict=True)]
     most = max((len(distances) for distances, _ in found), default=0)
     distances, sides = np.full((len(found), most), math.nan), np.full((len(found), most), math.nan)
-    for row, (hits, ways) in enumerate(found):
-        distances[row, : len(hits)], sides[row, : len(hits)] = hits, ways
+    for row, (hits, hit_sides) in enumerate(found):
+        distances[row, : len(hits)], sides[row, : len(hits)] = hits, hit_sides
     return distances, sides
 
 
@@ -202,10 +202,10 @@ def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndar
     directions = np.stack([across * np.cos(turn), across * np.sin(turn), rise], axis=1)
     # Aim every second line at a point in another shape's box.
     target = (owner + 1 + number // 2 % max(len(shapes) - 1, 1)) % len(shapes)
-    ways = _points_in_boxes(boxes[target], u[:, 2:]) - origins
-    lengths = np.linalg.norm(ways, axis=1)
+    to_points = _points_in_boxes(boxes[target], u[:, 2:]) - origins
+    lengths = np.linalg.norm(to_points, axis=1)
     is_aimed = (number % 2 == 1) & (lengths > 0)
-    directions[is_aimed] = ways[is_aimed] / lengths[is_aimed, None]
+    directions[is_aimed] = to_points[is_aimed] / lengths[is_aimed, None]
     return origins, directions
 
 
@@ -236,13 +236,13 @@ def with_neighbour_lines(
     return np.concatenate([origins + shift for shift in shifts]), np.tile(directions, (4, 1))
 
 
-def sorted_crossings(shapes: list[Shape], origins, ways, size: float) -> tuple[np.ndarray, np.ndarray]:
+def sorted_crossings(shapes: list[Shape], origins, directions, size: float) -> tuple[np.ndarray, np.ndarray]:
     """Crossings of each line in order: places [m] and keys; -1 for lines that pass close to an edge.
 
     A key is 2 shapes group + 2 shape + (1: along its normal); coincident crossings have the same group.
     """
     # Cross all shapes with each line and its three neighbours, and sort the crossings.
-    neighbours = with_neighbour_lines(origins, ways, EDGE_TOLERANCE * size)
+    neighbours = with_neighbour_lines(origins, directions, EDGE_TOLERANCE * size)
     found = [crossings(shape, *neighbours) for shape in shapes]
     places = np.concatenate([f.distances for f in found], axis=1)
     codes = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)

@@ -261,8 +261,8 @@ class Mesh(Shape):
     @functools.cached_property
     def extent(self) -> float:
         """Distance from the middle to the farthest vertex [m]."""
-        way = np.abs(self.vertices - self.middle)
-        return float(np.hypot(np.hypot(way[:, 0], way[:, 1]), way[:, 2]).max())
+        offset = np.abs(self.vertices - self.middle)
+        return float(np.hypot(np.hypot(offset[:, 0], offset[:, 1]), offset[:, 2]).max())
 
     @property
     def frame(self) -> Frame:
@@ -349,10 +349,10 @@ class Mesh(Shape):
         >>> tp.Mesh.box(size=2.0).moved((0, 0, 1)).bounds
         ((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0))
         """
-        way = as_floats(by)
-        if way is None or len(way) != 3:
+        offset = as_floats(by)
+        if offset is None or len(offset) != 3:
             refuse(self, f"by must be three finite lengths, got {short_repr(by)}")
-        return self._changed(self.vertices + way, self.faces)
+        return self._changed(self.vertices + offset, self.faces)
 
     def scaled(self, by: float) -> Mesh:
         """Return the mesh scaled about the origin.

@@ -30,17 +30,17 @@ def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
             " pip install '.[viz]' in the clone"
         ) from error
     # Collect VTK's error messages, which it does not raise.
-    heard = pyvista.VtkErrorCatcher(send_to_logging=False)
+    errors = pyvista.VtkErrorCatcher(send_to_logging=False)
     try:
-        with heard:
+        with errors:
             reader = pyvista.get_reader(str(file))
             if file.suffix.lower() == ".stl":
                 reader.reader.MergingOff()  # merging would silently drop collapsed triangles
             polydata = reader.read()
     except Exception as error:
-        raise _unreadable_error(file, heard.events[0].alert if heard.events else error) from error
-    if heard.events:
-        raise _unreadable_error(file, heard.events[0].alert)
+        raise _unreadable_error(file, errors.events[0].alert if errors.events else error) from error
+    if errors.events:
+        raise _unreadable_error(file, errors.events[0].alert)
     arrays = _triangles_of(polydata)
     if arrays is None:
         raise _unreadable_error(file, "no triangles")

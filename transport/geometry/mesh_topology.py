@@ -115,7 +115,7 @@ def facets(vertices: np.ndarray, faces: np.ndarray) -> Facets:
     twice = np.stack([_cross_component(u, u_low, v, v_low, i, j) for i, j in ((1, 2), (2, 0), (0, 1))])
     # Compare the height with the rounding of the coordinates.
     length = np.sqrt((twice * twice).sum(axis=0))
-    longest = np.sqrt(np.maximum.reduce([(way * way).sum(axis=0) for way in (u, v, v - u)]))
+    longest = np.sqrt(np.maximum.reduce([(offset * offset).sum(axis=0) for offset in (u, v, v - u)]))
     magnitude = np.abs(np.concatenate([a, b, c])).max(axis=0)
     with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
         on_a_line = ~(length > ROUNDING * np.ldexp(magnitude, -exponent) * longest)
@@ -133,8 +133,8 @@ def signed_volume(
     middle.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    way = vertices[faces[:, 0]] - (low + (high - low) / 2)
-    terms = way * normals * areas[:, None]
+    offset = vertices[faces[:, 0]] - (low + (high - low) / 2)
+    terms = offset * normals * areas[:, None]
     return math.fsum(terms.ravel()) / 3, 4 * EPSILON * float(np.abs(terms).sum())
 
 
@@ -145,7 +145,7 @@ def winding_number(vertices: np.ndarray, faces: np.ndarray, point: np.ndarray) -
     number 1/2.
     """
     a, b, c = ((vertices - point)[faces[:, i]] for i in range(3))
-    p, q, r = (np.sqrt((way * way).sum(axis=1)) for way in (a, b, c))
+    p, q, r = (np.sqrt((offset * offset).sum(axis=1)) for offset in (a, b, c))
     above = (a * np.cross(b, c)).sum(axis=1)
     below = p * q * r + (a * b).sum(axis=1) * r + (b * c).sum(axis=1) * p + (c * a).sum(axis=1) * q
     return math.fsum(2 * np.arctan2(above, below)[above != 0]) / (4 * math.pi)

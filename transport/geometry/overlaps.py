@@ -62,8 +62,10 @@ def _edge_normals(shape: Rectangle | Triangle) -> list[Vector]:
     e_u, e_v, _ = shape.frame
     if isinstance(shape, Rectangle):
         return [e_u, e_v]
-    ways = [(q - p, t - s) for (p, s), (q, t) in pairwise((*shape.corners, shape.corners[0]))]
-    return [tuple((v * p - u * q) / math.hypot(u, v) for p, q in zip(e_u, e_v, strict=True)) for u, v in ways]
+    edges = [(q - p, t - s) for (p, s), (q, t) in pairwise((*shape.corners, shape.corners[0]))]
+    return [
+        tuple((v * p - u * q) / math.hypot(u, v) for p, q in zip(e_u, e_v, strict=True)) for u, v in edges
+    ]
 
 
 def _projected_gap(axis: Vector, a: FlatShape, b: FlatShape) -> float:

@@ -28,17 +28,17 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
     Raises FileError if the disk is full or the file cannot be written.
     """
     path = Path(os.path.realpath(path))  # keep a symbolic link
-    aside = _temporary_path(path)
+    temporary = _temporary_path(path)
     try:
         _remove_leftovers(path)
         try:
-            with aside.open("w+b") as file:
+            with temporary.open("w+b") as file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            os.replace(aside, path)
+            os.replace(temporary, path)
         except BaseException:
-            aside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
             raise
         _sync_folder(path.parent)
     except FileError:
@@ -50,12 +50,12 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
 
 def check_writable(path: Path) -> None:
     """Raise OSError if the file could not be replaced, e.g. in a read-only folder or with too long a name."""
-    aside = _temporary_path(Path(os.path.realpath(path)))
+    temporary = _temporary_path(Path(os.path.realpath(path)))
     try:
-        aside.open("w+b").close()
+        temporary.open("w+b").close()
     finally:
         with suppress(OSError):
-            aside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
 
 
 def _temporary_path(path: Path) -> Path:

@@ -50,15 +50,15 @@ def kept_warnings(saved: Result) -> list[str]:
     return [warning for warning in saved._warnings if MISSING_BATCHES in warning]
 
 
-def resumed_settings(saved: Result, scene: Scene, asked: RunRequest) -> RunSettings:
+def resumed_settings(saved: Result, scene: Scene, request: RunRequest) -> RunSettings:
     """Return the settings of a resumed run.  Raises SceneError that names the first argument that differs."""
-    _check_same_setup(saved, scene, asked)
+    _check_same_setup(saved, scene, request)
     return RunSettings(
-        saved.plan.method, _resumed_limits(saved, asked), saved.seed, saved.asked, saved.choice
+        saved.plan.method, _resumed_limits(saved, request), saved.seed, saved.asked, saved.choice
     )
 
 
-def _check_same_setup(saved: Result, scene: Scene, asked: RunRequest) -> None:
+def _check_same_setup(saved: Result, scene: Scene, request: RunRequest) -> None:
     if saved.state is None:
         raise SceneError(
             "simulate: resume must be a run that can continue; pass a result of simulate, load or merge"
@@ -66,25 +66,25 @@ def _check_same_setup(saved: Result, scene: Scene, asked: RunRequest) -> None:
     if unlike := differences(scene, original_scene(saved)):
         raise SceneError(f"simulate: the scene differs from that of the saved run: {'; '.join(unlike)}")
     method, limits = saved.plan.method, saved.state.limits
-    _check_same("seed", asked.seed, saved.seed)
-    _check_same("estimator", None if asked.estimator == AUTO else asked.estimator, method.estimator)
-    _check_same("sampling", asked.sampling, method.sampling)
-    _check_same("tracking", asked.tracking, saved.plan.tracking)
-    _check_same("batches", asked.batches, limits.batches)
-    _check_same("part", tuple(asked.part) if isinstance(asked.part, list) else asked.part, limits.part)
+    _check_same("seed", request.seed, saved.seed)
+    _check_same("estimator", None if request.estimator == AUTO else request.estimator, method.estimator)
+    _check_same("sampling", request.sampling, method.sampling)
+    _check_same("tracking", request.tracking, saved.plan.tracking)
+    _check_same("batches", request.batches, limits.batches)
+    _check_same("part", tuple(request.part) if isinstance(request.part, list) else request.part, limits.part)
 
 
-def _resumed_limits(saved: Result, asked: RunRequest) -> Limits:
+def _resumed_limits(saved: Result, request: RunRequest) -> Limits:
     """Return the limits of the resumed run; those of the saved run if the call has none."""
     was = saved.state.limits
-    if asked.particles is None and not asked.error and asked.seconds is None:
+    if request.particles is None and not request.error and request.seconds is None:
         return was
     if was.part != (1, 1):
-        _check_same("particles", asked.particles, was.particles)
+        _check_same("particles", request.particles, was.particles)
         for name in ("error", "seconds"):
-            _check_same(name, getattr(asked, name) or None, None)
+            _check_same(name, getattr(request, name) or None, None)
     batches = None if was.is_free else was.batches
-    limits = checked_limits(original_scene(saved), *asked.limits, batches, saved.plan.method)
+    limits = checked_limits(original_scene(saved), *request.limits, batches, saved.plan.method)
     return replace(limits, is_free=was.is_free, part=was.part)
 
 

@@ -38,8 +38,8 @@ def sample_equiangular_beyond(least, start, u):
     d = least if least > LEAST else LEAST
     turn = azimuth_turn(start, d)
     turn = turn if turn < 0.5 else 0.5
-    ahead, rest, way = sine(u * turn), sine((1.0 - u) * turn), math.sqrt(d * d + start * start)
-    return way * (ahead / rest if rest > 0.0 else 1.0), TWO_PI * turn / d
+    ahead, rest, length = sine(u * turn), sine((1.0 - u) * turn), math.sqrt(d * d + start * start)
+    return length * (ahead / rest if rest > 0.0 else 1.0), TWO_PI * turn / d
 
 
 @device

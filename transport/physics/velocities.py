@@ -35,6 +35,6 @@ def speed_and_direction(vx, vy, vz, ux, uy, uz):
 
 
 @device
-def state_at(x, y, z, ux, uy, uz, way, speed):
+def state_at(x, y, z, ux, uy, uz, length, speed):
     """Return position and velocity after a free flight of length `way` along the direction."""
-    return x + way * ux, y + way * uy, z + way * uz, speed * ux, speed * uy, speed * uz
+    return x + length * ux, y + length * uy, z + length * uz, speed * ux, speed * uy, speed * uz

@@ -180,15 +180,15 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
         "lost": layout.LOST,
     }
     # Convert the sums of the detectors' rows to floats; pack them if they are long.
-    meters, moments, most = raw.detectors, raw.moments, (1 << layout.COUNT_BITS) - 1
+    detectors, moments, most = raw.detectors, raw.moments, (1 << layout.COUNT_BITS) - 1
     weights, counts, slants = make_columns(
         [
-            lambda a, b: meters[a:b, 0] * HIGH_UNIT + meters[a:b, 1] * LOW_UNIT,
-            lambda a, b: meters[a:b, 2] & most,
-            lambda a, b: meters[a:b, 3] * SLANT_UNIT,
+            lambda a, b: detectors[a:b, 0] * HIGH_UNIT + detectors[a:b, 1] * LOW_UNIT,
+            lambda a, b: detectors[a:b, 2] & most,
+            lambda a, b: detectors[a:b, 3] * SLANT_UNIT,
         ],
         [1, 1, SLANT_UNIT],
-        meters,
+        detectors,
     )
     (velocities,) = make_columns([lambda a, b: moments[a:b] @ MOMENT_LIMB_UNITS], [1], moments)
     return Batch(

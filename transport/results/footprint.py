@@ -90,22 +90,22 @@ def batches_that_fit(plan: Plan) -> int:
 
 def scoring_rows(plan: Plan) -> int:
     """Number of rows that can have scores: nothing leaves a black wall."""
-    silent = (meter for meter in plan.scene.meters if _is_black_without_source(plan.scene, meter))
-    return plan.rows - sum(rows_of(plan.scene, meter) for meter in silent) * (
+    silent = (detector for detector in plan.scene.meters if _is_black_without_source(plan.scene, detector))
+    return plan.rows - sum(rows_of(plan.scene, detector) for detector in silent) * (
         2 if plan.sends_shadow_rays else 1
     )
 
 
-def rows_of(scene: Scene, meter: Detector) -> int:
+def rows_of(scene: Scene, detector: Detector) -> int:
     """Number of rows of one side of a detector."""
-    cells = bin_counts(meter, scene.shape_of(meter), scene.duration)
+    cells = bin_counts(detector, scene.shape_of(detector), scene.duration)
     return cells["time"] * cells["speed"] * block_rows(cells)
 
 
-def _is_black_without_source(scene: Scene, meter: Detector) -> bool:
+def _is_black_without_source(scene: Scene, detector: Detector) -> bool:
     """Whether the detector is on a black surface without a source."""
-    shape = scene.shape_of(meter)
-    walls = [surface for surface in scene.surfaces if surface.name == meter.shape]
+    shape = scene.shape_of(detector)
+    walls = [surface for surface in scene.surfaces if surface.name == detector.shape]
     parts = [part for wall in walls for part in elementary_materials(wall.material)]
     is_dark = bool(parts) and all(isinstance(part, Black) for part in parts)
     return is_dark and not any(scene.shape_of(source) == shape for source in scene.sources)

@@ -51,8 +51,8 @@ def price_lines(result: Record, name: str) -> list[str]:
     """
     slopes = result.cost.slopes if result.cost is not None else {}
     found = result[name].quantities if result.cost is not None else {}
-    asked = [quantity for quantity in found if f"{name}.{quantity}" in slopes]
-    known = (each for each in (*asked, *found) if _has_error(found[each]))
+    requested = [quantity for quantity in found if f"{name}.{quantity}" in slopes]
+    known = (each for each in (*requested, *found) if _has_error(found[each]))
     if (quantity := next(known, None)) is None:
         return []
     present = price_of(found[quantity], result.cost, 1.0, RANDOM_SLOPE)
@@ -107,9 +107,9 @@ def report_of(result) -> str:
 
 def error_bar_line(result) -> str:
     """The line about error bars without warnings; it makes no claim about unknown ones."""
-    quantities = [q for look in result.scene.detectors for q in result[look.name].quantities.values()]
+    quantities = [q for detector in result.scene.detectors for q in result[detector.name].quantities.values()]
     unscored = any(isinstance(q, Estimate) and q.reason == "no score" for q in quantities)
-    bins = [text for look in result.scene.detectors if (text := _doubtful_bins(result[look.name]))]
+    bins = [text for detector in result.scene.detectors if (text := _doubtful_bins(result[detector.name]))]
     known = [q for q in quantities if isinstance(q, Estimate) and q.reason is None]
     if not bins and any(q.verdict == BOUNDED for q in known):
         return "error bars: none is doubtful; the numbers show what may be missing"
@@ -239,10 +239,10 @@ def advice_lines(result) -> list[str]:
     if result.plan.method != ANALOG or result.choice is not None:
         return []
     seldom = [
-        meter.name
-        for meter in scene.meters
-        if not result[meter.name].is_blind
-        and result[meter.name].sums.whole("counts", 0).sum() < FEW_SCORES_PER_HISTORY * result.particles
+        detector.name
+        for detector in scene.meters
+        if not result[detector.name].is_blind
+        and result[detector.name].sums.whole("counts", 0).sum() < FEW_SCORES_PER_HISTORY * result.particles
     ]
     others = other_estimators(scene, ANALOG, None) if seldom else ""
     return [

@@ -176,8 +176,8 @@ class DetectorSums:
         spans = {name: slice(0, count) for name, count in self.cells.items()}
         spans |= dict(zip(self._storage_axes, box, strict=True))
         if "theta" in self.direction_axes:
-            last, asked = self.cells["mu"], spans["mu"]
-            spans["mu"] = slice(last - asked.stop, last - asked.start)
+            last, requested = self.cells["mu"], spans["mu"]
+            spans["mu"] = slice(last - requested.stop, last - requested.start)
         times, speeds = (range(self.cells[name])[spans[name]] for name in STORAGE_ORDER[:2])
         inner, bins = (
             [spans[name] for name in STORAGE_ORDER[2:]],

@@ -358,9 +358,9 @@ class VolumeReading(ReadingBase):
     def _has_negligible_absorption(self) -> np.ndarray:
         """The cells whose absorbed share is below FAINT of that of the most absorbing medium."""
         kept = over_batches(self._rows("weights", "kept", 1).sum(axis=-1))
-        ways = over_batches(self._sums.sum(axis=-1)) * self._volume.unit
+        lengths = over_batches(self._sums.sum(axis=-1)) * self._volume.unit
         most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)
-        return (kept > 0) & (kept <= NEGLIGIBLE_ABSORPTION * most * ways)
+        return (kept > 0) & (kept <= NEGLIGIBLE_ABSORPTION * most * lengths)
 
     def _rows(self, kind: str, column: str, each: int) -> np.ndarray | ChunkedArray:
         """(B, *cells, each)."""

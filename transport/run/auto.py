@@ -175,14 +175,14 @@ def main_quantities(scene: Scene) -> list[tuple[str, ...]]:
     rate; for phase spaces the number.
     """
     found: list[tuple[str, ...]] = []
-    for meter in scene.meters:
-        kind = "flux" if meter.directions is None else "radiance"
-        if kind == "radiance" and scene.shape_of(meter).is_infinite:
+    for detector in scene.meters:
+        kind = "flux" if detector.directions is None else "radiance"
+        if kind == "radiance" and scene.shape_of(detector).is_infinite:
             kind = "intensity"
         arriving, leaving = ("flux_in", "flux_out") if kind == "flux" else (kind, f"{kind}_out")
-        found.append((f"{meter.name}.{arriving}", f"{meter.name}.{leaving}"))
-    found += [(f"{look.name}.fluence_rate",) for look in (*scene.volumes, *scene.points)]
-    return found + [(f"{look.name}.number",) for look in scene.phase_spaces]
+        found.append((f"{detector.name}.{arriving}", f"{detector.name}.{leaving}"))
+    found += [(f"{detector.name}.fluence_rate",) for detector in (*scene.volumes, *scene.points)]
+    return found + [(f"{detector.name}.number",) for detector in scene.phase_spaces]
 
 
 def cheapest(pilots: Sequence[Pilot]) -> Pilot:

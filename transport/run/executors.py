@@ -38,16 +38,16 @@ class ExecutorSpec:
 class Executor:
     """A plan and a ready executor of its batches.
 
-    hire: make the executor of a run of so many batches, among which the sample of a Snapshot is divided.
+    make_executor: make the executor of a run of so many batches, among which the sample of a Snapshot is divided.
     threads: total number of threads; workers: of a cluster, else 0.
-    doubts: return findings about the executor after the run, as sentences.
+    warnings: return findings about the executor after the run, as sentences.
     """
 
     plan: Plan
     make_executor: Callable[[int], OrderedResults]
     threads: int
     workers: int = 0
-    doubts: Callable[[], list[str]] = field(default=list)
+    warnings: Callable[[], list[str]] = field(default=list)
 
 
 def checked_executor(threads: object, cluster: object) -> ExecutorSpec:
@@ -64,31 +64,39 @@ def checked_executor(threads: object, cluster: object) -> ExecutorSpec:
 
 @contextmanager
 def open_executor(
-    scene: Scene, way: RunSettings, staff: ExecutorSpec, bar: Progress, interruption: Interruption
+    scene: Scene, settings: RunSettings, spec: ExecutorSpec, bar: Progress, interruption: Interruption
 ) -> Iterator[Executor]:
     """Yield an executor that is ready to start. Raise SceneError where the cluster cannot run the scene."""
-    if staff.cluster is None:
-        compiled = compiled_program_for(scene, way.tracking, way.method, bar)
+    if spec.cluster is None:
+        compiled = compiled_program_for(scene, settings.tracking, settings.method, bar)
         yield Executor(
-            compiled.program.plan, partial(ThreadExecutor, compiled, way.seed, staff.threads), staff.threads
+            compiled.program.plan,
+            partial(ThreadExecutor, compiled, settings.seed, spec.threads),
+            spec.threads,
         )
         return
     from transport.run.dask.client import DaskExecutor
     from transport.run.dask.connect import slot_released
     from transport.run.dask.executor import ClusterExecutor
 
-    plan = plan_for(scene, way.tracking, way.method)
-    line = DaskExecutor(staff.cluster, staff.threads, (scene, way.tracking, way.method))
+    plan = plan_for(scene, settings.tracking, settings.method)
+    dask_executor = DaskExecutor(spec.cluster, spec.threads, (scene, settings.tracking, settings.method))
     with slot_released():
         try:
-            _wait_for_workers(line, bar, interruption)
-            hire = partial(ClusterExecutor, line, way.seed, way.limits.seconds)
-            yield Executor(plan, hire, line.threads, line.workers, lambda: line.doubts)
+            _wait_for_workers(dask_executor, bar, interruption)
+            make_executor = partial(ClusterExecutor, dask_executor, settings.seed, settings.limits.seconds)
+            yield Executor(
+                plan,
+                make_executor,
+                dask_executor.threads,
+                dask_executor.workers,
+                lambda: dask_executor.warnings,
+            )
         finally:
-            line.close()
+            dask_executor.close()
 
 
-def _wait_for_workers(line: DaskExecutor, bar: Progress, interruption: Interruption) -> None:
+def _wait_for_workers(dask_executor: DaskExecutor, bar: Progress, interruption: Interruption) -> None:
     """Wait until a worker is ready; warn once after LONG seconds.
 
     A job without a terminal would otherwise wait forever in silence.
@@ -104,6 +112,6 @@ def _wait_for_workers(line: DaskExecutor, bar: Progress, interruption: Interrupt
             due = math.inf
 
     try:
-        line.open(wait)
+        dask_executor.open(wait)
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"interrupted before the run began: {line.doing}") from None
+        raise KeyboardInterrupt(f"interrupted before the run began: {dask_executor.doing}") from None

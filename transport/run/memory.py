@@ -114,9 +114,9 @@ def _max_stored_batches(schedule: Schedule, saved: int) -> int:
 
 def _fewer_bins_advice(plan: Plan) -> str:
     """Return the advice to use fewer bins, with the detector that has most of them."""
-    meters = {f"detector {meter.name!r}": rows_of(plan.scene, meter) for meter in plan.scene.meters}
+    rows = {f"detector {detector.name!r}": rows_of(plan.scene, detector) for detector in plan.scene.meters}
     for volume in plan.volumes:
         cells = np.size(volume.detector.volumes(volume.shape))
-        meters[f"volume detector {volume.detector.name!r}"] = cells * int(volume.row["rows"])
-    name = max(meters, key=meters.get, default=None)
-    return f"use fewer bins ({name} has {meters[name]:_})" if name else "use fewer bins"
+        rows[f"volume detector {volume.detector.name!r}"] = cells * int(volume.row["rows"])
+    name = max(rows, key=rows.get, default=None)
+    return f"use fewer bins ({name} has {rows[name]:_})" if name else "use fewer bins"

@@ -35,7 +35,7 @@ class Progress:
     def waiting(self, what: str) -> None:
         """Report what a cluster is still waiting for."""
 
-    def trying(self, way: str) -> None:
+    def trying(self, method: str) -> None:
         """Report that a pilot of an estimator starts."""
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
@@ -68,9 +68,9 @@ class Bar(Progress):
         """Show what a cluster is still waiting for."""
         self._show("wait", what, 0.0)
 
-    def trying(self, way: str) -> None:
+    def trying(self, method: str) -> None:
         """Show the estimator whose pilot starts."""
-        self._show("try", f"trying {way}", 0.0)
+        self._show("try", f"trying {method}", 0.0)
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
         """Show particles, elapsed time and time left of a running simulation [s]."""
@@ -124,9 +124,9 @@ class Lines(Progress):
         """Print what a cluster is still waiting for, if a line is due."""
         self._tell(what)
 
-    def trying(self, way: str) -> None:
+    def trying(self, method: str) -> None:
         """Print the estimator whose pilot starts, if a line is due."""
-        self._tell(f"trying {way}")
+        self._tell(f"trying {method}")
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
         """Print particles, elapsed time and expected end of a running simulation, if a line is due."""

@@ -419,11 +419,13 @@ class QmcRounds(Schedule):
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
         """Return the particles and batches of the planned rounds."""
-        leaps = planned_doublings(looks, self.max_doublings)
+        doublings = planned_doublings(looks, self.max_doublings)
         if self._growth() == 0:
-            histories = self.particles * (2.0 ** sum(leaps) - 1)
+            histories = self.particles * (2.0 ** sum(doublings) - 1)
             return histories, math.ceil(histories / self.size)
-        return self.count * self.size * float((2.0 ** np.cumsum(leaps)).sum()), self.count * len(leaps)
+        return self.count * self.size * float((2.0 ** np.cumsum(doublings)).sum()), self.count * len(
+            doublings
+        )
 
     def is_foreseen(self, looks: list[Look]) -> bool:
         """Return whether the next round is planned to be the last."""

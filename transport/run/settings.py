@@ -99,23 +99,23 @@ def _check_quantity(scene: Scene, name: str) -> None:
         )
     if detector not in names:
         raise SceneError(f"simulate: error names no detector {detector!r}; {name_hint(detector, names)}")
-    asked = scene.detectors[names.index(detector)]
-    if isinstance(asked, Snapshot):
+    requested = scene.detectors[names.index(detector)]
+    if isinstance(requested, Snapshot):
         raise SceneError(
             f"simulate: error names the Snapshot {detector!r}, which is a sample; name a PhaseSpace"
         )
-    known = PHASE_QUANTITIES if isinstance(asked, PhaseSpace) else QUANTITIES
-    known = VOLUME_QUANTITIES if isinstance(asked, VolumeDetector) else known
-    known = POINT_QUANTITIES if isinstance(asked, PointDetector) else known
-    known = IMAGE_QUANTITIES if isinstance(asked, PointInstrument) else known
+    known = PHASE_QUANTITIES if isinstance(requested, PhaseSpace) else QUANTITIES
+    known = VOLUME_QUANTITIES if isinstance(requested, VolumeDetector) else known
+    known = POINT_QUANTITIES if isinstance(requested, PointDetector) else known
+    known = IMAGE_QUANTITIES if isinstance(requested, PointInstrument) else known
     if quantity not in known:
         raise SceneError(f"simulate: error names no quantity {quantity!r}; {name_hint(quantity, known)}")
-    of_moments = {Detector: MOMENT_QUANTITIES, PhaseSpace: OF_PHASE_MOMENTS}.get(type(asked), ())
-    if quantity in of_moments and not asked.moments:
+    of_moments = {Detector: MOMENT_QUANTITIES, PhaseSpace: OF_PHASE_MOMENTS}.get(type(requested), ())
+    if quantity in of_moments and not requested.moments:
         raise SceneError(f"simulate: error of {name!r} needs moments; pass moments=True to the detector")
-    if isinstance(asked, PhaseSpace | PointInstrument):
+    if isinstance(requested, PhaseSpace | PointInstrument):
         return
-    if quantity in BY_DIRECTION and asked.directions is None:
+    if quantity in BY_DIRECTION and requested.directions is None:
         raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...")
     if quantity in (*TIME_INTEGRATED, *TIME_INTEGRATED_VOLUME) and scene.duration is None:
         raise SceneError(f"simulate: error of {name!r} needs a clock; use Scene(..., duration=...)")

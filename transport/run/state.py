@@ -77,9 +77,9 @@ def restore_schedule(state: State, schedule: Schedule) -> bool:
 
 def _exceeds_request(state: State, limits: Limits) -> bool:
     """Return whether the present leg exceeds the particles requested now."""
-    asked, was = limits.particles, state.limits.particles
-    is_less = asked is not None and (was is None or asked < was)
-    return is_less and state.is_under_way and state.remembered["issued"] > asked
+    requested, earlier = limits.particles, state.limits.particles
+    is_less = requested is not None and (earlier is None or requested < earlier)
+    return is_less and state.is_under_way and state.remembered["issued"] > requested
 
 
 def saved_checks(state: State, limits: Limits) -> list[Look]:

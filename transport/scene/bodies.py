@@ -93,10 +93,10 @@ def points_in_body(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndar
 def _majority_inside(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
     """Whether most lines from each point reach the body's surface from inside."""
     votes = np.zeros(len(points), int)
-    for way in TEST_DIRECTIONS / np.linalg.norm(TEST_DIRECTIONS, axis=1)[:, None]:
+    for direction in TEST_DIRECTIONS / np.linalg.norm(TEST_DIRECTIONS, axis=1)[:, None]:
         nearest, is_in = np.full(len(points), np.inf), np.zeros(len(points), bool)
         for number in body.surfaces:
-            found = crossings(scene.surfaces[number].shape, points, np.tile(way, (len(points), 1)))
+            found = crossings(scene.surfaces[number].shape, points, np.tile(direction, (len(points), 1)))
             if not found.distances.shape[1]:
                 continue
             ahead = np.where(found.distances > 0, found.distances, np.inf)
@@ -126,14 +126,14 @@ def _points_beside_face(shape: Shape, is_front: bool) -> np.ndarray:
     if isinstance(shape, Mesh):
         most = max(8, min(TEST_POINTS, MAX_LINE_FACETS // shape.triangles))
         facets = np.unique(np.linspace(0, shape.triangles - 1, most).astype(int))
-        way = shape.normals[facets] if is_front else -shape.normals[facets]
-        return shape.vertices[shape.faces[facets]].mean(axis=1) + depth * way
-    origins, ways = lines_through([shape], TEST_POINTS, shape.extent)
-    found = crossings(shape, origins, ways)
+        direction = shape.normals[facets] if is_front else -shape.normals[facets]
+        return shape.vertices[shape.faces[facets]].mean(axis=1) + depth * direction
+    origins, directions = lines_through([shape], TEST_POINTS, shape.extent)
+    found = crossings(shape, origins, directions)
     is_met = ~np.isnan(found.distances)
     line, _ = np.nonzero(is_met)
     into = found.sides[is_met] if is_front else -found.sides[is_met]
-    return origins[line] + (found.distances[is_met] + depth * into)[:, None] * ways[line]
+    return origins[line] + (found.distances[is_met] + depth * into)[:, None] * directions[line]
 
 
 def body_bounds(scene: SceneParts, body: Body) -> np.ndarray:

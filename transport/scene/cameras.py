@@ -177,12 +177,12 @@ class Camera(PointInstrument):
         """
         if shape.is_infinite:
             return True
-        way = np.subtract(shape.middle, self.position)
-        distance = float(np.linalg.norm(way))
+        offset = np.subtract(shape.middle, self.position)
+        distance = float(np.linalg.norm(offset))
         if distance <= shape.extent:
             return True
         half = math.atan(math.hypot(*(edges[-1] for edges in self.edges().values())))  # to the corners
-        angle = math.acos(max(-1.0, min(1.0, float(np.dot(way, self.forward)) / distance)))
+        angle = math.acos(max(-1.0, min(1.0, float(np.dot(offset, self.forward)) / distance)))
         return angle <= half + math.asin(shape.extent / distance)
 
     def solid_angles(self) -> np.ndarray:

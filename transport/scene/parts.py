@@ -120,7 +120,7 @@ class SceneParts:
         -------
         tuple of str
         """
-        return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
+        return tuple(dict.fromkeys(name for detector in self.meters for name in detector.via or ()))
 
     def surface(self, name: str) -> Surface:
         """Return the surface of that name.

@@ -213,11 +213,11 @@ class Scene(SceneParts):
 
     def _check_via(self) -> None:
         names = [part.name for part in (*self.meters, *self.surfaces) if part.name is not None]
-        for meter in self.meters:
-            for name in meter.via or ():
+        for detector in self.meters:
+            for name in detector.via or ():
                 if name not in names:
                     cure = name_hint(name, dict.fromkeys(names))
-                    refuse(meter, f"via must name a detector or a surface, got {name!r}; {cure}")
+                    refuse(detector, f"via must name a detector or a surface, got {name!r}; {cure}")
 
     def _check_emissions(self) -> None:
         if len({source.emission.measured_in for source in self.sources}) > 1:

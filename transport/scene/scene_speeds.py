@@ -38,7 +38,7 @@ def needs_particle_speeds(scene: SceneParts) -> bool:
     They must if speeds differ in a scene with a clock, or if a detector observes speeds.
     """
     differ = has_several_speeds(scene_speeds(scene))
-    looked_at = any(meter.speeds is not None or meter.moments for meter in scene.meters)
+    looked_at = any(detector.speeds is not None or detector.moments for detector in scene.meters)
     return (differ and scene.duration is not None) or looked_at or bool(scene.phase_spaces or scene.snapshots)
 
 

@@ -79,8 +79,10 @@ class Splitting:
         float
             From 0 to log(gain).
         """
-        way, ahead = (tuple(p - q for p, q in zip(to, self.start, strict=True)) for to in (self.end, place))
-        return min(max(dot(ahead, way) / dot(way, way), 0.0), 1.0) * math.log(self.gain)
+        offset, ahead = (
+            tuple(p - q for p, q in zip(to, self.start, strict=True)) for to in (self.end, place)
+        )
+        return min(max(dot(ahead, offset) / dot(offset, offset), 0.0), 1.0) * math.log(self.gain)
 
 
 @scene_object(kw_only=True)

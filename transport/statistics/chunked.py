@@ -414,10 +414,10 @@ class ChunkedReplicates(Replicates):
     def _made(self, part: Callable[[Box], Replicates]) -> ChunkedReplicates:
         return ChunkedReplicates(self.bins, self.order, self.runs, self.exact, part)
 
-    def _gathered(self, look: Callable[[Replicates], np.ndarray], kind: type) -> np.ndarray:
+    def _gathered(self, read: Callable[[Replicates], np.ndarray], kind: type) -> np.ndarray:
         found = np.empty(self.bins, kind)
         for box in self.boxes:
-            found[box] = look(self.part(box))
+            found[box] = read(self.part(box))
         return found
 
 

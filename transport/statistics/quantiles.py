@@ -134,16 +134,16 @@ class SelfWeightedQuantile:
         """Return the u at which the integral, from the first panel on, reaches the share of the total."""
         target = share * sums[-1]
         panel = np.clip(np.searchsorted(sums, target, side="right") - 1, 0, len(start) - 1)
-        start, way, is_upper = start[panel], end[panel] - start[panel], is_upper[panel]
+        start, width, is_upper = start[panel], end[panel] - start[panel], is_upper[panel]
         rest = target - sums[panel]
 
         def misfit(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            place = start + y * way
+            place = start + y * width
             integral = _integral(self._weight, start, place, is_upper)
-            return log_ratio(integral, rest), y * np.abs(way) * self._weight(place, is_upper) / integral
+            return log_ratio(integral, rest), y * np.abs(width) * self._weight(place, is_upper) / integral
 
         y = increasing_root(misfit, np.zeros(rest.shape), np.ones(rest.shape))
-        place = start + way * np.where(rest > 0, y, 0.0)
+        place = start + width * np.where(rest > 0, y, 0.0)
         return np.where(is_upper, 1 - place, place)
 
 
@@ -160,9 +160,9 @@ def _cumulative_sums(pieces: np.ndarray) -> np.ndarray:
 def _integral(
     weight: Callable, start: np.ndarray, end: np.ndarray, is_upper: np.ndarray | bool
 ) -> np.ndarray:
-    way = end - start
-    places = start[:, None] + way[:, None] * NODES
-    return np.abs(way) * (weight(places, np.reshape(is_upper, (-1, 1))) @ WEIGHTS)
+    width = end - start
+    places = start[:, None] + width[:, None] * NODES
+    return np.abs(width) * (weight(places, np.reshape(is_upper, (-1, 1))) @ WEIGHTS)
 
 
 def _refine_panels(

@@ -227,7 +227,9 @@ def slant_integral(tau: float, low: float, high: float) -> float:
     return np.where(wide, closed, summed)[()]
 
 
-def disk_irradiance(radiance: float, radius: float, distance: float, tau: float, meter: float = 0.0) -> float:
+def disk_irradiance(
+    radiance: float, radius: float, distance: float, tau: float, detector_radius: float = 0.0
+) -> float:
     """Mean irradiance by a Lambert disk on a coaxial parallel detector through an absorbing layer.
 
     Parameters
@@ -260,7 +262,7 @@ def disk_irradiance(radiance: float, radius: float, distance: float, tau: float,
     >>> print(f"{disk_irradiance(1.0, 1.0, 2.0, 0.5):.4g}")
     0.3707
     """
-    small, large = sorted((radius, meter))
+    small, large = sorted((radius, detector_radius))
     if small == 0:
         return 2 * math.pi * radiance * slant_integral(tau, distance / math.hypot(distance, large), 1.0)
     whole = slant_integral(tau, distance / math.hypot(distance, large - small), 1.0)
@@ -269,11 +271,11 @@ def disk_irradiance(radiance: float, radius: float, distance: float, tau: float,
     slant = np.hypot(distance, shift)
     parts = _overlap(large, small, shift) / (math.pi * small**2) * shift * small * np.sin(angle)
     rim = parts * (distance / slant**2) ** 2 * np.exp(-tau * slant / distance) @ _WEIGHTS * math.pi / 2
-    return 2 * math.pi * radiance * float(whole + rim) * (small / meter) ** 2
+    return 2 * math.pi * radiance * float(whole + rim) * (small / detector_radius) ** 2
 
 
 def disk_radiance(
-    theta: float, radiance: float, radius: float, distance: float, tau: float, meter: float
+    theta: float, radiance: float, radius: float, distance: float, tau: float, detector_radius: float
 ) -> np.ndarray:
     """Mean radiance from a Lambert disk, through an absorbing layer, over a coaxial detector.
 
@@ -309,11 +311,11 @@ def disk_radiance(
     0.605
     """
     theta = np.asarray(theta, dtype=float)
-    shift, (small, large) = distance * np.tan(theta), sorted((radius, meter))
+    shift, (small, large) = distance * np.tan(theta), sorted((radius, detector_radius))
     partly = (shift > large - small) & (shift < large + small)
     rim = _overlap(large, small, np.where(partly, shift, large))
     area = np.where(partly, rim, np.where(shift < large, math.pi * small**2, 0.0))
-    return radiance * np.exp(-tau / np.cos(theta)) * area / (math.pi * meter**2)
+    return radiance * np.exp(-tau / np.cos(theta)) * area / (math.pi * detector_radius**2)
 
 
 def _overlap(large: float, small: float, shift: np.ndarray) -> np.ndarray:

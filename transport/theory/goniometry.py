@@ -130,7 +130,7 @@ def mean_between_cones(law: Law, lamp: tuple[float, float], eye: tuple[float, fl
     """
     to_lamp, at_lamp = cone(*lamp, half_angle)
     to_eye, at_eye = cone(*eye, half_angle)
-    azimuths = [np.arctan2(ways[:, 1], ways[:, 0]) for ways in (to_lamp, to_eye)]
+    azimuths = [np.arctan2(directions[:, 1], directions[:, 0]) for directions in (to_lamp, to_eye)]
     values = law(to_lamp[:, 2, None], to_eye[:, 2], azimuths[1] - azimuths[0][:, None])
     return float(at_lamp @ values @ at_eye / at_lamp.sum() / at_eye.sum())
 
@@ -175,7 +175,7 @@ def cone(angle: float, azimuth: float, half_angle: float) -> tuple[np.ndarray, n
         np.outer(sine, np.sin(turn)),
     )
     level = along * math.sin(angle) + across * math.cos(angle)
-    ways = np.stack(
+    directions = np.stack(
         [
             level * math.cos(azimuth) - up * math.sin(azimuth),
             level * math.sin(azimuth) + up * math.cos(azimuth),
@@ -184,7 +184,7 @@ def cone(angle: float, azimuth: float, half_angle: float) -> tuple[np.ndarray, n
         axis=-1,
     ).reshape(-1, 3)
     step = math.sin(half_angle / 2) ** 2 * math.pi / NODES
-    return ways, np.repeat(w * step, len(turn)) * ways[:, 2]
+    return directions, np.repeat(w * step, len(turn)) * directions[:, 2]
 
 
 def _over_bins(field: Law, theta_edges: np.ndarray, phi_edges: np.ndarray) -> np.ndarray:

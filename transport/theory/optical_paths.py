@@ -60,9 +60,9 @@ def from_to(points: np.ndarray, targets: np.ndarray) -> Rays:
     >>> print(from_to(np.zeros(3), np.array([0.0, 3.0, 4.0])).directions.round(4))
     [0.  0.6 0.8]
     """
-    points, way = np.broadcast_arrays(np.asarray(points, float), np.subtract(targets, points))
-    lengths = np.linalg.norm(way, axis=-1)
-    return Rays(points, way / lengths[..., None], np.ones(lengths.shape))
+    points, directions = np.broadcast_arrays(np.asarray(points, float), np.subtract(targets, points))
+    lengths = np.linalg.norm(directions, axis=-1)
+    return Rays(points, directions / lengths[..., None], np.ones(lengths.shape))
 
 
 def between_disks(
@@ -250,14 +250,14 @@ def reflect_in_paraboloid(rays: Rays, vertex: float, focal_length: float) -> Ray
     >>> print(reflect_in_paraboloid(rays, 0.0, 1.0).directions.round(4))
     [0. 0. 1.]
     """
-    start, way = rays.points - [0, 0, vertex], rays.directions
-    a = way[..., 0] ** 2 + way[..., 1] ** 2
-    b = np.einsum("...i,...i", start[..., :2], way[..., :2]) - 2 * focal_length * way[..., 2]
+    start, directions = rays.points - [0, 0, vertex], rays.directions
+    a = directions[..., 0] ** 2 + directions[..., 1] ** 2
+    b = np.einsum("...i,...i", start[..., :2], directions[..., :2]) - 2 * focal_length * directions[..., 2]
     c = start[..., 0] ** 2 + start[..., 1] ** 2 - 4 * focal_length * start[..., 2]
     root = np.sqrt(b * b - a * c)  # c < 0 within
     with np.errstate(divide="ignore", invalid="ignore"):
         lengths = np.where(b > 0, -c / (b + root), (root - b) / a)
-    points = rays.points + lengths[..., None] * way
+    points = rays.points + lengths[..., None] * directions
     slopes = np.stack(
         [points[..., 0], points[..., 1], np.full(points.shape[:-1], -2.0 * focal_length)], axis=-1
     )
@@ -329,8 +329,10 @@ def bend_tangents(rays: Rays, height: float, focal_length: float) -> Rays:
     points = to_plane(rays, height).points
     sign = np.sign(rays.directions[..., 2:])
     tangents = rays.directions[..., :2] / np.abs(rays.directions[..., 2:]) - points[..., :2] / focal_length
-    ways = np.concatenate([tangents, sign], axis=-1)
-    return rays._replace(points=points, directions=ways / np.linalg.norm(ways, axis=-1, keepdims=True))
+    directions = np.concatenate([tangents, sign], axis=-1)
+    return rays._replace(
+        points=points, directions=directions / np.linalg.norm(directions, axis=-1, keepdims=True)
+    )
 
 
 def seen_through(

@@ -109,10 +109,10 @@ class Space:
         ndarray
             Optical depths, shape (...) [1].
         """
-        way = ends - start
-        total, length = np.zeros(way.shape[:-1]), np.sqrt((way * way).sum(axis=-1))
+        offset = ends - start
+        total, length = np.zeros(offset.shape[:-1]), np.sqrt((offset * offset).sum(axis=-1))
         with np.errstate(divide="ignore"):
-            inverse = 1 / np.where(way == 0, 1e-300, way)
+            inverse = 1 / np.where(offset == 0, 1e-300, offset)
         reach = (np.minimum(start, ends.min(axis=tuple(range(ends.ndim - 1)))),
                  np.maximum(start, ends.max(axis=tuple(range(ends.ndim - 1)))))  # fmt: skip
         for low, high, surplus in zip(self.low, self.high, self.surplus, strict=True):
@@ -286,16 +286,16 @@ class _Face:
 
     def _received(self, places: np.ndarray, inside: bool) -> np.ndarray:
         """exp(-τ) (1 - exp(-σ l))/σ · h/r³ at points of the face."""
-        way = places - self.point
-        distance = np.sqrt((way * way).sum(axis=-1))
+        offset = places - self.point
+        distance = np.sqrt((offset * offset).sum(axis=-1))
         if inside:
             chord, passed = distance, 1.0
         else:
             with np.errstate(divide="ignore"):
-                leaves = np.where(way > 0, self.high - places, self.low - places) / np.where(
-                    way == 0, 1e-300, way
+                leaves = np.where(offset > 0, self.high - places, self.low - places) / np.where(
+                    offset == 0, 1e-300, offset
                 )
-            chord = np.where(way == 0, np.inf, leaves).min(axis=-1) * distance
+            chord = np.where(offset == 0, np.inf, leaves).min(axis=-1) * distance
             passed = np.exp(-self.space.optical_depths(self.point, places))
         gain = -np.expm1(-self.extinction * chord) / self.extinction if self.extinction else chord
         return passed * gain * self.height / distance**3
@@ -361,15 +361,15 @@ def _projected_edge(edge: np.ndarray, face: _Face, nearest: float, furthest: flo
 
 def _clip_segment(ends: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
     """Part of a segment (2, 2) within a rectangle (Liang and Barsky 1984); None if it has no length there."""
-    way, first, last = ends[1] - ends[0], 0.0, 1.0
+    offset, first, last = ends[1] - ends[0], 0.0, 1.0
     for k in range(2):
-        if way[k] == 0:
+        if offset[k] == 0:
             if not low[k] < ends[0, k] < high[k]:
                 return None
         else:
-            s, t = sorted(((low[k] - ends[0, k]) / way[k], (high[k] - ends[0, k]) / way[k]))
+            s, t = sorted(((low[k] - ends[0, k]) / offset[k], (high[k] - ends[0, k]) / offset[k]))
             first, last = max(first, s), min(last, t)
-    return np.array([ends[0] + first * way, ends[0] + last * way]) if first < last else None
+    return np.array([ends[0] + first * offset, ends[0] + last * offset]) if first < last else None
 
 
 def _edges(low: Sequence[float], high: Sequence[float]) -> list[np.ndarray]:

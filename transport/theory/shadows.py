@@ -66,9 +66,9 @@ def segment_projected_solid_angle(cut: float, x: float, y: float, radius: float,
     near, far = np.hypot(offset - radius, distance), np.hypot(offset + radius, distance)
     swept = _rim_integral(half, turn, near, far) - _rim_integral(-half, turn, near, far)
     arc = half - ((offset - radius) * (offset + radius) + distance**2) / (near * far) * swept
-    aside = np.clip(cut, -radius, radius) - x
-    slant = np.hypot(aside, distance)
-    straight = aside / slant * (np.arctan2(chord - y, slant) + np.arctan2(chord + y, slant))
+    across = np.clip(cut, -radius, radius) - x
+    slant = np.hypot(across, distance)
+    straight = across / slant * (np.arctan2(chord - y, slant) + np.arctan2(chord + y, slant))
     return np.where(np.less(cut, radius), (arc - straight) / 2, 0.0)[()]
 
 

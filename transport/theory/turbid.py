@@ -212,9 +212,9 @@ class Turbid:
 
     @property
     def _echoes(self) -> tuple[float, float]:
-        way = math.exp(-self.thickness / self.cosine)
-        down = 1 / (1 - (self.specular * way) ** 2)
-        return down, self.specular * way * down
+        transmission = math.exp(-self.thickness / self.cosine)
+        down = 1 / (1 - (self.specular * transmission) ** 2)
+        return down, self.specular * transmission * down
 
     @property
     def _reflected_once(self) -> float:

@@ -307,19 +307,19 @@ def _with_defaults(module: ModuleType, limits: dict[str, object]) -> dict[str, o
 
 def run_settings_of(module: ModuleType) -> dict[str, object]:
     """Default settings of an experiment, its `run`. Raises SceneError for settings that it may not have."""
-    ways = getattr(module, "run", {})
-    if not isinstance(ways, Mapping):
+    settings = getattr(module, "run", {})
+    if not isinstance(settings, Mapping):
         example = "{'estimator': 'backward'}"
         raise SceneError(
-            f"{experiment_name(module)}: run must be settings such as {example}, got {short_repr(ways)}"
+            f"{experiment_name(module)}: run must be settings such as {example}, got {short_repr(settings)}"
         )
-    for name in ways:
+    for name in settings:
         if name not in RUN_SETTINGS:
             raise SceneError(
                 f"{experiment_name(module)}: run has no setting {name!r};"
                 f" {name_hint(str(name), RUN_SETTINGS)}"
             )
-    return dict(ways)
+    return dict(settings)
 
 
 def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tuple[Row, ...]:

@@ -70,8 +70,8 @@ def slab_scene(depth: float = 2.0, albedo: float = 0.9, g: float = 0.75, cells: 
     slab = Surface(Slab(center=(0, 0, depth / 2), thickness=depth), Transparent(), "slab", inside=fog)
     directions = None if cells is None else Directions(mu=cells)
     faces = {"top": Plane(normal=(0, 0, -1)), "bottom": Plane(center=(0, 0, depth))}
-    meters = [Detector(face, name, directions=directions) for name, face in faces.items()]
-    return Scene([Source(Point(), Beam((0, 0, 1), power=1.0))], [slab], meters)
+    detectors = [Detector(face, name, directions=directions) for name, face in faces.items()]
+    return Scene([Source(Point(), Beam((0, 0, 1), power=1.0))], [slab], detectors)
 
 
 def half_space_scene(albedo: float = 0.9, g: float = 0.0, index: float = 1.5) -> Scene:
@@ -159,9 +159,9 @@ def thermal_box_scene() -> Scene:
 
 def disks_scene() -> Scene:
     """Return a Lambertian disk that faces a small coaxial detector: one flight, and mostly a miss."""
-    meter = Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.1)
+    disk = Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.1)
     source = Source(Disk(radius=0.5), Lambertian(radiance=100.0))
-    return Scene(sources=[source], detectors=[Detector(meter, name="meter", directions=Directions(mu=16))])
+    return Scene(sources=[source], detectors=[Detector(disk, name="meter", directions=Directions(mu=16))])
 
 
 def tube_scene() -> Scene:
@@ -169,8 +169,8 @@ def tube_scene() -> Scene:
     ends = [Disk(center=(0, 0, z), normal=(0, 0, z), radius=1.0) for z in (-5.0, 5.0)]
     wall = Surface(Cylinder(radius=1.0, height=10.0), Diffuse(1.0), "wall")
     source = Source(ends[0], Lambertian(exitance=1.0), side="back")
-    meters = [Detector(end, name) for end, name in zip(ends, ("entrance", "exit"), strict=True)]
-    return Scene([source], [wall], [*meters, Detector("wall", side="back", directions=Directions(mu=16))])
+    detectors = [Detector(end, name) for end, name in zip(ends, ("entrance", "exit"), strict=True)]
+    return Scene([source], [wall], [*detectors, Detector("wall", side="back", directions=Directions(mu=16))])
 
 
 def glass_ball_scene() -> Scene:

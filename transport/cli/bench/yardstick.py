@@ -47,11 +47,11 @@ def run_box(
 
 
 def run_disks(
-    histories: int, seed: int, radius: float = 0.5, meter_radius: float = 0.1, distance: float = 2.0
+    histories: int, seed: int, radius: float = 0.5, detector_radius: float = 0.1, distance: float = 2.0
 ) -> tuple[int, np.ndarray]:
     """Run a Lambertian disk that faces a coaxial detector; return hits, and hits by cosine, shape (16,)."""
     arrivals = np.zeros(CELLS)
-    return _disks(histories, seed, radius, meter_radius, distance, arrivals), arrivals
+    return _disks(histories, seed, radius, detector_radius, distance, arrivals), arrivals
 
 
 with cached_kernels():
@@ -117,7 +117,7 @@ with cached_kernels():
         return crossings
 
     @plain_njit
-    def _disks(histories, seed, radius, meter_radius, distance, arrivals):
+    def _disks(histories, seed, radius, detector_radius, distance, arrivals):
         seed_low, seed_high = seed & 0xFFFFFFFF, seed >> 32
         hits = 0
         for history in range(histories):
@@ -128,7 +128,7 @@ with cached_kernels():
             ux, uy, uz = _cosine_law(0.0, 0.0, 1.0, uniform(r0, r1), uniform(r2, r3))
             t = distance / uz
             x, y = x + t * ux, y + t * uy
-            if x * x + y * y <= meter_radius * meter_radius:
+            if x * x + y * y <= detector_radius * detector_radius:
                 arrivals[_cell(uz)] += 1.0
                 hits += 1
         return hits

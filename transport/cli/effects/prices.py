@@ -72,13 +72,13 @@ def scene_change(change: Callable[[Scene], Scene]) -> Change:
     return lambda treatment: replace(treatment, scene=change(treatment.scene))
 
 
-def set_on_detectors(**asked: object) -> Change:
+def set_on_detectors(**fields: object) -> Change:
     """Set these fields on every Detector, unless a detector has one of them already."""
 
     def change(scene: Scene) -> Scene:
-        if any(getattr(meter, name) not in (None, False) for meter in scene.meters for name in asked):
+        if any(getattr(detector, name) not in (None, False) for detector in scene.meters for name in fields):
             return scene
-        return replace(scene, detectors=[_with_fields(one, asked) for one in scene.detectors])
+        return replace(scene, detectors=[_with_fields(one, fields) for one in scene.detectors])
 
     return scene_change(change)
 
@@ -152,8 +152,8 @@ def central_box(scene: Scene) -> Box:
     return Box(center=tuple(map(float, middle)), size=0.25 * compile_scene(scene).space.size)
 
 
-def _with_fields(one: object, asked: dict[str, object]) -> object:
-    return replace(one, **asked) if isinstance(one, Detector) else one
+def _with_fields(one: object, fields: dict[str, object]) -> object:
+    return replace(one, **fields) if isinstance(one, Detector) else one
 
 
 # ---- The price list: one line per effect, and the base room that prices are relative to.
@@ -247,8 +247,8 @@ def _add_detectors(*more: Detector):
     return scene_change(lambda scene: replace(scene, detectors=(*scene.detectors, *more)))
 
 
-def _add_volume_detector(**asked: object):
-    return add_detector(lambda scene: VolumeDetector(central_box(scene), "volume", **asked))
+def _add_volume_detector(**fields: object):
+    return add_detector(lambda scene: VolumeDetector(central_box(scene), "volume", **fields))
 
 
 def _with_duration(scene: Scene) -> Scene:

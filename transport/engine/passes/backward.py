@@ -312,9 +312,9 @@ def refine_by_cell(b, table, first, live):
 
     Fields: reads `weight`, `cell`, `detector_row`, `detector_index`; updates `bin`; writes `slant`.
     """
-    meters, half = view(table.meters, table.meter_count, DETECTOR), table.half
+    detectors, half = view(table.detectors, table.detector_count, DETECTOR), table.half
     for k in range(first, live):
-        m, is_flight = meters[b.detector_index[k]], b.detector_row[k] < half
+        m, is_flight = detectors[b.detector_index[k]], b.detector_row[k] < half
         arrives = is_flight | ((b.detector_row[k] >= 2 * half) & (b.detector_row[k] < 3 * half))
         row = (m.by_cell if is_flight else m.of_rays) + b.cell[k]
         b.bin[k] = row if (b.bin[k] != 0) & arrives else 0
@@ -330,12 +330,12 @@ def score_path_by_cell(b, table, first, live):
     """
     total, scale, salt = 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way = b.length_inside[k]
-        if way > 0.0:
+        length = b.length_inside[k]
+        if length > 0.0:
             high, low = unbiased_limbs(
-                b.weight[k] * way * scale, hashed_uniform(bits_of(way), salt + b.history[k])
+                b.weight[k] * length * scale, hashed_uniform(bits_of(length), salt + b.history[k])
             )
-            seen = 1 if way > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
+            seen = 1 if length > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
             add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)
             total += high
     b.scored += total + SCORE_BOUND * int64(live - first)
@@ -351,12 +351,12 @@ def score_path_by_cell_in_media(b, table, first, live):
     """
     total, scale, salt = 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way, fade = b.length_inside[k], b.path_absorption[k]
-        if way > 0.0:
-            mean, _ = mean_transmittance(fade * way)
-            track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * way
-            high, low = unbiased_limbs(track * scale, hashed_uniform(bits_of(way), salt + b.history[k]))
-            seen = 1 if way > COLLISION_CLEARANCE else 0
+        length, fade = b.length_inside[k], b.path_absorption[k]
+        if length > 0.0:
+            mean, _ = mean_transmittance(fade * length)
+            track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length
+            high, low = unbiased_limbs(track * scale, hashed_uniform(bits_of(length), salt + b.history[k]))
+            seen = 1 if length > COLLISION_CLEARANCE else 0
             add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)
             total += high
     b.scored += total + SCORE_BOUND * int64(live - first)

@@ -153,8 +153,8 @@ def attenuate(b, table, first, live):
         attenuate_unbiased(b, first, live)
         return live
     for k in range(first, live):
-        way, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
-        depth = sigma_a * way if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
+        length, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
+        depth = sigma_a * length if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
         after = before * exp_negative(-depth)
         high, low = limbs(before)
         left_high, left_low = limbs(after)
@@ -171,8 +171,8 @@ def attenuate_unbiased(b, first, live):
     """
     salt = hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
-        depth = sigma_a * way if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
+        length, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
+        depth = sigma_a * length if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
         fair = is_weak(depth) and before != 0.0
         after = (
             attenuated_unbiased(before, depth, salt + b.history[k]) if fair else before * exp_negative(-depth)

@@ -78,7 +78,7 @@ def find_detector_row(b, table, first, live):
     """
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
-        b.detector_index[k] = rows[b.hit[k] >> SHEET_SHIFT].meter
+        b.detector_index[k] = rows[b.hit[k] >> SHEET_SHIFT].detector
     return live
 
 
@@ -90,10 +90,10 @@ def refine_by_time(b, table, first, live):
 
     Fields: reads `time`, `detector_index`; updates `detector_row`, `bin`.
     """
-    meters = view(table.meters, table.meter_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
-            m = meters[b.detector_index[k]]
+            m = detectors[b.detector_index[k]]
             if m.time_cells != 0:
                 found = find_cell(b.time[k], m.time_cells, m.time_edges)
                 outside = m.outside + (table.half if b.detector_row[k] >= table.half else 0)
@@ -108,10 +108,10 @@ def refine_by_speed(b, table, first, live):
 
     Fields: reads `speed`, `detector_index`; updates `detector_row`, `bin`.
     """
-    meters = view(table.meters, table.meter_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.detector_row[k]:
-            m = meters[b.detector_index[k]]
+            m = detectors[b.detector_index[k]]
             if m.speed_cells != 0:
                 found = find_cell(b.speed[k], m.speed_cells, m.speed_edges)
                 outside = m.outside + (table.half if b.detector_row[k] >= table.half else 0)
@@ -126,10 +126,10 @@ def refine_by_cosine(b, table, first, live):
 
     Fields: reads `ux, uy, uz`, `mu`, `detector_row`, `detector_index`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.detector_row[k]:  # not yet outside of another axis
-            m = meters[b.detector_index[k]]
+            m = detectors[b.detector_index[k]]
             if m.mu_kind != 0:
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by the direction they come from
                 value = abs(b.mu[k])
@@ -150,10 +150,10 @@ def refine_by_azimuth(b, table, first, live):
 
     Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `detector_row`, `detector_index`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.detector_row[k]:
-            m = meters[b.detector_index[k]]
+            m = detectors[b.detector_index[k]]
             if m.turn_kind != 0:
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0
                 ux, uy, uz = toward * b.ux[k], toward * b.uy[k], toward * b.uz[k]
@@ -187,10 +187,10 @@ def refine_by_place(b, table, first, live):
 
     Fields: reads `x, y, z`, `detector_row`, `detector_index`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.detector_row[k]:
-            m = meters[b.detector_index[k]]
+            m = detectors[b.detector_index[k]]
             if m.place != 0:
                 px, py, pz = b.x[k] - m.cx, b.y[k] - m.cy, b.z[k] - m.cz
                 u = px * m.eux + py * m.euy + pz * m.euz

@@ -41,24 +41,24 @@ def find_detector(b, table, first, live):
     """
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
-        b.detector_word[k] = rows[uint64(b.hit[k] >> SHEET_SHIFT)].look
+        b.detector_word[k] = rows[uint64(b.hit[k] >> SHEET_SHIFT)].detector_word
     return live
 
 
 @device
-def cosine_to_side(look, hit, layer, mu):
+def cosine_to_side(word, hit, layer, mu):
     """Return mu relative to the detector's side: negative for arrivals, positive for departures.
 
     0 without detector.
     """
-    covered = (look != 0) & (((hit >> layer) & 1) != 0)
-    return (-mu if look & DETECTOR_BACK else mu) if covered else 0.0
+    covered = (word != 0) & (((hit >> layer) & 1) != 0)
+    return (-mu if word & DETECTOR_BACK else mu) if covered else 0.0
 
 
 @device
-def cosine_bin(look, mu):
+def cosine_bin(word, mu):
     """Return the row of the cosine bin relative to the detector's first row, which is the outside row."""
-    cells = (look >> DETECTOR_CELLS_SHIFT) & DETECTOR_CELLS_MASK
+    cells = (word >> DETECTOR_CELLS_SHIFT) & DETECTOR_CELLS_MASK
     return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)
 
 
@@ -71,10 +71,10 @@ def bin_arrivals(b, table, first, live):
     """
     layer, any_grazes, salt = table.layer, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        look, mu = b.detector_word[k], b.mu[k]
-        base = look & DETECTOR_BASE_MASK
-        here = (cosine_to_side(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
-        b.detector_row[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        word, mu = b.detector_word[k], b.mu[k]
+        base = word & DETECTOR_BASE_MASK
+        here = (cosine_to_side(word, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
+        b.detector_row[k], b.bin[k] = base, base + cosine_bin(word, mu) if here else 0
         any_grazes |= is_grazing(here, mu)
         chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
@@ -92,10 +92,10 @@ def bin_departures(b, table, first, live):
     """
     layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        look, mu = b.detector_word[k], b.mu[k]
-        base = (look & DETECTOR_BASE_MASK) + half
-        here = (cosine_to_side(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
-        b.detector_row[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        word, mu = b.detector_word[k], b.mu[k]
+        base = (word & DETECTOR_BASE_MASK) + half
+        here = (cosine_to_side(word, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
+        b.detector_row[k], b.bin[k] = base, base + cosine_bin(word, mu) if here else 0
         any_grazes |= is_grazing(here, mu)
         chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
@@ -113,10 +113,10 @@ def bin_crossings(b, table, first, live):
     """
     layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        look, mu = b.detector_word[k], b.mu[k]
-        side = cosine_to_side(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
-        base = (look & DETECTOR_BASE_MASK) + (half if side > 0.0 else 0)
-        b.detector_row[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
+        word, mu = b.detector_word[k], b.mu[k]
+        side = cosine_to_side(word, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
+        base = (word & DETECTOR_BASE_MASK) + (half if side > 0.0 else 0)
+        b.detector_row[k], b.bin[k] = base, base + cosine_bin(word, mu) if side != 0.0 else 0
         any_grazes |= is_grazing((side != 0.0), mu)
         chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
@@ -203,10 +203,10 @@ def require_visits(b, table, first, live):
 
     Fields: reads `visited`, `detector_index`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
-            via = meters[b.detector_index[k]].via
+            via = detectors[b.detector_index[k]].via
             b.bin[k] = b.bin[k] if (b.visited[k] & via) == via else 0
     return live
 
@@ -217,9 +217,9 @@ def require_reflections(b, table, first, live):
 
     Fields: reads `reflections`, `detector_index`; updates `bin`.
     """
-    meters = view(table.meters, table.meter_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
-            m = meters[b.detector_index[k]]
+            m = detectors[b.detector_index[k]]
             b.bin[k] = b.bin[k] if (b.reflections[k] >= m.least) & (b.reflections[k] <= m.most) else 0
     return live

@@ -129,8 +129,8 @@ def count_in_guard(b, table, first, live):
         along = b.start[k] if along < b.start[k] else along
         along = b.distance[k] if along > b.distance[k] else along
         dx, dy, dz = rx - along * b.ux[k], ry - along * b.uy[k], rz - along * b.uz[k]
-        is_told = (b.mis_pdf[k] != 0.0) | (b.weight[k] == 0.0)
-        b.score[k] = math.inf if is_told else dx * dx + dy * dy + dz * dz
+        has_pdf = (b.mis_pdf[k] != 0.0) | (b.weight[k] == 0.0)
+        b.score[k] = math.inf if has_pdf else dx * dx + dy * dy + dz * dz
     # List the flights within the ball, and count them by sheet.
     for k in range(first, live):
         b.listed[n] = k

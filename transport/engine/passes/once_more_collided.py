@@ -182,9 +182,9 @@ def turn_into_second_leg(b, table, first, live):
     # Direction to the point, scattering angle and coefficient; pdfs of phase functions follow.
     for item in range(turning):
         k = b.listed[item]
-        point, medium, way, mfp = points[b.leg[k] - 1], b.medium[k], b.distance[k], b.mfp[k]
+        point, medium, length, mfp = points[b.leg[k] - 1], b.medium[k], b.distance[k], b.mfp[k]
         here = medium == point.medium
-        x, y, z = b.x[k] + way * b.ux[k], b.y[k] + way * b.uy[k], b.z[k] + way * b.uz[k]
+        x, y, z = b.x[k] + length * b.ux[k], b.y[k] + length * b.uy[k], b.z[k] + length * b.uz[k]
         vx, vy, vz, r = direction_to(x, y, z, point.x, point.y, point.z)
         sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
         b.scatter_cosine[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz

@@ -175,9 +175,9 @@ def innermost(inside):
 
 
 @device
-def ends_beyond(x, y, z, ux, uy, uz, way, low_x, low_y, low_z, high_x, high_y, high_z):
+def ends_beyond(x, y, z, ux, uy, uz, length, low_x, low_y, low_z, high_x, high_y, high_z):
     """Return whether a flight of length `way` ends outside a box (true for an infinite flight)."""
-    x, y, z = x + way * ux, y + way * uy, z + way * uz
+    x, y, z = x + length * ux, y + length * uy, z + length * uz
     return not ((x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y) & (z >= low_z) & (z <= high_z))
 
 
@@ -205,8 +205,8 @@ def end_lost_particles(b, table, first, live):
     high_x, high_y, high_z, bit = table.high_x, table.high_y, table.high_z, table.bit
     strays = 0
     for k in range(first, live):
-        x, y, z, ux, uy, uz, way = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
-        is_stray = ends_beyond(x, y, z, ux, uy, uz, way, low_x, low_y, low_z, high_x, high_y, high_z)
+        x, y, z, ux, uy, uz, length = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
+        is_stray = ends_beyond(x, y, z, ux, uy, uz, length, low_x, low_y, low_z, high_x, high_y, high_z)
         is_stray &= (b.inside[k] & bit) != 0
         is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)
         b.flies[k] = MARKED_LOST if is_stray else b.flies[k]
@@ -226,9 +226,9 @@ def end_lost_particles_of_many(b, table, first, live):
     for k in range(first, live):
         row = rows[uint64(innermost(b.inside[k]))]
         low_x, low_y, low_z = row.low_x, row.low_y, row.low_z
-        x, y, z, ux, uy, uz, way = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
+        x, y, z, ux, uy, uz, length = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
         is_stray = ends_beyond(
-            x, y, z, ux, uy, uz, way, low_x, low_y, low_z, row.high_x, row.high_y, row.high_z
+            x, y, z, ux, uy, uz, length, low_x, low_y, low_z, row.high_x, row.high_y, row.high_z
         )
         is_stray &= row.bit != 0
         is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)

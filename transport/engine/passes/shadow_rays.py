@@ -104,11 +104,11 @@ def cast_from_box(b, table, first, live):
         # Chord of the box on this line, and a place on it.
         near = max(0.0, max(near_x, max(near_y, near_z)))
         far = min(far_x, min(far_y, far_z))
-        way = far - near if near < far else 0.0
-        s = near + short_uniform(w3) * way if near < far else 1.0
+        length = far - near if near < far else 0.0
+        s = near + short_uniform(w3) * length if near < far else 1.0
         b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
         b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = -ux, -uy, -uz, s
-        b.score[k] = b.weight[k] * way * scale
+        b.score[k] = b.weight[k] * length * scale
         b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, 0, tally
     return live
 
@@ -137,11 +137,11 @@ def cast_from_sphere(b, table, first, live):
         d = (radius - q) * (radius + q)
         half = math.sqrt(d if d > 0.0 else 0.0)
         near, far = max(0.0, -h - half), half - h
-        way = far - near if near < far else 0.0
-        s = near + short_uniform(w3) * way if near < far else 1.0
+        length = far - near if near < far else 0.0
+        s = near + short_uniform(w3) * length if near < far else 1.0
         b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
         b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = -ux, -uy, -uz, s
-        b.score[k] = b.weight[k] * way * scale
+        b.score[k] = b.weight[k] * length * scale
         b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, 0, tally
     return live
 

@@ -50,8 +50,8 @@ def count_phase_space(b, table, first, live):
         k = b.listed[j]
         # Position and velocity at the instant; its bin by one or two coordinates.
         speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
-        way = b.start[k] + (instant - b.time[k]) * speed
-        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)
+        length = b.start[k] + (instant - b.time[k]) * speed
+        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, length, speed)
         inside = (x >= table.low_x) & (x <= table.high_x) & (y >= table.low_y) & (y <= table.high_y)
         inside &= (z >= table.low_z) & (z <= table.high_z)
         a = coordinate(table.a_kind, x, y, z, vx, vy, vz, speed, uz)
@@ -103,8 +103,8 @@ def record_snapshot(b, table, first, live):
         if b.history[k] % stride == phase:
             row = view(b.records + RECORD_BYTES * b.record_count, 1, RECORD)[0]
             speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
-            way = b.start[k] + (instant - b.time[k]) * speed
-            x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)
+            length = b.start[k] + (instant - b.time[k]) * speed
+            x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, length, speed)
             row.x, row.y, row.z, row.vx, row.vy, row.vz = x, y, z, vx, vy, vz
             row.weight = b.weight[k]
             row.history, row.batch, row.snapshot = b.history[k], b.batch, table.number

@@ -186,9 +186,9 @@ def force_collision(b, table, first, live):
     for k in range(first, live):
         fresh = (b.flies[k] != 0) & (b.forced_path[k] == UNCOLLIDED) & (b.mfp[k] < math.inf)
         w, mfp = b.weight[k], b.mfp[k]
-        way = b.distance[k] - b.start[k]
-        ends = way < math.inf
-        tau = way / mfp if fresh & ends else 1.0
+        length = b.distance[k] - b.start[k]
+        ends = length < math.inf
+        tau = length / mfp if fresh & ends else 1.0
         # Depth of the forced collision, and minus the collision probability.
         depth, share = depth_before(tau, b.depth[k])  # share < 0
         path = depth * mfp

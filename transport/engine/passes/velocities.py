@@ -262,8 +262,8 @@ def time_arrival_in_media(b, table, first, live):
     for k in range(first, live):
         pace = rows[b.medium[k]].index * slowness
         pace = 1.0 / b.speed[k] if has_speeds else pace
-        way = b.distance[k] - b.start[k]
-        b.arrival[k] = b.time[k] + (way * pace if b.flies[k] != 0 else 0.0)
+        length = b.distance[k] - b.start[k]
+        b.arrival[k] = b.time[k] + (length * pace if b.flies[k] != 0 else 0.0)
     return live
 
 

@@ -98,16 +98,18 @@ def score_in_cell(b, table, k, number, bin, track, keep, count):
 
 
 @separate_device
-def score_part(b, table, k, number, bin, way, weight, fade, keep):
+def score_part(b, table, k, number, bin, length, weight, fade, keep):
     """Score the path through one cell; returns the weight behind it.
 
     Fields: reads `history`; updates `scored`.
     """
     mean, left = 1.0, weight
     if table.kept != 0:
-        mean, less = mean_transmittance(fade * way)
+        mean, less = mean_transmittance(fade * length)
         left = weight + weight * less
-    score_in_cell(b, table, k, number, bin, weight * way * mean, keep, 1 if way > COLLISION_CLEARANCE else 0)
+    score_in_cell(
+        b, table, k, number, bin, weight * length * mean, keep, 1 if length > COLLISION_CLEARANCE else 0
+    )
     return left
 
 
@@ -152,10 +154,10 @@ def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
     while going:
         face = min(t_x, min(t_y, t_z))
         going = face < end
-        way = (face if going else end) - t
-        if way > 0.0:  # none to a face that rounding has put behind
+        length = (face if going else end) - t
+        if length > 0.0:  # none to a face that rounding has put behind
             number = (i * table.cells_y + j) * table.cells_z + m
-            weight = score_part(b, table, k, number, bin, way, weight, fade, keep)
+            weight = score_part(b, table, k, number, bin, length, weight, fade, keep)
             t = face
         # Step across the nearest face.
         if going:
@@ -217,12 +219,12 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
         else:
             face = half_chord(radii[shell + 1], q) if shell + 1 < count else math.inf
         going = face < end
-        way = (face if going else end) - t
-        if way > 0.0:
+        length = (face if going else end) - t
+        if length > 0.0:
             if shell >= 0:
-                weight = score_part(b, table, k, shell, bin, way, weight, fade, keep)
+                weight = score_part(b, table, k, shell, bin, length, weight, fade, keep)
             elif table.kept != 0:
-                weight *= exp_negative(-fade * way)
+                weight *= exp_negative(-fade * length)
             t = face
         if going:
             shell += -1 if inwards else 1

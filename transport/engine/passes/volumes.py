@@ -155,13 +155,13 @@ def score_path(b, table, first, live):
     """
     total_high, total_low, count, scale, salt = 0, 0, 0, table.scale, hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way = b.length_inside[k]
-        inside = way > 0.0
-        chance = hashed_uniform(bits_of(way), salt + b.history[k])
-        high, low = unbiased_limbs(b.weight[k] * way * scale if inside else 0.0, chance)
+        length = b.length_inside[k]
+        inside = length > 0.0
+        chance = hashed_uniform(bits_of(length), salt + b.history[k])
+        high, low = unbiased_limbs(b.weight[k] * length * scale if inside else 0.0, chance)
         total_high += high
         total_low += low
-        count += 1 if way > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
+        count += 1 if length > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
     add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
     b.scored += total_high + SCORE_BOUND * int64(live - first)
     return live
@@ -187,18 +187,18 @@ def score_path_in_media(b, table, first, live):
     total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
     salt = hash_salt(b.seed_low, b.batch)
     for k in range(first, live):
-        way, fade = b.length_inside[k], b.path_absorption[k]
-        inside = way > 0.0
-        mean, _ = mean_transmittance(fade * way)
-        track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * way if inside else 0.0
-        chance = hashed_uniform(bits_of(way), salt + b.history[k])
+        length, fade = b.length_inside[k], b.path_absorption[k]
+        inside = length > 0.0
+        mean, _ = mean_transmittance(fade * length)
+        track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length if inside else 0.0
+        chance = hashed_uniform(bits_of(length), salt + b.history[k])
         high, low = unbiased_limbs(track * scale, chance)
         total_high += high
         total_low += low
         high, low = unbiased_limbs(track * b.total_absorption[k] if inside else 0.0, chance)
         kept_high += high
         kept_low += low
-        count += 1 if way > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
+        count += 1 if length > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
     add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
     add_to_row(b.tallies + 32 * table.kept, kept_high, kept_low, count, 0)
     b.scored += total_high + kept_high + SCORE_BOUND * int64(live - first)

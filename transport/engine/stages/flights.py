@@ -38,12 +38,12 @@ from transport.engine.stages.next_event import (
 def score_paths(plan):
     """Yield the steps that score path lengths in volumes, before the clock and absorption act."""
     counting = [volume for volume in plan.volumes if not volume.counts_collisions]
-    if not (counting or plan.ways_room):
+    if not (counting or plan.max_path_segments):
         return
     yield step(volumes.set_flight_end_in_media if plan.has_media else volumes.set_flight_end)
     if plan.has_clock:
         yield _limit_by_clock(plan)
-    if plan.ways_room:
+    if plan.max_path_segments:
         yield step(snapshots.record_tracks)
     for volume in counting:
         yield step(volumes.clip_to_box if volume.is_box else volumes.clip_to_ball, volume.row)

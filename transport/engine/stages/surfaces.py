@@ -39,7 +39,7 @@ def score_detectors(plan, binning, is_known=False, is_born=False):
     """
     for layer, rows in enumerate(plan.layers):
         table = table_of_layer(plan, layer)
-        if not (rows["look"] != 0).any():
+        if not (rows["detector_word"] != 0).any():
             continue
         if not is_known:
             yield step(detectors.find_detector, table)

@@ -73,13 +73,13 @@ def array_from_json(data: dict) -> np.ndarray:
 def _check_size(shape: list[int]) -> None:
     """Raise ValueError if the array does not fit into memory: a short text may request a huge array."""
     count = math.prod(shape)
-    asked = f"shape {value_text(shape)} requests {float(min(count, 10**300)):.3g} numbers"
+    request = f"shape {value_text(shape)} requests {float(min(count, 10**300)):.3g} numbers"
     if count > MAX_NUMBERS:
-        raise ValueError(f"{asked}, more than any scene needs; take fewer, at most {MAX_NUMBERS:.3g}")
+        raise ValueError(f"{request}, more than any scene needs; take fewer, at most {MAX_NUMBERS:.3g}")
     need, left = BYTES_PER_NUMBER * count, available_memory() if BYTES_PER_NUMBER * count > MIN_FREE else None
     if left is not None and need > left:
         figures = f"{size_text(need)} while reading, but {size_text(left)} of memory are left"
-        raise ValueError(f"{asked}, {figures}; take fewer")
+        raise ValueError(f"{request}, {figures}; take fewer")
 
 
 def _constant(number: object, shape: list[int]) -> np.ndarray:

@@ -70,40 +70,40 @@ def optical_depth_message(plan: Plan, title: str, place: Shape | Vector, particl
     """
     if plan.adjoint is not None or not has_media(plan.scene):
         return None
-    ways = [(straight_path_to(plan.scene, emitter, place), emitter) for emitter in plan.emitters]
-    way, emitter = min(ways, key=lambda found: found[0].depth)
-    is_hopeless = max(way.absorbed, way.decay) > MAX_OPTICAL_DEPTH
-    if not (is_hopeless if plan.splits else way.is_too_deep(plan, particles)):
+    paths = [(straight_path_to(plan.scene, emitter, place), emitter) for emitter in plan.emitters]
+    path, emitter = min(paths, key=lambda found: found[0].depth)
+    is_hopeless = max(path.absorbed, path.decay) > MAX_OPTICAL_DEPTH
+    if not (is_hopeless if plan.splits else path.is_too_deep(plan, particles)):
         return None
     where = (
-        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {way.depth:.3g} mean free paths"
+        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {path.depth:.3g} mean free paths"
         " of media"
     )
-    return f"no particle has reached {title}: {where}; {_depth_cure(plan, emitter, way)}"
+    return f"no particle has reached {title}: {where}; {_depth_cure(plan, emitter, path)}"
 
 
-def _depth_cure(plan: Plan, emitter: Emitter, way: StraightPath) -> str:
+def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath) -> str:
     """Cure for light that is so faint, or that comes from so thin an outer layer."""
-    if way.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
+    if path.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
         return (
             "only the outer mean free path of so dense a body is visible, and hardly any history is born"
             " there; let its surface emit instead, Lambertian(radiance=emission / absorption)"
         )
-    if max(way.absorbed, way.decay) > MAX_OPTICAL_DEPTH:
+    if max(path.absorbed, path.decay) > MAX_OPTICAL_DEPTH:
         passes = (
-            f"about exp(-{way.decay:.3g}) of the diffusing light"
-            if way.scattered
-            else f"exp(-{way.depth:.3g}) of it"
+            f"about exp(-{path.decay:.3g}) of the diffusing light"
+            if path.scattered
+            else f"exp(-{path.depth:.3g}) of it"
         )
         return (
             f"{passes} is transmitted, and no run resolves less than {SMALLEST_WEIGHT:.0e} of a birth weight:"
             " place the detector at a smaller depth"
         )
-    if way.scattered == 0:
-        return f"exp(-{way.depth:.3g}) of it is transmitted: use tracking='weighted'"
+    if path.scattered == 0:
+        return f"exp(-{path.depth:.3g}) of it is transmitted: use tracking='weighted'"
     return (
         "use Tracking(splitting=Splitting(start=..., end=..., gain=...)) along this path, with a gain of"
-        f" about 1 / transmission: {math.exp(way.decay):.0e} if light diffuses"
+        f" about 1 / transmission: {math.exp(path.decay):.0e} if light diffuses"
     )
 
 
@@ -128,7 +128,7 @@ def _path_through_media(
     ends = np.concatenate([[0.0], *met, [distance]])
     ends = np.unique(ends[(ends >= 0) & (ends <= distance)])
     lengths = np.diff(ends)
-    way = np.zeros(3)
+    path = np.zeros(3)
     for length, medium in zip(
         lengths, media_at(scene, start + np.outer(ends[:-1] + lengths / 2, direction)), strict=True
     ):
@@ -137,8 +137,8 @@ def _path_through_media(
         if scattered > 0:
             turned = scattered * (1 - _asymmetry(medium))
             decay = math.sqrt(3 * absorbed) * math.sqrt(absorbed + turned)
-        way += length * np.array([absorbed, scattered, decay])
-    return StraightPath(*map(float, way))
+        path += length * np.array([absorbed, scattered, decay])
+    return StraightPath(*map(float, path))
 
 
 def _asymmetry(medium: Medium | Grid) -> float:

@@ -70,10 +70,10 @@ def no_light_message(
         The cause and what to do.
     """
     shape = place if isinstance(place, Shape) else Point(position=place)
-    looks = (shape, None if detector is None else detector.side)
-    why = _enclosure_reason(scene, looks) or _behind_sources_reason(scene, shape)
-    if why is None and detector is not None and _is_opaque(scene, detector) and _faces_away(scene, looks):
-        why = f"{_facing_away_message(looks)}. Reverse its normal, or write side={_other_side(looks)!r}"
+    target = (shape, None if detector is None else detector.side)
+    why = _enclosure_reason(scene, target) or _behind_sources_reason(scene, shape)
+    if why is None and detector is not None and _is_opaque(scene, detector) and _faces_away(scene, target):
+        why = f"{_facing_away_message(target)}. Reverse its normal, or write side={_other_side(target)!r}"
     return why and f"{title} counted nothing: {why}"
 
 
@@ -150,19 +150,19 @@ def _has_source_on(scene: Scene, shape: Shape) -> bool:
 # ---- opaque rooms ----
 
 
-def _enclosure_reason(scene: Scene, looks: Sided) -> str | None:
+def _enclosure_reason(scene: Scene, target: Sided) -> str | None:
     """Explain that opaque surfaces separate the detector from every source, by enclosing one of the two."""
     rooms = [
         room
         for room in _opaque_rooms(scene)
-        if _is_certainly_inside(room, looks) or _is_certainly_outside(room, looks)
+        if _is_certainly_inside(room, target) or _is_certainly_outside(room, target)
     ]
     sources = list(_emitting_sides(scene))
     for room in rooms:
-        if all(_room_separates(room, looks, source) for source in sources):
-            return _enclosure_message(scene, room, looks, sources)
+        if all(_room_separates(room, target, source) for source in sources):
+            return _enclosure_message(scene, room, target, sources)
     parting = [
-        next((room for room in rooms if _room_separates(room, looks, source)), None) for source in sources
+        next((room for room in rooms if _room_separates(room, target, source)), None) for source in sources
     ]
     if None in parting:
         return None
@@ -170,28 +170,28 @@ def _enclosure_reason(scene: Scene, looks: Sided) -> str | None:
     return f"{names} separate it from every source, and let no light through. Move the detector or a source"
 
 
-def _room_separates(room: Room, looks: Sided, source: Sided) -> bool:
+def _room_separates(room: Room, target: Sided, source: Sided) -> bool:
     """Whether the walls of a room lie between the detector and a source."""
-    if _is_certainly_inside(room, looks):
+    if _is_certainly_inside(room, target):
         return _is_certainly_outside(room, source)
     return _is_certainly_inside(room, source)
 
 
-def _enclosure_message(scene: Scene, room: Room, looks: Sided, sources: list[Sided]) -> str:
+def _enclosure_message(scene: Scene, room: Room, target: Sided, sources: list[Sided]) -> str:
     """Which walls enclose what, and what to do.
 
     Change the side of the detector or the sources, or move one.
     """
-    (name, encloses), is_within = _room_name(scene, room), _is_certainly_inside(room, looks)
+    (name, encloses), is_within = _room_name(scene, room), _is_certainly_inside(room, target)
     if is_within and all(
         side is not None and _is_certainly_inside(room, (o, _other_side((o, side)))) for o, side in sources
     ):
         cure = f"Write side={_other_side(sources[0])!r} in the source"
         return f"every source emits from the outside of {name}. {cure}"
-    if looks[1] is not None and (_is_certainly_outside if is_within else _is_certainly_inside)(
-        room, (looks[0], _other_side(looks))
+    if target[1] is not None and (_is_certainly_outside if is_within else _is_certainly_inside)(
+        room, (target[0], _other_side(target))
     ):
-        cure = f"Write side={_other_side(looks)!r}"
+        cure = f"Write side={_other_side(target)!r}"
     else:
         cure = (
             "Make it Transparent(), or move the detector or a source"
@@ -305,18 +305,18 @@ def _behind_sources_reason(scene: Scene, shape: Shape) -> str | None:
     )
 
 
-def _faces_away(scene: Scene, looks: Sided) -> bool:
+def _faces_away(scene: Scene, target: Sided) -> bool:
     """Whether the detector is flat, and everything that emits or redirects light lies behind its plane."""
-    shape, side = looks
+    shape, side = target
     shapes = [*(origin for _, origin in _sources_with_shapes(scene)), *_redirecting_shapes(scene)]
     return isinstance(shape, FlatShape) and all(
         other is not None and is_behind(other, shape, side) for other in shapes
     )
 
 
-def _facing_away_message(looks: Sided) -> str:
+def _facing_away_message(target: Sided) -> str:
     return (
-        f"its {looks[1]} faces away from every source, and nothing in front of it reflects or scatters light"
+        f"its {target[1]} faces away from every source, and nothing in front of it reflects or scatters light"
     )
 
 

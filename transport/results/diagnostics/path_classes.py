@@ -227,15 +227,18 @@ def _classes_of_detector(
         yield PathClass(what, number, heaviest, MORE_PARTICLES, name=ALL_LIGHT)
         return
     scene, detector = plan.scene, expectation.detector
-    looks = detector.side if side == 0 else OTHER_SIDE[detector.side]
-    face = "back" if IS_BACK[looks] else "front"
+    side_seen = detector.side if side == 0 else OTHER_SIDE[detector.side]
+    face = "back" if IS_BACK[side_seen] else "front"
     shape = scene.shape_of(detector)
     if side == 1 and isinstance(detector.shape, str):  # departures from a surface are counted by flights
         number = count_large_scores(plan, batches, name, side, 1.0, scores)
         yield PathClass("light", number, 1.0, MORE_PARTICLES, name=ALL_LIGHT)
         return
     # Flights: light that no ray connects.
-    mirrors, beams = specular_surfaces_of(scene, shape, looks), list(unconnected_sources(plan, shape, looks))
+    mirrors, beams = (
+        specular_surfaces_of(scene, shape, side_seen),
+        list(unconnected_sources(plan, shape, side_seen)),
+    )
     unconnected = [*surface_names(scene, mirrors), *beams]
     largest = heaviest if unconnected else expectation.largest_flight_share[face]
     number = count_large_scores(plan, batches, name, side, largest, scores)
@@ -333,12 +336,12 @@ def _classes_of_sources(
                 )
                 straight = 0.0
         if mirrors or seen:
-            ways = [f"from {lamp.name!r}"] * seen
-            ways += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
+            origins = [f"from {lamp.name!r}"] * seen
+            origins += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
             yield (
                 number,
                 PathClass(
-                    f"light {' or '.join(ways)}",
+                    f"light {' or '.join(origins)}",
                     met[number].flights,
                     heaviest,
                     "use more particles",

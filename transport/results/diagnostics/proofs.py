@@ -161,10 +161,10 @@ def miss_distance(origin: Shape, direction: Vector, shape: Shape) -> float:
     """
     if origin.is_infinite or shape.is_infinite:
         return 0.0
-    way, reach = np.subtract(shape.middle, origin.middle), origin.extent + shape.extent
-    along = float(np.dot(way, direction))
-    aside = math.sqrt(max(float(np.dot(way, way)) - along * along, 0.0))
-    return max(math.hypot(aside, min(along, 0.0)) - reach, 0.0)
+    offset, reach = np.subtract(shape.middle, origin.middle), origin.extent + shape.extent
+    along = float(np.dot(offset, direction))
+    miss = math.sqrt(max(float(np.dot(offset, offset)) - along * along, 0.0))
+    return max(math.hypot(miss, min(along, 0.0)) - reach, 0.0)
 
 
 def source_name(scene: Scene, source: Source) -> str:
@@ -177,13 +177,13 @@ def is_hidden(scene: Scene, sensor: object, parts: list[SensorPart], lamp: Shape
     """Whether geometry proves that no direct light of a source reaches a sensor."""
     if isinstance(sensor, Camera) and not sensor.may_see(lamp):
         return True
-    looks = getattr(sensor, "side", None)
+    facing = getattr(sensor, "side", None)
     for part in parts:
-        if looks is not None and isinstance(part.shape, FlatShape) and is_behind(lamp, part.shape, looks):
+        if facing is not None and isinstance(part.shape, FlatShape) and is_behind(lamp, part.shape, facing):
             continue
         if side is not None and isinstance(lamp, FlatShape) and is_behind(part.shape, lamp, side):
             continue
-        if not are_separated(scene, (part.shape, looks), (lamp, side)):
+        if not are_separated(scene, (part.shape, facing), (lamp, side)):
             return False
     return True
 
@@ -228,18 +228,18 @@ def _visible_share(
         if any(end is None for end in ends):
             return math.inf, 0.0, True
         (start, facing), (end, emitting) = ends
-        ways = end - start
-        distances = np.linalg.norm(ways, axis=1)
+        rays = end - start
+        distances = np.linalg.norm(rays, axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ways = ways / distances[:, None]
-            there = np.maximum(-(ways * emitting).sum(axis=1) * (-1.0 if IS_BACK[side] else 1.0), 0.0)
+            rays = rays / distances[:, None]
+            there = np.maximum(-(rays * emitting).sum(axis=1) * (-1.0 if IS_BACK[side] else 1.0), 0.0)
             here = np.maximum(
-                (ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
+                (rays * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
             )
             kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
         # Keep the lines that no opaque surface blocks.
         free = np.flatnonzero(kernel > 0)
-        free = free[~_are_blocked(scene, start[free], ways[free], distances[free])]
+        free = free[~_are_blocked(scene, start[free], rays[free], distances[free])]
         shown = kernel[free]
         mean = float(shown.sum()) / lines
         spread = 2 * math.sqrt(max(float((shown**2).sum()) / lines - mean**2, 0.0) / lines)
@@ -280,12 +280,12 @@ def even_points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.nd
     return np.array(shape.center) + np.outer(x, e_u) + np.outer(y, e_v), np.broadcast_to(normal, (len(u), 3))
 
 
-def _are_blocked(scene: Scene, start: np.ndarray, ways: np.ndarray, distances: np.ndarray) -> np.ndarray:
+def _are_blocked(scene: Scene, start: np.ndarray, rays: np.ndarray, distances: np.ndarray) -> np.ndarray:
     """Whether an opaque surface lies between the ends of each line."""
     blocked = np.zeros(len(start), bool)
     for surface in scene.surfaces:
         if not is_transmissive(surface.material):
-            met = crossings(surface.shape, start, ways).distances / distances[:, None]
+            met = crossings(surface.shape, start, rays).distances / distances[:, None]
             blocked |= ((met > END_TOLERANCE) & (met < 1 - END_TOLERANCE)).any(axis=1)
     return blocked
 

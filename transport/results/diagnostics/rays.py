@@ -159,7 +159,7 @@ def grazing_share(sums: DetectorSums) -> float:
     inverse = slants.sum() / weights.sum()  # mean of 1/|mu|
     if weights_vary(sums.plan):  # counts do not measure weights
         return 1.0 if inverse > 1 / GRAZING_CUT else 0.0
-    number = [meter.name for meter in sums.scene.meters].index(sums.detector.name)
+    number = [detector.name for detector in sums.scene.meters].index(sums.detector.name)
     excess = np.array([batch.grazing[number] for batch in sums.batches], float)
     if abs(excess.sum()) < MIN_SCORES_FOR_ERROR or not _is_significant(excess):
         return 0.0

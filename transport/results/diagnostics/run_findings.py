@@ -64,13 +64,13 @@ def findings_of(result: Record) -> tuple[Finding, ...]:
     """All findings to read before the numbers are used: of sources and particles, then of each detector."""
     found = [_note("lost particles", what) for what in _particle_messages(result)]
     found += [_note("faint source", what) for what in faint_sources(result.plan, result.particles)]
-    looks = (*result.scene.meters, *result.scene.volumes, *result.scene.points, *result.scene.instruments)
-    for look in looks:
-        found += _detector_findings(result, result[look.name])
+    detectors = (*result.scene.meters, *result.scene.volumes, *result.scene.points, *result.scene.instruments)
+    for detector in detectors:
+        found += _detector_findings(result, result[detector.name])
     for space in result.scene.phase_spaces:
         reading = result[space.name]
         found += _bins_findings(reading, f"{reading.title}{reading.name!r}")
-    if away := [meter for meter in result.scene.meters if result[meter.name].cannot_arrive]:
+    if away := [other for other in result.scene.meters if result[other.name].cannot_arrive]:
         found.append(_note("enclosed detector", no_arrival_warning(away)))
     found += [_note("aim", what) for what in _aim_messages(result)]
     return tuple(found)
@@ -217,8 +217,10 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
         yield "fluence_rate", reading.total
     elif isinstance(reading, Reading):
         for side, name in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
-            is_asked = reading.sums.whole("weights", side).any() or (side == ARRIVALS and reading.may_arrive)
-            if is_asked and not reading.is_sure(side):
+            is_requested = reading.sums.whole("weights", side).any() or (
+                side == ARRIVALS and reading.may_arrive
+            )
+            if is_requested and not reading.is_sure(side):
                 yield name, reading.total(side)
     else:
         yield from reading.totals()
@@ -256,9 +258,9 @@ def _aim_messages(result: Record) -> Iterator[str]:
     aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.adjoint is None]
     for detector in scene.meters if aims else ():
         on_the_way = [
-            meter for meter in scene.meters if meter is detector or meter.name in (detector.via or ())
+            other for other in scene.meters if other is detector or other.name in (detector.via or ())
         ]
-        if any(aim not in [scene.shape_of(meter) for meter in on_the_way] for aim in aims):
+        if any(aim not in [scene.shape_of(other) for other in on_the_way] for aim in aims):
             yield f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
     for volume in scene.volumes if aims else ():
         if any(aim != scene.shape_of(volume) for aim in aims):

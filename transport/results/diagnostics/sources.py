@@ -142,13 +142,13 @@ def _small_lamp(
     born: score of a birth straight below a spot 1 m away [W m^-2].
     """
     distance = 0.0 if emitter.shape.is_infinite else distance_to_shape(emitter.shape, point)
-    looks = emitter.source.emission.has_side
+    has_side = emitter.source.emission.has_side
     if not distance > MAX_RELATIVE_DISTANCE * emitter.shape.extent or (
-        looks and _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0)
+        has_side and _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0)
     ):
         return None
     births = particles * emitter.bound / math.fsum(each.bound for each in plan.emitters)
-    added = born / distance**2 if looks else born / 4 / distance**2
+    added = born / distance**2 if has_side else born / 4 / distance**2
     return NearEmitter(title, distance, added, births, emitter.shape.extent, is_small=True)
 
 

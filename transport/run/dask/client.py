@@ -239,7 +239,7 @@ class DaskExecutor:
         return max(1, sum(many for address, many in self.worker_threads.items() if address in self.usable))
 
     @property
-    def doubts(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """Return findings about the workers, as sentences."""
         return [f"worker {address} was not used: {why}" for address, why in self.refused.items()]
 

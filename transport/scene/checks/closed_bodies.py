@@ -44,7 +44,7 @@ class FaceCrossings(NamedTuple):
     """Crossings of lines with some faces, in order, and the places where they do not alternate."""
 
     origins: np.ndarray
-    ways: np.ndarray
+    directions: np.ndarray
     surfaces: np.ndarray  # (lines, most); -1 for none
     sides: np.ndarray  # +1 where a line runs along the normal, else -1
     places: np.ndarray  # [m]
@@ -78,8 +78,8 @@ def _face_crossings(scene: SceneParts, faces: Faces) -> FaceCrossings:
         4, min(max(DEFAULT_LINES, LINES_PER_SURFACE * len(shapes)), MAX_LINE_FACETS // max(4 * facets, 1))
     )
     size = scene_size(shapes)
-    origins, ways = lines_through(shapes, count, size)
-    places, keys = sorted_crossings(shapes, origins, ways, size)
+    origins, directions = lines_through(shapes, count, size)
+    places, keys = sorted_crossings(shapes, origins, directions, size)
     group, code = np.divmod(keys, 2 * len(shapes))
     code[keys < 0] = 2 * len(shapes)
     held = np.array([[(number, is_front) in faces for is_front in (True, False)] for number in numbers])
@@ -94,7 +94,9 @@ def _face_crossings(scene: SceneParts, faces: Faces) -> FaceCrossings:
     is_double = flush & ((before[:, 1:] != before[:, :-1]) | (behind[:, 1:] != behind[:, :-1]))
     is_gap[:, 1:-1] &= ~flush
     surfaces = np.append(np.repeat(numbers, 2), -1)[code]
-    return FaceCrossings(origins, ways, surfaces, np.where(code % 2, 1, -1), places, is_in, is_gap, is_double)
+    return FaceCrossings(
+        origins, directions, surfaces, np.where(code % 2, 1, -1), places, is_in, is_gap, is_double
+    )
 
 
 def _raise_back_to_back(scene: SceneParts, body: Body, taken: FaceCrossings) -> None:
@@ -155,7 +157,7 @@ def _raise_unnamed_side(
 
 def _format_place(taken: FaceCrossings, line: int, place: float) -> str:
     """Coordinates of a place on a line, as text."""
-    return f"({', '.join(f'{x:.6g}' for x in taken.origins[line] + place * taken.ways[line])})"
+    return f"({', '.join(f'{x:.6g}' for x in taken.origins[line] + place * taken.directions[line])})"
 
 
 # ---- search for the cause ----
@@ -209,7 +211,7 @@ def _crossings_in_gaps(
 ) -> list[tuple[int, int, float, bool]]:
     """Crossings of a surface in gaps: line, gap, place [m], and whether its front faces the body."""
     lines, gaps = np.nonzero(taken.is_gap)
-    found = crossings(scene.surfaces[number].shape, taken.origins[lines], taken.ways[lines])
+    found = crossings(scene.surfaces[number].shape, taken.origins[lines], taken.directions[lines])
     ends = np.where(taken.surfaces >= 0, taken.places, np.inf)
     edge = np.full((len(ends), 1), np.inf)
     low, high = np.hstack([-edge, ends])[lines, gaps], np.hstack([ends, edge])[lines, gaps]

@@ -58,9 +58,9 @@ def _named_shapes(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
     for number, source in enumerate(scene.sources):
         if isinstance(source.shape, FlatShape | Mesh | Box) and source.emission.has_side:
             yield f"sources[{number}]", source.shape
-    for meter in scene.meters:
-        if isinstance(meter.shape, Shape):
-            yield f"Detector {meter.name!r}", meter.shape
+    for detector in scene.meters:
+        if isinstance(detector.shape, Shape):
+            yield f"Detector {detector.name!r}", detector.shape
 
 
 def _is_coplanar(mesh: Mesh, other: Shape) -> bool:
@@ -120,9 +120,9 @@ def _edge_normals(edges: np.ndarray) -> np.ndarray:
 def _distance_from_origin(facets: np.ndarray) -> np.ndarray:
     """Distance of triangles (k, 3, 2) from the origin of the plane; 0 if they contain it."""
     ends = np.roll(facets, -1, axis=1)
-    ways = ends - facets
-    share = np.clip(-(facets * ways).sum(axis=2) / (ways * ways).sum(axis=2), 0, 1)
-    nearest = np.linalg.norm(facets + share[..., None] * ways, axis=2).min(axis=1)
+    offsets = ends - facets
+    share = np.clip(-(facets * offsets).sum(axis=2) / (offsets * offsets).sum(axis=2), 0, 1)
+    nearest = np.linalg.norm(facets + share[..., None] * offsets, axis=2).min(axis=1)
     turns = facets[..., 0] * ends[..., 1] - facets[..., 1] * ends[..., 0]
     return np.where((turns > 0).all(axis=1) | (turns < 0).all(axis=1), 0.0, nearest)
 

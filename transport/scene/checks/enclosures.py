@@ -251,9 +251,9 @@ def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
 
 def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:
     """Whether all of a few lines from a point cross closed patches an odd number of times."""
-    ways = TEST_DIRECTIONS / np.linalg.norm(TEST_DIRECTIONS, axis=1)[:, None]
-    origins = np.tile(np.array(point, float), (len(ways), 1))
-    crossed = sum((crossings(shape, origins, ways).distances > 0).sum(axis=1) for shape in shapes)
+    directions = TEST_DIRECTIONS / np.linalg.norm(TEST_DIRECTIONS, axis=1)[:, None]
+    origins = np.tile(np.array(point, float), (len(directions), 1))
+    crossed = sum((crossings(shape, origins, directions).distances > 0).sum(axis=1) for shape in shapes)
     return bool((crossed % 2 == 1).all())
 
 
@@ -337,8 +337,8 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[ClosedPatches]:
     for k, (low, past) in enumerate(ends.tolist()):
         near = order[low:past]
         tolerance = slack[near] + slack[k]
-        ways = np.minimum(*(np.abs(spans[near] - sign * spans[k]).max(axis=1) for sign in (1, -1)))
-        is_same = (np.abs(centers[near] - centers[k]).max(axis=1) <= tolerance) & (ways <= tolerance)
+        directions = np.minimum(*(np.abs(spans[near] - sign * spans[k]).max(axis=1) for sign in (1, -1)))
+        is_same = (np.abs(centers[near] - centers[k]).max(axis=1) <= tolerance) & (directions <= tolerance)
         is_same &= (is_circle[near] == is_circle[k]) & (owners[near] != owners[k])
         partners.append(near[is_same].tolist())
     # Grow connected sets; keep those in which every rim has exactly one partner.

@@ -63,8 +63,8 @@ def check_sides(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
         seen.add(kind)
         media = [_medium_of(scene, bodies, bits) for bits in (crossed.before, crossed.behind)]
         if len(crossed.surfaces) == 1:
-            ((number, way),) = crossed.surfaces
-            _check_named(scene, bodies, number, way, crossed, media)
+            ((number, direction),) = crossed.surfaces
+            _check_named(scene, bodies, number, direction, crossed, media)
         _check_index(scene, crossed, media)
 
 
@@ -74,12 +74,12 @@ def _medium_of(scene: SceneParts, bodies: tuple[Body, ...], bits: int) -> AnyMed
 
 
 def _check_named(
-    scene, bodies, number: int, way: int, crossed: InterfaceCrossing, media: list[AnyMedium]
+    scene, bodies, number: int, direction: int, crossed: InterfaceCrossing, media: list[AnyMedium]
 ) -> None:
     """Refuse a surface whose named media are not there: neither its own body nor the same medium."""
     surface = scene.surfaces[number]
     sides = [(True, crossed.behind, media[1]), (False, crossed.before, media[0])]
-    if way < 0:
+    if direction < 0:
         sides = [(True, crossed.before, media[0]), (False, crossed.behind, media[1])]
     for is_front, bits, found in sides:
         named = surface.front if is_front else surface.back
@@ -116,13 +116,15 @@ def _side_name(scene: SceneParts, number: int, is_front: bool) -> str:
 
 def _check_index(scene: SceneParts, crossed: InterfaceCrossing, media: list[AnyMedium]) -> None:
     """Refuse a change of index without a Dielectric, and a Dielectric with other indices."""
-    acting = [(k, way) for k, way in crossed.surfaces if scene.surfaces[k].material != Transparent()]
+    acting = [
+        (k, direction) for k, direction in crossed.surfaces if scene.surfaces[k].material != Transparent()
+    ]
     if len(acting) > 1:
         return
-    number, way = acting[0] if acting else crossed.surfaces[0]
+    number, direction = acting[0] if acting else crossed.surfaces[0]
     material = scene.surfaces[number].material
     glass = next((part for part in elementary_materials(material) if isinstance(part, Dielectric)), None)
-    inside, outside = media if way > 0 else media[::-1]
+    inside, outside = media if direction > 0 else media[::-1]
     there = inside.index, outside.index
     words = f"Dielectric({there[0]:g}, {there[1]:g})"
     where = ", ".join(f"{x:.6g}" for x in crossed.place)
@@ -157,14 +159,14 @@ def _interface_crossings(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterato
     size = scene_size(shapes)
     facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
     count = max(4, min(max(DEFAULT_LINES, 4 * len(aimed)), MAX_LINE_FACETS // max(4 * facets, 1)))
-    origins, ways = lines_through(aimed, count, size)
-    places, keys = sorted_crossings(shapes, origins, ways, size)
+    origins, directions = lines_through(aimed, count, size)
+    places, keys = sorted_crossings(shapes, origins, directions, size)
     base = 2 * len(shapes)
     # Group coincident crossings, and take a point between each pair of groups.
     lines = [_group_coincident(row, key, base) for row, key in zip(places, keys, strict=True)]
     kept = [k for k, groups in enumerate(lines) if groups]
     between = [_midpoints([step for step, _ in lines[k]], size) for k in kept]
-    points = [origins[k] + steps[:, None] * ways[k] for k, steps in zip(kept, between, strict=True)]
+    points = [origins[k] + steps[:, None] * directions[k] for k, steps in zip(kept, between, strict=True)]
     # Find the bodies at these points: solids by inequalities, others by the surfaces crossed.
     solids = [number for number, body in enumerate(bodies) if body_solid(scene, body) is not None]
     crossed = sum(1 << number for number in range(len(bodies)) if number not in solids)
@@ -177,10 +179,12 @@ def _interface_crossings(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterato
         for step, surfaces in lines[k]:
             behind = next(bits)
             was_held = held
-            for number, way in surfaces:
+            for number, direction in surfaces:
                 front, back = sides[number]
-                held = held & ~(front | back) | (front if way > 0 else back)
-            yield InterfaceCrossing(surfaces, origins[k] + step * ways[k], before | was_held, behind | held)
+                held = held & ~(front | back) | (front if direction > 0 else back)
+            yield InterfaceCrossing(
+                surfaces, origins[k] + step * directions[k], before | was_held, behind | held
+            )
             before = behind
 
 

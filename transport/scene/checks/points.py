@@ -78,10 +78,10 @@ def _check_source(scene: SceneParts, detector: PointDetector, source: Source) ->
 
 
 def _lies_on_ray(detector: PointDetector, origin: Vector, direction: Vector) -> bool:
-    way = [p - q for p, q in zip(detector.position, origin, strict=True)]
-    ahead = dot(way, direction)
-    aside = math.hypot(*(w - ahead * u for w, u in zip(way, direction, strict=True)))
-    return ahead >= 0 and aside <= ON_SURFACE_TOLERANCE * sum(map(abs, (*origin, *detector.position)))
+    offset = [p - q for p, q in zip(detector.position, origin, strict=True)]
+    ahead = dot(offset, direction)
+    across = math.hypot(*(w - ahead * u for w, u in zip(offset, direction, strict=True)))
+    return ahead >= 0 and across <= ON_SURFACE_TOLERANCE * sum(map(abs, (*origin, *detector.position)))
 
 
 def _lies_on(detector: PointDetector, shape) -> bool:

@@ -49,12 +49,12 @@ class Boundary(NamedTuple):
     shape: Shape
     glass: Dielectric | None
 
-    def indices(self, way: float) -> tuple[float, float]:
+    def indices(self, direction: float) -> tuple[float, float]:
         """Indices before and behind it for a line along its normal (+1) or against it (-1); nan if opaque."""
         if self.glass is None:
             return math.nan, math.nan
         pair = self.glass.index_inside, self.glass.index_outside
-        return pair if way > 0 else pair[::-1]
+        return pair if direction > 0 else pair[::-1]
 
 
 def check_media(scene: SceneParts) -> None:
@@ -78,18 +78,20 @@ def index_around(scene: SceneParts, position: Vector) -> float:
     glass = [b for b in boundaries if b.glass is not None]
     size = _boundaries_size(boundaries)
     # Send lines towards points in the boxes of boundaries, and in all directions.
-    places, ways = lines_through([b.shape for b in glass], LINES_PER_POSITION, size)
-    ways = np.concatenate([places - np.array(position), ways])
-    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    places, directions = lines_through([b.shape for b in glass], LINES_PER_POSITION, size)
+    directions = np.concatenate([places - np.array(position), directions])
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
     met, places = _boundary_crossings(
-        boundaries, np.tile(position, (len(ways), 1)), ways, EDGE_TOLERANCE * size
+        boundaries, np.tile(position, (len(directions), 1)), directions, EDGE_TOLERANCE * size
     )
     # Take the index before the first boundary ahead, and let the lines vote.
     ahead = np.argmax((met >= 0) & (places > 0), axis=1)
     first = np.where(
         np.take_along_axis(places, ahead[:, None], axis=1)[:, 0] > 0, met[range(len(met)), ahead], -1
     )
-    before = np.array([b.indices(way)[0] for b in boundaries for way in (-1.0, 1.0)] + [math.nan])[first]
+    before = np.array(
+        [b.indices(direction)[0] for b in boundaries for direction in (-1.0, 1.0)] + [math.nan]
+    )[first]
     found, counts = np.unique(before[~np.isnan(before)], return_counts=True)
     return float(found[counts.argmax()]) if 4 * counts.max(initial=0) > 3 * counts.sum() else math.nan
 
@@ -159,7 +161,7 @@ def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
     origins, directions = lines_through([b.shape for b in glass], count, size)
     met, places = _boundary_crossings(boundaries, origins, directions, EDGE_TOLERANCE * size)
     before, behind = np.array(
-        [b.indices(way) for b in boundaries for way in (-1.0, 1.0)] + [(math.nan,) * 2]
+        [b.indices(direction) for b in boundaries for direction in (-1.0, 1.0)] + [(math.nan,) * 2]
     ).T
     # Compare the index behind each boundary with that before the next one.
     wrong = behind[met[:, :-1]] != before[met[:, 1:]]
@@ -196,8 +198,8 @@ def _boundary_crossings(boundaries, origins, directions, close: float) -> tuple[
     A line has no crossings if its three neighbours at a distance `close` cross others, or if two crossings
     are within `close`.
     """
-    starts, ways = with_neighbour_lines(origins, directions, close)
-    found = [crossings(b.shape, starts, ways) for b in boundaries]
+    starts, tiled = with_neighbour_lines(origins, directions, close)
+    found = [crossings(b.shape, starts, tiled) for b in boundaries]
     places = np.concatenate([f.distances for f in found], axis=1)
     met = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)
     met = np.where(np.isnan(places), -1, met)

@@ -60,8 +60,10 @@ def three_at_once() -> CaseResult:
     """
     plane = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
     small = tp.Rectangle(center=(0, 0, 1), width=0.3, height=0.3)
-    looks = [tp.Detector("wall"), tp.Detector(plane, "one"), tp.Detector(small, "two", side="back")]
-    scene = tp.Scene(tp.Source(tp.Point(), UP), tp.Surface(plane, tp.Black(), "wall"), looks, duration=2.0)
+    detectors = [tp.Detector("wall"), tp.Detector(plane, "one"), tp.Detector(small, "two", side="back")]
+    scene = tp.Scene(
+        tp.Source(tp.Point(), UP), tp.Surface(plane, tp.Black(), "wall"), detectors, duration=2.0
+    )
     result = _run(scene)
     found = sum(result[name].counts.value for name in ("wall", "one", "two"))
     return CaseResult(float(found), 3000.0, naive=1000.0, within=0.0)

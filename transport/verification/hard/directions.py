@@ -16,8 +16,8 @@ def _run(scene: tp.Scene, particles: int = 2000) -> tp.Result:
     return tp.simulate(scene, particles, seed=1, progress=False)
 
 
-def _beam(start: tuple, way: tuple) -> tp.Source:
-    return tp.Source(tp.Point(position=tuple(start)), tp.Beam(tuple(way), power=1.0))
+def _beam(start: tuple, direction: tuple) -> tp.Source:
+    return tp.Source(tp.Point(position=tuple(start)), tp.Beam(tuple(direction), power=1.0))
 
 
 # ---- small solid angles ----
@@ -97,7 +97,9 @@ def sides_at_the_horizon() -> CaseResult:
     """
     normal = np.array([1.0, 2.0, 3.0]) / math.sqrt(14)
     along = np.array([0.0, 3.0, -2.0]) / math.sqrt(13)
-    beams = [_beam(-0.25 * way, way) for way in (along - 1e-12 * normal, along + 1e-12 * normal)]
+    beams = [
+        _beam(-0.25 * direction, direction) for direction in (along - 1e-12 * normal, along + 1e-12 * normal)
+    ]
     meter = tp.Detector(
         tp.Disk(radius=0.5, normal=normal), "meter", directions=tp.Directions(mu=(5e-13, 2e-12))
     )
@@ -131,12 +133,14 @@ def _share_within(times: float, angle: float) -> float:
     return 1 - times * NARROW / math.hypot(times * NARROW, angle)
 
 
-def _halo(way: float) -> CaseResult:
+def _halo(direction: float) -> CaseResult:
     haze = tp.Medium(scattering=DEPTH, phase=tp.HenyeyGreenstein(1 - NARROW))
     slab = tp.Surface(tp.Slab(thickness=1.0), tp.Transparent(), inside=haze)
-    side = "back" if way > 0 else "front"
-    meter = tp.Detector(tp.Disk(center=(0, 0, way / NARROW), radius=3.0), "meter", side=side)
-    found = _run(tp.Scene(_beam((0, 0, -way), (0, 0, way)), slab, meter), 100_000)["meter"].flux_in
+    side = "back" if direction > 0 else "front"
+    meter = tp.Detector(tp.Disk(center=(0, 0, direction / NARROW), radius=3.0), "meter", side=side)
+    found = _run(tp.Scene(_beam((0, 0, -direction), (0, 0, direction)), slab, meter), 100_000)[
+        "meter"
+    ].flux_in
     share = [math.exp(-DEPTH) * DEPTH**n / math.factorial(n) for n in range(40)]
     exact = sum(share[n] * _share_within(n, 3 * NARROW) for n in range(40))
     return CaseResult(found, exact, naive=share[0] + (1 - share[0]) * _share_within(1, 3 * NARROW))

@@ -19,8 +19,8 @@ def _run(scene: tp.Scene, particles: int = 64) -> tp.Result:
     return tp.simulate(scene, particles, seed=1, progress=False)
 
 
-def _beam(start: tuple, way: tuple) -> tp.Source:
-    return tp.Source(tp.Point(position=tuple(start)), tp.Beam(tuple(way), power=1.0))
+def _beam(start: tuple, direction: tuple) -> tp.Source:
+    return tp.Source(tp.Point(position=tuple(start)), tp.Beam(tuple(direction), power=1.0))
 
 
 def _absorbed(scene: tp.Scene, particles: int = 64) -> float:
@@ -97,12 +97,13 @@ def whispering_gallery() -> CaseResult:
 @case("two balls of fog that touch, and a ray through the point", naive="the second ball begins at t > 1e-9")
 def touching_balls() -> CaseResult:
     """Leaving one sphere and entering the other occur at the same distance."""
-    way = np.array([0.3, 1.0, -1.0]) / math.sqrt(2.09)
+    direction = np.array([0.3, 1.0, -1.0]) / math.sqrt(2.09)
     balls = [
-        tp.Surface(tp.Sphere(center=tuple(side * way), radius=1.0), CLEAR, inside=INK) for side in (1, -1)
+        tp.Surface(tp.Sphere(center=tuple(side * direction), radius=1.0), CLEAR, inside=INK)
+        for side in (1, -1)
     ]
     return CaseResult(
-        _absorbed(tp.Scene(_beam(3 * way, -way), balls)), -math.expm1(-4), naive=-math.expm1(-2)
+        _absorbed(tp.Scene(_beam(3 * direction, -direction), balls)), -math.expm1(-4), naive=-math.expm1(-2)
     )
 
 
@@ -115,8 +116,8 @@ def nested_shells() -> CaseResult:
     gap, fog = 1e-9, tp.Medium(absorption=1e9)
     core = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "core", outside=fog)
     shell = tp.Surface(tp.Sphere(radius=1 + gap), CLEAR, inside=fog)
-    aside = math.hypot(0.3, 0.1)
-    path = gap * (2 + gap) / (math.sqrt((1 + gap) ** 2 - aside**2) + math.sqrt(1 - aside**2))
+    across = math.hypot(0.3, 0.1)
+    path = gap * (2 + gap) / (math.sqrt((1 + gap) ** 2 - across**2) + math.sqrt(1 - across**2))
     scene = tp.Scene(_beam((2, 0.3, 0.1), (-1, 0, 0)), [core, shell], tp.Detector("core", "meter"))
     return CaseResult(_run(scene)["meter"].flux_in.value, math.exp(-path / gap), naive=1.0, within=1e-6)
 

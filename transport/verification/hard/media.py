@@ -183,8 +183,8 @@ def index_next_to_one() -> CaseResult:
 def _near_critical(beyond: float, particles: int) -> tuple[tp.Estimate, float]:
     """Flux out of glass at a relative offset from its critical angle, and its exact value."""
     angle = math.asin(1 / 1.5) * (1 + beyond)
-    way = (math.sin(angle), 0, -math.cos(angle))
-    beam = tp.Source(tp.Point(position=tuple(-x for x in way)), tp.Beam(way, power=1.0))
+    direction = (math.sin(angle), 0, -math.cos(angle))
+    beam = tp.Source(tp.Point(position=tuple(-x for x in direction)), tp.Beam(direction, power=1.0))
     face = tp.Surface(tp.Plane(), tp.Dielectric(1.0, 1.5), "face")
     scene = tp.Scene(beam, face, tp.Detector("face", "meter", side="back"))
     exact = float(fresnel.transmittance(math.cos(angle), 1 / 1.5))

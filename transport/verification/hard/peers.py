@@ -292,5 +292,5 @@ def unsampled_pinhole() -> CaseResult:
     through = [math.pi * r**2 / (r**2 + height**2) for r in (1.0, ring, spot)]
     found, truth = result["meter"].irradiance, through[0] - through[1] + through[2]
     is_right = abs(found.value - truth) < 5 * found.error
-    is_told = not result.quality("meter.irradiance").is_sound
-    return CaseResult(float(is_right or is_told), 1.0, naive=float(is_right))
+    is_reported = not result.quality("meter.irradiance").is_sound
+    return CaseResult(float(is_right or is_reported), 1.0, naive=float(is_right))

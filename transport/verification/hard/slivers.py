@@ -20,8 +20,8 @@ def _run(scene: tp.Scene, particles: int = 64) -> tp.Result:
     return tp.simulate(scene, particles, seed=1, progress=False)
 
 
-def _beam(start: tuple, way: tuple) -> tp.Source:
-    return tp.Source(tp.Point(position=tuple(start)), tp.Beam(tuple(way), power=1.0))
+def _beam(start: tuple, direction: tuple) -> tp.Source:
+    return tp.Source(tp.Point(position=tuple(start)), tp.Beam(tuple(direction), power=1.0))
 
 
 def _absorbed(scene: tp.Scene) -> float:

@@ -21,8 +21,8 @@ def _run(tau: float, depths: tuple[float, ...], particles: int, **options) -> tp
     ink = tp.Medium(absorption=1.0)
     slab = tp.Surface(tp.Slab(center=(0, 0, -tau / 2), thickness=tau), tp.Transparent(), inside=ink)
     lamp = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), power=1.0))
-    meters = [tp.Detector(tp.Plane(center=(0, 0, -depth)), f"{depth:g}") for depth in depths]
-    return tp.simulate(tp.Scene(lamp, slab, meters), particles, seed=1, progress=False, **options)
+    detectors = [tp.Detector(tp.Plane(center=(0, 0, -depth)), f"{depth:g}") for depth in depths]
+    return tp.simulate(tp.Scene(lamp, slab, detectors), particles, seed=1, progress=False, **options)
 
 
 @lru_cache(maxsize=1)
@@ -132,11 +132,11 @@ def small_difference() -> CaseResult:
     but cancels in it.
     """
     heights, lamp = {"near": 5.0, "far": 5.1}, tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1e11))
-    meters = [
+    detectors = [
         tp.Detector(tp.Disk(center=(0, 0, z), normal=(0, 0, -1), radius=0.5), name)
         for name, z in heights.items()
     ]
-    scene = tp.Scene(lamp, detectors=meters)
+    scene = tp.Scene(lamp, detectors=detectors)
     one, other = (tp.simulate(scene, 100_000, seed=seed, progress=False) for seed in (1, 2))
     flux = [0.25 * emitters.mean_disk_irradiance(1e11 / math.pi, 1.0, 0.5, z) for z in heights.values()]
     found = one["near"].flux_in - one["far"].flux_in
