@@ -405,7 +405,7 @@ def _slope_cells(way: MethodCost) -> tuple[str, str, str]:
 
 
 def prices_html(cost: CostOfAccuracy) -> str:
-    """The same rows and notes as in the object's text."""
+    """Return the table of a cost of accuracy as HTML, with the rows and notes of its text."""
     heads = [f">{typeset(h.rstrip('>'))}" if h.endswith(">") else escaped(h) for h in price_heads(cost)]
     rows = [[escaped(row[0]), *(f">{typeset(cell)}" for cell in row[1:])] for row in price_rows(cost)]
     names = [way.name for way in cost.ways]

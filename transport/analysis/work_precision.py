@@ -1,4 +1,4 @@
-"""From the runs of each method to its points, fits and price: true errors beside claimed errors."""
+"""Work-precision points, fits and prices of each method from its runs: true errors beside claimed errors."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ BY_DIRECTION, BY_WEIGHT = "direction", "weight"
 
 @dataclass(frozen=True)
 class View:
-    """What is drawn of one case of an experiment.
+    """The pictures to draw of one case of an experiment.
 
     `result` and `tracks` are None if not drawn.  `flying` holds the tracks of a movie, None for a movie in
     time.  `case` counts from 1; `note` is a remark on the tracks.

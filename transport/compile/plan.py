@@ -21,7 +21,7 @@ Step = tuple[str, np.ndarray]  # name of a pass, row of its table
 
 @dataclass(frozen=True)
 class Emitter:
-    """One way in which particles are born: names of the passes, with the rows of their tables."""
+    """One kind of birth of particles: names of the passes, with the rows of their tables."""
 
     source: Source
     shape: Shape  # the piece of the source's shape that the emitter lies on or fills

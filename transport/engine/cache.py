@@ -1,9 +1,9 @@
 """On-disk cache of compiled passes, in a folder named by a digest of all sources.
 
 Numba's own check sees only the file of a kernel and would miss a changed device function in another file. A
-clone keeps machine code in its package folder. An installed or read-only package keeps it in the user's cache
-folder, because files that pip does not know would outlive the package; if that is read-only too, in a temporary
-folder.
+clone keeps machine code in its package folder. An installed or read-only package keeps it in the user's
+cache folder, because files that pip does not know would outlive the package; if that is read-only too, in a
+temporary folder.
 """
 
 import hashlib

@@ -51,7 +51,7 @@ def coordinate_scale(solid: Solid | Shape) -> float:
 
 
 def contains_points(solid: Solid, points: np.ndarray) -> np.ndarray:
-    """Which points (n, 3) [m] lie in a solid, its surface included."""
+    """Return which points (n, 3) [m] lie in a solid, its surface included, as (n,) of bool."""
     match solid:
         case HalfSpace():
             return points @ np.array(solid.normal) <= solid.level

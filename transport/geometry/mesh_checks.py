@@ -246,7 +246,7 @@ def _ply_truncation(file: Path) -> str | None:
 
 
 def _ply_header_sizes(header: str) -> tuple[bool, int, int]:
-    """From the header: whether the data are text, the number of lines, and the least number of bytes."""
+    """Read from a header whether the data are text, the number of lines, and the least number of bytes."""
     is_text, lines, least, count = False, 0, 0, 0
     for words in filter(None, map(str.split, header.splitlines())):
         match words:

@@ -1,4 +1,4 @@
-"""Whether two shapes on one support overlap, so that they may not both act as surfaces there."""
+"""Overlap of two shapes on one support: they may not both act as surfaces there."""
 
 import math
 from itertools import pairwise

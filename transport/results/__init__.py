@@ -1,4 +1,4 @@
-"""From integer sums to estimates.
+"""Estimates from integer sums.
 
 Batches, replicates, quantities with errors and units, the result of a run.
 """

@@ -74,7 +74,7 @@ class BackwardReading(Reading):
 
     @cached_property
     def by_source(self) -> dict[str, BackwardReading]:
-        """The same quantities from each source alone.
+        """The quantities from each source alone.
 
         Returns
         -------
@@ -361,7 +361,7 @@ class ViewReading(ReadingBase):
 
     @cached_property
     def by_source(self) -> dict[str, ViewReading]:
-        """The same quantities from each source alone.
+        """The quantities from each source alone.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""From a batch's integer sums to numbers: mean weights per history; the energy balance is checked exactly."""
+"""Numbers from a batch's integer sums: mean weights per history; the energy balance is checked exactly."""
 
 from dataclasses import dataclass
 

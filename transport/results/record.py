@@ -1,4 +1,4 @@
-"""What a run leaves behind: its plan, the sums of its batches, its cost; diagnostics and reports read it."""
+"""The record of a run: its plan, the sums of its batches, its cost; diagnostics and reports read it."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Cost:
 
 
 class Record:
-    """What a run leaves behind; `Result` adds how it is read."""
+    """The plan, sums and cost of a run; `Result` adds quantities with units and errors."""
 
     cost: Cost | Any  # None of a Record that no run has made
 

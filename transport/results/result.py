@@ -194,7 +194,7 @@ class Result(Record):
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """What the run may have missed of each detector's totals, the worst first, and notes.
+        """Findings on the totals of each detector, the worst first: what the run may have missed, and notes.
 
         Returns
         -------

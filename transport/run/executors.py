@@ -38,7 +38,7 @@ class ExecutorSpec:
 class Executor:
     """A plan and a ready executor of its batches.
 
-    make_executor: make the executor of a run of so many batches, among which the sample of a Snapshot is divided.
+    make_executor: make the executor of a run of so many batches, which share the sample of a Snapshot.
     threads: total number of threads; workers: of a cluster, else 0.
     warnings: return findings about the executor after the run, as sentences.
     """

@@ -342,7 +342,7 @@ class QmcSchedule(FixedCount):
 
 
 class PilotThenRun(Schedule):
-    """For an `error`: a pilot of small batches, then as many particles as the last error check requires."""
+    """Schedule for `error`: a pilot of small batches, then as many particles as the last check requires."""
 
     most = 4
 
@@ -357,7 +357,7 @@ class PilotThenRun(Schedule):
 
 
 class QmcRounds(Schedule):
-    """For an `error` or `seconds` in quasi-random sampling: rounds of ever larger batches.
+    """Schedule for `error` or `seconds` in quasi-random sampling: rounds of ever larger batches.
 
     The last round alone is the result: earlier rounds are less accurate than their number of particles
     suggests, and would only make it worse. Once batches cannot grow any more, their number grows.

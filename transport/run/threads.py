@@ -16,7 +16,7 @@ PARCEL_SECONDS = 5e-3
 
 
 class WorkersLost(RuntimeError):
-    """No worker is left to compute batches; batches returned before stay valid."""
+    """Raised when no worker is left to compute batches; batches returned before stay valid."""
 
 
 class OrderedResults:

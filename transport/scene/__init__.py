@@ -1,1 +1,1 @@
-"""What a user specifies: materials, media, sources, emissions, detectors, bins; a scene, and its checks."""
+"""The specification of a scene, and its checks: materials, media, sources, emissions, detectors, bins."""

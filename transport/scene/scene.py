@@ -202,7 +202,8 @@ class Scene(SceneParts):
             if part.name in names and not self._meters_its_namesake(part):
                 refuse(
                     part,
-                    f"name must not be that of a surface that it does not measure, got {part.name!r}; rename it",
+                    f"name must not be that of a surface that it does not measure, got {part.name!r};"
+                    " rename it",
                 )
 
     def _meters_its_namesake(self, part: AnyDetectorType) -> bool:

@@ -1,4 +1,4 @@
-"""From batch values to a mean, its standard error and its normal score; batches are independent replicates.
+"""Mean, standard error and normal score from batch values; batches are independent replicates.
 
 Arrays have the batch as their first axis and any number of bins after it, (B, *dims).  The sizes of batches,
 n_b of shape (B,), may differ; N is their sum and w_b = n_b / N.

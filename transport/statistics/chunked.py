@@ -368,7 +368,7 @@ class ChunkedReplicates(Replicates):
         return whole
 
     def unless(self, too_few: np.ndarray) -> ChunkedReplicates:
-        """The same replicates, with unknown error where `too_few`, (*dims) of bool, is true."""
+        """Return these replicates with unknown error where `too_few`, (*dims) of bool, is true."""
         return self._made(lambda box: self.part(box).unless(cut_to_box(np.asarray(too_few), box)))
 
     def indexed(self, index: tuple[int | slice, ...]) -> Replicates:

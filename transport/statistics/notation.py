@@ -1,4 +1,4 @@
-"""How numbers are written: a value with its standard error, a ratio, a percentage, a duration."""
+"""Notation of numbers: a value with its standard error, a ratio, a percentage, a duration."""
 
 from __future__ import annotations
 

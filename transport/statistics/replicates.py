@@ -144,7 +144,7 @@ class Replicates:
         """Release memory-mapped pages until the next access."""
 
     def unless(self, too_few: np.ndarray) -> Replicates:
-        """The same replicates, with unknown error where `too_few`, (*dims) of bool, is true."""
+        """Return these replicates with unknown error where `too_few`, (*dims) of bool, is true."""
         deviations = {run: np.where(too_few, np.nan, of_run) for run, of_run in self.deviations.items()}
         return _broadcast(self.value, deviations, self.scores, self.runs, self.scale)
 

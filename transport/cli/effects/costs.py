@@ -142,8 +142,8 @@ def _time_pass(entry: int, table: int, visits: deque) -> float:
 #
 # Measured on the program of random analog histories; shadow rays to detectors are not included.
 
-# Files of passes by effect, and single passes of files that serve several; the name of an effect that every scene
-# needs ends in a full stop.
+# Files of passes by effect, and single passes of files that serve several; the name of an effect that
+# every scene needs ends in a full stop.
 EFFECTS = {
     "births.": ("emission", "aims"),
     "flight and shapes.": ("intersections", "landing", "lanes", "flats", "quadrics", "meshes"),

@@ -167,7 +167,7 @@ def first_leg_from_walls(b, table, first, live):
 
 @lane_pass(TWO_ROWS)
 def turn_into_second_leg(b, table, first, live):
-    """At the end of the first leg, in the medium around its point, turn a ray towards the point.
+    """Turn a ray towards the point at the end of its first leg, in the medium around the point.
 
     Fields: reads `weight`, `distance`, `hit`, `medium`, `mfp`, `survival`, `leg`; updates `x, y, z`,
     `ux, uy, uz`; writes `sheet`, `start`, `sx, sy, sz`, `point_distance`, `score`, `scatter_cosine`, `pdf`,

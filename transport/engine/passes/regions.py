@@ -218,7 +218,7 @@ def end_lost_particles(b, table, first, live):
 
 @lane_pass(ROWS)
 def end_lost_particles_of_many(b, table, first, live):
-    """The same for many finite bodies: gathers the row of the innermost one.
+    """End lost particles as `end_lost_particles` does, for many finite bodies; gathers a row.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
     """
@@ -269,7 +269,7 @@ def find_medium(b, table, first, live):
 
 @lane_pass(ROWS)
 def find_medium_of_many(b, table, first, live):
-    """The same for many bodies: gathers the row of the innermost one.
+    """Find the medium as `find_medium` does, for many bodies: gathers the row of the innermost one.
 
     Fields: reads `inside`; writes `medium`, `mfp`, `sigma_a`, `survival`.
     """

@@ -47,7 +47,7 @@ def score_and_size(b, table, first, live):
 
 @lane_pass(SIZES)
 def score_all_and_size(b, table, first, live):
-    """The same where nearly every lane has a bin.
+    """Score as `score_and_size` does, where nearly every lane has a bin.
 
     Row 0 and the first cells take the others and are never read.
 

@@ -202,7 +202,7 @@ def sample_birth_time(b, table, first, live):
 
 @lane_pass(BIRTH_TIME)
 def sample_birth_time_and_speed(b, table, first, live):
-    """The same, and keep in u0 the uniform for a speed from the same random block.
+    """Sample a time of birth, and keep in u0 the uniform for a speed from the same random block.
 
     Fields: reads `history`; writes `time`, `u0`.
     """
@@ -243,7 +243,7 @@ def time_arrival(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def time_arrival_by_speed(b, table, first, live):
-    """The same with the particle's own speed; infinite at rest.
+    """Set the time of arrival at the particle's own speed; infinite at rest.
 
     Fields: reads `start`, `distance`, `time`, `speed`; writes `arrival`.
     """
@@ -254,7 +254,7 @@ def time_arrival_by_speed(b, table, first, live):
 
 @lane_pass(MEDIA_CLOCK)
 def time_arrival_in_media(b, table, first, live):
-    """The same in media, where light slows down by the refractive index; lanes that wait keep their time.
+    """Set the time of arrival in media, where light is slower by the index; waiting lanes keep theirs.
 
     Fields: reads `start`, `distance`, `time`, `speed`, `medium`, `flies`; writes `arrival`.
     """

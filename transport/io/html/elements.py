@@ -33,7 +33,7 @@ def typeset(text: object) -> str:
 
 
 def plain_typeset(text: object) -> str:
-    """The same without HTML elements, for text in an SVG: exponents are superscript characters."""
+    """Typeset without HTML elements, for text in an SVG: exponents are superscript characters."""
     plain = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010{_raised(int(hit[1]))}", escaped(text))
     plain = _EXPONENT.sub(lambda hit: _raised(hit[1] or hit[2]), plain)
     return _MINUS.sub("−", plain)

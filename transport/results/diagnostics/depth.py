@@ -76,8 +76,8 @@ def optical_depth_message(plan: Plan, title: str, place: Shape | Vector, particl
     if not (is_hopeless if plan.splits else path.is_too_deep(plan, particles)):
         return None
     where = (
-        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {path.depth:.3g} mean free paths"
-        " of media"
+        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {path.depth:.3g} mean free"
+        " paths of media"
     )
     return f"no particle has reached {title}: {where}; {_depth_cure(plan, emitter, path)}"
 

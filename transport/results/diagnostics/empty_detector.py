@@ -178,7 +178,7 @@ def _room_separates(room: Room, target: Sided, source: Sided) -> bool:
 
 
 def _enclosure_message(scene: Scene, room: Room, target: Sided, sources: list[Sided]) -> str:
-    """Which walls enclose what, and what to do.
+    """Return which walls enclose the detector or the sources, and the cure.
 
     Change the side of the detector or the sources, or move one.
     """

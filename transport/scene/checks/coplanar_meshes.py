@@ -90,7 +90,7 @@ def _corners(shape: Rectangle | Triangle) -> np.ndarray:
 
 
 def _overlap(facets: np.ndarray, polygon: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which triangles (k, 3, 2) overlap a convex polygon (n, 2): no edge separates them."""
+    """Return which triangles (k, 3, 2) overlap a convex polygon (n, 2): no edge separates them."""
     meet = np.ones(len(facets), bool)
     for edge in np.roll(polygon, -1, axis=0) - polygon:
         meet &= _projections_overlap(
