@@ -16,7 +16,7 @@ from numba import njit
 from tests.agreement import assert_follows
 from transport.physics.device import ARITHMETIC
 from transport.physics.directions import sample_cosine_law, sample_isotropic, turned, turned_by
-from transport.physics.interfaces import mirrored
+from transport.physics.interfaces import reflected
 from transport.physics.streams import DIRECTION, random_words, uniform
 
 FALSE_ALARM = 1e-6
@@ -77,7 +77,7 @@ def bounced(u, normals, bounces):
         for i in range(bounces):
             n = normals[(k + i) % len(normals)]
             mu = u[k, 0] * n[0] + u[k, 1] * n[1] + u[k, 2] * n[2]
-            u[k, 0], u[k, 1], u[k, 2] = mirrored(u[k, 0], u[k, 1], u[k, 2], n[0], n[1], n[2], mu)
+            u[k, 0], u[k, 1], u[k, 2] = reflected(u[k, 0], u[k, 1], u[k, 2], n[0], n[1], n[2], mu)
     return u
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import doctest
 import functools
 import importlib
 import inspect
+import io
+import itertools
 import re
+import tokenize
 from collections import Counter
 from pathlib import Path
 
@@ -19,6 +23,31 @@ from transport.cli.docs import RETURNED_CLASSES
 PACKAGE = Path(tp.__file__).parent
 RETURNED = ("Result",)  # made by the library alone: documents Attributes instead of Parameters
 HEADER = re.compile(r"^-{3,}\s*$")  # the line below the title of a section
+DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+NOT_CONSTANTS = set(
+    [
+        "ASCII",
+        "BRDF",
+        "COLUMNS",
+        "DLMF",
+        "EGSR",
+        "EPYC",
+        "HTML",
+        "IEEE",
+        "JCGT",
+        "JSON",
+        "LLVM",
+        "MCML",
+        "MCNP",
+        "NAME",
+        "README",
+        "SIAM",
+        "SIGGRAPH",
+        "TAOCP",
+        "AZURV",
+        "DONTNEED",
+    ]
+)  # abbreviations; what a user types
 CODE = re.compile(r"``.+?``|`[^`]+`")
 MARKUP = re.compile(r"(?:^|(?<=[\s(\[{<'\"/:-]))(?:\*+(?=[^\s*])|\|(?=\S)[^|\n]*\|)")
 
@@ -85,6 +114,51 @@ def markup_faults(text):
         ):
             faults += [found.strip() for found in MARKUP.findall(CODE.sub("x", line))]
     return faults
+
+
+def header_faults(text):
+    """Underlines of sections with text behind them or of another length than the title, which are read as text."""
+    lines = inspect.cleandoc(text or "").splitlines()
+    return [
+        line
+        for title, line in itertools.pairwise(lines)
+        if re.match(r"-{3,}", line) and (line != "-" * len(title) or not title.strip())
+    ]
+
+
+def unknown_constants(text):
+    """Names in capitals in the comments and docstrings of a source that it does not define or import.
+
+    A name may be of another module, as in `layout.ROUNDING`, or be followed by its file.
+    """
+    tokens = list(tokenize.generate_tokens(io.StringIO(text).readline))
+    own = {token.string for token in tokens if token.type == tokenize.NAME}
+    nodes = [node for node in ast.walk(ast.parse(text)) if isinstance(node, DOCUMENTED)]
+    told = [
+        token.string for token in tokens if token.type == tokenize.COMMENT and ": noqa" not in token.string
+    ]
+    told += [line for node in nodes for line in (ast.get_docstring(node) or "").splitlines()]
+    found = [
+        (line, name)
+        for line in told
+        if ">>>" not in line
+        for name in re.findall(r"(?<![\w<.-])(?:[a-z_]+\.)?[A-Z][A-Z_]{3,}\b", line)
+    ]
+    return sorted(
+        {
+            name
+            for line, name in found
+            for known in [names_of_module(name.partition(".")[0]) if "." in name else own]
+            if name.rpartition(".")[2] not in known and name not in NOT_CONSTANTS and ".py" not in line
+        }
+    )
+
+
+@functools.cache
+def names_of_module(stem):
+    """Names in the modules of a name, such as "layout"."""
+    texts = [path.read_text(encoding="utf-8") for path in PACKAGE.rglob(f"{stem}.py")]
+    return {node.id for text in texts for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)}
 
 
 def doctests_of(module):
@@ -155,6 +229,17 @@ def test_no_star_or_bar_of_a_docstring_is_read_as_markup():
     """Sphinx reads |mu| as a substitution and *dims as emphasis; as code (``|mu|``) they are text."""
     faults = {name: markup_faults(doc) for name, doc in _documented().items()}
     assert {name: found for name, found in faults.items() if found} == {}
+
+
+def test_underlines_of_sections_are_as_long_as_their_titles():
+    faults = {name: header_faults(doc) for name, doc in _documented().items()}
+    assert {name: found for name, found in faults.items() if found} == {}
+
+
+def test_constants_named_in_comments_and_docstrings_exist():
+    texts = {path: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
+    faults = {str(path): unknown_constants(text) for path, text in texts.items()}
+    assert {path: found for path, found in faults.items() if found} == {}
 
 
 # ---- the checks can fail ----
@@ -243,3 +328,25 @@ def test_a_planted_wrong_example_is_reported(example):
 )  # fmt: skip
 def test_planted_markup_is_reported(text, faults):
     assert markup_faults(text) == faults
+
+
+@pytest.mark.parametrize(
+    ("text", "faults"),
+    [
+        ("A lens.\n\nNotes\n-----\nThin.", 0), ("A lens.\n\nNotes\n----- Thin.", 1), ("A lens.\n\nNotes\n------\nThin.", 1),
+    ],
+)  # fmt: skip
+def test_a_planted_underline_is_reported(text, faults):
+    assert len(header_faults(text)) == faults
+
+
+@pytest.mark.parametrize(
+    ("text", "faults"),
+    [
+        ("# at most LIMIT\nLIMIT = 3\n", []), ("# at most LIMIT\nMOST = 3\n", ["LIMIT"]),
+        ('"""At most layout.ROUNDING."""\n', []), ('"""At most layout.SLACKNESS."""\n', ["layout.SLACKNESS"]),
+        ("# as JSON or HTML\n", []), ("# by PATIENCE of engine/driver.py\n", []),
+    ],
+)  # fmt: skip
+def test_a_planted_name_of_a_constant_is_reported(text, faults):
+    assert unknown_constants(text) == faults

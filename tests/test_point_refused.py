@@ -8,6 +8,8 @@ import pytest
 
 import transport as tp
 from tests.point_scenes import FOG, LAMP, T, filled
+from transport.compile import next_event, points
+from transport.scene.phase_functions import Phase
 
 
 def refused(message, sources=LAMP, surfaces=(), place=(1, 0, 0), tracking=None, **options):
@@ -84,3 +86,15 @@ def test_clocks_aims_gas_and_forced_flights_are_refused():
 def test_its_parameters_are_checked(wrong, message):
     with pytest.raises(tp.SceneError, match=message):
         tp.PointDetector(**wrong)
+
+
+@pytest.mark.parametrize(
+    "of_phase", [next_event.max_phase_density, lambda phase: points._density(None, phase)]
+)
+def test_a_phase_function_without_a_density_is_refused_and_not_taken_for_isotropic(of_phase):
+    class Unknown(Phase):
+        def density(self, mu):
+            return 0.25 / math.pi * (1 + 0 * mu)
+
+    with pytest.raises(tp.SceneError, match="Unknown"):
+        of_phase(Unknown())

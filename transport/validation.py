@@ -1,6 +1,6 @@
 """Validation of input: objects check their fields when made and raise SceneError.
 
-A user object is a frozen, hashable dataclass made by `scene_object`. Its `__post_init__` calls the `settle_*`
+A user object is a frozen, hashable dataclass made by `scene_object`. Its `__post_init__` calls the `coerce_*`
 functions below: each reads fields, raises SceneError for invalid values and stores the others in plain form
 (floats and tuples of floats), so that lists, NumPy arrays and integers make equal objects.
 """

@@ -67,7 +67,7 @@ FAULTS = (
     ),
     Fault(
         "physics/interfaces.py",
-        "return renewed(ux - 2.0 * mu * nx, uy - 2.0 * mu * ny, uz - 2.0 * mu * nz)",
+        "return renormalized(ux - 2.0 * mu * nx, uy - 2.0 * mu * ny, uz - 2.0 * mu * nz)",
         "return ux - 2.0 * mu * nx, uy - 2.0 * mu * ny, uz - 2.0 * mu * nz",
         "mirrored directions whose length drifts",
         ("test_directions",),

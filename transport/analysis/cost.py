@@ -61,7 +61,7 @@ def _processor() -> str:
     return next(iter(names), "") or platform.processor() or "unknown processor"
 
 
-# ---- Cost of accuracy in time: one quantity by every method that a scene allows, in runs of growing size.
+# ---- The measurement.
 
 DEFAULT_TARGETS = (1e-2, 1e-3, 1e-4)
 DEFAULT_SECONDS = 20.0  # CPU time, shared by the methods
@@ -84,7 +84,7 @@ class CostOfAccuracy:
         Value from which deviations are measured [unit]: the exact value or the best estimate.
     truth_is : str
         "exact", or the relative standard error of the best estimate.
-    ways : tuple of Way
+    ways : tuple of MethodCost
         Methods, each with `points` (measured errors and seconds), `line` (fit, with its slope), `z`
         (deviation from the truth in standard errors) and `price(error)` in seconds.
     targets : tuple of floats

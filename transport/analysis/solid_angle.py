@@ -115,11 +115,11 @@ def solid_angle_from_run(result: Result) -> Estimate:
 
 
 def _is_crossed_once(shape: Shape) -> bool:
-    """Whether a ray from outside crosses the front (or a flat shape) at most once."""
+    """Return whether a ray from outside crosses the front (or a flat shape) at most once."""
     return isinstance(shape, FlatShape | Box) or (isinstance(shape, Sphere) and shape.is_closed)
 
 
 def _is_on(piece: Shape, place: Vector) -> bool:
-    """Whether a point lies on a piece, within rounding."""
+    """Return whether a point lies on a piece, within rounding."""
     size = piece.extent + sum(map(abs, (*piece.middle, *place)))
     return distance_to_shape(piece, place) <= ROUNDING * size

@@ -210,7 +210,7 @@ def _start_and_target(a: Shape, b: Shape) -> tuple[str, str]:
 
 
 def _is_far(start: Shape, target: Shape) -> bool:
-    """Whether aiming is possible and pays: the target lies well away from the start's middle."""
+    """Return whether aiming is possible and pays: the target lies well away from the start's middle."""
     if not math.isfinite(target.area) or start == target:
         return False
     if isinstance(start, FlatShape) and isinstance(target, FlatShape) and are_on_one_support(start, target):

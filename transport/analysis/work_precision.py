@@ -93,14 +93,14 @@ def run_trials(
 
 
 def _has_time_for_more(last: Trial, seconds: float) -> bool:
-    """Whether runs of the next size, which take at most `GROWTH_FACTOR` times as long, fit into the time."""
+    """Return whether runs of the next size, up to `GROWTH_FACTOR` times as long, fit into the time."""
     return (
         GROWTH_FACTOR * max(last.seconds, 1e-9) * TOTAL_PER_LARGEST <= seconds
         and last.particles < MAX_HISTORIES
     )
 
 
-# ---- From the runs of each method to its points, fits and price: true errors beside claimed errors.
+# ---- Points, fits and prices from these runs.
 
 MAX_FITTED_ERROR = 0.5  # largest relative error of points used in a fit
 

@@ -119,7 +119,7 @@ def _root_context(group):
     return group.make_context("transport", [], resilient_parsing=True)
 
 
-# ---- `transport docs`: README, guides, reference and help of the commands as HTML pages, built by Sphinx.
+# ---- The site.
 
 PACKAGE = Path(__file__).resolve().parents[1]
 GUIDES = PACKAGE / "guides"

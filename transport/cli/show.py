@@ -1,4 +1,4 @@
-"""`transport view`: one case of an experiment in 3-D, as a window, a picture, a page, files or a movie."""
+"""`transport view`, `gallery`, `schema` and `docs`: scenes in 3-D, figures, the JSON schema and the pages."""
 
 import importlib
 import textwrap
@@ -260,7 +260,7 @@ def _write_movie(view: View, path: Path) -> object:
 _WRITERS = {PICTURE: _write_picture, PAGE: _write_page, FILES: _write_vtk, MOVIE: _write_movie}
 
 
-# ---- Commands view, gallery, schema and docs.
+# ---- The commands.
 
 
 def view(

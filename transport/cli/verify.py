@@ -233,11 +233,11 @@ def law_record(law: Law, rate: float) -> dict[str, object]:
     }
 
 
-# ---- `transport verify --long`: every law with many particles, and every hard case, in one table.
+# ---- `transport verify --long`.
 
 DEFAULT_PARTICLES = 100_000_000  # histories per case by default
-PILOT_FRACTIONS = 1000, 250  # the two pilots run 1/SHARES of the histories ...
-MIN_PILOT_PARTICLES = 50_000, 200_000  # ... but at least LEAST, because start-up takes time too
+PILOT_FRACTIONS = 1000, 250  # the two pilots run these fractions (1/1000, 1/250) of the histories ...
+MIN_PILOT_PARTICLES = 50_000, 200_000  # ... but at least so many, because start-up takes time too
 
 LONG_NOTE = f"""false alarms: {LAWS_FALSE_ALARM:g} over all rows and cases; farthest: largest deviation
 in standard errors; bias caught: median over the rows of the smallest relative bias detected with

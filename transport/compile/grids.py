@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
 # Time [ns] to cross a macro cell (twice that where the majorants exceed the second-level cache) and to try a
-# tentative collision: fitted to tests/bench/grid.py. LARGE: size of that cache [bytes].
+# tentative collision: fitted to tests/bench/grid.py. CACHE_BYTES: size of that cache.
 CROSSING_COST, COLLISION_COST, CACHE_BYTES = 6.0, 14.0, 1 << 22
 
 
 def fill_grids(plan: Plan, analog: bool) -> None:
     """Fill the plan's rows of bodies made of voxels.
 
-    `grids` holds those where particles collide, `thinning_grids` those that absorb only and so only reduce
+    `grids` holds those where particles collide, `absorbing_grids` those that absorb only and so only reduce
     weights.
     """
     for number, body in enumerate(plan.bodies, start=1):
@@ -33,7 +33,7 @@ def fill_grids(plan: Plan, analog: bool) -> None:
 
 
 def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
-    """Return the row (layout.GRID) of a grid that fills the body with this row of MEDIA."""
+    """Return the row (layout.GRID) of a grid that fills the body with this row of media."""
     # Lay out voxels and macro cells.
     size, counts = plan.space.size, grid.shape
     voxel = np.array(grid.box.size) / counts

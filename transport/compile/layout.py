@@ -60,7 +60,7 @@ def _integers(names: str) -> list[tuple[str, str]]:
     return [(name, "i8") for name in names.split()]
 
 
-# All lengths are in scene lengths. e_u, e_v, n: the local frame of shapes.FlatShape.frame.
+# All lengths are in scene lengths. e_u, e_v, n: the local frame of FlatShape.frame (geometry/flat.py).
 FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 
 # s: a point of the sheet. All detectors of a sheet are intersected with the plane through s with normal n,

@@ -90,7 +90,7 @@ def _scattering_refusal(scene: Scene) -> str | None:
 
 
 def _redirects_light(part: Material) -> bool:
-    """Whether a material may send incident light into another direction."""
+    """Return whether a material may send incident light into another direction."""
     if isinstance(part, Mirror):
         return part.reflectance > 0
     return not (isinstance(part, (Black, Transparent)) or part == Diffuse(0.0))

@@ -61,7 +61,7 @@ FORWARD_ONLY = ("times", "speeds", "via", "events")  # properties that a backwar
 
 
 def needs_backward(detector: object) -> bool:
-    """Whether only backward histories can reach it."""
+    """Return whether only backward histories can reach it."""
     return isinstance(detector, Camera | EnvironmentMap)
 
 

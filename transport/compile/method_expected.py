@@ -33,13 +33,13 @@ def detectors_without_next_event(scene: Scene) -> list[str]:
 
 
 def uses_next_event(scene: Scene, detector: Detector) -> bool:
-    """Whether next-event estimation serves this detector; others score crossings."""
+    """Return whether next-event estimation serves this detector; others score crossings."""
     plain = detector.speeds is None and not detector.moments
     return plain and can_sample_points_on(scene.shape_of(detector))
 
 
 def can_sample_points_on(shape: Shape) -> bool:
-    """Whether points are sampled on a shape: flat shapes without holes, and whole spheres."""
+    """Return whether points are sampled on a shape: flat shapes without holes, and whole spheres."""
     if isinstance(shape, Rectangle):
         return shape.hole is None
     return isinstance(shape, Disk | Triangle) or (isinstance(shape, Sphere) and shape.is_closed)

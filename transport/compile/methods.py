@@ -86,7 +86,7 @@ def coerce_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
 
 
 def _are_compatible(estimator: str, sampling: str) -> bool:
-    """Whether they combine: backward histories are spread over detector bins, which breaks up point nets."""
+    """Return whether they combine: backward histories are spread over bins, which breaks up point nets."""
     return estimator != "backward" or sampling == "random"
 
 

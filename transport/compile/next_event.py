@@ -28,13 +28,15 @@ from transport.scene.bodies import body_bits_at
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.materials import Diffuse, Mixture, elementary_materials, is_specular
+from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
 from transport.scene.sheets import pieces_of
 from transport.scene.sides import IS_BACK
 from transport.validation import SceneError, refuse, short_repr
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
-    from transport.scene.sheets import Sheet
+    from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
+from transport.scene.sheets import Sheet
 
 # [sr^-1] greatest densities of Lambertian and of isotropic directions
 LAMBERTIAN_DENSITY, ISOTROPIC_DENSITY = 1 / math.pi, 0.25 / math.pi
@@ -346,10 +348,14 @@ def _collisions(plan: Plan, shape: Shape) -> tuple[float, float] | None:
 
 def max_phase_density(phase) -> float:
     """Return the greatest density of a phase function [sr^-1]; for a mixture the sum over its parts."""
-    if isinstance(phase, Mixture):
-        return sum(share * max_phase_density(part) for part, share in phase.parts)
-    values = getattr(phase, "values", None)
-    return float(np.max(phase.density(np.array([-1.0, 1.0])) if values is None else values))
+    match phase:
+        case Mixture():
+            return sum(share * max_phase_density(part) for part, share in phase.parts)
+        case Tabulated():
+            return float(np.max(phase.values))
+        case Isotropic() | HenyeyGreenstein() | Rayleigh():  # greatest forward or backward
+            return float(np.max(phase.density(np.array([-1.0, 1.0]))))
+    raise SceneError(f"Medium: next-event rays need the greatest density of {short_repr(phase)}")
 
 
 def min_collision_distance(plan: Plan, shape: Shape) -> float:

@@ -97,7 +97,7 @@ class Plan:
     half: int = 1  # number of rows from a detector's arrivals to its departures
     # Index in scene.surfaces of each row of `surfaces` after the first.
     surface_numbers: list[int] = field(default_factory=list)
-    axes: set[str] = field(default_factory=set)  # of program.REFINEMENTS: kinds of finer bins in use
+    axes: set[str] = field(default_factory=set)  # kinds of finer bins in use: "time", "cosine", ...
     # Subset of "visits", "reflections": conditions of detectors on a particle's path.
     filters: set[str] = field(default_factory=set)
     # Bit of each detector or surface named in a `via`.
@@ -112,9 +112,9 @@ class Plan:
     volume_rows: int = 0  # rows of their sums, after those of phase spaces
     points: list = field(default_factory=list)  # one compile.points.PointPlan per point detector
     point_rows: int = 0  # rows of their sums, after those of volumes
-    # One compile.expected.Expectation per detector that events send shadow rays to.
+    # One next_event.Expectation per detector that events send shadow rays to.
     expectations: list = field(default_factory=list)
-    # One compile.expected.Guard per such detector that specular surfaces may send light to.
+    # One next_event.Guard per such detector that specular surfaces may send light to.
     guards: list = field(default_factory=list)
     # like `layers`, for shadow rays to these detectors
     expected_layers: list[np.ndarray] = field(default_factory=list)
@@ -127,7 +127,7 @@ class Plan:
     # those of shadow rays.
     size_blocks: dict[tuple[str, int], list[int]] = field(default_factory=dict)
     size_cells: int = 0
-    adjoint: object = None  # a compile.adjoint.Turned in the plan of an adjoint scene
+    adjoint: object = None  # an adjoint.Adjoint in the plan of an adjoint scene
     cell_rows: int = 0  # rows of sums by cell of birth, after all others
     has_media: bool = False
     bodies: tuple = ()  # of the scene, innermost first
@@ -143,12 +143,12 @@ class Plan:
 
     @property
     def sends_shadow_rays(self) -> bool:
-        """Return whether events send shadow rays to detectors."""
+        """Whether events send shadow rays to detectors."""
         return self.method.estimator in ("expected", "backward")
 
     @property
     def has_clock(self) -> bool:
-        """Return whether the scene has a duration, so that particles carry a time."""
+        """Whether the scene has a duration, so that particles carry a time."""
         return self.scene.duration is not None
 
     @property
@@ -163,7 +163,7 @@ class Plan:
 
     @cached_property
     def has_speeds(self) -> bool:
-        """Return whether particles carry speeds.
+        """Whether particles carry speeds.
 
         They do where speeds differ and a clock runs, or where a detector measures speeds.
         """
@@ -186,50 +186,50 @@ class Plan:
 
     @property
     def scatters(self) -> bool:
-        """Return whether media collide: they scatter, or absorb analog."""
+        """Whether media collide: they scatter, or absorb analog."""
         return self.has_media and (bool((self.media["mfp"] < math.inf).any()) or bool(self.grids))
 
     @property
     def attenuates(self) -> bool:
-        """Return whether media reduce weights along the path."""
+        """Whether media reduce weights along the path."""
         return self.has_media and bool((self.media["sigma_a"] > 0).any())
 
     @property
     def absorbs_analog(self) -> bool:
-        """Return whether a collision in some medium may end a particle."""
+        """Whether a collision in some medium may end a particle."""
         return self.scatters and bool((self.media["survival"] < 1).any())
 
     @property
     def absorbs_weighted(self) -> bool:
-        """Return whether collisions in grids reduce weights."""
+        """Whether collisions in grids reduce weights."""
         is_analog = self.tracking.absorption == "analog"
         return not is_analog and any(row["absorbs"] for row in self.grids)
 
     @property
     def has_roulette_in_flight(self) -> bool:
-        """Return whether weights reduced by media are subject to Russian roulette at collisions."""
+        """Whether weights reduced by media are subject to Russian roulette at collisions."""
         return self.scatters and self.reduces_weights and not self.splits
 
     @property
     def reduces_weights(self) -> bool:
-        """Return whether media reduce weights, along the path or at collisions."""
+        """Whether media reduce weights, along the path or at collisions."""
         return self.attenuates or self.absorbs_weighted or bool(self.absorbing_grids)
 
     @property
     def has_bodies(self) -> bool:
-        """Return whether particles must track which bodies they are in."""
+        """Whether particles must track which bodies they are in."""
         return self.has_media and len(self.media) > 1
 
     @property
     def can_escape_at_once(self) -> bool:
-        """Return whether a particle that leaves towards an empty side escapes without another flight."""
+        """Whether a particle that leaves towards an empty side escapes without another flight."""
         is_empty = self.has_media and self.media["mfp"][0] == math.inf and self.media["sigma_a"][0] == 0
         is_unseen = not self.scene.volumes and not self.max_path_segments
         return is_empty and self.scatters and not self.has_clock and is_unseen
 
     @property
     def bounds_bodies(self) -> bool:
-        """Return whether crossing some surface may lead into another body."""
+        """Whether crossing some surface may lead into another body."""
         return self.has_bodies and any((rows["front"] != rows["back"]).any() for rows in self.layers)
 
     @property
@@ -250,62 +250,62 @@ class Plan:
 
     @property
     def counts_reflections(self) -> bool:
-        """Return whether some detector filters particles by their number of reflections."""
+        """Whether some detector filters particles by their number of reflections."""
         return "reflections" in self.filters
 
     @property
     def has_mixtures(self) -> bool:
-        """Return whether some surface has a mixture of materials."""
+        """Whether some surface has a mixture of materials."""
         return bool((self.surfaces["parts"] > 1).any())
 
     @property
     def selects_material(self) -> bool:
-        """Return whether the acting material depends on the side or on chance."""
+        """Whether the acting material depends on the side or on chance."""
         return self.has_mixtures or bool((self.surfaces["back"] != 0).any())
 
     @property
     def transmits(self) -> bool:
-        """Return whether a surface transmits a share, diffusely or straight."""
+        """Whether a surface transmits a share, diffusely or straight."""
         return bool((self.optics["through"] > 0).any())
 
     @property
     def has_optics(self) -> bool:
-        """Return whether lanes need refractive indices, roughness or transmitted shares."""
+        """Whether lanes need refractive indices, roughness or transmitted shares."""
         return self.transmits or bool({layout.DIELECTRIC, layout.GLOSSY} & self.materials)
 
     @property
     def has_quadrics(self) -> bool:
-        """Return whether some sheet is a quadric."""
+        """Whether some sheet is a quadric."""
         return bool((self.curved_sheets["is_curved"] != 0).any())
 
     @property
     def has_rims(self) -> bool:
-        """Return whether points within rounding of an edge are clamped inside it on some surface."""
+        """Whether points within rounding of an edge are clamped inside it on some surface."""
         return bool((self.rims["form"] != 0).any())
 
     @property
     def has_thermal_walls(self) -> bool:
-        """Return whether some wall gives particles a speed from its own distribution."""
+        """Whether some wall gives particles a speed from its own distribution."""
         return self.has_speeds and bool((self.surfaces["quantiles"] != 0).any())
 
     @property
     def needs_more_random_numbers(self) -> bool:
-        """Return whether some surface needs a second block of random numbers per crossing."""
+        """Whether some surface needs a second block of random numbers per crossing."""
         return self.has_mixtures or self.has_thermal_walls or layout.GLOSSY in self.materials
 
     @property
     def is_curved(self) -> bool:
-        """Return whether some sheet is curved."""
+        """Whether some sheet is curved."""
         return bool((self.sheets["curvature"] != 0).any())
 
     @property
     def has_acting_surfaces(self) -> bool:
-        """Return whether some surface acts on particles."""
+        """Whether some surface acts on particles."""
         return len(self.surfaces) > 1
 
     @property
     def crosses_detectors(self) -> bool:
-        """Return whether rays go on through detectors, to other sheets or to the same mesh or quadric."""
+        """Whether rays go on through detectors, to other sheets or to the same mesh or quadric."""
         passes = [name for name, *_ in self.members if name.startswith(("cover", "bound"))]
         return bool(passes) and (len(self.sheets) > 2 or bool({"cover_mesh", "cover_quadric"} & set(passes)))
 
@@ -316,17 +316,17 @@ class Plan:
 
     @property
     def absorbs(self) -> bool:
-        """Return whether some surface absorbs."""
+        """Whether some surface absorbs."""
         return bool((self.surfaces["albedo"] < 1).any())
 
     @property
     def reflects(self) -> bool:
-        """Return whether some surface sends particles on."""
+        """Whether some surface sends particles on."""
         return bool((self.surfaces["albedo"][1:] > 0).any())
 
     @property
     def has_roulette(self) -> bool:
-        """Return whether a particle can go on from a surface at a fraction of its weight."""
+        """Whether a particle can go on from a surface at a fraction of its weight."""
         is_grey = bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
         return (
             is_grey or ((self.reduces_weights or self.forces_collisions) and self.reflects)
@@ -334,22 +334,22 @@ class Plan:
 
     @property
     def splits(self) -> bool:
-        """Return whether particles are split in media."""
+        """Whether particles are split in media."""
         return self.scatters and self.tracking.splitting is not None
 
     @property
     def forces_collisions(self) -> bool:
-        """Return whether first collisions in media are forced."""
+        """Whether first collisions in media are forced."""
         return self.scatters and self.tracking.forced
 
     @property
     def plays_roulette(self) -> bool:
-        """Return whether Russian roulette may change a weight, at surfaces or in media."""
+        """Whether Russian roulette may change a weight, at surfaces or in media."""
         return self.has_roulette or self.has_roulette_in_flight or self.splits or self.forces_collisions
 
     @property
     def needs_random_numbers(self) -> bool:
-        """Return whether crossings need random numbers."""
+        """Whether crossings need random numbers."""
         is_chancy = bool({layout.DIFFUSE, layout.DIELECTRIC} & self.materials)
         return self.has_roulette or self.needs_more_random_numbers or is_chancy or self.transmits
 

@@ -21,7 +21,7 @@ from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.media import Medium
 from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
 from transport.scene.points import PointDetector
-from transport.validation import SceneError, refuse
+from transport.validation import SceneError, refuse, short_repr
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
@@ -140,7 +140,9 @@ def phase_densities(plan: Plan) -> list[RayPass]:
 
 def _density(plan: Plan, phase) -> tuple[str, dict[str, float]]:
     match phase:
-        case HenyeyGreenstein(g=g) if g != 0:
+        case Isotropic() | HenyeyGreenstein(g=0.0):
+            return "add_isotropic_pdf", {}
+        case HenyeyGreenstein(g=g):
             return "add_henyey_greenstein_pdf", {"g": g}
         case Rayleigh():
             return "add_rayleigh_pdf", {}
@@ -149,7 +151,7 @@ def _density(plan: Plan, phase) -> tuple[str, dict[str, float]]:
             plan.kept += [cosines, values]
             columns = {"cosines": cosines.ctypes.data, "values": values.ctypes.data}
             return "add_tabulated_pdf", columns | {"cells": len(cosines) - 1}
-    return "add_isotropic_pdf", {}
+    raise SceneError(f"Medium: point detectors and next-event rays do not support {short_repr(phase)}")
 
 
 def scatters_anywhere(plan: Plan) -> bool:

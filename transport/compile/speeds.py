@@ -28,7 +28,7 @@ from transport.vectors import dot
 TOLERANCE = 1e-13  # of the largest value in a cell
 MAX_SMOOTH_ERROR = 1e-6  # relative error above which a polynomial is replaced by a split cell
 MAX_LEVELS = 10
-# SPLIT: column of a cell's split; NEVER: its value without a split, outside [-1, 1].
+# SPLIT_COLUMN: column of a cell's split; NO_SPLIT: its value without a split, outside [-1, 1].
 SPLIT_COLUMN, NO_SPLIT, BISECTIONS = 6, 2.0, 45
 TERMS = 6
 NODES = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)

@@ -43,12 +43,12 @@ class Volume:
 
     @property
     def is_box(self) -> bool:
-        """Return whether the detector is a box; otherwise it is a ball."""
+        """Whether the detector is a box; otherwise it is a ball."""
         return isinstance(self.shape, Box)
 
     @property
     def counts_collisions(self) -> bool:
-        """Return whether collisions are scored rather than path lengths."""
+        """Whether collisions are scored rather than path lengths."""
         return self.detector.estimator == COLLISION
 
 
@@ -186,8 +186,8 @@ def _sample_points(shape: Shape) -> np.ndarray:
 # make sizes differ.
 #
 # Where all walls carry detectors nearly every lane scores, and a complete histogram would cost a tenth of the
-# run. There one batch in EVERY is counted, as long as only media make weights differ. Rare heavy scores in
-# the other batches still show, since batches are compared (statistics/batches.py).
+# run. There one batch in COUNTED_EVERY is counted, as long as only media make weights differ. Rare heavy
+# scores in the other batches still show, since batches are compared (statistics/batches.py).
 
 # Edges of the cells [largest birth weight]: SIZE_PARTS per octave, equally spaced within it. The first and
 # the last cell include everything beyond them.

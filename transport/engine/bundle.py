@@ -84,8 +84,8 @@ CARRIED = (
     ("passed_facet", "i8"),  # facet of the transparent mesh detector passed last
     ("index", "f8"),  # refractive index of the current medium, 0 where it is not known
     ("inside", "i8"),  # bit set of the bodies that contain the particle
-    # state of forced first collisions (engine/passes/variance_reduction.py): UNCOLLIDED, FREE, or the path of
-    # a forced copy
+    # state of forced first collisions (engine/passes/variance_reduction.py): -1 (uncollided), 0 (free), or
+    # the path of a forced copy
     ("forced_path", "f8"),
     ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
     ("reflections", "i8"),  # reflections and scatterings so far, where a detector has `events`
@@ -111,7 +111,7 @@ SCRATCH = (
     ("excess", "f8"),  # (ratio - 1)(ratio + 1)
     ("roughness", "f8"),  # GGX alpha
     ("transmitted", "f8"),  # transmitted share of the remaining weight; 1 or 0 once sampled
-    ("lobe", "f8"),  # azimuth uniform of the multiple-scattering lobe of microfacets; 2 (NO_LOBE): not taken
+    ("lobe", "f8"),  # azimuth uniform of the multiple-scattering lobe of microfacets; 2: not taken
     ("ox", "f8"),  # origin of the flight, in scenes whose surfaces cut or touch one another
     ("oy", "f8"),
     ("oz", "f8"),
@@ -119,7 +119,7 @@ SCRATCH = (
     ("rx", "f8"),  # origin of the ray, restored after a transparent detector
     ("ry", "f8"),
     ("rz", "f8"),
-    ("ray_sheet", "i8"),  # sheet that the ray began on, and bit OUT if it leaves a box here
+    ("ray_sheet", "i8"),  # sheet that the ray began on, and the bit layout.LEFT_BOX if it leaves a box here
     ("u0", "f8"),  # uniform random numbers of this event: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1
@@ -179,7 +179,7 @@ SCRATCH = (
     ("voxel", "i8"),  # number of the voxel of a tentative collision ...
     ("lookup_voxel", "i8"),  # ... the same where its extinction must be looked up, else 0 ...
     ("sure_probability", "f8"),  # ... smallest probability in the macro cell that a collision is real ...
-    ("level", "i8"),  # ... and that probability in the voxel, in steps of 1/LEVELS
+    ("level", "i8"),  # ... and that probability in the voxel, in steps of 1/layout.LEVELS
     ("sx", "f8"),  # origin of a shadow ray ...
     ("sy", "f8"),
     ("sz", "f8"),

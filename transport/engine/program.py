@@ -79,7 +79,7 @@ class Program:
 
     @cached_property
     def carried_numbers(self) -> np.ndarray:
-        """Positions of these fields in CARRIED, padded; the table of `fill_gaps` points here."""
+        """Positions of these fields in CARRIED, padded; the table of lanes.compact_lanes points here."""
         numbers = [k for k, (name, _) in enumerate(CARRIED) if name in self.carried]
         return np.array(lanes.pad_group(numbers), np.int64)
 

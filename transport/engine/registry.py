@@ -148,7 +148,7 @@ def lane_pass(table: np.dtype, arithmetic: dict = ARITHMETIC):
     return lambda function: Pass(function, table, arithmetic)
 
 
-# ---- Passes by name, and steps: a pass with its table.
+# ---- Steps.
 
 Step = tuple[Pass, np.ndarray]
 

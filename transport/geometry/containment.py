@@ -65,7 +65,7 @@ def contains_points(solid: Solid, points: np.ndarray) -> np.ndarray:
 
 
 def is_within(a: Solid, b: Solid) -> bool:
-    """Whether one solid lies wholly in another; their surfaces may touch."""
+    """Return whether one solid lies wholly in another; their surfaces may touch."""
     tolerance = _tolerance(a, b)
     if isinstance(b, Sphere):
         return _max_distance(a, b.center) <= b.radius + tolerance
@@ -75,7 +75,7 @@ def is_within(a: Solid, b: Solid) -> bool:
 
 
 def contains(shell: Shape, place: Shape | Vector) -> bool:
-    """Whether a shape or a point [m] surely lies in a closed Box, Sphere, Slab or Mesh, surface included."""
+    """Return whether a shape or a point [m] surely lies in a closed solid, surface included."""
     if not isinstance(place, Shape):
         return (
             shell.holds(place)
@@ -96,7 +96,7 @@ def contains(shell: Shape, place: Shape | Vector) -> bool:
 
 
 def solids_overlap(a: Solid, b: Solid) -> bool:
-    """Whether two solids have a common volume."""
+    """Return whether two solids have a common volume."""
     tolerance = _tolerance(a, b)
     # Look for a face of either solid that separates them.
     for one, other in ((a, b), (b, a)):

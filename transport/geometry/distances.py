@@ -81,7 +81,7 @@ def point_beside(flat: FlatShape, is_back: bool, others: Iterable[Shape]) -> Vec
 
 
 def is_behind(shape: Shape, flat: FlatShape, side: str) -> bool:
-    """Whether no point of a shape lies in front of the given side, "front" or "back", of a flat shape."""
+    """Return whether no point of a shape lies in front of a side ("front" or "back") of a flat shape."""
     if are_on_one_support(shape, flat):
         return True
     sign = 1.0 if side == "front" else -1.0

@@ -1,4 +1,4 @@
-"""Flat shapes with a unit normal and a frame: rectangle, disk, triangle."""
+"""Flat shapes: rectangle, disk, triangle, infinite plane; and the slab between two planes."""
 
 import math
 from collections.abc import Iterable
@@ -44,7 +44,7 @@ def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
 
 
 def is_collinear(vertices: Vertices) -> bool:
-    """Whether the vertices are collinear within the rounding of their coordinates."""
+    """Return whether the vertices are collinear within the rounding of their coordinates."""
     twice, size = _twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
     longest2 = max(_exact_square(_exact_vector(a, b)) for a, b in pairwise((*vertices, vertices[0])))
     return _exact_square(twice) <= (TRIANGLE_ROUNDING * size) ** 2 * longest2
@@ -102,7 +102,7 @@ def _exact_square(vector: tuple[Fraction, ...]) -> Fraction:
     return sum(component * component for component in vector)
 
 
-# ---- Flat shapes with a unit normal and a frame: rectangle, disk, triangle.
+# ---- Rectangle, disk and triangle.
 
 
 class FlatShape(Shape):

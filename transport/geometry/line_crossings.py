@@ -148,7 +148,7 @@ def _cross_mesh(mesh: Mesh, origin: np.ndarray, direction: np.ndarray) -> tuple[
 
 
 def _covers(shape: FlatShape, points: np.ndarray) -> np.ndarray:
-    """Whether points (n, 3) of its plane lie on a flat shape."""
+    """Return whether points (n, 3) of its plane lie on a flat shape."""
     u, v, _ = np.array(shape.frame) @ (points - np.array(shape.center)).T
     match shape:
         case Plane():

@@ -13,7 +13,7 @@ from transport.vectors import Vector, are_parallel, dot
 
 
 def overlap(a: Shape, b: Shape) -> bool:
-    """Whether two shapes on one support have more than an edge in common.
+    """Return whether two shapes on one support have more than an edge in common.
 
     Exact, except for a shape that reaches into a hole which is open at the edge of its rectangle: this counts
     as an overlap.
@@ -28,7 +28,7 @@ def overlap(a: Shape, b: Shape) -> bool:
 
 
 def _overlap_on_plane(a: FlatShape, b: FlatShape, tolerance: float) -> bool:
-    """Whether two flat shapes on one plane overlap."""
+    """Return whether two flat shapes on one plane overlap."""
     if isinstance(a, Plane) or isinstance(b, Plane):
         return True
     if _hole_contains(a, b, tolerance) or _hole_contains(b, a, tolerance):
@@ -43,7 +43,7 @@ def _overlap_on_plane(a: FlatShape, b: FlatShape, tolerance: float) -> bool:
 
 
 def _hole_contains(shape: FlatShape, other: FlatShape, tolerance: float) -> bool:
-    """Whether the other shape lies within the hole of a rectangle."""
+    """Return whether the other shape lies within the hole of a rectangle."""
     hole = shape.hole if isinstance(shape, Rectangle) else None
     if hole is None:
         return False
@@ -84,7 +84,7 @@ def _projection(axis: Vector, shape: FlatShape) -> tuple[float, float]:
 
 
 def _overlap_along_axis(a: Revolved, b: Revolved, tolerance: float) -> bool:
-    """Whether two shapes with one axis overlap in height."""
+    """Return whether two shapes with one axis overlap in height."""
     offset = tuple(q - p for p, q in zip(a.profile.origin, b.profile.origin, strict=True))
     sign = math.copysign(1.0, dot(a.axis, b.axis))
     low, high = sorted(dot(offset, a.axis) + sign * w for w in (b.profile.low, b.profile.high))
@@ -92,7 +92,7 @@ def _overlap_along_axis(a: Revolved, b: Revolved, tolerance: float) -> bool:
 
 
 def _overlap_on_sphere(a: Sphere, b: Sphere) -> bool:
-    """Whether two zones of one sphere with different axes overlap.
+    """Return whether two zones of one sphere with different axes overlap.
 
     A point at polar angle t about one axis is seen from the other axis at polar angles from |t - tilt| to
     min(t + tilt, 2 pi - t - tilt); the zones overlap if a range of t satisfies both.

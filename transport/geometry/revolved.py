@@ -72,7 +72,7 @@ class Profile:
         return (rho * rho - self.alpha - curve) / scale if scale > 0 else 0.0
 
     def is_on_branch(self, w: float, tolerance: float) -> bool:
-        """Whether a height [m] is on the cone itself rather than on its mirror image beyond the apex."""
+        """Return whether a height [m] is on the cone itself and not on its mirror image beyond the apex."""
         if self.gamma <= 0:
             return True
         return (

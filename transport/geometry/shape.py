@@ -1,4 +1,4 @@
-"""Shapes for sources only: a point and a Gaussian cloud."""
+"""Base class of all shapes; a point and a Gaussian cloud, which are shapes for sources only."""
 
 import math
 
@@ -60,7 +60,7 @@ class Shape:
             refuse(self, f"bounds must be finite, got {self.bounds}; move center towards the origin")
 
 
-# ---- Shapes for sources only: a point and a Gaussian cloud.
+# ---- Point and Gaussian cloud: shapes for sources only.
 
 
 @scene_object(kw_only=True)

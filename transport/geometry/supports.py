@@ -16,7 +16,7 @@ AZIMUTHS = [(math.cos(turn), math.sin(turn)) for turn in (2 * math.pi * (k + 0.3
 
 
 def are_on_one_support(a: Shape, b: Shape) -> bool:
-    """Whether two shapes lie on the same plane or the same surface of revolution, within rounding."""
+    """Return whether two shapes lie on the same plane or the same surface of revolution, within rounding."""
     if isinstance(a, FlatShape) and isinstance(b, FlatShape):
         if isinstance(a, Triangle) or isinstance(b, Triangle):
             return _has_vertices_on(a, b) or _has_vertices_on(b, a)
@@ -30,7 +30,7 @@ def are_on_one_support(a: Shape, b: Shape) -> bool:
 
 
 def is_on_support(position: Vector, shape: Shape) -> bool:
-    """Whether a point lies on the plane or surface of revolution of a shape, within rounding."""
+    """Return whether a point lies on the plane or surface of revolution of a shape, within rounding."""
     return _is_near_support(position, shape, ROUNDING * (_magnitude(shape) + sum(map(abs, position))))
 
 
@@ -55,7 +55,7 @@ def cylindrical_coordinates(shape: Revolved, position: Vector) -> tuple[float, f
 
 def _are_on_one_plane(a: FlatShape, b: FlatShape) -> bool:
     # Compare the offset between the planes and the effect of their tilt over both shapes.
-    """Whether two flat shapes lie on one plane, within rounding."""
+    """Return whether two flat shapes lie on one plane, within rounding."""
     tolerance = rounding_tolerance(a, b)
     apart = math.dist(a.center, b.center)
     sign = relative_orientation(a, b)
@@ -68,12 +68,12 @@ def _are_on_one_plane(a: FlatShape, b: FlatShape) -> bool:
 
 
 def _has_vertices_on(support: Shape, shape: Shape) -> bool:
-    """Whether a triangle's vertices lie on a support: they are more accurate than its normal."""
+    """Return whether a triangle's vertices lie on a support: they are more accurate than its normal."""
     return isinstance(shape, Triangle) and all(is_on_support(vertex, support) for vertex in shape.vertices)
 
 
 def _has_rings_on(support: Revolved, shape: Revolved) -> bool:
-    """Whether three rings of a surface of revolution lie on another's support.
+    """Return whether three rings of a surface of revolution lie on another's support.
 
     Different quadrics intersect in a curve of degree 4, so they share two circles at most. A circle that is
     not on a quadric meets it in four points at most, so five points per ring decide.
@@ -90,7 +90,7 @@ def _has_rings_on(support: Revolved, shape: Revolved) -> bool:
 
 
 def _is_near_support(position: Vector, shape: Shape, tolerance: float) -> bool:
-    """Whether a point lies within a tolerance [m] of a shape's support."""
+    """Return whether a point lies within a tolerance [m] of a shape's support."""
     if isinstance(shape, FlatShape):
         offset = tuple(p - q for p, q in zip(position, shape.center, strict=True))
         return abs(dot(offset, shape.normal)) <= tolerance

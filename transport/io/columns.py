@@ -235,7 +235,7 @@ class BatchPool:
 
 
 def to_json(value: object, pool: BatchPool) -> object:
-    """Return the value as JSON data.  Raises TypeError for a type outside KINDS."""
+    """Return the value as JSON data.  Raises TypeError for a type outside STATE_TYPES."""
     match value:
         case None | bool() | int() | str():
             return value

@@ -180,7 +180,7 @@ def _snapshot_variables(result: Result, snapshot: Snapshot) -> Iterator[tuple[st
         yield "batches", Variable(("particle",), reading.batches)
 
 
-# ---- A run as NetCDF-4 (HDF5): one group per detector, for xarray, and one group with the state of the run.
+# ---- The whole file: these tables, and one group with the state of the run.
 
 CHUNK_SIZE = 1 << 16  # numbers per compressed chunk
 
@@ -343,7 +343,7 @@ def _create_dimensions(group, axes: Sequence[str], shape: tuple[int, ...]) -> No
 
 
 def _chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the shape of a chunk: as much of the last axes as CHUNK numbers hold."""
+    """Return the shape of a chunk: as much of the last axes as CHUNK_SIZE numbers hold."""
     chunks, left = [], CHUNK_SIZE
     for size in reversed(shape):
         chunks.insert(0, max(1, min(size, left)))

@@ -52,6 +52,6 @@ def sample_cosine_law(nx, ny, nz, u, turn):
 
 
 @device
-def either(this, ax, ay, az, bx, by, bz):
+def select(this, ax, ay, az, bx, by, bz):
     """Return the first direction if `this`, else the second."""
     return ax if this else bx, ay if this else by, az if this else bz

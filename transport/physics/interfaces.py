@@ -9,7 +9,7 @@ from transport.physics.device import device
 
 
 @device
-def renewed(vx, vy, vz):
+def renormalized(vx, vy, vz):
     """Return a direction renormalised to unit length by one Newton step.
 
     Its length is 1 to rounding; the step keeps long chains of events unit to the last digit.
@@ -19,9 +19,9 @@ def renewed(vx, vy, vz):
 
 
 @device
-def mirrored(ux, uy, uz, nx, ny, nz, mu):
+def reflected(ux, uy, uz, nx, ny, nz, mu):
     """Return the direction after specular reflection at normal n; mu = u·n."""
-    return renewed(ux - 2.0 * mu * nx, uy - 2.0 * mu * ny, uz - 2.0 * mu * nz)
+    return renormalized(ux - 2.0 * mu * nx, uy - 2.0 * mu * ny, uz - 2.0 * mu * nz)
 
 
 @device
@@ -49,7 +49,7 @@ def refracted(ux, uy, uz, nx, ny, nz, cosine, ratio, excess, g):
     """
     along = -excess / (cosine + g)  # cosine - g
     inverse = 1.0 / ratio
-    return renewed((ux + along * nx) * inverse, (uy + along * ny) * inverse, (uz + along * nz) * inverse)
+    return renormalized((ux + along * nx) * inverse, (uy + along * ny) * inverse, (uz + along * nz) * inverse)
 
 
 @device
@@ -63,6 +63,6 @@ def bent_by_lens(ux, uy, uz, nx, ny, nz, mu, kx, ky, kz):
     px, py, pz = ux - mu * nx - kx, uy - mu * ny - ky, uz - mu * nz - kz
     left = 1.0 - (px * px + py * py + pz * pz)
     cosine = math.copysign(math.sqrt(left if left > 0.0 else 0.0), mu)
-    vx, vy, vz = renewed(px + cosine * nx, py + cosine * ny, pz + cosine * nz)
+    vx, vy, vz = renormalized(px + cosine * nx, py + cosine * ny, pz + cosine * nz)
     passes = left > 0.0
     return vx if passes else -ux, vy if passes else -uy, vz if passes else -uz, cosine if passes else -mu

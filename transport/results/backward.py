@@ -189,7 +189,7 @@ class BackwardReading(Reading):
 
 
 def _covers_directions(detector: Detector) -> bool:
-    """Whether the bins cover all directions of the hemisphere."""
+    """Return whether the bins cover all directions of the hemisphere."""
     directions = detector.directions
     if directions is None:
         return True

@@ -90,7 +90,7 @@ def _hashed(numbers: np.ndarray) -> np.ndarray:
     return z ^ (z >> np.uint64(31))
 
 
-# ---- From a batch's integer sums to numbers: mean weights per history; exact check of the energy balance.
+# ---- The sums of one batch.
 
 HIGH_UNIT, LOW_UNIT, SLANT_UNIT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
 

@@ -99,7 +99,7 @@ class Choice:
 
 
 def more_particles_cure(choice: Choice | None) -> str:
-    """The cure of a run with too few scores: MORE, without estimators that its pilots already compared."""
+    """The cure of a run with too few scores, without estimators that its pilots already compared."""
     if choice is None:
         return MORE_PARTICLES
     others = " or ".join(map(repr, choice.others))

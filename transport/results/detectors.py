@@ -143,7 +143,7 @@ class Reading(ReadingBase):
         return not any(self.sums.whole("counts", side).any() for side in (ARRIVALS, DEPARTURES))
 
     def is_sure(self, side: int) -> bool:
-        """Whether arrivals (side 0) or departures (1) are equal for all histories, or provably absent."""
+        """Return whether arrivals (side 0) or departures (1) are equal for all histories or surely absent."""
         return (self._is_exact_out and side == DEPARTURES) or self.is_dark(side)
 
     @cached_property
@@ -569,7 +569,7 @@ class Reading(ReadingBase):
         return Estimate(weights / self.sums.run.sizes, self.sums.run, Unit(), self.is_sure(side), scores)
 
     def is_dark(self, side: int) -> bool:
-        """Whether geometry proves that nothing arrives (side 0) or departs (1)."""
+        """Return whether geometry proves that nothing arrives (side 0) or departs (1)."""
         if side not in self._dark:
             self._dark[side] = self._is_dark(side)
         return self._dark[side]
@@ -739,7 +739,7 @@ class Reading(ReadingBase):
 
 
 def _departs_exactly_once(plan, detector: Detector) -> bool:
-    """Whether by construction every history leaves the detector's side exactly once."""
+    """Return whether by construction every history leaves the detector's side exactly once."""
     scene, shape = plan.scene, plan.scene.shape_of(detector)
     is_picky = any(getattr(detector, name) is not None for name in ("times", "speeds", "via", "events"))
     return (

@@ -103,7 +103,7 @@ def rows_of(scene: Scene, detector: Detector) -> int:
 
 
 def _is_black_without_source(scene: Scene, detector: Detector) -> bool:
-    """Whether the detector is on a black surface without a source."""
+    """Return whether the detector is on a black surface without a source."""
     shape = scene.shape_of(detector)
     walls = [surface for surface in scene.surfaces if surface.name == detector.shape]
     parts = [part for wall in walls for part in elementary_materials(wall.material)]
@@ -112,5 +112,5 @@ def _is_black_without_source(scene: Scene, detector: Detector) -> bool:
 
 
 def _score_weights_vary(plan: Plan) -> bool:
-    """Whether scores have other weights than births."""
+    """Return whether scores have other weights than births."""
     return weights_vary(plan) or plan.reduces_weights or plan.has_roulette

@@ -389,7 +389,7 @@ class PhaseReading(ReadingBase):
 
 
 def _are_all_alive_always(plan) -> bool:
-    """Whether by construction every history exists at all times: born at 0, with nothing that ends it."""
+    """Return whether by construction every history exists at all times: born at 0 and never ended."""
     moments = [emitter.moment for emitter in plan.emitters]
     born_at_once = all(name == "set_birth_time" and row["start"] == 0 for name, row in moments)
     stays = not plan.has_acting_surfaces and not plan.absorbing_media

@@ -68,14 +68,14 @@ def price_lines(result: Record, name: str) -> list[str]:
 
 
 def _has_error(quantity: object) -> bool:
-    """Whether there is an error that a longer run would reduce."""
+    """Return whether there is an error that a longer run would reduce."""
     if not isinstance(quantity, Quantity):
         return False
     relative = np.asarray(quantity.relative_error)
     return bool(np.any((relative > 0) & np.isfinite(relative)))
 
 
-# ---- A result as text: energy balance, detectors, cost, price of the next digit, warnings.
+# ---- The report.
 
 MAX_LISTED_SEEDS = 6  # listed one by one
 FEW_SCORES_PER_HISTORY = 0.1  # scores per history, below which another estimator may be better
@@ -309,5 +309,5 @@ def run_line(result) -> str:
 
 
 def _is_printed(name: str, estimate: Estimate) -> bool:
-    """Whether an entry is printed: `lost` always, others unless they are zero by construction."""
+    """Return whether an entry is printed: `lost` always, others unless they are zero by construction."""
     return name == "lost" or not (estimate.exact and estimate.value == 0)

@@ -287,7 +287,7 @@ def media_names(plan: Plan) -> dict[int, str]:
 
 
 def _has_random_kills(plan: Plan) -> bool:
-    """Whether histories may be killed or split by chance; forced copies only share a weight."""
+    """Return whether histories may be killed or split by chance; forced copies only share a weight."""
     return plan.has_roulette or plan.has_roulette_in_flight or plan.splits
 
 

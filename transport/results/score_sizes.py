@@ -56,7 +56,7 @@ def single_cell_scores(plan: Plan, batches: list[Batch], number: int) -> Scores 
 
 
 def point_detector_scores(weights: np.ndarray, counts: np.ndarray) -> Scores:
-    """Scores of a point detector, from the sums and counts of its rows in all batches, (POINT_ROWS,)."""
+    """Scores of a point detector, from its rows' sums and counts in all batches, (layout.POINT_ROWS,)."""
     low = np.ldexp(SCALES, -POINT_OCTAVES)
     return Scores(low, SCALES, np.where(counts > 0, weights / np.maximum(counts, 1), low), counts)
 

@@ -356,7 +356,7 @@ class VolumeReading(ReadingBase):
 
     @property
     def _has_negligible_absorption(self) -> np.ndarray:
-        """The cells whose absorbed share is below FAINT of that of the most absorbing medium."""
+        """The cells that absorb less than NEGLIGIBLE_ABSORPTION of the share of the most absorbing medium."""
         kept = over_batches(self._rows("weights", "kept", 1).sum(axis=-1))
         lengths = over_batches(self._sums.sum(axis=-1)) * self._volume.unit
         most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)

@@ -1,13 +1,14 @@
 """Estimator "auto": pilot runs of each method that a scene allows, to find the cheapest trustworthy one.
 
 A run with `error` or `seconds` and no `estimator` uses it. Without `error` any quantity may be read from the
-result; then the methods that estimate only light arriving at detectors (PARTIAL) are tried for the report
-only.
+result; then the methods that estimate only light arriving at detectors (ARRIVALS_ONLY) are tried for the
+report only.
 
-Excluded are methods whose results would still be doubtful after the run (statistics/findings.py), and methods
-whose mean lies below that of another by more than chance, however small both errors are: light that a method
-misses is missing from its error estimate too. Chance is Student's t at FALSE_ALARM for all pairs together. If
-no method can be trusted, the least doubtful is used, and the report says so.
+Two kinds of methods are excluded: those whose results would still be doubtful after the run
+(statistics/findings.py), and those whose mean lies below that of another by more than chance, however small
+both errors are, because light that a method misses is missing from its error estimate too. Chance is
+Student's t at FALSE_ALARM for all pairs together. If no method can be trusted, the least doubtful is used,
+and the report states it.
 
 The cost of a method is its squared relative error times the time of its pilot: the time to a relative error
 of 1 if errors fall with the square root of time. Times are measured, so that two runs may choose differently.
@@ -186,7 +187,7 @@ def main_quantities(scene: Scene) -> list[tuple[str, ...]]:
 
 
 def cheapest(pilots: Sequence[Pilot]) -> Pilot:
-    """The simplest pilot within a factor TIE of the lowest cost, or if unknown of the highest rate."""
+    """The simplest pilot within a factor TIE_FACTOR of the lowest cost, or if unknown of the highest rate."""
     least = min(pilot.cost for pilot in pilots)
     if least < math.inf:
         return next(pilot for pilot in pilots if pilot.cost <= TIE_FACTOR * least)

@@ -97,7 +97,7 @@ def open_executor(
 
 
 def _wait_for_workers(dask_executor: DaskExecutor, bar: Progress, interruption: Interruption) -> None:
-    """Wait until a worker is ready; warn once after LONG seconds.
+    """Wait until a worker is ready; warn once after SILENT_SECONDS.
 
     A job without a terminal would otherwise wait forever in silence.
     """

@@ -61,7 +61,7 @@ class Run:
     collisions: int = 0
     saved: State | None = None  # the saved run to resume
     origins: tuple[Origin, ...] = ()  # provenance of its batches, once there are new ones
-    # called after each batch and every GLANCE seconds, to save the run
+    # called after each batch and every threads.POLL_SECONDS, to save the run
     between: Callable[["Run"], None] | None = None
     seconds_before: float = 0.0  # wall time of the saved run
     interruption: Interruption = field(default_factory=Interruption)

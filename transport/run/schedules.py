@@ -107,7 +107,7 @@ def _group_by_size(batches: list[Batch], size: int) -> list[list[Batch]]:
     return groups
 
 
-# ---- Schedules of batches: legs of batches whose sizes depend on earlier batches alone, never on timing.
+# ---- Schedules.
 
 MAX_BATCH_SIZE = 1 << 24  # particles
 MAX_EVENTS = 1 << 28  # crossings and collisions planned per batch: sums are exact below 2^30

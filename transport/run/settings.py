@@ -46,7 +46,7 @@ class Limits:
 
     @property
     def is_open(self) -> bool:
-        """Return whether the number of particles depends on errors or time."""
+        """Whether the number of particles depends on errors or time."""
         return bool(self.error) or self.seconds is not None
 
 

@@ -43,7 +43,7 @@ class State:
 
     @property
     def is_under_way(self) -> bool:
-        """Return whether batches of the last leg are missing."""
+        """Whether batches of the last leg are missing."""
         return self.done < batches_in(self.leg)
 
 

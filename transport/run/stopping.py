@@ -35,7 +35,7 @@ class Standing:
     """Status of a quantity: relative error (of the worst bin; inf while unknown), skewness of its mean.
 
     foretold, unseen: factor of particles until no finding about it remains, by what has scored and by what
-    may never score (results.findings.times_needed; for bins, about their sum); doubt: the text of that
+    may never score (findings.particle_factors_needed; for bins, about their sum); doubt: the text of that
     finding.
     """
 
@@ -92,12 +92,12 @@ class Look:
 
     @property
     def is_enough(self) -> bool:
-        """Return whether all quantities have reached their target errors."""
+        """Whether all quantities have reached their target errors."""
         return self.worst.shortfall <= 1
 
     @property
     def is_blind(self) -> bool:
-        """Return whether nothing is known yet about some quantity."""
+        """Whether nothing is known yet about some quantity."""
         return math.isinf(self.worst.shortfall)
 
     @property
@@ -187,7 +187,7 @@ class Trend:
 
 
 def fit_trend(looks: list[Look], name: str) -> Trend | None:
-    """Return the line through a quantity's errors in the last MEMORY rounds, with bounded slope.
+    """Return the line through a quantity's errors in the last ROUNDS_FITTED rounds, with bounded slope.
 
     None where no error is known.
     """

@@ -70,7 +70,7 @@ class ThreadExecutor(OrderedResults):
         return sum(int(bundle["started"][0]) for bundle in self.bundles)
 
     def work(self, sizes: Iterator[int]) -> Iterator[Batch | None]:
-        """Yield the batches of these sizes in order; yield None every GLANCE seconds when there is none.
+        """Yield the batches of these sizes in order; yield None every POLL_SECONDS when there is none.
 
         Close the generator to stop early: batches finished out of order then stay in `ahead`, and are not
         repeated. Raise the exception of a batch.
@@ -109,7 +109,7 @@ class ThreadExecutor(OrderedResults):
             yield from self._next_in_order()
 
     def _work(self, bundle) -> None:
-        """Run one thread: compute batches in its bundle, and return them in parcels of PARCEL seconds."""
+        """Run one thread: compute batches in its bundle, and return them in parcels of PARCEL_SECONDS."""
         from transport.engine.driver import Stopped, run_batch
 
         bundle["stop"], bundle["started"] = 0, 0

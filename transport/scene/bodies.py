@@ -91,7 +91,7 @@ def points_in_body(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndar
 
 
 def _majority_inside(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
-    """Whether most lines from each point reach the body's surface from inside."""
+    """Return whether most lines from each point reach the body's surface from inside."""
     votes = np.zeros(len(points), int)
     for direction in TEST_DIRECTIONS / np.linalg.norm(TEST_DIRECTIONS, axis=1)[:, None]:
         nearest, is_in = np.full(len(points), np.inf), np.zeros(len(points), bool)
@@ -173,7 +173,7 @@ def _max_finite(corners: np.ndarray) -> float:
 
 
 def is_body_within(scene: SceneParts, one: Body, other: Body) -> bool:
-    """Whether one body lies wholly in another: exact for solids, else by points below its surface."""
+    """Return whether one body lies wholly in another: exact for solids, else by points below its surface."""
     a, b = body_solid(scene, one), body_solid(scene, other)
     if a is not None and b is not None:
         return is_within(a, b)
@@ -184,7 +184,7 @@ def is_body_within(scene: SceneParts, one: Body, other: Body) -> bool:
 
 
 def bodies_overlap(scene: SceneParts, one: Body, other: Body) -> bool:
-    """Whether two bodies overlap: exact for solids, else by points below their surfaces."""
+    """Return whether two bodies overlap: exact for solids, else by points below their surfaces."""
     a, b = body_solid(scene, one), body_solid(scene, other)
     if a is not None and b is not None:
         return solids_overlap(a, b)
@@ -193,11 +193,11 @@ def bodies_overlap(scene: SceneParts, one: Body, other: Body) -> bool:
 
 
 def _is_infinite_body(scene: SceneParts, body: Body) -> bool:
-    """Whether a body is infinite."""
+    """Return whether a body is infinite."""
     return scene.surfaces[body.surfaces[0]].shape.is_infinite
 
 
-# ---- Bodies: the regions of a scene that media fill, and which of them hold a point.
+# ---- All bodies of a scene.
 
 MAX_BODIES = 62  # bits of a 64-bit integer
 SIDE_OFFSET = 16 * ROUNDING  # relative to coordinates: a point this far from a surface is surely on one side
@@ -214,7 +214,7 @@ def scene_media(scene: SceneParts) -> tuple[AnyMedium, ...]:
 
 
 def has_media(scene: SceneParts) -> bool:
-    """Whether any medium of the scene is not vacuum."""
+    """Return whether any medium of the scene is not vacuum."""
     return any(medium != Vacuum() for medium in scene_media(scene))
 
 
@@ -304,7 +304,7 @@ def _solid_bodies(scene: SceneParts) -> Iterator[Body]:
 
 
 def is_layer(scene: SceneParts, lower: Surface) -> bool:
-    """Whether a Plane and the next parallel plane before it name the same medium between them."""
+    """Return whether a Plane and the next parallel plane before it name the same medium between them."""
     normal, heights = np.array(lower.shape.normal), []
     level = float(normal @ lower.shape.center)
     for upper in scene.surfaces:
@@ -317,7 +317,7 @@ def is_layer(scene: SceneParts, lower: Surface) -> bool:
 
 
 def bounds_alone(shape: Shape) -> bool:
-    """Whether a surface bounds a body by itself."""
+    """Return whether a surface bounds a body by itself."""
     return shape.is_closed or isinstance(shape, Plane)
 
 
@@ -366,14 +366,14 @@ def _connected_faces(scene: SceneParts, faces: list[tuple[int, bool]]) -> list[l
 
 
 def _boxes_touch(scene: SceneParts, one: tuple[int, bool], other: tuple[int, bool]) -> bool:
-    """Whether the bounding boxes of two faces touch."""
+    """Return whether the bounding boxes of two faces touch."""
     a, b = scene.surfaces[one[0]].shape, scene.surfaces[other[0]].shape
     gap = TEST_DEPTH * (a.extent + b.extent)
     return all(p <= s + gap and r <= q + gap for p, q, r, s in zip(*a.bounds, *b.bounds, strict=True))
 
 
 def _is_inside_bodies(scene: SceneParts, face: tuple[int, bool], bodies: list[Body]) -> bool:
-    """Whether all points just beside a face are in one of the bodies."""
+    """Return whether all points just beside a face are in one of the bodies."""
     points = points_below_surface(scene, _make_body(Vacuum(), [face]))
     held = np.zeros(len(points), bool)
     for body in bodies:
@@ -385,7 +385,7 @@ def _is_inside_bodies(scene: SceneParts, face: tuple[int, bool], bodies: list[Bo
 
 
 def may_absorb(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None = None) -> bool:
-    """Whether any medium that a volume may hold absorbs; media that touch it from outside do not count.
+    """Return whether any medium that a volume may hold absorbs; media that only touch it do not count.
 
     hollow: sphere in the volume that is not part of it.
     """
@@ -416,13 +416,13 @@ def _media_within(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None
 
 
 def _boxes_meet(volume: Box | Sphere, corners: np.ndarray) -> bool:
-    """Whether the volume's bounding box and a box (2, 3) overlap."""
+    """Return whether the volume's bounding box and a box (2, 3) overlap."""
     (low, high), (least, most) = volume.bounds, corners
     return bool(((np.array(low) < most) & (least < np.array(high))).all())
 
 
 def _absorbs_within(medium: AnyMedium, volume: Box | Sphere) -> bool:
-    """Whether a medium absorbs in a volume; of a Grid the voxels that reach into it count."""
+    """Return whether a medium absorbs in a volume; of a Grid the voxels that reach into it count."""
     if not isinstance(medium, Grid):
         return medium.absorption > 0
     return bool(medium.absorption[_voxels_in(medium, volume)].any())

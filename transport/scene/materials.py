@@ -65,7 +65,8 @@ class Dielectric(Material):
         If an index is not positive and finite.
 
     Notes
-    ----- Light is refracted by Snell's law (1621), or reflected with the probability of Fresnel's formulas
+    -----
+    Light is refracted by Snell's law (1621), or reflected with the probability of Fresnel's formulas
     (1823) for unpolarised light; beyond the critical angle it is always reflected. Nothing is absorbed, and
     L/n^2 is equal on both sides.
 
@@ -102,7 +103,8 @@ class Glossy(Material):
         If roughness or albedo is out of range.
 
     Notes
-    ----- Distribution of normals by Trowbridge and Reitz (1975), "GGX", with Smith's height-correlated
+    -----
+    Distribution of normals by Trowbridge and Reitz (1975), "GGX", with Smith's height-correlated
     shadowing (Heitz 2014, JCGT 3(2), 48, eq. 99). With E(mu) the fraction that single reflection returns, and
     E_mean its mean::
 
@@ -146,7 +148,8 @@ class ThinLens(Material):
         If the focal length is 0 or not finite, or if the shape is neither Disk nor Rectangle.
 
     Notes
-    ----- The direction cosines p in the plane of the lens change by -x/f, where x is the position relative to
+    -----
+    The direction cosines p in the plane of the lens change by -x/f, where x is the position relative to
     the centre, equally from either side. The Jacobian is 1, so that radiance and etendue are conserved
     exactly: Abbe's sine condition (1873), E = pi L sin^2(theta') behind an aplanatic lens. No flat lens
     conserves etendue and also focuses sharply: light along the axis at x crosses the axis at f sqrt(1 -

@@ -118,7 +118,7 @@ def digest_of(*arrays: np.ndarray) -> bytes:
     return code.digest()
 
 
-# ---- Phase functions: analytic and tabulated densities over the cosine of the scattering angle.
+# ---- The phase functions.
 
 ISOTROPIC_DENSITY = 1 / (4 * math.pi)  # isotropic density [sr^-1]
 NORMALISATION_TOLERANCE = 16 * 2.0**-53  # tolerance of a normalised table's integral: a dozen roundings

@@ -85,9 +85,9 @@ class Scene(SceneParts):
     duration: float | None = None
 
     def __post_init__(self) -> None:
-        _settle_parts(self, "sources", Source)
-        _settle_parts(self, "surfaces", Surface)
-        _settle_parts(self, "detectors", *DETECTOR_TYPES)
+        _coerce_parts(self, "sources", Source)
+        _coerce_parts(self, "surfaces", Surface)
+        _coerce_parts(self, "detectors", *DETECTOR_TYPES)
         if self.duration is not None:
             coerce_positive(self, "duration")
         self._check_medium()
@@ -199,14 +199,14 @@ class Scene(SceneParts):
                     refuse(self, f"name must be unique, got {got} {name!r}; give each its own name=")
         names = {surface.name for surface in self.surfaces}
         for part in self.detectors:
-            if part.name in names and not self._meters_its_namesake(part):
+            if part.name in names and not self._detects_surface_of_same_name(part):
                 refuse(
                     part,
                     f"name must not be that of a surface that it does not measure, got {part.name!r};"
                     " rename it",
                 )
 
-    def _meters_its_namesake(self, part: AnyDetectorType) -> bool:
+    def _detects_surface_of_same_name(self, part: AnyDetectorType) -> bool:
         return (
             isinstance(part, Detector | VolumeDetector)
             and self.shape_of(part) == self.surface(part.name).shape
@@ -258,7 +258,7 @@ class Scene(SceneParts):
             refuse(surface, f"{must} and no media; {cure}, or leave out duration")
 
 
-def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:
+def _coerce_parts(scene: Scene, name: str, *kinds: type) -> None:
     """The field is a tuple of parts of these kinds; a single part, or any iterable of them, is accepted."""
     value = getattr(scene, name)
     must = f"{name} must be a list of {' or '.join(kind.__name__ for kind in kinds)} objects"

@@ -90,7 +90,7 @@ class Maxwellian(SpeedDistribution):
         if self.mass is not None:
             coerce_positive(self, "mass")
         if self.temperature is not None:
-            self._settle_temperature()
+            self._coerce_temperature()
         elif self.sigma is None:
             refuse(
                 self,
@@ -103,7 +103,7 @@ class Maxwellian(SpeedDistribution):
                 f"its speeds must be finite, got sigma={self.sigma} and drift={self.drift}; change the unit",
             )
 
-    def _settle_temperature(self) -> None:
+    def _coerce_temperature(self) -> None:
         coerce_positive(self, "temperature")
         if self.mass is None:
             refuse(

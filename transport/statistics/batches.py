@@ -166,7 +166,7 @@ def _batch_weights(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 # ---- Whether batches are good replicates: no trend in their mean or spread, and no outlier.
 #
 # Each number is the probability that independent, equal, roughly normal batches look so odd; nan for fewer
-# than LEAST.
+# than MIN_BATCHES.
 
 MAX_OUTLIERS = 5  # batches that may together be outliers above all others
 MIN_BATCHES = 16  # batches: with fewer a perfect order is not rare
@@ -189,7 +189,7 @@ def trend_probability(values: np.ndarray) -> float:
 
 
 def outlier_probability(values: np.ndarray) -> float:
-    """Probability that the largest batch, (B,), or one of the MASKED largest is so far above the others.
+    """Probability that the largest batch, (B,), or one of the MAX_OUTLIERS largest is so far above others.
 
     Grubbs 1950; Rosner 1983 for several outliers, of which one would hide another.
     """

@@ -59,11 +59,11 @@ class ChunkedArray:
         return boxes_of(self.shape[1:], self.order, MAX_CHUNK_SIZE // len(self))
 
     def any(self) -> bool:
-        """Whether any number is nonzero."""
+        """Return whether any number is nonzero."""
         return any(self.part(box).any() for box in self.boxes())
 
     def all(self) -> bool:
-        """Whether all numbers are nonzero."""
+        """Return whether all numbers are nonzero."""
         return all(self.part(box).all() for box in self.boxes())
 
     def reshape(self, *shape: int) -> ChunkedArray:
@@ -123,7 +123,7 @@ class ChunkedArray:
 
 
 def is_large(shape: tuple[int, ...]) -> bool:
-    """Whether numbers of this shape, (B, *dims), are too many for one array; those of one batch are not."""
+    """Return whether numbers of this shape, (B, *dims), are too many for one array, but not of one batch."""
     return shape[0] > 1 and math.prod(shape) > MAX_ARRAY_SIZE
 
 
@@ -240,7 +240,7 @@ def release_pages(numbers: np.ndarray) -> None:
 
 
 def can_map_files() -> bool:
-    """Whether temporary files can be mapped and do not lie in memory themselves."""
+    """Return whether temporary files can be mapped and do not lie in memory themselves."""
     if not (hasattr(os, "posix_fallocate") and hasattr(mmap, "MADV_DONTNEED")):
         return False
     import tempfile

@@ -276,7 +276,7 @@ def _has_few_scores(
     axes: Sequence[int],
     periodic: Sequence[int],
 ) -> np.ndarray:
-    """Whether the values have too few scores: thin bins among which most are sparse."""
+    """Return whether the values have too few scores: thin bins among which most are sparse."""
     if not moments.is_sparse.any():
         return moments.is_sparse
     marks = np.zeros((2, math.prod(shape)))
@@ -327,5 +327,5 @@ def _running_sums(values: np.ndarray, width: int) -> np.ndarray:
 
 
 def covers_circle(edges: np.ndarray) -> bool:
-    """Whether azimuth bins with these edges [rad] cover the circle."""
+    """Return whether azimuth bins with these edges [rad] cover the circle."""
     return math.isclose(edges[-1] - edges[0], 2 * math.pi, rel_tol=1e-9)

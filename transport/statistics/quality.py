@@ -39,7 +39,7 @@ MAX_TAIL_SCORES, MIN_TAIL_SCORES, TAIL_SHARE = (
     200,
     40,
     10,
-)  # scores in the tail: one in SHARE of all, between these limits
+)  # scores in the tail: one in TAIL_SHARE of all, between these limits
 MAX_SLOPE = 10.0  # slopes above it are not distinguished (as in MCNP)
 MIN_TAIL_INDEX, MAX_TAIL_INDEX = 0.05, 1000.0
 MIN_CELL_WIDTH = 1e-9  # least width of a cell, as a logarithm
@@ -172,7 +172,7 @@ class Scores:
         return first, int(above[first])
 
 
-# ---- Reliability of an error bar: number of scores that carry it, weight of tail, agreement of batches.
+# ---- The quality of a number.
 
 MAX_CHANCE_EXCESS = 4.0  # excess of a number of scores, in its square roots, that chance may cause
 TREND_CHANCE, OUTLIER_CHANCE = (
@@ -299,7 +299,7 @@ def quality_of(
 
 
 def with_cure(findings: Iterable[Finding], more: str) -> Iterator[Finding]:
-    """The findings, with `more` in place of the cure MORE."""
+    """The findings, with `more` in place of the cure MORE_PARTICLES."""
     return (
         replace(finding, cure=more) if finding.cure == MORE_PARTICLES else finding for finding in findings
     )
@@ -360,7 +360,7 @@ def findings_of_error(
 
 
 def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
-    """Whether the largest batch exceeds what chance brings of the largest scores.
+    """Return whether the largest batch exceeds what chance brings of the largest scores.
 
     One more of few is no rarity.
     """

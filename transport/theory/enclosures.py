@@ -1,4 +1,6 @@
-"""Closed enclosures with diffuse walls: relations that do not require the radiosity equation.
+"""Enclosures with diffuse walls, mean chords, equilibrium of radiation, integrating spheres.
+
+The relations of closed enclosures do not require the radiosity equation.
 
 Irradiance E falls on a wall; exitance M, emitted plus reflected, is its radiosity; rho is the albedo.
 All reflected light falls on a wall again, so that sums over all walls are exact for any shape.

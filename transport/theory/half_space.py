@@ -308,7 +308,7 @@ def extrapolation(moments: tuple[float, ...] = ordinates.ISOTROPIC) -> float:
 
     Notes
     -----
-    Determined from the transmission of a slab with (1 - g) tau = THICK. It is 0.710446 for isotropic
+    Determined from the transmission of a slab with (1 - g) tau = THICK_DEPTH. It is 0.710446 for isotropic
     scattering, 0.7114 for Rayleigh scattering, 0.7143 for Henyey and Greenstein's with g = 0.9.
 
     Examples

@@ -16,8 +16,6 @@ import numpy as np
 
 from transport.statistics.microfacet_lobe import lobe
 
-# ---- A rough mirror of microfacets: density of normals, shadowing, albedo and BRDF.
-
 
 def normal_density(mu: np.ndarray, roughness: float) -> np.ndarray:
     """Density of normals: area of microfacets per solid angle of their normals and per area of the surface.

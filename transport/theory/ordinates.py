@@ -280,7 +280,7 @@ def doubled(one: Layer, flux: np.ndarray, straight: np.ndarray) -> Layer:
 
 
 def _semi_infinite(thin, albedo, forward, backward, mu, weight) -> Layer:
-    """Double a layer until it transmits less than DARK."""
+    """Double a layer until it transmits less than MIN_TRANSMISSION."""
     one, flux = thin_layer(thin, albedo, forward, backward, mu, weight), mu * weight
     with np.errstate(under="ignore"):
         for k in range(MAX_DOUBLINGS):
@@ -290,7 +290,7 @@ def _semi_infinite(thin, albedo, forward, backward, mu, weight) -> Layer:
     raise ValueError(f"layer: a semi-infinite medium needs an albedo below 1, got {albedo!r}")
 
 
-# ---- Discrete ordinates: reflection and transmission of a plane layer.
+# ---- Reflection and transmission by discrete ordinates.
 
 NODES = 12  # nodes per panel
 GRAZING = 1e-5  # mu near which the lowest panel ends

@@ -226,7 +226,7 @@ def cylinder_borders(radius: float, thickness: float, gap: float, distance: floa
 
 
 def has_umbra(radius: float, thickness: float, gap: float, distance: float) -> bool:
-    """Whether a cylinder's umbra reaches the receiver.
+    """Return whether a cylinder's umbra reaches the receiver.
 
     Parameters
     ----------

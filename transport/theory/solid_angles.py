@@ -431,7 +431,7 @@ def _cross(a: Sequence[Fraction], b: Sequence[Fraction]) -> list[Fraction]:
 
 
 def in_oblique_prism(center, frame, sides, path, places) -> np.ndarray:
-    """Whether points lie in the oblique prism on a rectangle, on either side of it.
+    """Return whether points lie in the oblique prism on a rectangle, on either side of it.
 
     Parameters
     ----------

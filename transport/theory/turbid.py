@@ -9,7 +9,7 @@ dμ (Chandrasekhar 1950, ch. 1; Stamnes et al. 1988, Appl. Opt. 27, 2502):
     μ I' = -I + (a/2) ∫ p(μ, μ') I(μ') dμ' + (a/2) p(μ, μ₀) T/μ₀ e^(-z/μ₀),
     p = Σ (2l + 1) g^l P_l(μ) P_l(μ').
 
-It is solved on NODES cosines per panel, exactly in z. All l are kept until g^l is below NEGLIGIBLE, so
+It is solved on NODES cosines per panel, exactly in z. All l are kept until g^l is below NEGLIGIBLE_MOMENT, so
 that the forward peak is resolved without delta-M. Radiance inside has a kink at the critical cosine: a
 panel ends there, and beyond it the nodes are Gauss's in the cosine outside, ν, in which Fresnel's R and
 radiance are smooth (μ dμ = ν dν/n²).

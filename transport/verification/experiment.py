@@ -3,9 +3,10 @@
     law: str                                  the law in one line, with its source
     question: str                             the question in one sentence
     particles: int                            default number of particles per case
-    run: dict                                 default settings of `simulate` (WAYS): {"estimator": "aimed"};
-                                              without an estimator pilot runs choose one for `error` or
-                                              `seconds`, among those that estimate all quantities
+    run: dict                                 default settings of `simulate` (RUN_SETTINGS), for
+                                              example {"estimator": "aimed"}; without an estimator
+                                              pilot runs choose one for `error` or `seconds`, among
+                                              those that estimate all quantities
     cases() -> list of dict                   the parameter sets of its table; if missing: one, the defaults
     scene(**parameters) -> Scene
     measure(result) -> {name: Estimate}

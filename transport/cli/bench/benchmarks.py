@@ -120,7 +120,7 @@ def _photons(scene: Scene, photons: int, tracking: str) -> Callable[[], int]:
     return lambda: simulate(scene, particles=photons, **options).cost.particles
 
 
-# ---- Benchmarks of the engine: speed against the yardstick, two threads, each pass, and peak memory.
+# ---- The scenes and rows of `transport bench`.
 
 MIN_REPEATS = 5
 SPEED, LONG_DURATION = 300.0, 10.0  # speed of particles [m/s]; duration [s] in which every history ends

@@ -1,4 +1,4 @@
-"""The price list: one line per effect, and the base room that prices are relative to.
+"""Prices of effects: additions to a base room, and the CPU time that each costs there.
 
 A new effect adds its line here.  IN_ANY_SCENE can be added to any scene that allows them (`transport effects
 SIM` prices them there); IN_THE_ROOM only make sense in the base room.
@@ -156,7 +156,7 @@ def _with_fields(one: object, fields: dict[str, object]) -> object:
     return replace(one, **fields) if isinstance(one, Detector) else one
 
 
-# ---- The price list: one line per effect, and the base room that prices are relative to.
+# ---- The list of additions, and the base room.
 
 LONG_DURATION = 1e6  # [s] duration in which nearly all histories end
 GAS = Maxwellian(sigma=300.0)  # [m/s]

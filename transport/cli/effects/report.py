@@ -116,7 +116,7 @@ def cold_table(starts: Mapping[str, tuple[CompileTime, CompileTime, Footprint]])
     return table
 
 
-# ---- Report of `transport effects`: compilation, memory, cost of effects and of possible additions.
+# ---- The report.
 
 
 def print_effects(effects: Effects, scene: Treatment, cold: bool, more: bool) -> None:

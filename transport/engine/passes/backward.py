@@ -17,7 +17,7 @@ from transport.engine.registry import lane_pass
 from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import device
-from transport.physics.directions import either, turned_by
+from transport.physics.directions import select, turned_by
 from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.streams import DIRECTION, POSITION, SHARES, random_words, uniform
 
@@ -207,7 +207,7 @@ def cosine_law_from_surface(b, table, first, live):
         evx, evy, evz = tangential_part(ax, ay, az, nx, ny, nz)
         qx, qy, qz = tangential_part(ox, oy, oz, nx, ny, nz)  # at the pole of a sphere
         upright = evx * evx + evy * evy + evz * evz >= PARALLEL
-        evx, evy, evz = either(upright, evx, evy, evz, qx, qy, qz)
+        evx, evy, evz = select(upright, evx, evy, evz, qx, qy, qz)
         scale = 1.0 / math.sqrt(evx * evx + evy * evy + evz * evz)
         evx, evy, evz = evx * scale, evy * scale, evz * scale
         eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx

@@ -53,7 +53,7 @@ def list_copied_lanes(b, first, live):
 def write_copy(b, fields, words, count, k, place):
     """Write a copy of lane k into the bank and return its row.
 
-    A full bank sets `overfull` and reuses the first row.
+    A full bank sets `bank_overflow` and reuses the first row.
 
     Fields: reads `history`, `event`; updates `banked`, `bank_overflow`.
     """

@@ -4,8 +4,8 @@ A flight ends at a surface or, before that, at a collision: the free path bounds
 are searched. Lanes at a surface wait while the others collide and fly on (driver._fly_until_few); `flies`
 distinguishes them.
 
-Collisions keep layout.SLACK clear of what lies ahead and behind, so no rounding carries one through a
-surface.
+Collisions keep a distance of layout.COLLISION_CLEARANCE from surfaces ahead and behind, so that no rounding
+carries one through a surface.
 """
 
 import math
@@ -24,7 +24,7 @@ from transport.engine.registry import lane_pass
 from transport.engine.tally import add_to_ledger, hash_salt, hashed_uniform, limbs
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
-from transport.physics.directions import either, sample_isotropic
+from transport.physics.directions import sample_isotropic, select
 from transport.physics.elementary import exp_negative
 from transport.physics.paths import free_flight
 from transport.physics.scattering import (
@@ -54,7 +54,7 @@ def is_weak(depth):
 
 @device
 def attenuated_unbiased(before, depth, salt):
-    """Return before * exp(-depth) for depth < THIN, rounded at random to be exact in the mean over salts."""
+    """Return before * exp(-depth) for depth < WEAK_DEPTH, rounded at random: exact in the mean over salts."""
     kept = before * (depth - depth * depth * (0.5 - depth / 6.0))
     after = before - kept
     excess = (before - after) - kept  # by which rounding has absorbed too much
@@ -62,7 +62,7 @@ def attenuated_unbiased(before, depth, salt):
     return other if hashed_uniform(bits_of(depth), salt) * abs(other - after) < abs(excess) else after
 
 
-# ---- Media along a flight: free path, absorption at collisions or along the path, scattering.
+# ---- The passes.
 
 
 @lane_pass(NO_TABLE)
@@ -260,7 +260,7 @@ def scatter_isotropically(b, table, first, live):
     for k in range(first, live):
         ux, uy, uz = sample_isotropic(b.u0[k], b.u1[k])
         here = b.collides[k] == number
-        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
+        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
     return live
 
 
@@ -275,7 +275,7 @@ def scatter_by_henyey_greenstein(b, table, first, live):
         mu, sine = sample_henyey_greenstein(g, b.u0[k])
         ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
         here = b.collides[k] == number
-        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
+        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
     return live
 
 
@@ -290,7 +290,7 @@ def scatter_by_rayleigh(b, table, first, live):
         mu, sine = sample_rayleigh(b.u0[k])
         ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
         here = b.collides[k] == number
-        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
+        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
     return live
 
 
@@ -322,7 +322,7 @@ def scatter_by_table(b, table, first, live):
         start, width, share = b.nx[k] if here else 0.0, b.ny[k] if here else 1.0, b.nz[k] if here else 0.5
         mu, sine = sample_segment(start, width, share, b.u0[k])
         ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
-        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
+        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
     return live
 
 

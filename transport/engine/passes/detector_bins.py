@@ -26,7 +26,7 @@ from transport.engine.registry import lane_pass
 from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn
 
-# squared sine of the angle within which a normal counts as parallel to an axis (vectors.PARALLEL)
+# squared sine of the angle within which a normal counts as parallel to an axis (vectors.PARALLEL_SINE)
 PARALLEL = 1e-12
 
 

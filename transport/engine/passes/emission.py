@@ -1,4 +1,4 @@
-"""Births: place and direction (time and speed: velocities.py, velocities.py).
+"""Births: position and direction; their time and speed are in velocities.py.
 
 Loops run over the new lanes [first, live) only.
 """

@@ -84,7 +84,7 @@ def set_cosine(b, table, first, live):
 
 @lane_pass(ROWS)
 def mark_box_exit(b, table, first, live):
-    """Mark in `stood` that a ray leaves a box through this face, where boxes are detectors.
+    """Mark in `ray_sheet` that a ray leaves a box through this face, where boxes are detectors.
 
     At an edge a ray may enter by one face and leave by another.
 

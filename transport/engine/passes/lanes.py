@@ -27,7 +27,7 @@ def field_offsets(fields, f):
 
 
 def pad_group(numbers: list[int]) -> list[int]:
-    """Return the numbers of the fields to move, filled up to whole groups of TOGETHER."""
+    """Return the numbers of the fields to move, filled up to whole groups of FIELDS_PER_GROUP."""
     return numbers + PADDING[: -len(numbers) % FIELDS_PER_GROUP]
 
 

@@ -291,7 +291,8 @@ def cover_mesh(b, table, first, live):
 def land_on_facet(b, table, first, live):
     """On a mesh: set the facet's normal and move the point onto the facet.
 
-    The facet of an acting mesh becomes the lane's `footing`, that of a transparent detector its `crossed`.
+    The facet of an acting mesh becomes the lane's `own_facet`, that of a transparent detector its
+    `passed_facet`.
 
     Fields: reads `weight`, `sheet`, `hit`, `facet`; updates `x, y, z`; writes `own_facet`, `passed_facet`,
     `nx, ny, nz`.

@@ -25,7 +25,7 @@ from transport.compile.layout import (
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
 from transport.physics.connections import flights_share
-from transport.physics.directions import either
+from transport.physics.directions import select
 
 
 @lane_pass(MIS_PEAK)
@@ -56,7 +56,7 @@ def record_pdf_at_walls(b, table, first, live):
         is_diffuse = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
         now, before = peak if is_diffuse else 0.0, b.mis_pdf[k]
         b.mis_pdf[k] = now if acts else before
-        b.ex[k], b.ey[k], b.ez[k] = either(acts, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
+        b.ex[k], b.ey[k], b.ez[k] = select(acts, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
     return live
 
 
@@ -70,7 +70,7 @@ def record_pdf_at_collisions(b, table, first, live):
     for k in range(first, live):
         here, before = b.collides[k] != 0, b.mis_pdf[k]
         b.mis_pdf[k] = peak if here else before
-        b.ex[k], b.ey[k], b.ez[k] = either(here, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
+        b.ex[k], b.ey[k], b.ez[k] = select(here, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
     return live
 
 
@@ -95,7 +95,7 @@ def apply_mis_weight(b, table, first, live):
     is_pure, is_ball, passing = table.how == 1, table.how == 3, table.passing != 0
     for k in range(first, live):
         acts, peak, weight = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0, b.mis_pdf[k], b.weight[k]
-        px, py, pz = either(is_ball, cx, cy, cz, b.x[k], b.y[k], b.z[k])
+        px, py, pz = select(is_ball, cx, cy, cz, b.x[k], b.y[k], b.z[k])
         rx, ry, rz = px - b.ex[k], py - b.ey[k], pz - b.ez[k]
         share = 0.0 if is_pure else flights_share(rx * rx + ry * ry + rz * rz, area, peak)
         here = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (peak > 0.0) & (not (passing & acts))

@@ -1,6 +1,4 @@
-"""Once-more-collided estimator for point detectors (Kalos 1963.
-
-Steinberg and Kalos 1971): finite variance.
+"""Once-more-collided estimator for point detectors: finite variance (Kalos 1963, Steinberg and Kalos 1971).
 
 From a birth, a collision or a diffuse wall, a ray goes to a scattering point sampled with a pdf proportional
 to 1/(a^2 b^2), with a and b its distances from both ends. This cancels both inverse squares, so scores go as

@@ -24,7 +24,7 @@ from transport.engine.passes.velocities import quantile
 from transport.engine.registry import lane_pass
 from transport.physics.directions import turned_by
 from transport.physics.elementary import cos_sin_turn
-from transport.physics.interfaces import bent_by_lens, fresnel, mirrored, refracted, renewed
+from transport.physics.interfaces import bent_by_lens, fresnel, reflected, refracted, renormalized
 from transport.physics.microfacets import sample_visible_normal, unshadowed_share
 
 NO_LOBE = 2.0
@@ -76,7 +76,7 @@ def transmit(b, table, first, live):
     Fields: reads `nx, ny, nz`, `transmitted`; updates `ux, uy, uz`, `mu`.
     """
     for k in range(first, live):
-        ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
+        ux, uy, uz = reflected(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
         passes = b.transmitted[k] == 1.0
         b.ux[k] = ux if passes else b.ux[k]
         b.uy[k] = uy if passes else b.uy[k]
@@ -103,7 +103,7 @@ def refract(b, table, first, live):
         nx, ny, nz, cosine = flip * b.nx[k], flip * b.ny[k], flip * b.nz[k], abs(mu)
         reflectance, g = fresnel(cosine, ratio, excess)
         vx, vy, vz = refracted(ux, uy, uz, nx, ny, nz, cosine, ratio, excess, g)
-        wx, wy, wz = mirrored(ux, uy, uz, nx, ny, nz, -cosine)
+        wx, wy, wz = reflected(ux, uy, uz, nx, ny, nz, -cosine)
         # Choose, and detect lanes that arrive from a medium other than theirs.
         back = b.u0[k] < reflectance
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIELECTRIC
@@ -142,7 +142,7 @@ def reflect_glossily(b, table, first, live):
         out = 2.0 * seen * hz - cosine
         share = unshadowed_share(cosine, out, alpha)
         vx, vy, vz = turned_by(nx, ny, nz, out, 2.0 * seen * hx - x, 2.0 * seen * hy - y)
-        vx, vy, vz = renewed(vx, vy, vz)
+        vx, vy, vz = renormalized(vx, vy, vz)
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == GLOSSY
         u = b.u3[k]
         leaves = u < share
@@ -173,7 +173,7 @@ def scatter_into_lobe(b, table, first, live):
             c, s = cos_sin_turn(turn if turn < 1.0 else 0.0)
             nx, ny, nz = flip * b.nx[k], flip * b.ny[k], flip * b.nz[k]
             vx, vy, vz = turned_by(nx, ny, nz, mu, sine * c, sine * s)
-            b.ux[k], b.uy[k], b.uz[k] = renewed(vx, vy, vz)
+            b.ux[k], b.uy[k], b.uz[k] = renormalized(vx, vy, vz)
             b.mu[k] = flip * mu
     return live
 

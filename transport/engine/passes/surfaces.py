@@ -20,8 +20,8 @@ from transport.compile.layout import (
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
 from transport.engine.tally import add_lost, limbs
-from transport.physics.directions import either, sample_cosine_law
-from transport.physics.interfaces import mirrored
+from transport.physics.directions import sample_cosine_law, select
+from transport.physics.interfaces import reflected
 from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
 
 MAX_EVENTS = 1 << 24  # after which a history ends as lost
@@ -137,7 +137,7 @@ def reflect_diffusely(b, table, first, live):
         nx, ny, nz = flip * b.nx[k], flip * b.ny[k], flip * b.nz[k]
         ux, uy, uz, mu = sample_cosine_law(nx, ny, nz, b.u0[k], b.u1[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
-        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
+        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
         b.mu[k] = flip * mu if here else b.mu[k]
     return live
 
@@ -149,9 +149,9 @@ def reflect_specularly(b, table, first, live):
     Fields: reads `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
     """
     for k in range(first, live):
-        ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
+        ux, uy, uz = reflected(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == MIRROR
-        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
+        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
         b.mu[k] = -b.mu[k] if here else b.mu[k]
         b.event[k] += 1 if here else 0
     return live

@@ -1,4 +1,4 @@
-"""Splitting and Russian roulette by importance, for deep penetration.
+"""Splitting and Russian roulette by importance; forced first collisions; Russian roulette of light histories.
 
 The wanted weight is birth weight over importance; within a factor of two of it nothing is done. Flights in
 media are cut at stations so close that importance at most doubles between them: particles that penetrate

@@ -15,7 +15,7 @@ from transport.physics.elementary import exp_negative, log_positive
 from transport.physics.paths import free_flight
 from transport.physics.streams import VOXELS, event_words, uniform
 
-# a direction component below SLOWEST never leaves a cell; NEVER is its reciprocal
+# a ray with a direction component below MIN_COMPONENT never leaves a cell; NO_CROSSING is its reciprocal
 MIN_COMPONENT, NO_CROSSING = 1e-280, 1e300
 
 
@@ -23,7 +23,7 @@ MIN_COMPONENT, NO_CROSSING = 1e-280, 1e300
 def component_and_reciprocal(v):
     """Return a direction component in cells per scene length and its reciprocal.
 
-    The component is 0, and the reciprocal NEVER, if the ray never leaves a cell along this axis.
+    The component is 0, and the reciprocal NO_CROSSING, if the ray never leaves a cell along this axis.
     """
     moves = abs(v) > MIN_COMPONENT
     return v if moves else 0.0, 1.0 / v if moves else NO_CROSSING

@@ -90,7 +90,7 @@ def score_collisions(plan):
         yield step(in_box if volume.is_box else in_ball, volume.row)
 
 
-# ---- Steps of a flight: prepare lanes, find the next surface, apply the medium and the clock along the path.
+# ---- The steps of a flight.
 
 PARALLEL_COSINE = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
 MAX_MEDIA_BY_SINGLE_PASSES = (

@@ -138,7 +138,7 @@ def field_moves(plan, moves) -> np.ndarray:
     return rows
 
 
-# ---- Steps of next-event estimation for surface detectors: cast rays, trace them, weight flights by MIS.
+# ---- Steps for surface detectors: cast rays, trace them, weight flights by MIS.
 
 POINT_PASSES = {Rectangle: "point_on_rectangle", Disk: "point_on_disk", Triangle: "point_on_triangle"}
 

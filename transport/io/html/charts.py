@@ -95,7 +95,7 @@ def bin_range_text(name: str, edges: np.ndarray, number: int, bins: int) -> str:
     return f"{position_text(name, edges[number])} … {position_text(name, edges[number + 1])}"
 
 
-# ---- Estimates along one axis as a small SVG: a bar per bin, with a whisker of two standard errors.
+# ---- The chart: a bar per bin, with a whisker of two standard errors.
 
 BAR_COLOUR = "#3b8ec2"  # of equal contrast to white and to black
 UNKNOWN_OPACITY = ' opacity=".4"'

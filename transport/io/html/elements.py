@@ -52,7 +52,7 @@ def _raised(number: object) -> str:
     return str(number).translate(_RAISED)
 
 
-# ---- The HTML elements of all notebook output: a frame with its style, tables, warnings, folded sections.
+# ---- Elements.
 
 STYLE = (
     "<style>"

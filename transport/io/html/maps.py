@@ -59,7 +59,7 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
-# ---- Estimates over two axes as a small SVG.
+# ---- The maps.
 
 MAX_CELLS = 96
 WIDTH, TALL, LOW, GAP, LEFT, TOP, BELOW = 190, 190, 80, 24, 52, 18, 52
@@ -191,7 +191,7 @@ def _in_image_order(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
 
 
 def _is_seen_from_inside(names: tuple[str, str]) -> bool:
-    """Whether it is a map of directions, by polar angle and azimuth."""
+    """Return whether it is a map of directions, by polar angle and azimuth."""
     return names[0] in POLAR and names[1] == "phi"
 
 

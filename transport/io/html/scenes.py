@@ -51,7 +51,7 @@ def constructor_text(thing: object, without: Collection[str] = (), depth: int = 
 
 
 def _has_own_repr(thing: object) -> bool:
-    """Whether it holds arrays or code and its class defines its own text: a mesh, for example."""
+    """Return whether it holds arrays or code and its class defines its own text: a mesh, for example."""
     is_generated = hasattr(
         type(thing).__repr__, "__wrapped__"
     )  # a dataclass's generated __repr__ is wrapped, against infinite recursion
@@ -80,7 +80,7 @@ def _is_default(field: dataclasses.Field, value: object) -> bool:
     return field.default_factory is not dataclasses.MISSING and value == field.default_factory()
 
 
-# ---- A scene in a notebook: its sources, surfaces and detectors, one row each.
+# ---- The scene: one row per source, surface and detector.
 
 MAX_ROWS = 12  # per kind; the others are counted
 

@@ -1,10 +1,10 @@
-"""Why a detector may have no score: the optical depth of the straight path to it, from geometry.
+"""Optical depth of the straight path to a detector, from geometry: a reason for a detector without scores.
 
 A run of n histories resolves a transmission well above 1/n, or, if weights decrease along the path, a weight
-above FAINTEST of the birth weight.  Behind more optical depth a detector reads 0 whatever light there is, and
-no score or error of the run shows it.  This module computes the optical depth, and the diffusing light, which
-is at most about exp(-kappa z) with kappa^2 = 3 sigma_a (sigma_a + (1 - g) sigma_s) (Ishimaru 1978, equation
-9-19).
+above SMALLEST_WEIGHT of the birth weight.  Behind more optical depth a detector reads 0 whatever light there
+is, and no score or error of the run shows it.  This module computes the optical depth, and the diffusing
+light, which is at most about exp(-kappa z) with kappa^2 = 3 sigma_a (sigma_a + (1 - g) sigma_s) (Ishimaru
+1978, equation 9-19).
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class StraightPath:
         return self.absorbed + self.scattered
 
     def is_too_deep(self, plan: Plan, particles: int) -> bool:
-        """Whether so many histories resolve next to no direct light, by chance or by too small weights."""
+        """Return whether so many histories resolve next to no direct light, by chance or small weights."""
         chance = self.scattered if plan.tracking.absorption == "weighted" else self.depth
         return chance > math.log(particles) or self.depth > MAX_OPTICAL_DEPTH
 
@@ -226,7 +226,7 @@ def survivor_findings(
 
 
 def _plays_roulette_in_media(plan: Plan) -> bool:
-    """Whether media end light histories by chance."""
+    """Return whether media end light histories by chance."""
     return plan.has_roulette_in_flight or plan.splits
 
 

@@ -78,7 +78,7 @@ def no_light_message(
 
 
 def cannot_arrive(scene: Scene, shape: Shape, detector: Detector, is_blind: bool) -> bool:
-    """Whether geometry proves that no light arrives at a detector, though light may depart from it.
+    """Return whether geometry proves that no light arrives at a detector, though light may depart from it.
 
     False if the user reads departures: on a surface by its name, and on a source.
     """
@@ -88,12 +88,12 @@ def cannot_arrive(scene: Scene, shape: Shape, detector: Detector, is_blind: bool
 
 
 def is_on_surface(scene: Scene, shape: Shape, detector: Detector) -> bool:
-    """Whether a detector is on a named surface or on a source."""
+    """Return whether a detector is on a named surface or on a source."""
     return isinstance(detector.shape, str) or _has_source_on(scene, shape)
 
 
 def no_light_departs(scene: Scene, shape: Shape, detector: Detector) -> bool:
-    """Whether geometry proves that no light leaves the detector's side.
+    """Return whether geometry proves that no light leaves the detector's side.
 
     No light reaches its other side, and it is no surface.
     """
@@ -120,7 +120,7 @@ def no_arrival_warning(detectors: list[Detector]) -> str:
 
 
 def are_separated(scene: Scene, one: Sided, other: Sided, number: int | None = None) -> bool:
-    """Whether an opaque room encloses one of two shapes and not the other, so that it blocks all light.
+    """Return whether an opaque room encloses one of two shapes and not the other: it blocks all light.
 
     number: index of the surface that the other shape is, if any; a room of which it is a wall separates it
     from nothing.
@@ -134,12 +134,12 @@ def are_separated(scene: Scene, one: Sided, other: Sided, number: int | None = N
 
 
 def _is_opaque(scene: Scene, detector: Detector) -> bool:
-    """Whether a detector is an opaque surface, so that nothing departs where nothing arrives."""
+    """Return whether a detector is an opaque surface, so that nothing departs where nothing arrives."""
     return any(s.name == detector.shape and not is_transmissive(s.material) for s in scene.surfaces)
 
 
 def _has_source_on(scene: Scene, shape: Shape) -> bool:
-    """Whether a source lies on a shape, so that particles depart from the shape at birth."""
+    """Return whether a source lies on a shape, so that particles depart from the shape at birth."""
     return any(
         source.emission.has_side and are_on_one_support(one, other)
         for source, origin in _sources_with_shapes(scene)
@@ -171,7 +171,7 @@ def _enclosure_reason(scene: Scene, target: Sided) -> str | None:
 
 
 def _room_separates(room: Room, target: Sided, source: Sided) -> bool:
-    """Whether the walls of a room lie between the detector and a source."""
+    """Return whether the walls of a room lie between the detector and a source."""
     if _is_certainly_inside(room, target):
         return _is_certainly_outside(room, source)
     return _is_certainly_inside(room, source)
@@ -210,7 +210,7 @@ def _room_name(scene: Scene, room: Room) -> tuple[str, str]:
 
 
 def _is_certainly_inside(room: Room, sided: Sided) -> bool:
-    """Whether a shape is certainly in a room, and its side, if it has one, faces the inside."""
+    """Return whether a shape is certainly in a room, and its side, if it has one, faces the inside."""
     shape, side = sided
     if side is None:
         return room.holds(shape)
@@ -223,7 +223,7 @@ def _is_certainly_inside(room: Room, sided: Sided) -> bool:
 
 
 def _is_certainly_outside(room: Room, sided: Sided) -> bool:
-    """Whether a shape is certainly outside a room, or its side, if it has one, faces away from the room."""
+    """Return whether a shape is certainly outside a room, or its side, if any, faces away from the room."""
     shape, side = sided
     if side is None:
         return room.excludes(shape)
@@ -306,7 +306,7 @@ def _behind_sources_reason(scene: Scene, shape: Shape) -> str | None:
 
 
 def _faces_away(scene: Scene, target: Sided) -> bool:
-    """Whether the detector is flat, and everything that emits or redirects light lies behind its plane."""
+    """Return whether the detector is flat, and all that emits or redirects light lies behind its plane."""
     shape, side = target
     shapes = [*(origin for _, origin in _sources_with_shapes(scene)), *_redirecting_shapes(scene)]
     return isinstance(shape, FlatShape) and all(

@@ -86,7 +86,7 @@ class PathClass:
 
 @dataclass(frozen=True)
 class LampScores:
-    """Numbers of flights and rays that reached a source, and of rays near the largest score (LARGE)."""
+    """Numbers of flights and rays that reached a source, and of rays near the largest score (LARGE_SHARE)."""
 
     flights: int
     rays: int
@@ -387,7 +387,7 @@ def _guard_counts(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str
 def count_large_scores(
     plan: Plan, batches: list[Batch], name: str, side: int, largest: float, scores: int, block: int = 0
 ) -> int:
-    """Number of scores of at least LARGE (a quarter) of the largest possible one; all if they are alike.
+    """Number of scores of at least a quarter (LARGE_SHARE) of the largest possible; all if they are alike.
 
     block: 0 for flights, 1 for rays, in their own unit.
     """

@@ -77,7 +77,7 @@ MAX_PROBE_HISTORIES, MAX_SHARE_OF_RUN = (
 )  # histories of the longest probe, and relative to the run concerned
 MIN_EVENT_BUDGET = (
     MIN_PROBE_HISTORIES * 128
-)  # crossings and collisions allowed to any probe; else SHARE of those of the run ...
+)  # crossings and collisions allowed to any probe; else MAX_SHARE_OF_RUN of those of the run ...
 MIN_EVENTS_PER_HISTORY = 32  # ... in which a history counts as having at least this many
 PILOT_HISTORIES = 8, 128  # histories of the pilots that measure the events per history
 SHORT_PROBE_BATCH = 128  # histories per batch of a short probe: with fewer a crossing costs more time
@@ -131,7 +131,7 @@ def surface_names(scene: Scene, numbers: Iterable[int]) -> list[str]:
 
 
 def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
-    """Whether a flat surface with one specular side turns that side away from all of a shape."""
+    """Return whether a flat surface with one specular side turns that side away from all of a shape."""
     if not (isinstance(mirror, FlatShape) and isinstance(material, TwoSided)):
         return False
     sides = {"front": material.front, "back": material.back}
@@ -174,7 +174,7 @@ def source_name(scene: Scene, source: Source) -> str:
 
 
 def is_hidden(scene: Scene, sensor: object, parts: list[SensorPart], lamp: Shape, side: str | None) -> bool:
-    """Whether geometry proves that no direct light of a source reaches a sensor."""
+    """Return whether geometry proves that no direct light of a source reaches a sensor."""
     if isinstance(sensor, Camera) and not sensor.may_see(lamp):
         return True
     facing = getattr(sensor, "side", None)
@@ -281,7 +281,7 @@ def even_points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _are_blocked(scene: Scene, start: np.ndarray, rays: np.ndarray, distances: np.ndarray) -> np.ndarray:
-    """Whether an opaque surface lies between the ends of each line."""
+    """Return whether an opaque surface lies between the ends of each line."""
     blocked = np.zeros(len(start), bool)
     for surface in scene.surfaces:
         if not is_transmissive(surface.material):

@@ -96,7 +96,7 @@ def unvisited_surface_findings(
 
 
 def _cannot_light(plan: Plan, surface: Surface, detector: Detector | None) -> bool:
-    """Whether a surface lies behind the active side of a flat detector."""
+    """Return whether a surface lies behind the active side of a flat detector."""
     shape = None if detector is None else plan.scene.shape_of(detector)
     return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, detector.side)
 
@@ -167,7 +167,7 @@ def grazing_share(sums: DetectorSums) -> float:
 
 
 def _is_significant(excess: np.ndarray) -> bool:
-    """Whether batches agree that the mean is not zero.
+    """Return whether batches agree that the mean is not zero.
 
     A history may graze many times, but only in its batch.
     """

@@ -224,7 +224,7 @@ def _distance(shape: Shape, point: Vector, reach: float, least: float = 0.0) -> 
 
 
 def _is_out_of_reach(shape: Shape, point: Vector, reach: float) -> bool:
-    """Whether a shape is certainly farther away than `reach` [m]."""
+    """Return whether a shape is certainly farther away than `reach` [m]."""
     return not shape.is_infinite and math.dist(point, shape.middle) - shape.extent > reach
 
 
@@ -264,7 +264,7 @@ def _diffuse_share_of_side(material: Material, side: float) -> float:
 
 
 def _is_negligible(plan: Plan, share: float, fluence: Estimate) -> bool:
-    """Whether a wall sends next to no light.
+    """Return whether a wall sends next to no light.
 
     At most its irradiance, which the point sees, unless there are beams.
     """

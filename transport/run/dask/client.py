@@ -146,7 +146,7 @@ class Groups:
         return min(usual, self.left * self.pace.seconds / (GROUPS_PER_THREAD * threads))
 
 
-# ---- Connection of a run to a Dask cluster: sends groups of batches and collects their sums.
+# ---- The connection.
 
 GROUPS_IN_FLIGHT = 3  # groups in flight per thread: one is computed, one waits beside it, one travels
 POLL_SECONDS = 1.0  # [s] between polls of the workers
@@ -421,7 +421,7 @@ class DaskExecutor:
         self.changed.set()
 
     def _send_groups(self, client) -> None:
-        """Send groups until each thread has DEPTH of them."""
+        """Send groups until each thread has GROUPS_IN_FLIGHT of them."""
         # Restrict groups to usable workers, where there are others.
         allowed = (
             None
@@ -488,7 +488,8 @@ class DaskExecutor:
     def _wait_or_raise(self, what: str, error: Exception | None = None) -> None:
         """Record why the run waits; raise where waiting is useless.
 
-        That is so after PATIENCE seconds once the run has begun, and for a scheduler that was never reached.
+        Waiting is useless after WAIT_SECONDS (LOCAL_WAIT_SECONDS) once the run has begun, and for a scheduler
+        that was never reached.
         """
         self.doing = what
         self.problem = what if self.is_begun else None

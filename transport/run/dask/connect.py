@@ -168,7 +168,7 @@ def silenced(thread: str) -> Iterator[None]:
 
 
 async def _wait_or_kill(worker: asyncio.subprocess.Process) -> None:
-    """Wait until a worker process has ended; kill it after DYING seconds."""
+    """Wait until a worker process has ended; kill it after SHUTDOWN_SECONDS."""
     with suppress(TimeoutError):
         async with asyncio.timeout(SHUTDOWN_SECONDS):
             await worker.wait()

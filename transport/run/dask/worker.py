@@ -182,7 +182,7 @@ class WorkerRun:
 
     @property
     def is_idle(self) -> bool:
-        """Return whether the run has had no batch for IDLE seconds."""
+        """Whether the run has had no batch for IDLE_SECONDS."""
         with self.lock:
             return not self.busy and time.monotonic() - self.used > IDLE_SECONDS
 

@@ -56,7 +56,7 @@ def check_supports(scene: SceneParts) -> None:
 
 
 def _is_dielectric(surface: Surface) -> bool:
-    """Whether a surface is a dielectric."""
+    """Return whether a surface is a dielectric."""
     return any(isinstance(part, Dielectric) for part in elementary_materials(surface.material))
 
 

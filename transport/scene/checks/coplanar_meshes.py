@@ -64,7 +64,7 @@ def _named_shapes(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
 
 
 def _is_coplanar(mesh: Mesh, other: Shape) -> bool:
-    """Whether a facet has more than an edge in common with a flat piece or another mesh."""
+    """Return whether a facet has more than an edge in common with a flat piece or another mesh."""
     if isinstance(other, Mesh):
         return _are_coplanar(mesh, other)
     if not isinstance(other, FlatShape):
@@ -105,7 +105,7 @@ def _overlap(facets: np.ndarray, polygon: np.ndarray, tolerance: float) -> np.nd
 
 
 def _projections_overlap(ones: np.ndarray, others: np.ndarray, tolerance: float) -> np.ndarray:
-    """Whether projections of triangles (k, 3, 1) and of a polygon (n,) or (k, n) on an axis overlap."""
+    """Return whether projections of triangles (k, 3, 1) and a polygon (n,) or (k, n) on an axis overlap."""
     ones = ones[..., 0]
     low, high = others.min(axis=-1), others.max(axis=-1)
     return (ones.min(axis=1) < high - tolerance) & (ones.max(axis=1) > low + tolerance)
@@ -128,7 +128,7 @@ def _distance_from_origin(facets: np.ndarray) -> np.ndarray:
 
 
 def _are_coplanar(one: Mesh, other: Mesh) -> bool:
-    """Whether facets of two meshes lie on one plane and overlap."""
+    """Return whether facets of two meshes lie on one plane and overlap."""
     from scipy.spatial import cKDTree
 
     # Keep the facets within both bounding boxes.
@@ -162,7 +162,7 @@ def _are_coplanar(one: Mesh, other: Mesh) -> bool:
 def _overlaps_facets(
     corners: np.ndarray, normal: np.ndarray, other: Mesh, facets: np.ndarray, tolerance: float
 ) -> bool:
-    """Whether a triangle overlaps one of the coplanar facets of another mesh."""
+    """Return whether a triangle overlaps one of the coplanar facets of another mesh."""
     along = corners[1] - corners[0]
     e_u = along / np.linalg.norm(along)
     frame = np.array([e_u, np.cross(normal, e_u)]).T

@@ -2,7 +2,7 @@
 
 Enclosures are closed shapes, cells between infinite planes, and open surfaces whose rims join without a gap
 (the faces of a box, a cylinder with its lids). Endless histories that are not proven here are stopped during
-the run (`engine/driver.py`, PATIENCE).
+the run (`PATIENCE` of `engine/driver.py`).
 """
 
 from __future__ import annotations
@@ -60,16 +60,16 @@ class ClosedShape(NamedTuple):
         return self.shapes[0].is_infinite
 
     def holds(self, place: ShapeOrPoint) -> bool:
-        """Whether a shape or a point surely lies wholly in the region."""
+        """Return whether a shape or a point surely lies wholly in the region."""
         return contains(self.shapes[0], place)
 
     def excludes(self, place: Shape) -> bool:
-        """Whether a shape surely lies wholly outside the region."""
+        """Return whether a shape surely lies wholly outside the region."""
         distance = distance_to_shape(self.shapes[0], place.middle, filled=True)
         return not place.is_infinite and distance > place.extent
 
     def may_reach(self, shape: Shape) -> bool:
-        """Whether part of a shape may lie in the region."""
+        """Return whether part of a shape may lie in the region."""
         return _boxes_meet(shape, self.shapes)
 
 
@@ -81,7 +81,7 @@ class ClosedPatches(NamedTuple):
     word, is_infinite = "in the room of", False
 
     def holds(self, place: ShapeOrPoint) -> bool:
-        """Whether a shape or a point surely lies wholly in the region."""
+        """Return whether a shape or a point surely lies wholly in the region."""
         if not isinstance(place, Shape):
             return _is_between(self.shapes, place)
         if self._is_apart(place):
@@ -89,11 +89,11 @@ class ClosedPatches(NamedTuple):
         return self._are_behind((*self.shapes, place))  # touching the walls of a convex room
 
     def excludes(self, place: Shape) -> bool:
-        """Whether a shape surely lies wholly outside the region."""
+        """Return whether a shape surely lies wholly outside the region."""
         return self._is_apart(place) and not _is_between(self.shapes, place.middle)
 
     def _are_behind(self, shapes: tuple[Shape, ...]) -> bool:
-        """Whether the walls are flat, and no shape extends beyond one of them."""
+        """Return whether the walls are flat, and no shape extends beyond one of them."""
         if not all(isinstance(wall, FlatShape) for wall in self.shapes):
             return False
         outer = [
@@ -103,13 +103,13 @@ class ClosedPatches(NamedTuple):
         return all(is_behind(shape, wall, side) for wall, side in sided for shape in shapes)
 
     def _is_apart(self, place: Shape) -> bool:
-        """Whether the bounding sphere of a shape touches no patch."""
+        """Return whether the bounding sphere of a shape touches no patch."""
         if place.is_infinite:
             return False
         return all(distance_to_shape(shape, place.middle) > place.extent for shape in self.shapes)
 
     def may_reach(self, shape: Shape) -> bool:
-        """Whether part of a shape may lie in the region."""
+        """Return whether part of a shape may lie in the region."""
         return _boxes_meet(shape, self.shapes)
 
 
@@ -122,14 +122,14 @@ class PlaneCell(NamedTuple):
     word, is_infinite = "between", True
 
     def holds(self, place: ShapeOrPoint) -> bool:
-        """Whether a shape surely lies wholly in the region; always true for a point."""
+        """Return whether a shape surely lies wholly in the region; always true for a point."""
         faces = zip(self.shapes, self.sides, strict=True)
         return not isinstance(place, Shape) or all(
             is_behind(place, plane, OTHER_SIDE[side]) for plane, side in faces
         )
 
     def may_reach(self, shape: Shape) -> bool:
-        """Whether part of a shape may lie in the region."""
+        """Return whether part of a shape may lie in the region."""
         return not any(
             is_behind(shape, plane, side) for plane, side in zip(self.shapes, self.sides, strict=True)
         )
@@ -173,7 +173,7 @@ def _region_name(scene: SceneParts, enclosure: Enclosure) -> str:
 
 
 def _has_absorber(scene: SceneParts, enclosure: Enclosure) -> bool:
-    """Whether anything may absorb in the region; a medium beside an open surface may be anywhere."""
+    """Return whether anything may absorb in the region; a medium beside an open surface may be anywhere."""
     for number, surface in enumerate(scene.surfaces):
         may_reach = enclosure.may_reach(surface.shape)
         if absorbs(surface.front) or (absorbs(surface.back) and (may_reach or not surface.shape.is_closed)):
@@ -184,14 +184,14 @@ def _has_absorber(scene: SceneParts, enclosure: Enclosure) -> bool:
 
 
 def _is_lossy(material: Material, is_back: bool) -> bool:
-    """Whether a side absorbs or transmits some of the incident light."""
+    """Return whether a side absorbs or transmits some of the incident light."""
     if isinstance(material, TwoSided):
         material = material.back if is_back else material.front
     return is_transmissive(material) or _absorbs(material)
 
 
 def _absorbs(material: Material) -> bool:
-    """Whether a material absorbs some of the incident light."""
+    """Return whether a material absorbs some of the incident light."""
     return any(_absorbed_share(part) > 0 for part in elementary_materials(material))
 
 
@@ -211,7 +211,7 @@ def _absorbed_share(material: Material) -> float:
 
 
 def _boxes_meet(shape: Shape, others: tuple[Shape, ...]) -> bool:
-    """Whether the bounding box of a shape and that of others overlap."""
+    """Return whether the bounding box of a shape and that of others overlap."""
     low, high = (np.array(corner) for corner in shape.bounds)
     bounds = np.array([other.bounds for other in others])
     return bool((low <= bounds[:, 1].max(axis=0)).all() and (bounds[:, 0].min(axis=0) <= high).all())
@@ -224,7 +224,7 @@ def _start_point(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vec
 
 
 def _hits_planes_repeatedly(scene: SceneParts, source: Source) -> bool:
-    """Whether almost all of a source's particles reach the planes again and again.
+    """Return whether almost all of a source's particles reach the planes again and again.
 
     A beam may run along the planes forever, at once or after a mirror: only between two planes alone it
     surely meets them.
@@ -238,7 +238,7 @@ def _hits_planes_repeatedly(scene: SceneParts, source: Source) -> bool:
 
 
 def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
-    """Whether some of a source's particles surely start in the region: at its middle, or all of them."""
+    """Return whether some of a source's particles surely start in the region: at its middle, or all."""
     is_sided = source.emission.has_side
     if is_sided and isinstance(enclosure, ClosedShape) and are_on_one_support(origin, enclosure.shapes[0]):
         return source.is_back
@@ -250,7 +250,7 @@ def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
 
 
 def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:
-    """Whether all of a few lines from a point cross closed patches an odd number of times."""
+    """Return whether all of a few lines from a point cross closed patches an odd number of times."""
     directions = TEST_DIRECTIONS / np.linalg.norm(TEST_DIRECTIONS, axis=1)[:, None]
     origins = np.tile(np.array(point, float), (len(directions), 1))
     crossed = sum((crossings(shape, origins, directions).distances > 0).sum(axis=1) for shape in shapes)
@@ -271,7 +271,7 @@ def finite_enclosures(surfaces: dict[int, Surface]) -> list[ClosedShape | Closed
 
 
 def _is_lossless_inside(room: ClosedShape | ClosedPatches, walls: dict[int, Surface]) -> bool:
-    """Whether the walls of a room return all light that arrives from inside."""
+    """Return whether the walls of a room return all light that arrives from inside."""
     for number, shape in zip(room.numbers, room.shapes, strict=True):
         sides = (True,) if isinstance(room, ClosedShape) else (False, True)
         if isinstance(shape, FlatShape):
@@ -300,7 +300,7 @@ def _cell_of_planes(walls: dict[int, Surface], point: Vector) -> Iterator[Enclos
 
 
 def _close_all_directions(normals: np.ndarray) -> bool:
-    """Whether no direction leads away from all planes with these normals (n, 3) towards the cell.
+    """Return whether no direction leads away from all planes with these normals (n, 3) towards the cell.
 
     By Gordan's theorem this holds if some of the normals, with weights not all 0, sum to zero.
     """

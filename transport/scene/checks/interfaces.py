@@ -200,7 +200,7 @@ def _group_coincident(
 
 
 def _bounds_media(surface: Surface) -> bool:
-    """Whether a surface is a dielectric or names a medium."""
+    """Return whether a surface is a dielectric or names a medium."""
     is_glass = any(isinstance(part, Dielectric) for part in elementary_materials(surface.material))
     return is_glass or surface.front is not None or surface.back is not None
 

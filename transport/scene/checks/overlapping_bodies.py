@@ -54,14 +54,14 @@ def check_filling(scene: SceneParts) -> None:
 
 
 def has_named_media(scene: SceneParts) -> bool:
-    """Whether the scene has any medium."""
+    """Return whether the scene has any medium."""
     return scene.medium is not None or any(
         medium is not None for surface in scene.surfaces for medium in (surface.front, surface.back)
     )
 
 
 def has_emission(scene: SceneParts) -> bool:
-    """Whether a medium in the scene emits."""
+    """Return whether a medium in the scene emits."""
     media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
     return any(medium is not None and medium.emission > 0 for medium in media)
 
@@ -224,5 +224,5 @@ def _check_infinite_scattering(scene: SceneParts, bodies: tuple[Body, ...]) -> N
 
 
 def absorbs(medium: AnyMedium | None) -> bool:
-    """Whether a medium absorbs."""
+    """Return whether a medium absorbs."""
     return medium is not None and bool(np.max(medium.absorption) > 0)

@@ -119,7 +119,7 @@ def _pairs(glass: list[Boundary]) -> Iterator[tuple[Boundary, Boundary]]:
 
 
 def _intersect(a: Shape, b: Shape) -> bool:
-    """Whether the surfaces of two spheres, two boxes or one of each intersect, beyond rounding."""
+    """Return whether the surfaces of two spheres, two boxes or one of each intersect, beyond rounding."""
     if isinstance(a, Box) and isinstance(b, Sphere):
         return _intersect(b, a)
     if not all(isinstance(shape, (Box, Sphere)) and shape.is_closed for shape in (a, b)):

@@ -114,7 +114,7 @@ def check_weak_absorption(scene: SceneParts) -> None:
 
 
 def _is_not_clear(surface: Surface) -> bool:
-    """Whether a surface may absorb, scatter or mirror light."""
+    """Return whether a surface may absorb, scatter or mirror light."""
     return any(
         not isinstance(part, Dielectric | Transparent) for part in elementary_materials(surface.material)
     )
@@ -130,7 +130,7 @@ def _escape_sine(material: Material) -> float:
 
 
 def _interacts(medium: AnyMedium | None) -> bool:
-    """Whether a medium absorbs or scatters."""
+    """Return whether a medium absorbs or scatters."""
     return medium is not None and bool(np.max(medium.extinction) > 0)
 
 
@@ -145,33 +145,33 @@ def _other_surfaces_inside(scene: SceneParts, number: int) -> list[Surface]:
 
 
 def _is_inert(surface: Surface) -> bool:
-    """Whether a surface has no effect."""
+    """Return whether a surface has no effect."""
     return surface.material == Transparent() and not (_interacts(surface.front) or _interacts(surface.back))
 
 
 def _boxes_overlap(shape: Shape, other: Shape) -> bool:
-    """Whether the bounding boxes of two shapes overlap."""
+    """Return whether the bounding boxes of two shapes overlap."""
     return all(p <= s and r <= q for p, q, r, s in zip(*other.bounds, *shape.bounds, strict=True))
 
 
 def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
-    """Whether the middle of a shape lies between the faces of a slab, not on one."""
+    """Return whether the middle of a shape lies between the faces of a slab, not on one."""
     offset = tuple(p - q for p, q in zip(shape.middle, slab.middle, strict=True))
     return abs(dot(offset, slab.normal)) < (1 - EDGE_TOLERANCE) * slab.thickness / 2
 
 
 def _is_enclosed(shape: Shape, walls: list[Surface]) -> bool:
-    """Whether a surface around the shape may block its light."""
+    """Return whether a surface around the shape may block its light."""
     return any(_is_not_clear(wall) and _boxes_overlap(shape, wall.shape) for wall in walls)
 
 
 def _is_bounded(surface: Surface) -> bool:
-    """Whether a surface is finite."""
+    """Return whether a surface is finite."""
     return bool(np.isfinite(surface.shape.bounds).all())
 
 
 def _scatters(surface: Surface) -> bool:
-    """Whether a surface, or the medium it names, scatters light diffusely."""
+    """Return whether a surface, or the medium it names, scatters light diffusely."""
     media = [medium for medium in (surface.front, surface.back) if medium is not None]
     is_rough = any(
         isinstance(part, Diffuse) and part.albedo > 0 for part in elementary_materials(surface.material)
@@ -180,12 +180,12 @@ def _scatters(surface: Surface) -> bool:
 
 
 def _is_unaimed(source: Source) -> bool:
-    """Whether a source emits into at least half of all directions."""
+    """Return whether a source emits into at least half of all directions."""
     return source.aim is None and not isinstance(source.emission, Beam)
 
 
 def _traps_light(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
-    """Whether an unaimed source inside the body has rays beyond the critical angle at all walls they hit.
+    """Return whether an unaimed source inside the body has rays that are totally reflected at all walls.
 
     In a sphere these start beyond `sine` times its radius, across the radius; in a box they are oblique to
     all faces.

@@ -16,7 +16,7 @@ HISTORIES = 200_000
 
 @lru_cache(maxsize=1)
 def _rays() -> np.ndarray:
-    """One component of the directions of MANY particles, in the order of their histories."""
+    """One component of the directions of HISTORIES particles, in the order of their histories."""
     source = tp.Source(tp.Point(), tp.Gas(number=1.0, speed=1.0))
     scene = tp.Scene(source, detectors=tp.Snapshot(1.0, particles=HISTORIES, name="all"), duration=1.0)
     return tp.simulate(scene, HISTORIES, seed=1, progress=False)["all"].velocities[:, 2]
