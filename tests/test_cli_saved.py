@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -10,6 +11,7 @@ from tests.same_batches import assert_same
 from tests.test_saved import SMALL
 from transport.io import resuming
 from transport.io.atomic import FileError
+from transport.results.record import total_cost
 from transport.run import progress
 from transport.run import run as running
 from transport.verification import experiment
@@ -175,3 +177,20 @@ def test_a_log_has_lines_now_and_then(run, monkeypatch, capfd):
     )
     tp.simulate(SMALL, particles=5_000, threads=1)
     assert capfd.readouterr().err == ""
+
+
+def test_the_price_of_the_next_digit_is_that_of_the_saved_run(call, tmp_path):
+    """In quasi-random sampling the slope is measured; a table of one case has it, and so has its file."""
+    SMALL.to_json(tmp_path / "small.json")
+    options = ("--error", "meter.flux_in=2e-2", "--sampling", "sobol", "--estimator", "analog")
+    assert call("run", "small.json", *options, "--save", "small.npz").exit_code == 0
+    cost = tp.load(tmp_path / "small.npz").cost
+    assert cost.slopes and cost.next_digit != pytest.approx(100 * cost.seconds, rel=1e-6)
+    assert total_cost([cost]).next_digit == cost.next_digit
+    assert total_cost([cost, cost]).next_digit == pytest.approx(2 * cost.next_digit)
+    assert total_cost([cost, replace(cost, slopes={})]).next_digit == pytest.approx(200 * cost.seconds)
+
+
+def test_a_missing_file_of_an_experiment_names_those_of_its_cases(run, call, tmp_path):
+    assert run("--save", "run_1.npz").exit_code == 0
+    assert "run_1.npz" in call("show", "run.npz").output

@@ -24,29 +24,8 @@ PACKAGE = Path(tp.__file__).parent
 RETURNED = ("Result",)  # made by the library alone: documents Attributes instead of Parameters
 HEADER = re.compile(r"^-{3,}\s*$")  # the line below the title of a section
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-NOT_CONSTANTS = set(
-    [
-        "ASCII",
-        "BRDF",
-        "COLUMNS",
-        "DLMF",
-        "EGSR",
-        "EPYC",
-        "HTML",
-        "IEEE",
-        "JCGT",
-        "JSON",
-        "LLVM",
-        "MCML",
-        "MCNP",
-        "NAME",
-        "README",
-        "SIAM",
-        "SIGGRAPH",
-        "TAOCP",
-        "AZURV",
-        "DONTNEED",
-    ]
+NOT_CONSTANTS = re.compile(
+    "ASCII|BRDF|COLUMNS|DLMF|EGSR|EPYC|HTML|IEEE|JCGT|JSON|LLVM|MCML|MCNP|NAME|README|SIAM|SIGGRAPH|TAOCP|NUMBA_.*|.*DONTNEED"
 )  # abbreviations; what a user types
 CODE = re.compile(r"``.+?``|`[^`]+`")
 MARKUP = re.compile(r"(?:^|(?<=[\s(\[{<'\"/:-]))(?:\*+(?=[^\s*])|\|(?=\S)[^|\n]*\|)")
@@ -149,7 +128,9 @@ def unknown_constants(text):
             name
             for line, name in found
             for known in [names_of_module(name.partition(".")[0]) if "." in name else own]
-            if name.rpartition(".")[2] not in known and name not in NOT_CONSTANTS and ".py" not in line
+            if name.rpartition(".")[2] not in known
+            and not NOT_CONSTANTS.fullmatch(name)
+            and ".py" not in line
         }
     )
 

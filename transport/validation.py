@@ -12,7 +12,8 @@ import difflib
 import functools
 import math
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, dataclass_transform
 
@@ -146,6 +147,39 @@ def join_names(names: list[str], most: int = 6) -> str:
     if len(names) > most:
         names = [*names[:most], f"{len(names) - most} more"]
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
+EXTRAS = {  # optional packages: the extra that installs each
+    "matplotlib": "plot",
+    "pyvista": "viz",
+    "vtkmodules": "viz",
+    "xarray": "files",
+    "h5netcdf": "files",
+    "distributed": "cluster",
+    "sphinx": "docs",
+}
+
+
+def pip_install(extra: str) -> str:
+    """Return the command that installs an extra; it runs in the clone, as the package is in no index."""
+    return f"pip install '.[{extra}]' in the clone"
+
+
+def missing_package(error: ImportError) -> str | None:
+    """Return which optional package is not installed, and the cure; None for any other import."""
+    package = (error.name or "").partition(".")[0]
+    return f"{package} is not installed; {pip_install(EXTRAS[package])}" if package in EXTRAS else None
+
+
+@contextmanager
+def optional_packages(subject: str) -> Iterator[None]:
+    """Raise SceneError, with the command that installs it, where an optional package is missing."""
+    try:
+        yield
+    except ImportError as error:
+        if (lack := missing_package(error)) is None:
+            raise
+        raise SceneError(f"{subject}: {lack}") from None
 
 
 def name_hint(word: object, names: Iterable[str]) -> str:

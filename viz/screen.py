@@ -10,6 +10,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from transport.validation import pip_install
+
 PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
@@ -23,7 +25,7 @@ NO_LIBRARIES = (
     "3-D pictures need the libraries of OpenGL, which this machine lacks; on Debian or Ubuntu install two packages:"
     " sudo apt-get install -y libegl1 libgl1-mesa-dri   (all else works without: tables, charts, results)"
 )
-NO_PYVISTA = "3-D pictures need pyvista; install it in this environment: pip install '.[viz]'"
+NO_PYVISTA = f"3-D pictures need pyvista, which is not installed; {pip_install('viz')}"
 
 
 class NoScreen(Exception):

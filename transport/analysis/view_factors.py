@@ -21,7 +21,7 @@ from transport.scene.sides import IS_BACK
 from transport.scene.sources import Source
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate
-from transport.validation import SceneError, name_hint, short_repr
+from transport.validation import SceneError, short_repr
 
 # Aim at a target if its centre is at least this many bounding radii away from the start's.
 MIN_AIM_DISTANCE = 1.0
@@ -52,9 +52,9 @@ def view_factor(
         Seed. Pass different seeds for factors that you add: equal seeds share random numbers, so that their
         errors are correlated.
     side_a : str, default "front"
-        Emitting side of `a`, "front" or "back". The front of a sphere is its outside.
+        Emitting side of `a`: "front" or "back"; of a closed shape also "outside" (its front) or "inside".
     side_b : str, default "front"
-        Receiving side of `b`; "back" for a sphere around `a`.
+        Receiving side of `b`; "inside" for a sphere around `a`.
 
     Returns
     -------
@@ -115,9 +115,9 @@ def etendue(
         Seed. Pass different seeds for factors that you add: equal seeds share random numbers, so that their
         errors are correlated.
     side_a : str, default "front"
-        Emitting side of `a`, "front" or "back". The front of a sphere is its outside.
+        Emitting side of `a`: "front" or "back"; of a closed shape also "outside" (its front) or "inside".
     side_b : str, default "front"
-        Receiving side of `b`; "back" for a sphere around `a`.
+        Receiving side of `b`; "inside" for a sphere around `a`.
 
     Returns
     -------
@@ -163,12 +163,11 @@ def view_factor_scene(
     """
     for name, shape in (("a", a), ("b", b)):
         _check_shape(caller, name, shape)
-    for name, side in (("side_a", side_a), ("side_b", side_b)):
-        if side not in IS_BACK:
-            raise SceneError(
-                f"{caller}: {name} must be 'front' or 'back', got {short_repr(side)};"
-                f" {name_hint(side, IS_BACK)}"
-            )
+    for name, side, shape in (("side_a", side_a, a), ("side_b", side_b, b)):
+        known = IS_BACK if shape.is_closed else ("front", "back")
+        if side not in known:
+            must = " or ".join(map(repr, known))
+            raise SceneError(f"{caller}: {name} must be {must}, got {short_repr(side)}")
     # Make all shapes black; if b is a, one surface serves as both.
     surfaces = {"a": Surface(a, Black(), name="a")}
     if b != a:

@@ -163,7 +163,7 @@ def run(
       transport run mine.py --seconds 10 --json
       transport run scene.json --particles 1e7
       transport run scene.json --particles 1e10 --checkpoint run.nc --resume run.nc
-      transport run sun --particles 1e9 --part 2/8 --save part2.nc
+      transport run scene.json --particles 1e9 --part 2/8 --save part2.nc
       transport run sun --particles 1e9 --cluster tcp://10.0.0.1:8786
     """
     limits = {

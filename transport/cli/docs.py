@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import transport
-from transport.validation import SceneError
+from transport.validation import SceneError, pip_install
 
 # ---- Pages of the reference: every public name on the page of its module, with its docstring.
 
@@ -146,9 +146,7 @@ def build_site(out: Path, commands: Any) -> Path:
     """Build the pages into the folder; return the path of the first.  Raises SceneError without Sphinx."""
     missing = [name for name in REQUIRED_PACKAGES if importlib.util.find_spec(name) is None]
     if missing:
-        raise SceneError(
-            f"docs: {', '.join(missing)} not installed; pip install '.[docs]' in the project's folder"
-        )
+        raise SceneError(f"docs: {', '.join(missing)} not installed; {pip_install('docs')}")
     from sphinx.application import Sphinx
 
     with tempfile.TemporaryDirectory() as folder:

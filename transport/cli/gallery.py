@@ -10,18 +10,16 @@ from transport.analysis.tracks import tracks
 from transport.cli.console import NO_BREAK_SPACE, console, print_json, print_labelled
 from transport.cli.costs import costs_of_case, draw_costs
 from transport.cli.run import (
-    EXTRAS,
     checked_experiment,
     draw_experiment,
     draw_to,
     is_complete,
-    pip_install,
     verdict_on,
     warnings_of,
 )
 from transport.results.result import Result
 from transport.simulate import simulate
-from transport.validation import SceneError, name_hint
+from transport.validation import SceneError, name_hint, optional_packages
 from transport.verification.experiment import (
     DEFAULT_PARTICLES,
     experiment,
@@ -101,13 +99,8 @@ def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: b
 
 def pieces(settings: Settings) -> list[Piece]:
     """Return all pieces: general figures, costs and experiments.  Raises SceneError without matplotlib."""
-    try:
+    with optional_packages("gallery"):
         exhibits = importlib.import_module("transport.viz.exhibits").EXHIBITS
-    except ImportError as error:
-        wanted = (error.name or "").partition(".")[0]
-        if wanted not in EXTRAS:
-            raise
-        raise SceneError(f"gallery: {wanted} is not installed; {pip_install(EXTRAS[wanted])}") from None
     runs = ResultCache(settings)
     found = [_general(exhibit, runs, settings) for exhibit in exhibits]
     names = experiment_names()

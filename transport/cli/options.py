@@ -31,7 +31,7 @@ Batches = Annotated[
 Threads = Annotated[int | None, typer.Option(help="Number of threads [default: all cores]")]
 Save = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Save the run as .nc or .npz; several cases get numbered files"),
+    typer.Option(metavar="FILE", help="Save the run as .nc or .npz; several cases get files FILE_1, ..."),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing files")]
 Resume = Annotated[

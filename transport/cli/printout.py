@@ -11,9 +11,10 @@ from rich.text import Text
 from transport.analysis.cost import price_notes
 from transport.cli.console import NO_BREAK_SPACE, console, print_labelled, print_rich
 from transport.cli.costs import Costs
-from transport.cli.run import draw_experiment, is_complete, total_cost, verdict_on, warnings_of
+from transport.cli.run import draw_experiment, is_complete, verdict_on, warnings_of
 from transport.cli.tables import bins_table, case_table, cost_table, effect_table, ledger_line
 from transport.results.diagnostics.table import DIAGNOSTICS
+from transport.results.record import total_cost
 from transport.results.report import cost_lines, method_lines, tracking_lines
 from transport.verification.experiment import Outcome, experiment, experiment_name, experiment_names
 
@@ -77,7 +78,7 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
         (*_estimator_lines(outcomes), *(line for o in outcomes for line in tracking_lines(o.result)))
     )
     kept = sum(outcome.result.particles for outcome in outcomes)
-    whole = SimpleNamespace(cost=total_cost(outcomes), particles=kept)
+    whole = SimpleNamespace(cost=total_cost([outcome.result.cost for outcome in outcomes]), particles=kept)
     for line in (*lines, *cost_lines(whole)):
         label, _, text = line.partition(": ")
         print_labelled(label, text)

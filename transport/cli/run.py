@@ -7,14 +7,13 @@ from pathlib import Path
 from types import ModuleType
 
 from transport.cli.laws import row_name, z_score
-from transport.results.record import Cost
+from transport.results.record import total_cost
 from transport.statistics.estimates import Estimate, EstimateArray
-from transport.validation import SceneError
+from transport.validation import SceneError, missing_package
 from transport.verification.experiment import Outcome, attribute_errors, experiment_name
 
 MAX_NAMED_CASES = 3  # largest number of cases that a warning names
 
-EXTRAS = {"matplotlib": "plot", "pyvista": "viz"}  # package that a picture needs -> extra that installs it
 INCOMPLETE = "incomplete: interrupted, so no verdict"
 
 
@@ -41,17 +40,6 @@ def verdict_on(module: ModuleType, outcomes: list[Outcome]) -> str:
         return module.verdict(outcomes) if hasattr(module, "verdict") else ""
 
 
-def total_cost(outcomes: list[Outcome]) -> Cost:
-    """Return the sum of the costs of all cases."""
-    costs = [outcome.result.cost for outcome in outcomes]
-    counted = ("seconds", "preparation", "particles", "crossings", "collisions")
-    return Cost(
-        threads=costs[0].threads,
-        workers=costs[0].workers,
-        **{name: sum(getattr(cost, name) for cost in costs) for name in counted},
-    )
-
-
 def draw_experiment(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tuple[list[Path], str]:
     """Draw the experiment's figures into the folder; return their paths, or an empty list and the reason."""
     if not hasattr(module, "draw"):
@@ -69,15 +57,10 @@ def draw_to(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str
     except OSError as error:
         return [], f"cannot write {path}: {error.strerror or error}; pass another --out FOLDER"
     except Exception as error:
-        wanted = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""
-        if wanted in EXTRAS:
-            return [], f"{wanted} is not installed; {pip_install(EXTRAS[wanted])}"
-        raise
-
-
-def pip_install(extra: str) -> str:
-    """Return the command that installs an extra; it runs in the clone: the package is in no index."""
-    return f"pip install '.[{extra}]' in the clone"
+        lack = missing_package(error) if isinstance(error, ImportError) else None
+        if lack is None:
+            raise
+        return [], lack
 
 
 def outcomes_record(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
@@ -113,7 +96,7 @@ def outcomes_record(module: ModuleType, outcomes: list[Outcome]) -> dict[str, ob
         for outcome in outcomes
         for name, array in outcome.bins.items()
     ]
-    cost = total_cost(outcomes)
+    cost = total_cost([outcome.result.cost for outcome in outcomes])
     rates = {"particles_per_second": cost.particles_per_second, "next_digit": cost.next_digit}
     return {
         "sim": experiment_name(module),

@@ -3,7 +3,6 @@
 import importlib
 import textwrap
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -17,11 +16,11 @@ from transport.cli.effects.treatment import experiment_treatment
 from transport.cli.gallery import Settings, build_gallery
 from transport.cli.options import Json, Seed, Set, Sim, Threads, named_values, whole_number
 from transport.cli.printout import print_pictures
-from transport.cli.run import EXTRAS, checked_experiment, draw_to, pip_install
+from transport.cli.run import checked_experiment, draw_to
 from transport.results.result import Result
 from transport.scene.scene import Scene
 from transport.simulate import simulate
-from transport.validation import SceneError
+from transport.validation import SceneError, optional_packages
 from transport.verification.experiment import (
     DEFAULT_PARTICLES,
     cases_of,
@@ -83,7 +82,7 @@ def output_kinds(page: bool, files: bool, movie: bool, folder: Path | None) -> t
     kinds = tuple(
         kind for kind, is_requested in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_requested
     )
-    with _explain_missing_package():
+    with optional_packages("view"):
         screen = importlib.import_module("transport.viz.screen")
         if not kinds:
             kinds = (WINDOW if folder is None and screen.has_display() else PICTURE,)
@@ -154,7 +153,7 @@ def write_files(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Pa
     """
     number = f"_{view.case}" if view.case > 1 else ""
     for kind in kinds:
-        with _explain_missing_package():
+        with optional_packages("view"):
             paths, why = draw_to(
                 lambda path, kind=kind: _WRITERS[kind](view, path), folder / f"view_{view.sim}{number}{kind}"
             )
@@ -209,25 +208,13 @@ def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
     """Return the scene with one snapshot per frame; None without a duration, or if it allows no snapshots."""
     if scene.duration is None:
         return None
-    with _explain_missing_package():
+    with optional_packages("view"):
         film = importlib.import_module("transport.viz.flying").filmed(scene)
     try:
         compiles = experiment_treatment(module, film).plan is not None
     except SceneError:
         return None
     return film if compiles else None
-
-
-@contextmanager
-def _explain_missing_package() -> Iterator[None]:
-    """Turn an ImportError of an optional package into a SceneError with the install command."""
-    try:
-        yield
-    except ImportError as error:
-        wanted = (error.name or "").partition(".")[0]
-        if wanted not in EXTRAS:
-            raise
-        raise SceneError(f"view: {wanted} is not installed; {pip_install('viz')}") from None
 
 
 def _write_picture(view: View, path: Path) -> object:
@@ -373,7 +360,12 @@ def schema(
     if out is None:
         typer.echo(schema_text(), nl=False)
     else:
-        out.write_text(schema_text(), encoding="utf-8")
+        try:
+            out.write_text(schema_text(), encoding="utf-8")
+        except OSError as error:
+            raise SceneError(
+                f"schema: cannot write {out}: {error.strerror or error}; pass another --out FILE"
+            ) from None
 
 
 def docs(

@@ -18,9 +18,9 @@ from rich.text import Text
 
 from transport.cli.console import console, exit_status, print_json, print_rich
 from transport.cli.laws import LAWS_FALSE_ALARM, POWER, Law, laws_of
-from transport.cli.run import checked_experiment, is_complete, total_cost
+from transport.cli.run import checked_experiment, is_complete
 from transport.cli.tables import bias_text, estimate_cell, law_tables, plain_table, z_cell
-from transport.results.record import Cost
+from transport.results.record import Cost, total_cost
 from transport.run.settings import MAX_PARTICLES, checked_integer
 from transport.statistics.estimates import Estimate
 from transport.statistics.notation import duration
@@ -309,7 +309,7 @@ def _pilot(module: ModuleType, limits: dict[str, object], particles: int) -> Cos
     outcomes, complete = run_until_interrupt(module, limits | {"particles": particles})
     if not complete:
         raise KeyboardInterrupt
-    return total_cost(outcomes)
+    return total_cost([outcome.result.cost for outcome in outcomes])
 
 
 def _run_experiments(

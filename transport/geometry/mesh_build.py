@@ -11,7 +11,7 @@ import numpy as np
 
 from transport.geometry.mesh_checks import truncation_reason
 from transport.geometry.mesh_topology import weld
-from transport.validation import SceneError, short_repr
+from transport.validation import SceneError, pip_install, short_repr
 
 SUFFIXES = (".stl", ".ply", ".obj", ".vtp")
 
@@ -26,8 +26,7 @@ def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
         import pyvista
     except ImportError as error:
         raise SceneError(
-            f"Mesh.from_file: reading {file.name!r} needs pyvista, got {error};"
-            " pip install '.[viz]' in the clone"
+            f"Mesh.from_file: reading {file.name!r} needs pyvista, got {error}; {pip_install('viz')}"
         ) from error
     # Collect VTK's error messages, which it does not raise.
     errors = pyvista.VtkErrorCatcher(send_to_logging=False)

@@ -10,7 +10,7 @@ from os import PathLike
 from transport.io.json.differences import differences
 from transport.io.runs import load, original_scene, state_of
 from transport.results.batches import Batch
-from transport.results.record import Cost
+from transport.results.record import Cost, total_cost
 from transport.results.result import Result
 from transport.run.provenance import distinct_origins, warnings_of
 from transport.run.schedules import Schedule, batches_in, merge_to_at_most, schedule_for
@@ -181,8 +181,4 @@ def _planned_batches(result: Result) -> int:
 def _total_cost(results: list[Result]) -> Cost | None:
     """Return the sum of the costs; None if none is known."""
     costs = [result.cost for result in results if result.cost is not None]
-    if not costs:
-        return None
-    names = ("seconds", "preparation", "particles", "crossings", "collisions")
-    sums = {name: sum(getattr(cost, name) for cost in costs) for name in names}
-    return Cost(threads=max(cost.threads for cost in costs), **sums)
+    return total_cost(costs) if costs else None

@@ -27,7 +27,7 @@ from transport.results.report import run_line, title_of
 from transport.results.result import Result
 from transport.scene.phase_space import Snapshot
 from transport.statistics.quantities import AXIS_UNITS
-from transport.validation import SceneError
+from transport.validation import SceneError, pip_install
 
 # ---- Results as tables for other programs: a group per detector, variables with dims, coordinates and units.
 #
@@ -190,9 +190,7 @@ def require_h5netcdf(path: Path):
     try:
         import h5netcdf
     except ImportError:
-        cure = (
-            f"pip install '.[files]' in the clone, or write {path.with_suffix('.npz').name}, which needs none"
-        )
+        cure = f"{pip_install('files')}, or write {path.with_suffix('.npz').name}, which needs none"
         raise FileError(f"{path.name}: NetCDF needs h5netcdf, which is not installed; {cure}") from None
     return h5netcdf
 

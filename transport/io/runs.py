@@ -6,6 +6,7 @@ no pickle.
 
 from __future__ import annotations
 
+import glob
 import json
 import zlib
 from dataclasses import replace
@@ -26,7 +27,7 @@ from transport.run.provenance import this_origin
 from transport.run.state import State
 from transport.scene.scene import Scene
 from transport.statistics.packed import Packed
-from transport.validation import SceneError, short_repr
+from transport.validation import SceneError, join_names, short_repr
 
 FORMAT, VERSION = "transport run", 1
 NUL = "\0"
@@ -83,7 +84,7 @@ def load(path: str | PathLike) -> Result:
     except SceneError:
         raise
     except FileNotFoundError:
-        raise FileError(f"no file {path}") from None
+        raise FileError(f"no file {path}{_numbered_files(path)}") from None
     except READ_ERRORS as error:
         raise FileError(
             f"{path} is not a complete file of a run ({type(error).__name__}: {error})"
@@ -181,6 +182,12 @@ def _checked_metadata(path: Path, about: dict) -> dict:
             " update transport"
         )
     return about
+
+
+def _numbered_files(path: Path) -> str:
+    """Return a hint at the files of an experiment's cases, which are saved under numbered names."""
+    found = sorted(file.name for file in path.parent.glob(f"{glob.escape(path.stem)}_[0-9]*{path.suffix}"))
+    return f"; the cases of an experiment have a file each: {join_names(found)}" if found else ""
 
 
 def _make_result(path: Path, rows: dict, scene: str, run: dict) -> Result:

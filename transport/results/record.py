@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -86,6 +86,22 @@ class Cost:
             [s]
         """
         return self.seconds * 10 ** (-1 / max(self.slopes.values(), default=RANDOM_SLOPE))
+
+
+def total_cost(costs: Sequence[Cost]) -> Cost:
+    """Return the cost of several runs; errors fall with the least steep of their slopes, if all are known."""
+    if len(costs) == 1:
+        return costs[0]
+    names = ("seconds", "preparation", "particles", "crossings", "collisions")
+    sums = {name: sum(getattr(cost, name) for cost in costs) for name in names}
+    slopes = [pair for cost in costs for pair in sorted(cost.slopes.items())]
+    known = {name: max(each for other, each in slopes if other == name) for name, _ in slopes}
+    return Cost(
+        threads=max(cost.threads for cost in costs),
+        workers=max(cost.workers for cost in costs),
+        slopes=known if all(cost.slopes for cost in costs) else {},
+        **sums,
+    )
 
 
 class Record:

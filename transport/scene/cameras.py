@@ -82,7 +82,7 @@ class Camera(PointInstrument):
     field_of_view : float, default pi/4
         Angle [rad] across the width of the image, in (0, pi).
     pixels : (int, int), default (160, 120)
-        Width and height in square pixels, each from 1 to 16384.
+        Width and height in square pixels, each from 1 to 16384; at most 10 million in all.
 
     Raises
     ------

@@ -246,7 +246,7 @@ class Detector(Sided, AnyDetector):
             or not (is_whole_number(span[1]) or span[1] == math.inf)
             or not 0 <= span[0] <= span[1]
         ):
-            must = "a number of reflections, refractions and scatterings, 0 or more, or (least, most) of them"
+            must = "a number of reflections, refractions and scatterings, 0 or more, or (least, most), rising"
             refuse(
                 self,
                 f"events must be {must}, got {short_repr(self.events)}; write events=(1, math.inf) for any",

@@ -125,7 +125,8 @@ class Glossy(Material):
     def __post_init__(self) -> None:
         number = as_float(self.roughness)
         if number is None or not 0 < number <= 1:
-            cure = "for a smooth surface use Mirror(reflectance)"
+            is_too_rough = number is not None and number > 1
+            cure = "for a diffuse surface use Diffuse" if is_too_rough else "for a smooth surface use Mirror"
             refuse(self, f"roughness must be above 0 and at most 1, got {short_repr(self.roughness)}; {cure}")
         set_fields(self, roughness=number)
         coerce_fraction(self, "albedo")

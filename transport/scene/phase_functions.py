@@ -158,7 +158,7 @@ class HenyeyGreenstein(Phase):
         number = as_float(self.g)
         if number is None or not -1 < number < 1:
             must = "g must be a number above -1 and below 1"
-            refuse(self, f"{must}, got {short_repr(self.g)}; g = 1 (forward) means no scattering")
+            refuse(self, f"{must}, got {short_repr(self.g)}; write g=0.9 for light that scatters forward")
         set_fields(self, g=number)
 
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
@@ -356,7 +356,9 @@ def _read_rows(path: str | PathLike) -> np.ndarray:
         with open(path, encoding="utf-8-sig") as file:
             lines = [line.split("#")[0].replace(",", " ").replace(";", " ").split() for line in file]
     except (OSError, UnicodeDecodeError, TypeError) as error:
-        raise SceneError(f"{title}: {short_repr(path)} cannot be read: {error}; give a text file") from None
+        reason = getattr(error, "strerror", None) or error
+        cure = "pass the path of a text file"
+        raise SceneError(f"{title}: {short_repr(path)} cannot be read: {reason}; {cure}") from None
     rows = []
     for number, words in enumerate(lines, start=1):
         if not words:

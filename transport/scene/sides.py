@@ -46,7 +46,7 @@ class Sided:
         check_one_of(self, "side", IS_BACK)
         if shape is not None and self.side in ("outside", "inside") and not shape.is_closed:
             cure = "back" if self.is_back else "front"
-            kind = type(shape).__name__
+            kind = f"{type(shape).__name__} that is not closed"
             refuse(
                 self, f"side must be 'front' or 'back' on a {kind}, got {self.side!r}; write side={cure!r}"
             )

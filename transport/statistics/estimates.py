@@ -18,6 +18,7 @@ from transport.statistics.pooling import Pooled
 from transport.statistics.quantities import AXIS_UNITS, Operand, Quantity
 from transport.statistics.replicates import Batches, Replicates
 from transport.units import Unit
+from transport.validation import optional_packages
 
 if TYPE_CHECKING:
     import xarray
@@ -382,7 +383,8 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             Coordinates are the centres of the bins, with <name>_low and <name>_high for their edges; instants
             of time have no edges.
         """
-        import xarray
+        with optional_packages("to_xarray"):
+            import xarray
 
         attributes = {"units": str(self.unit) or "1"}
         data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}

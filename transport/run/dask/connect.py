@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass
 
-from transport.validation import SceneError, short_repr
+from transport.validation import SceneError, pip_install, short_repr
 
 LOCAL = "local"
 ADVICE = "pass an address such as 'tcp://10.0.0.1:8786', a dask.distributed Client or cluster, or 'local'"
@@ -25,9 +25,8 @@ def checked_cluster(cluster: object) -> None:
     try:
         import distributed  # noqa: F401
     except ImportError:
-        cure = "pip install '.[cluster]' in the clone"
         raise SceneError(
-            f"simulate: cluster needs Dask's distributed, which is not installed; {cure}"
+            f"simulate: cluster needs Dask's distributed, which is not installed; {pip_install('cluster')}"
         ) from None
     if not isinstance(cluster, str):
         if _address_of(cluster) is None:
