@@ -172,24 +172,24 @@ def _fill_moments(plan: Plan) -> None:
 
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     """Fill surfaces, rims, detectors and shape rows, member by member of each sheet."""
-    coats, rims, detectors, layers = [transparent_rows()], [np.zeros((), layout.RIM)], [], []
-    ties, firsts = _ties(sheets), []
+    rows, rims, detector_rows, layers = [transparent_rows()], [np.zeros((), layout.RIM)], [], []
+    first_of_box, acting_members = _ties(sheets), []
     for number, sheet in enumerate(sheets, start=1):
         layer, covered = 0, []
-        beyond = _exterior_bits(plan, sheet, sheets)
+        empty_sides = _exterior_bits(plan, sheet, sheets)
         for member in sheet.members:
-            code = number << layout.SHEET_SHIFT | beyond
-            first = len(coats)
+            code = number << layout.SHEET_SHIFT | empty_sides
+            first = len(rows)
             # Give an acting surface its rows, and write the first of them and its material into the hit word.
             if member.surface is not None:
-                firsts.append((number, first, member))
-                coats += surface_rows(plan, member)
-                plan.surface_numbers += [plan.scene.surfaces.index(member.surface)] * (len(coats) - first)
+                acting_members.append((number, first, member))
+                rows += surface_rows(plan, member)
+                plan.surface_numbers += [plan.scene.surfaces.index(member.surface)] * (len(rows) - first)
                 code |= first << layout.SURFACE_SHIFT
-                code |= int(coats[first][0]["material"]) << layout.MATERIAL_SHIFT
-                rims += [rim_row(plan, member)] * (len(coats) - first)
+                code |= int(rows[first][0]["material"]) << layout.MATERIAL_SHIFT
+                rims += [rim_row(plan, member)] * (len(rows) - first)
             # Give each detector of the member a layer of the sheet, one bit of the hit word each.
-            for layer_rows in _member_layers(plan, member, detectors):
+            for entry in _member_layers(plan, member, detector_rows):
                 if layer == layout.DETECTORS_PER_SHEET:
                     raise SceneError(
                         f"Scene: at most {layer} detectors may share one plane or sphere, got one more on"
@@ -198,7 +198,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 if layer == len(layers):
                     layers.append(np.zeros(len(sheets) + 1, layout.LAYER))
                 code |= 1 << layer
-                layers[layer][number] = layer_rows
+                layers[layer][number] = entry
                 layer += 1
             # Add the bits to the row of a member that covers the same points, or make a new shape row.
             twin = next((row for other, row in covered if covers_same_points(other, member)), None)
@@ -208,19 +208,19 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
             name, row = shape_row(plan, member, sheet, code, number)
             covered.append((member, row))
             if "tie" in row.dtype.names:
-                row["tie"] = ties[number]
+                row["tie"] = first_of_box[number]
             verb = "cover" if member.surface is None else "meet"
             if member.surface is None and name == "rectangle" and bounds_bodies(member):
                 verb = "bound"
             plan.members.append((f"{verb}_{name}", row, member.shape))
     # Turn the lists into arrays.
-    if len(coats) - 1 > layout.SURFACE_MASK:
-        raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(coats) - 1}")
-    plan.surfaces = np.array([surface for surface, _ in coats], layout.SURFACE)
-    plan.optics = np.array([optics for _, optics in coats], layout.OPTICS)
+    if len(rows) - 1 > layout.SURFACE_MASK:
+        raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(rows) - 1}")
+    plan.surfaces = np.array([surface for surface, _ in rows], layout.SURFACE)
+    plan.optics = np.array([optics for _, optics in rows], layout.OPTICS)
     plan.rims = np.array(rims, layout.RIM)
-    _fill_contacts(plan, firsts)
-    plan.layers, plan.detectors = layers, np.array(detectors, layout.DETECTOR)
+    _fill_contacts(plan, acting_members)
+    plan.layers, plan.detectors = layers, np.array(detector_rows, layout.DETECTOR)
 
 
 def _exterior_bits(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
@@ -249,7 +249,7 @@ def _ties(sheets: list[Sheet]) -> dict[int, int]:
 def _member_layers(plan: Plan, member: SheetMember, detectors: list[np.ndarray]) -> Iterator[np.ndarray]:
     """Yield the layers of a member: its detectors, a visit mark alone, the bodies that it bounds.
 
-    Rows of its detectors are appended to `meters`.
+    Rows of its detectors are appended to `detectors`.
     """
     for detector in member.detectors:
         yield layer_row(plan, member, detector, len(detectors))
