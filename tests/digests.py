@@ -4,7 +4,8 @@
     python -m tests.digests compare BEFORE AFTER [--only TEXT]      each a file of digests, or a checkout that is run first
 
 Runs are the cases of all sims, each in every estimator that its scene allows and in the way that it chooses itself, all hard cases,
-and 200 random scenes of the fuzz in every estimator.  A digest is of the bytes of value and error of one quantity, or of
+200 random scenes of the fuzz in every estimator, and the scenes that together call for every pass: by random and quasi-random numbers,
+to a target error, and as paths.  A digest is of the bytes of value and error of one quantity, or of
 one entry of the ledger; of a run that is refused, that it is.  Digests of two machines differ: machine code does.
 """
 
@@ -29,11 +30,13 @@ import typer
 import transport as tp
 from tests.fuzz.numbered import TURNS, world_of
 from tests.fuzz.properties import quantities_of
-from transport.compile.methods import ESTIMATORS, refusal
+from tests.plain_scenes import METHODS, SCENES
+from transport.compile.methods import ESTIMATORS, SAMPLINGS, refusal
 from transport.verification.experiment import cases_of, experiment, experiment_names
 from transport.verification.hard.cases import cases_of as hard_cases
 
 PARTICLES, WORLDS, SEED = 100_000, 200, 1
+FEW_PARTICLES = 20_000  # of scenes that are run in many ways
 WAYS = "estimator", "sampling", "batches", "tracking"  # what a sim may choose of its runs
 REFUSED = {"refused": 1.0}
 SHOWN = 40  # differences that are listed
@@ -72,6 +75,44 @@ def runs() -> Iterator[tuple[str, Callable[[], dict[str, object]]]]:
             continue
         options = {key: value for key, value in world.said(scene).items() if key in world.options}
         yield from _by_estimator(f"world {number}", scene, options)
+    for name, make in SCENES.items():
+        estimator = METHODS[name].estimator if name in METHODS else "analog"
+        yield from _in_other_ways(f"scene {name}", make, estimator)
+
+
+def _in_other_ways(
+    title: str, make: Callable[[], tp.Scene], estimator: str
+) -> Iterator[tuple[str, Callable]]:
+    """A scene by random and quasi-random numbers, to the error of its first quantity, and as paths."""
+    for sampling in SAMPLINGS:
+        said = {"estimator": estimator, "sampling": sampling}
+        yield f"{title}, {sampling}", lambda said=said: _numbers(make(), said, particles=FEW_PARTICLES)
+        yield (
+            f"{title}, {sampling}, to an error",
+            lambda said=said: _numbers(make(), said | {"error": _target(make())}, particles=FEW_PARTICLES),
+        )
+    yield f"{title}, paths", lambda: _paths(make())
+
+
+def _target(scene: tp.Scene) -> dict[str, float]:
+    """A target for the first detector: 5 %."""
+    for parts, quantity in (
+        (scene.meters, "flux_in"),
+        (scene.instruments, "radiance"),
+        (scene.phase_spaces, "alive"),
+    ):
+        if parts:
+            return {f"{parts[0].name}.{quantity}": 0.05}
+    return {f"{(*scene.volumes, *scene.points)[0].name}.fluence_rate": 0.05}
+
+
+def _paths(scene: tp.Scene) -> dict[str, object]:
+    """The places of a hundred particles, their weights and lengths."""
+    try:
+        found = tp.tracks(scene, particles=100, seed=SEED)
+    except tp.SceneError:
+        return REFUSED
+    return {name: value for name, value in vars(found).items() if isinstance(value, np.ndarray)}
 
 
 def _by_estimator(title: str, scene: tp.Scene, options: dict) -> Iterator[tuple[str, Callable]]:
@@ -82,14 +123,19 @@ def _by_estimator(title: str, scene: tp.Scene, options: dict) -> Iterator[tuple[
 
 
 def _numbers(
-    scene: tp.Scene, said: dict, measure: Callable[[object], dict] | None = None
+    scene: tp.Scene, said: dict, measure: Callable[[object], dict] | None = None, particles: int = PARTICLES
 ) -> dict[str, object]:
     try:
-        result = tp.simulate(scene, PARTICLES, seed=SEED, threads=2, progress=False, **said)
+        result = tp.simulate(scene, particles, seed=SEED, threads=2, progress=False, **said)
     except tp.SceneError:
         return REFUSED
     measured = {} if measure is None else {f"measured {k}": v for k, v in measure(result).items()}
-    return quantities_of(result) | measured
+    samples = {
+        f"{shot.name}.{name}": getattr(result[shot.name], name)
+        for shot in scene.snapshots
+        for name in ("positions", "velocities", "weights", "histories")
+    }
+    return quantities_of(result) | measured | samples
 
 
 def _of_hard_case(case: object) -> dict[str, object]:

@@ -47,6 +47,18 @@ def test_a_read_only_home_keeps_them_in_a_temporary_folder(monkeypatch):
     assert cache.kernel_folder().is_dir()
 
 
+def test_without_a_home_directory_they_are_kept_in_a_temporary_folder(monkeypatch):
+    """As of a user of a container that no list of users has."""
+
+    def no_home():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(cache, "KERNELS", NOWHERE)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    assert cache.kernel_folder().is_dir()
+
+
 @pytest.mark.parametrize(
     "file", ["physics/rays.py", "engine/tally.py", "engine/passes/optics.py", "compile/layout.py"]
 )

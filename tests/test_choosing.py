@@ -15,7 +15,7 @@ import transport as tp
 from tests.agreement import assert_agrees
 from transport.compile import method_aimed, methods
 from transport.compile.methods import Method
-from transport.results.choice import Choice, Pilot
+from transport.results.choice import PARTIAL_REASON, Choice, Pilot
 from transport.run.auto import (
     cheapest,
     choose_method,
@@ -229,6 +229,16 @@ def test_the_only_way_is_taken_without_a_pilot(monkeypatch):
     choice = choose_method(scene(), None, None, run=None)
     assert choice == Choice(ANALOG, (Pilot(ANALOG),))
     assert "the only method" in choice.lines[0]
+
+
+def test_a_choice_of_version_0_1_is_reported_as_it_was():
+    """Its file has the words of that time in place of the reason."""
+    pilots = Pilot(ANALOG, price=2.0), Pilot(Method("aimed"), price=1.0)
+    old, new = (
+        Choice(ANALOG, pilots, ("", reason))
+        for reason in ("knows only what arrives at detectors", PARTIAL_REASON)
+    )
+    assert old == new and "0.5 times as much, but" in old.lines[0] and old.lines[0].endswith(PARTIAL_REASON)
 
 
 def test_auto_with_an_unknown_quantity_is_refused_before_anything_runs(monkeypatch):

@@ -39,10 +39,9 @@ def source_digest() -> str:
 def kernel_folder() -> Path:
     """Return the cache folder of this build, created if necessary."""
     name = f"{source_digest()}-{LANES}"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    in_package = () if KERNELS.parents[1].name in INSTALLED else (KERNELS,)
-    for root in (*in_package, home / "transport" / "kernels"):
-        with suppress(OSError):
+    for find_root in (_package_root, _user_root):
+        with suppress(OSError, RuntimeError):  # read-only, or no home directory
+            root = find_root()
             folder = root / name
             folder.mkdir(parents=True, exist_ok=True)
             folder.touch()
@@ -52,6 +51,18 @@ def kernel_folder() -> Path:
             _remove_stale(root, keep=name.split("-")[0])
             return folder
     return Path(tempfile.mkdtemp(prefix="transport-kernels-"))
+
+
+def _package_root() -> Path:
+    """Return the folder of a clone.  Raises OSError in a package that pip installed."""
+    if KERNELS.parents[1].name in INSTALLED:
+        raise OSError("an installed package keeps no machine code")
+    return KERNELS
+
+
+def _user_root() -> Path:
+    """Return the user's cache folder.  Raises RuntimeError without a home directory."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "transport" / "kernels"
 
 
 def _remove_stale(root: Path, keep: str) -> None:

@@ -13,6 +13,7 @@ RECOMMENDATION_RATIO = 0.5  # cost relative to the chosen method, below which th
 ONLY_METHOD = "the only method that this scene allows"
 MISSES_LIGHT = ", so it misses light"
 PARTIAL_REASON = "estimates only arrivals at detectors"
+FORMER_PARTIAL_REASON = "knows only what arrives at detectors"  # in the files of version 0.1
 LARGER_DETECTOR = "use more particles or a larger detector"
 
 
@@ -66,6 +67,10 @@ class Choice:
     reasons: tuple[str, ...] = ()
     is_trusted: bool = True
     why: str = ONLY_METHOD
+
+    def __post_init__(self) -> None:
+        renamed = {FORMER_PARTIAL_REASON: PARTIAL_REASON}
+        object.__setattr__(self, "reasons", tuple(renamed.get(reason, reason) for reason in self.reasons))
 
     @property
     def lines(self) -> list[str]:
