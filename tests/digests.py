@@ -36,7 +36,7 @@ from transport.verification.experiment import cases_of, experiment, experiment_n
 from transport.verification.hard.cases import cases_of as hard_cases
 
 PARTICLES, WORLDS, SEED = 100_000, 200, 1
-FEW_PARTICLES = 20_000  # of scenes that are run in many ways
+FEW_PARTICLES = 2_000  # of scenes that are run in many ways
 WAYS = "estimator", "sampling", "batches", "tracking"  # what a sim may choose of its runs
 REFUSED = {"refused": 1.0}
 SHOWN = 40  # differences that are listed

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR as FEW
+
 
 class Diagnostic(NamedTuple):
     """An entry of the table: the name that its findings carry, what it detects, and what it cannot detect."""
@@ -19,7 +21,7 @@ class Diagnostic(NamedTuple):
 DIAGNOSTICS = (
     Diagnostic(
         "path class",
-        "Light that an estimator finds only by chance and that has fewer than 25 scores: via mirrors,"
+        f"Light that an estimator finds only by chance and that has fewer than {FEW} scores: via mirrors,"
         " glass, gloss or lenses, from beams, from very near, or from a lamp that backward histories rarely"
         " reach. Its bound is Poisson's 95 % limit times the largest score, or the result of a probe,"
         " whichever is less; a class that geometry proves to be empty is left out.",
@@ -28,7 +30,7 @@ DIAGNOSTICS = (
     ),
     Diagnostic(
         "all light",
-        "A detector that light reaches only by chance, and that has fewer than 25 scores, or a sum below 25"
+        f"A detector that light reaches only by chance, and that has fewer than {FEW} scores, or a sum below {FEW}"
         " times the most that one history can score.",
         "Where the light would come from; light from very few histories with thousands of scores each,"
         " beside light from many histories, as between two mirrors of reflectance 0.9999; and a gap in a"
@@ -36,7 +38,7 @@ DIAGNOSTICS = (
     ),
     Diagnostic(
         "strong rays",
-        "Rays from walls and lamps so near to a detector that each scores much, if fewer than 25 were"
+        f"Rays from walls and lamps so near to a detector that each scores much, if fewer than {FEW} were"
         " counted.",
         "Which wall or lamp they would come from.",
     ),
@@ -66,7 +68,7 @@ DIAGNOSTICS = (
     Diagnostic(
         "few carriers",
         "An error that a few scores carry, though there may be many: from the variance of the variance, and"
-        " from a spread of the batches like that of fewer than 25 scores, as where one history scores"
+        f" from a spread of the batches like that of fewer than {FEW} scores, as where one history scores"
         " hundreds of times.",
         "Scores that are still missing.",
     ),
@@ -107,7 +109,7 @@ DIAGNOSTICS = (
     Diagnostic(
         "faint source",
         "A source with so small a share of the power that hardly any history is born on it.",
-        "A faint source whose light matters in few bins, if it has 25 histories or more.",
+        f"A faint source whose light matters in few bins, if it has {FEW} histories or more.",
     ),
     Diagnostic(
         "grazing",
