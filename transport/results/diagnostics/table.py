@@ -30,8 +30,8 @@ DIAGNOSTICS = (
     ),
     Diagnostic(
         "all light",
-        f"A detector that light reaches only by chance, and that has fewer than {FEW} scores, or a sum below {FEW}"
-        " times the most that one history can score.",
+        f"A detector that light reaches only by chance, and that has fewer than {FEW} scores, or a sum below"
+        f" {FEW} times the most that one history can score.",
         "Where the light would come from; light from very few histories with thousands of scores each,"
         " beside light from many histories, as between two mirrors of reflectance 0.9999; and a gap in a"
         " scattering medium, for which scores of all weights count alike.",
