@@ -275,9 +275,12 @@ DISK, BALL = tp.Disk(radius=1), tp.Sphere(radius=1)
         ({"a": tp.Plane(), "b": DISK}, r"a must be.*finite area.*exchange a and b"),
         (
             {"a": DISK, "b": tp.Sphere(radius=3), "side_b": "left"},
-            r"side_b must be 'front' or 'back', got 'left'",
+            r"side_b must be 'front', 'back', 'outside' or 'inside' on a Sphere, got 'left'",
         ),
-        ({"a": DISK, "b": tp.Sphere(radius=3), "side_a": "inside"}, "front' or 'back' on a Disk"),
+        (
+            {"a": DISK, "b": tp.Sphere(radius=3), "side_a": "inside"},
+            "side_a must be 'front' or 'back' on a Disk",
+        ),
         ({"a": DISK, "b": disks(1, 1, 1)[1], "blockers": "wall"}, "blockers must be shapes, got 'wall'"),
         (
             {"a": DISK, "b": disks(1, 1, 1)[1], "blockers": [tp.Cloud(sigma=1)]},

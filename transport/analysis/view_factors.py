@@ -164,10 +164,10 @@ def view_factor_scene(
     for name, shape in (("a", a), ("b", b)):
         _check_shape(caller, name, shape)
     for name, side, shape in (("side_a", side_a, a), ("side_b", side_b, b)):
-        known = IS_BACK if shape.is_closed else ("front", "back")
-        if side not in known:
-            must = " or ".join(map(repr, known))
-            raise SceneError(f"{caller}: {name} must be {must}, got {short_repr(side)}")
+        if side not in IS_BACK or (side in ("outside", "inside") and not shape.is_closed):
+            known = "'front', 'back', 'outside' or 'inside'" if shape.is_closed else "'front' or 'back'"
+            where = f"{known} on a {type(shape).__name__}"
+            raise SceneError(f"{caller}: {name} must be {where}, got {short_repr(side)}")
     # Make all shapes black; if b is a, one surface serves as both.
     surfaces = {"a": Surface(a, Black(), name="a")}
     if b != a:

@@ -158,7 +158,10 @@ class HenyeyGreenstein(Phase):
         number = as_float(self.g)
         if number is None or not -1 < number < 1:
             must = "g must be a number above -1 and below 1"
-            refuse(self, f"{must}, got {short_repr(self.g)}; write g=0.9 for light that scatters forward")
+            cure = (
+                "g = 1 (forward) means no scattering" if number == 1 else "write g=0.9 for forward scattering"
+            )
+            refuse(self, f"{must}, got {short_repr(self.g)}; {cure}")
         set_fields(self, g=number)
 
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
