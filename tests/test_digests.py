@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.digests import app, digest_of, runs
-from transport.compile.methods import ESTIMATORS
+from transport.compile.methods import ESTIMATORS, SAMPLINGS
 from transport.statistics.estimates import Batches, Estimate
 
 RUN = Batches(np.array([10, 10, 10]))
@@ -44,8 +44,9 @@ def test_a_comparison_names_what_differs_and_ends_with_its_status(tmp_path, afte
     assert said is None or said in done.output.splitlines()
 
 
-def test_the_net_covers_sims_hard_cases_and_worlds_in_every_estimator():
+def test_the_net_covers_sims_hard_cases_worlds_and_scenes_in_every_estimator_and_sampling():
     names = [name for name, _ in runs()]
     assert len(names) == len(set(names)) > 1200
-    assert {name.split()[0] for name in names} == {"sim", "hard", "world"}
-    assert set(ESTIMATORS) <= {name.rpartition(", ")[2] for name in names}
+    assert {name.split()[0] for name in names} == {"sim", "hard", "world", "scene"}
+    ends = {name.rpartition(", ")[2] for name in names}
+    assert {*ESTIMATORS, *SAMPLINGS, "to an error", "paths"} <= ends
