@@ -7,13 +7,13 @@ from functools import lru_cache
 import numpy as np
 
 import transport as tp
+from transport.results.tally import SIDES
 
 FALSE_ALARM = 1e-6
 DURATION = 4.0
 TIMES = (0.0, 0.5, 1.25, 2.0, 3.3, 4.0)
 HOT = tp.Maxwellian(sigma=1.5, mass=3.0)
 WIND = tp.Maxwellian(sigma=0.7, mass=3.0, drift=(0.4, -0.3, 0.2))
-ARRIVALS, DEPARTURES = 0, 1
 
 
 def faces_with(*kinds):
@@ -71,7 +71,7 @@ def rows(result, name):
 
 def wall_histories(result, side):
     """Histories that arrived at or left each wall before each of the times, (walls, times)."""
-    each = [result[look.name].sums.whole("counts", side).sum(axis=(0, 2)) for look in TALLIES]
+    each = [result[look.name].counts_of(f"weight {SIDES[side]}").sum(axis=0) for look in TALLIES]
     return np.array([np.concatenate([[0], np.cumsum(counts)]) for counts in each])
 
 

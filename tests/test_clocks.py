@@ -15,11 +15,12 @@ from scipy.special import ndtr
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_follows
+from transport.results.detectors import BINS
+from transport.results.tally import ARRIVALS, DEPARTURES, SIDES
 from transport.theory import emitters
 
 FALSE_ALARM = 1e-6
 PARTICLES = 1_000_000
-ARRIVALS, DEPARTURES = 0, 1
 
 
 def run(scene, particles=PARTICLES):
@@ -28,7 +29,7 @@ def run(scene, particles=PARTICLES):
 
 def counts(reading, side=ARRIVALS):
     """Histories by bin of time and speed, over all that was binned within."""
-    return reading.sums.whole("counts", side).sum(axis=0).squeeze()
+    return reading.counts_of(f"weight {SIDES[side]}").sum(axis=0)
 
 
 # ---- pulses: a point amid a sphere, which all of it reaches at the distance 1 and the speed 1 ----
@@ -271,8 +272,8 @@ def test_bins_of_direction_and_position_over_time_are_those_without_it(place):
     result = room()
     binned, untimed = (result[f"{place} {name}"] for name in ("binned", "untimed"))
     for side in (ARRIVALS, DEPARTURES):
-        timed = binned.sums.by_direction("counts", side).sum(axis=(0, 1, 2))
-        ever = untimed.sums.by_direction("counts", side).sum(axis=(0, 1, 2))
+        timed = binned.counts_of(f"weight {SIDES[side]}", BINS).sum(axis=(0, 1))
+        ever = untimed.counts_of(f"weight {SIDES[side]}", BINS).sum(axis=0)
         assert timed.shape == ever.shape == (2, 3)
         assert (timed <= ever).all() and timed.sum() > 1000
     assert binned.radiance.dims == ("time", "u", "mu") and binned.irradiance.dims == ("time", "u")

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 import transport as tp
+from transport.results.detectors import BINS
+from transport.results.tally import ARRIVALS, DEPARTURES, SIDES
 
-ARRIVALS, DEPARTURES = 0, 1
 PARTICLES = 30_000
 MANY = (4, math.inf)
 FACES = tp.Box(size=2.0).faces()
@@ -44,8 +45,8 @@ def simulated(detectors, surfaces=None, sources=SOURCES, duration=None):
 def counts(reading, side=ARRIVALS):
     """Histories by direction, (cosines,), or in all."""
     if reading.detector.directions is None:
-        return reading.sums.whole("counts", side).sum()
-    return reading.sums.by_direction("counts", side).sum(axis=(0, 1, 2))
+        return reading.number_of(f"weight {SIDES[side]}")
+    return reading.counts_of(f"weight {SIDES[side]}", BINS).sum(axis=0)
 
 
 def both_sides(shape, name, **options):
@@ -146,7 +147,7 @@ def test_a_patch_of_light_on_a_floor_has_left_the_floor_where_it_lies():
         total, via = counts(result["all"]), counts(result["via"])
         assert total > 0.99 * PARTICLES
         assert abs(via - total / 2) < 5 * math.sqrt(PARTICLES) / 2
-        by_place = result["half"].sums.by_position("counts", ARRIVALS).sum(axis=(0, 1, 2))
+        by_place = result["half"].counts_of("weight in", BINS).sum(axis=0)
         assert by_place.max() > 0.98 * via
 
 
@@ -273,7 +274,7 @@ def test_via_and_events_go_with_bins_of_time():
     found += [tp.Detector("-y", f"just {n}", side="back", via="pane front", events=n) for n in (1, 2)]
     sources = [tp.Source("-x", tp.Lambertian(energy=1.0, speed=1.0), side="back")]
     result = simulated(found, sources=sources, duration=12.0)
-    timed = result["timed"].sums.whole("counts", ARRIVALS).sum(axis=(0, 2))
+    timed = result["timed"].counts_of("weight in").sum(axis=0)
     assert timed.sum() == counts(result["untimed"]) == counts(result["just 1"]) + counts(result["just 2"])
     assert (timed[1:] > 50).all()
 

@@ -15,12 +15,13 @@ from scipy.special import gammainc, gammaincinv
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_follows, smallest_bias
+from transport.results.detectors import BINS
+from transport.results.tally import ARRIVALS, DEPARTURES, SIDES
 from transport.theory import enclosures
 from transport.units import BOLTZMANN
 
 FALSE_ALARM = 1e-6
 PARTICLES = 200_000
-ARRIVALS, DEPARTURES = 0, 1
 WALL = tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=2.0, height=2.0)
 BEHIND = tp.Rectangle(center=(0, 0, 2), normal=(0, 0, -1), width=2.0, height=2.0)
 
@@ -30,7 +31,7 @@ def run(scene, particles=PARTICLES):
 
 
 def counts(reading, side=ARRIVALS):
-    return reading.sums.whole("counts", side).sum(axis=0).squeeze()
+    return reading.counts_of(f"weight {SIDES[side]}").sum(axis=0)
 
 
 @lru_cache(maxsize=8)
@@ -52,7 +53,7 @@ def shone_on(material, direction=(0.1, 0.2, 1.0)):
 def fates(result):
     """Numbers of histories that passed, that came back along the mirrored beam, otherwise, and that stayed."""
     beam_bin = int(10 / np.sqrt(1.05))
-    back = result["wall"].sums.by_direction("counts", DEPARTURES).sum(axis=(0, 1, 2))
+    back = result["wall"].counts_of("weight out", BINS).sum(axis=0)
     passed = counts(result["behind"])
     assert counts(result["back of it"], DEPARTURES) == passed
     return np.array([passed, back[beam_bin], back.sum() - back[beam_bin], PARTICLES - passed - back.sum()])
@@ -99,7 +100,7 @@ def test_which_part_is_met_tells_nothing_about_the_direction_that_a_diffuse_part
     edges = np.linspace(0, 1, 11)
     for share in (0.5, 0.1, 0.9):
         result = shone_on(tp.Mixture({tp.Black(): 1 - share, tp.Diffuse(1.0): share}))
-        back = result["wall"].sums.by_direction("counts", DEPARTURES).sum(axis=(0, 1, 2))
+        back = result["wall"].counts_of("weight out", BINS).sum(axis=0)
         assert_follows(back, np.diff(edges**2), FALSE_ALARM)
         assert_follows([back.sum(), PARTICLES - back.sum()], [share, 1 - share], FALSE_ALARM)
         with pytest.raises(AssertionError):

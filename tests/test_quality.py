@@ -12,7 +12,7 @@ import transport as tp
 from transport.compile.compiler import compile_scene
 from transport.compile.volumes import COUNTED_EVERY, EDGES
 from transport.results.score_sizes import detector_scores
-from transport.results.tally import ARRIVALS, DEPARTURES
+from transport.results.tally import ARRIVALS, DEPARTURES, SIDES
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR as FEW
 from transport.statistics.batches import outlier_probability, trend_probability
 from transport.statistics.estimates import Estimate
@@ -63,7 +63,7 @@ def pareto(index: float, rng, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def sizes_of(result, side: int = ARRIVALS) -> Scores:
-    return detector_scores(result["meter"].sums, side)
+    return detector_scores(result["meter"], side)
 
 
 def test_every_score_is_counted_with_its_size_on_its_side():
@@ -84,8 +84,8 @@ def test_walls_of_fog_are_counted_side_by_side():
     lamp = tp.Source("walls", tp.Lambertian(exitance=1.0), side="back")
     result = run(tp.Scene([lamp], [walls], [meter]), 20_000)
     for side in (ARRIVALS, DEPARTURES):
-        scores, sums = sizes_of(result, side), result["meter"].sums
-        counts, weights = (sums.whole(kind, side)[:, 0, 0] for kind in ("counts", "weights"))
+        scores, meter, score = sizes_of(result, side), result["meter"], f"weight {SIDES[side]}"
+        counts, weights = meter.counts_of(score), meter.sums(score)
         assert scores.number == counts.sum() > 20_000
         assert scores.counts.sum() == counts[::COUNTED_EVERY].sum() == round(scores.share * counts.sum())
         assert scores.counts @ scores.low < weights[::COUNTED_EVERY].sum() < scores.counts @ scores.high

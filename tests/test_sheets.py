@@ -8,6 +8,8 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
+from transport.results.detectors import BINS
+from transport.results.tally import SIDES
 from transport.vectors import unit_vector
 
 BOX = tp.Box(size=2.0)
@@ -33,7 +35,7 @@ def run(scene, particles=200_000):
 def counted(reading):
     """Weights and counts of arrivals and departures of every batch."""
     return np.array(
-        [[reading.sums.whole(kind, side)[:, 0, 0] for kind in ("weights", "counts")] for side in (0, 1)]
+        [[read(f"weight {side}") for read in (reading.sums, reading.counts_of)] for side in SIDES]
     )
 
 
@@ -42,11 +44,10 @@ def test_a_meter_of_a_walls_own_shape_counts_what_the_wall_counts():
     on_wall = tp.Detector("ceiling", side="back", directions=bins)
     over_wall = tp.Detector(BOX.faces()["+z"], name="meter", side="back", directions=bins)
     result = run(furnace([on_wall, over_wall]))
-    for side in (0, 1):
-        for kind in ("weights", "counts", "slants"):
-            np.testing.assert_array_equal(
-                result["ceiling"].sums.blocks(kind, side), result["meter"].sums.blocks(kind, side)
-            )
+    one, other = result["ceiling"], result["meter"]
+    for score in (f"{kind} {side}" for kind in ("weight", "count", "slant") for side in SIDES):
+        for by in ((), BINS):  # with those outside all bins, and in each bin
+            np.testing.assert_array_equal(one.sums(score, by), other.sums(score, by))
     assert result["ceiling"].counts.value.sum() > 10_000
 
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.special import ndtri
 
 import transport as tp
-from tests.phase_scenes import ARRIVALS, DURATION, FALSE_ALARM, faces_with, streaming
+from tests.phase_scenes import DURATION, FALSE_ALARM, faces_with, streaming
 from transport.results.batches import SAMPLED, merged_records, thinned
 
 PAIR = [tp.Snapshot(0.5, particles=20_000, name="before"), tp.Snapshot(2.75, particles=20_000, name="after")]
@@ -80,7 +80,7 @@ def test_light_from_a_flash_is_on_a_sphere_whether_it_was_aimed_or_not(aim):
         far = np.linalg.norm(shot.positions, axis=1)
         np.testing.assert_allclose(far, 2 * (t - 0.25), rtol=1e-13, atol=1e-15)
         np.testing.assert_allclose(np.linalg.norm(shot.velocities, axis=1), 2.0, rtol=1e-14)
-    met = result["around"].sums.whole("counts", ARRIVALS).sum(axis=(0, 2))
+    met = result["around"].counts_of("weight in").sum(axis=0)
     np.testing.assert_array_equal(met, [0, 2000, 0])
     emitted = 1.0 - result.ledger["unsampled"].value
     np.testing.assert_allclose(result["all"].alive.value, [0, emitted, emitted], rtol=1e-12)

@@ -22,6 +22,7 @@ from transport.compile.speeds import has_split_cells, quantile_table
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.passes.velocities import set_speed_by_quantile, set_speed_by_stepped_quantile
 from transport.geometry.shape import Shape
+from transport.results.detectors import BINS
 from transport.statistics import normal as normals
 from transport.theory import effusion
 from transport.theory.view_factors import coaxial_disks
@@ -232,7 +233,7 @@ def emitted(emission, shape, edges, side="front"):
 
 def leaving(reading):
     """Histories that leave by speed and cosine; what is outside of the bins of speed leaves none."""
-    sums = reading.sums.by_direction("counts", 1).sum(axis=(0, 1))
+    sums = reading.counts_of("weight out", BINS).sum(axis=0)
     return sums.astype(float)
 
 

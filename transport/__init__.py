@@ -88,7 +88,7 @@ register(
     {
         "Estimate": "transport.io.html.estimates:estimate_html",
         "EstimateArray": "transport.io.html.estimates:array_html",
-        "ReadingBase": "transport.io.html.estimates:reading_html",
+        "Tally": "transport.io.html.estimates:reading_html",
         "SnapshotReading": "transport.io.html.estimates:sample_html",
         "Result": "transport.io.html.results:result_html",
         "Ledger": "transport.io.html.results:ledger_html",

@@ -109,7 +109,7 @@ def hemisphere(place: np.ndarray, frame: Frame, size: float) -> pyvista.PolyData
 
 def place_and_frame(reading: object, at: tuple[int, ...] = ()) -> tuple[np.ndarray, Frame]:
     """Where the detector's bin of place is [m], the middle of its shape without, and (e_u, e_v, n) of its side there."""
-    detector, shape = reading.detector, reading.sums.shape
+    detector, shape = reading.detector, reading.shape
     edges = {} if detector.positions is None else detector.positions.edges(shape)
     if len(at) != len(edges):
         raise ValueError(f"add_lobe: at must name one bin of each of {tuple(edges)}, got {at!r}")

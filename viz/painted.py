@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.results.tally import ARRIVALS, DEPARTURES
+from transport.scene.axes import POSITION
 from transport.scene.detectors import Detector
 from transport.statistics.estimates import Estimate, EstimateArray
 
@@ -84,10 +84,11 @@ def _only(detector: Detector, read: Estimate | EstimateArray, duration: float | 
 
 def _hits(reading: object, quantity: str) -> np.ndarray:
     """How many scores each bin of place is made of."""
-    sums = getattr(reading, "sums", None)
-    if sums is not None:
-        side = DEPARTURES if quantity in LEAVING else ARRIVALS
-        return sums.by_position("counts", side).sum(axis=(0, 1, 2))
+    score = "weight out" if quantity in LEAVING else "weight in"
+    if score in reading.scores:
+        kept = [axis.group for axis in reading.axes_of(score, (POSITION,))]
+        others = tuple(1 + k for k, group in enumerate(kept) if group != POSITION)
+        return reading.counts_of(score, (POSITION,)).sum(axis=(0, *others))
     counts = reading.counts
     if not isinstance(counts, EstimateArray):
         return np.array(counts.value)

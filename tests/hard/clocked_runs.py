@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import transport as tp
-
-ARRIVALS, DEPARTURES = 0, 1
+from transport.results.tally import ARRIVALS, SIDES
 
 
 def run(scene, particles=10_000, **options):
@@ -14,7 +13,7 @@ def run(scene, particles=10_000, **options):
 
 
 def counts(reading, side=ARRIVALS):
-    return reading.sums.whole("counts", side).sum(axis=0).squeeze()
+    return reading.counts_of(f"weight {SIDES[side]}").sum(axis=0)
 
 
 def histories(result, value):

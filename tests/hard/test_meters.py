@@ -13,7 +13,6 @@ import pytest
 
 import transport as tp
 
-ARRIVALS, DEPARTURES = 0, 1
 BEAMS = 150
 
 
@@ -30,12 +29,8 @@ def both_sides(shapes):
 
 def crossings(result, k):
     """Histories that cross shape k from the front and from the back; what arrives at one side leaves the other."""
-    arrive = np.array(
-        [result[f"{k} {side}"].sums.whole("counts", ARRIVALS).sum() for side in ("front", "back")]
-    )
-    leave = np.array(
-        [result[f"{k} {side}"].sums.whole("counts", DEPARTURES).sum() for side in ("front", "back")]
-    )
+    arrive = np.array([result[f"{k} {side}"].number_of("weight in") for side in ("front", "back")])
+    leave = np.array([result[f"{k} {side}"].number_of("weight out") for side in ("front", "back")])
     assert (arrive == leave[::-1]).all()
     return arrive
 
@@ -231,7 +226,7 @@ def test_a_meter_on_the_way_does_not_change_what_reaches_a_distant_target(durati
         found.append((tuple(crossings(result, 0)), float(result["0 front"].flux_in.value)))
     assert found[0] == found[1] == found[2]
     for name in ("near the Sun", "ball"):  # they do look at all of these rays, and at what is still under way
-        assert result[name].sums.whole("counts", ARRIVALS).sum() >= sum(found[0][0]) > 4000
+        assert result[name].number_of("weight in") >= sum(found[0][0]) > 4000
 
 
 def test_a_point_where_meters_meet_has_crossed_none_of_them():

@@ -8,27 +8,38 @@ divided by the cell's own number of histories, so the cost of a bin does not dep
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
-from transport.compile.adjoint import SensorPart
+from transport.compile.adjoint import Adjoint, SensorPart
 from transport.compile.volumes import LARGE_SHARE
-from transport.results.detectors import Reading
+from transport.geometry.shape import Shape
+from transport.results.batches import Batch
+from transport.results.detectors import Reading, surface_rows
 from transport.results.diagnostics.empty_detector import cannot_arrive, no_light_message
 from transport.results.diagnostics.path_classes import LampScores, sensor_path_findings
 from transport.results.diagnostics.proofs import events_of
-from transport.results.reading import Note, ReadingBase, empty_note
 from transport.results.score_sizes import equal_scores, single_cell_scores
 from transport.results.solid_angles import solid_angles_of
-from transport.results.tally import ARRIVALS, CellSums, DetectorSums, grand_total
+from transport.results.tally import (
+    ARRIVALS,
+    Column,
+    Lacks,
+    Note,
+    Score,
+    Tally,
+    empty_note,
+    energy_unit,
+)
+from transport.scene.axes import DIRECTION, Axis
 from transport.scene.bins import DirectionCone
 from transport.scene.cameras import Camera, PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.points import PointDetector
-from transport.statistics.chunked import ChunkedArray, batch_totals, summed_counts
+from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, summed_counts
 from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.statistics.findings import Finding
 from transport.statistics.quality import Scores
@@ -41,7 +52,7 @@ EQUAL_WEIGHTS_TOLERANCE = 1e-9  # relative difference below which weights of cel
 PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
 
 
-def backward_reading(result, sensor: Detector | PointDetector | PointInstrument) -> ReadingBase:
+def backward_reading(result, sensor: Detector | PointDetector | PointInstrument) -> Tally:
     """The reading of a detector at which histories start."""
     kind = BackwardReading if isinstance(sensor, Detector) else ViewReading
     return kind(result, sensor)
@@ -69,8 +80,44 @@ class BackwardReading(Reading):
 
     def __init__(self, result, detector: Detector, lamps: tuple[int, ...] | None = None) -> None:
         super().__init__(result, detector)
-        self._result, self._cell_sums = result, CellSums(result, detector, lamps)
-        self.sums = BackwardSums(result, detector, self._cell_sums)
+        self._result, self._cells = result, CellSums(result, detector, lamps)
+
+    @cached_property
+    def scores(self) -> Mapping[str, Score]:
+        """Flux in the cells; nothing lies outside of them."""
+        values = sum(means * extents for means, extents in zip(self._cells.means, self._extents, strict=True))
+        weights = made_column(self.batches, values * self.run.sizes[:, None] / self.plan.unit)
+        counts = made_column(self.batches, sum(self._cells.counts))
+        rows, number = surface_rows(0, self.axes), float(self.run.sizes.sum())
+        rows = replace(rows, first=0)
+        dark, missing = partial(self.is_dark, ARRIVALS), partial(self._missing, ARRIVALS)
+        weight = Score(
+            rows, weights, counts, energy_unit(self.plan), self.plan.unit, 1.0, dark, dark, findings=missing
+        )
+        return {"weight in": weight, "count in": Score(rows, counts, counts, "1", number)}
+
+    @cached_property
+    def lacks(self) -> Lacks:
+        """What the detector was not set up for, also sums over directions or places that no bin covers."""
+        lacks, detector = dict(super().lacks), self.detector
+        if not _covers_directions(detector):
+            got = short_repr(detector.directions)
+            lacks["all directions"] = (
+                f"bins that cover all directions, got {got}",
+                "read radiance, or leave directions out",
+            )
+        areas = None if detector.positions is None else float(np.sum(detector.positions.areas(self.shape)))
+        if areas is not None and not math.isclose(areas, self.shape.area, rel_tol=1e-9):
+            got = short_repr(detector.positions)
+            lacks["whole shape"] = (f"bins that cover all of the shape, got {got}", "leave positions out")
+        return lacks
+
+    def require(self, name: str, needs: Iterable[str]) -> None:
+        """Raise SceneError for quantities of departures and of other scores, too."""
+        if name not in self.known:
+            cure = f"read one of {', '.join(self.known)}, or pass estimator='analog'"
+            raise SceneError(f"Detector {self.name!r}: {name} needs forward histories; {cure}")
+        super().require(name, needs)
 
     @cached_property
     def by_source(self) -> dict[str, BackwardReading]:
@@ -83,21 +130,13 @@ class BackwardReading(Reading):
         """
         return {
             lamp.name: BackwardReading(self._result, self.detector, (k,))
-            for k, lamp in enumerate(self._plan.adjoint.sources)
+            for k, lamp in enumerate(self.plan.adjoint.sources)
         }
-
-    @cached_property
-    def scores(self) -> Scores:
-        """The scores by size; counted as if they had one size if the sizes are not known."""
-        number = int(sum(counts.sum() for counts in self._cell_sums.counts))
-        is_whole = len(self._cell_sums.lamps) == len(self._plan.adjoint.sources)
-        found = single_cell_scores(self._plan, self._cell_sums.batches, number) if is_whole else None
-        return equal_scores(number) if found is None else found
 
     @property
     def is_blind(self) -> bool:
         """Whether the detector has no score."""
-        return not any(counts.any() for counts in self._cell_sums.counts)
+        return not any(counts.any() for counts in self._cells.counts)
 
     @cached_property
     def cannot_arrive(self) -> bool:
@@ -107,7 +146,7 @@ class BackwardReading(Reading):
         -------
         bool
         """
-        scene, shape = self._result.scene, self.sums.shape
+        scene, shape = self._result.scene, self.shape
         return (
             self.is_blind
             and not self._dark_reason
@@ -118,15 +157,15 @@ class BackwardReading(Reading):
     def note(self) -> Note | None:
         """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
         if not self.is_blind:
-            return thin_batches_note(self._cell_sums, self.name)
+            return thin_batches_note(self._cells, self.name)
         return empty_note(self._dark_reason)
 
     def _path_findings(self, side: int) -> Iterator[Finding]:
         """Findings about sources that histories reach only by chance."""
         if side != ARRIVALS or self.is_dark(side):
             return
-        unit = self._total_extent / self._plan.unit
-        for finding in missing_of_cells(self._cell_sums, self.detector, self._title, self._extents):
+        unit = self._total_extent / self.plan.unit
+        for finding in missing_of_cells(self._cells, self.detector, self._title, self._extents):
             yield replace(finding, bound=finding.bound * unit)
 
     @cached_property
@@ -137,55 +176,31 @@ class BackwardReading(Reading):
     @cached_property
     def _extents(self) -> list[np.ndarray]:
         """Area times projected solid angle of each cell of each part [m^2 sr]."""
-        return [self.sums._extents(part) for part in self._cell_sums.parts]
+        parts = self._cells.parts
+        return [_cell_extents(self.detector, self.shape, part, self.axes) for part in parts]
 
     def scores_on(self, side: int) -> Scores | None:
-        """Scores by size, the same for both sides; None if their sizes are not known."""
-        return self.scores
+        """Scores by size, the same for both sides; counted as if of one size if their sizes are not known."""
+        number = int(sum(counts.sum() for counts in self._cells.counts))
+        is_whole = len(self._cells.lamps) == len(self.plan.adjoint.sources)
+        found = single_cell_scores(self.plan, self.batches, number) if is_whole else None
+        return equal_scores(number) if found is None else found
 
     @cached_property
     def _dark_reason(self) -> str | None:
-        return no_light_message(self._result.scene, f"detector {self.name!r}", self.sums.shape, self.detector)
+        return no_light_message(self._result.scene, f"detector {self.name!r}", self.shape, self.detector)
 
-    def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
-        self._check(side, "weights")
-        self._require_full_coverage(whole=True)
-        return super()._whole(side, per_second)
+    def _score_findings(self, side: int) -> Iterator[Finding]:
+        """Findings from the sizes of the scores and from the batches; departures are not estimated."""
+        return super()._score_findings(side) if side == ARRIVALS else iter(())
 
-    def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
-        self._check(side, kind)
-        self._require_full_coverage(whole=not self.sums.position_axes)
-        return super()._per_area(kind, side, per_second)
+    def has_scores(self, side: int) -> bool:
+        """Return whether a history reached a source; departures are not estimated."""
+        return side == ARRIVALS and super().has_scores(side)
 
-    def _by_direction(self, side: int, projected: bool, *more, **named) -> EstimateOrArray:
-        self._check(side, "weights")
-        return super()._by_direction(side, projected, *more, **named)
-
-    def _check(self, side: int, kind: str) -> None:
-        if side != ARRIVALS or kind != "weights":
-            self._refuse(
-                "this quantity",
-                "forward histories",
-                f"read one of {', '.join(self.known)}, or pass estimator='analog'",
-            )
-
-    def _require_full_coverage(self, whole: bool) -> None:
-        """Refuse sums over a hemisphere or a shape of which the bins cover only a part."""
-        detector = self.detector
-        if not _covers_directions(detector):
-            got = short_repr(detector.directions)
-            self._refuse(
-                "a sum over all directions",
-                f"bins that cover all of them, got {got}",
-                "read radiance, or leave directions out",
-            )
-        if whole and detector.positions is not None:
-            areas = float(np.sum(detector.positions.areas(self.sums.shape)))
-            if not math.isclose(areas, self.sums.shape.area, rel_tol=1e-9):
-                got = short_repr(detector.positions)
-                self._refuse(
-                    "a sum over the shape", f"bins that cover all of it, got {got}", "leave positions out"
-                )
+    def has_weight(self, side: int) -> bool:
+        """Return whether a history brought light; departures are not estimated."""
+        return side == ARRIVALS and super().has_weight(side)
 
 
 def _covers_directions(detector: Detector) -> bool:
@@ -204,43 +219,27 @@ def _covers_directions(detector: Detector) -> bool:
     return all(math.isclose(e[-1] - e[0], spans[name], rel_tol=1e-9) for name, e in edges.items())
 
 
-class BackwardSums(DetectorSums):
-    """The cells' means in the form of a detector's sums over the run: fluxes in bins [W]."""
-
-    is_large = False  # its sums are always made at once
-
-    def __init__(self, result, detector: Detector, cells: CellSums) -> None:
-        super().__init__(result.plan, result.batches, result.run, detector)
-        self._cell_sums = cells
-
-    def blocks(self, kind: str, side: int) -> np.ndarray:
-        """(B, 1, 1, 1 + cells); the part outside all bins is 0."""
-        if kind == "counts":
-            values = sum(self._cell_sums.counts)
-        else:
-            parts = zip(self._cell_sums.parts, self._cell_sums.means, strict=True)
-            flux = sum(means * self._extents(part) for part, means in parts)
-            values = flux * self.run.sizes[:, None] / self.plan.unit
-        return np.concatenate([np.zeros_like(values[:, :1]), values], axis=1)[:, None, None, :]
-
-    def _extents(self, part: SensorPart) -> np.ndarray:
-        """Area times solid angle of each cell [m^2 sr], (cells,), in the measure of its sampling."""
-        positions = self.detector.positions
-        areas = part.shape.area if positions is None else positions.areas(part.shape)
-        return np.outer(np.ravel(areas), self._angles()).ravel()
-
-    def _angles(self) -> np.ndarray:
-        """Solid angles in the order of the cells: projected ones for local bins, plain ones otherwise."""
-        directions = self.detector.directions
-        if directions is None:
-            return np.array([math.pi])
-        plain, projected = solid_angles_of(self.detector, self.shape)
-        angles = projected if getattr(directions, "frame", "world") == "local" else plain
-        angles = np.reshape(angles, (self.cells["mu"], self.cells["turn"]))
-        return (angles[::-1] if "theta" in self.direction_axes else angles).T.ravel()
+def _cell_extents(detector: Detector, shape: Shape, part: SensorPart, axes: tuple[Axis, ...]) -> np.ndarray:
+    """Area times solid angle of each cell [m^2 sr], (cells,) as stored, in the measure of its sampling."""
+    positions, directions = detector.positions, detector.directions
+    areas = part.shape.area if positions is None else positions.areas(part.shape)
+    if directions is None:
+        return np.outer(np.ravel(areas), [math.pi]).ravel()
+    plain, projected = solid_angles_of(detector, shape)
+    angles = projected if getattr(directions, "frame", "world") == "local" else plain
+    bins = {axis.coordinate.column: axis for axis in axes if axis.group == DIRECTION}
+    angles = np.reshape(angles, [len(bins[name]) if name in bins else 1 for name in ("mu", "turn")])
+    is_falling = "mu" in bins and bins["mu"].coordinate.is_falling
+    return np.outer(np.ravel(areas), (angles[::-1] if is_falling else angles).T.ravel()).ravel()
 
 
-class ViewReading(ReadingBase):
+def made_column(batches: list[Batch], values: np.ndarray) -> Column:
+    """Return a column of values (B, cells) that are computed and not stored; row 0, for the outside, is 0."""
+    rows = dict(zip(map(id, batches), np.pad(values, ((0, 0), (1, 0))), strict=True))
+    return lambda batch, first, past: rows[id(batch)][first:past]
+
+
+class ViewReading(Tally):
     """The quantities of a Camera, an EnvironmentMap or a PointDetector in a backward run.
 
     A Camera or an EnvironmentMap has `radiance`; a sensor of all directions has `fluence_rate`.
@@ -281,7 +280,7 @@ class ViewReading(ReadingBase):
             raise SceneError(f"PointDetector {self.name!r}: radiance needs bins; use an EnvironmentMap there")
         values, counts = self._arranged(self._sums.means[0]), self._arranged(self._sums.counts[0])
         if isinstance(self.detector, Camera):
-            values = values * (self._plane_area / self.detector.solid_angles())
+            values = values * (self.plane_area / self.detector.solid_angles())
         edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
         counts = summed_counts(counts)
         made = EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
@@ -514,3 +513,90 @@ def _relative_cell_weights(sums: CellSums, extents: list[np.ndarray]) -> list[np
         each / whole * part.cells * shares / part.share
         for part, each in zip(sums.parts, extents, strict=True)
     ]
+
+
+# ---- Sums over the cells of a sensor in a backward run, per batch; very many cells are computed in chunks.
+
+
+class CellSums:
+    """Scores of the histories of a sensor's cells, per batch.
+
+    lamps: indices of the sources that count, None for all.
+    """
+
+    def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
+        adjoint: Adjoint = result.plan.adjoint
+        self.adjoint, self.batches, self.run, self.plan = adjoint, result.batches, result.run, result.plan
+        self.parts = adjoint.parts_of(sensor)
+        self.is_view = isinstance(sensor, PointInstrument)
+        self.lamps = tuple(range(len(adjoint.sources))) if lamps is None else lamps
+
+    @cached_property
+    def means(self) -> list[np.ndarray | ChunkedArray]:
+        """For each part, the mean radiance of each cell [W m^-2 sr^-1], weights included, (B, cells)."""
+        return [
+            sum(self._radiance_sums(part, lamp) for lamp in self.lamps) / self._histories_per_cell(part)
+            for part in self.parts
+        ]
+
+    @cached_property
+    def counts(self) -> list[np.ndarray | ChunkedArray]:
+        """For each part, the number of arrivals of its cells' histories at sources, (B, cells)."""
+        return [sum(self._lamp_counts(part, lamp) for lamp in self.lamps) for part in self.parts]
+
+    @property
+    def is_thin(self) -> bool:
+        """Whether any batch has cells without a history."""
+        return not all(self.rows_of(part, "counts", 0).all() for part in self.parts)
+
+    def _radiance_sums(self, part: SensorPart, lamp: int) -> np.ndarray:
+        return self._weights(part, lamp) * part.gains[lamp]
+
+    def _weights(self, part: SensorPart, lamp: int) -> np.ndarray:
+        """Weights that flights and rays brought to a source, per cell."""
+        weights, scale = self.rows_of(part, "weights", 1 + lamp), self.adjoint.scales.get(lamp)
+        return (
+            weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
+        )
+
+    def _lamp_counts(self, part: SensorPart, lamp: int) -> np.ndarray:
+        """Number of flights and rays that reached a source, per cell."""
+        counts = self.rows_of(part, "counts", 1 + lamp)
+        return (
+            counts + self.rows_of(part, "counts", self.block_of(lamp))
+            if lamp in self.adjoint.scales
+            else counts
+        )
+
+    def block_of(self, lamp: int) -> int:
+        """Number of the block of sums that shadow rays to a source have of their own."""
+        return 1 + len(self.adjoint.sources) + lamp
+
+    def _histories_per_cell(self, part: SensorPart) -> np.ndarray:
+        """Histories of each cell.
+
+        Their expectation if a batch has too few for all cells, which is unbiased too.
+        """
+        born = self.rows_of(part, "counts", 0)
+        if born.all():
+            return born
+        return (self.run.sizes * part.share / part.cells)[:, None]
+
+    def rows_of(self, part: SensorPart, kind: str, block: int) -> np.ndarray | ChunkedArray:
+        """(B, cells); for a view with very many cells, computed in chunks."""
+        begin, shape = (
+            self.adjoint.first + block * self.adjoint.cells + part.first,
+            (len(self.batches), part.cells),
+        )
+
+        def rows(first: int, past: int) -> np.ndarray:
+            return np.array([getattr(batch, kind)[begin + first : begin + past] for batch in self.batches])
+
+        if self.is_view and is_large(shape):
+            return ChunkedArray(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
+        return rows(0, part.cells)
+
+
+def grand_total(values: np.ndarray | ChunkedArray) -> float | int:
+    """Sum over all batches and cells."""
+    return batch_totals(values).sum() if isinstance(values, ChunkedArray) else values.sum()

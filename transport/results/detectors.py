@@ -1,4 +1,4 @@
-"""The readings of a Detector: scores turned into radiometric quantities, each with its standard error.
+"""The tally of a Detector: scores turned into radiometric quantities, each with its standard error.
 
 A quantity with `_in` in its name counts arrivals at the detector's side, one with `_out` departures from it.
 Quantities of the whole shape include scores outside the detector's bins of direction and position.  With
@@ -9,13 +9,16 @@ by direction, (mu or theta, phi).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from transport.compile.rows import Rows
 from transport.geometry.mesh import Mesh
+from transport.geometry.shape import Shape
 from transport.results.choice import more_particles_cure
 from transport.results.diagnostics.depth import detector_survivor_findings, optical_depth_message
 from transport.results.diagnostics.empty_detector import (
@@ -30,35 +33,46 @@ from transport.results.diagnostics.rays import (
     detector_unvisited_findings,
     grazing_findings,
 )
-from transport.results.reading import Note, ReadingBase, empty_note
 from transport.results.score_sizes import detector_scores
 from transport.results.solid_angles import solid_angles_of
-from transport.results.tally import ARRIVALS, DEPARTURES, DetectorSums
+from transport.results.tally import (
+    ARRIVALS,
+    DEPARTURES,
+    NO_CLOCK,
+    SIDES,
+    Column,
+    Formula,
+    Lacks,
+    Mean,
+    Measure,
+    Note,
+    Quantity,
+    Score,
+    Tally,
+    empty_note,
+    energy_unit,
+    moment_column,
+    plain_column,
+    seconds_of,
+)
+from transport.scene.axes import DIRECTION, POSITION, Axis
 from transport.scene.detectors import Detector
+from transport.scene.parts import SceneParts
 from transport.scene.scene_speeds import has_several_speeds, missing_mass_message, scene_mass, scene_speeds
-from transport.statistics.batches import MIN_SCORES_FOR_ERROR
+from transport.statistics.chunked import batch_totals
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import Finding
 from transport.statistics.quality import Scores, findings_of_error, with_cure
 from transport.units import Unit
-from transport.validation import SceneError, refuse
 
-QUANTITIES = (
-    "flux_in", "flux_out", "irradiance", "exitance", "net_flux_density",
-    "flux_density", "radiance", "radiance_out", "intensity", "intensity_out",
-    "fluence_rate", "counts", "energy_in", "energy_out", "fluence", "phase_density",
-    "pressure", "mean_speed_in", "mean_speed_out", "mean_square_speed_in", "mean_square_speed_out",
-    "mean_energy_in", "mean_energy_out",
-)  # fmt: skip
-
-BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
-TIME_INTEGRATED = ("energy_in", "energy_out", "fluence")
+BINS = (POSITION, DIRECTION)
+MOMENTS = ("momentum", "speed", "square")  # the three rows of velocity sums behind each row of scores
 # Score of a crossing in a fluence rate, relative to its weight: the mean of 1/|mu| for constant radiance.
 MEAN_INVERSE_COSINE = 2.0
-MOMENT_QUANTITIES = QUANTITIES[QUANTITIES.index("pressure") :]
+CLOCK, OF_MOMENTS, BOTH = ("clock",), ("moments",), ("slant in", "slant out")
 
 
-class Reading(ReadingBase):
+class Reading(Tally):
     """The quantities of one Detector, from `result["name"]`.
 
     Parameters
@@ -96,21 +110,256 @@ class Reading(ReadingBase):
     (0.0479 ± 0.0011) W m^-2
     """
 
-    known, title = QUANTITIES, "detector "
+    title = "detector "
+
+    # ---- through the whole shape, and per area ----
+
+    flux_in = Quantity(
+        "Power [W], or particles per second, arriving at the whole shape: flux Φ.",
+        "weight in",
+        per=("time",),
+        needs=("all directions", "whole shape"),
+    )
+    flux_out = Quantity(
+        "Power [W], or particles per second, leaving the whole shape.", "weight out", per=("time",)
+    )
+    irradiance = Quantity(
+        "Flux arriving per area, E [W m^-2 or s^-1 m^-2]; by position if the detector has `positions`.",
+        "weight in",
+        (POSITION,),
+        ("time", "area"),
+        ("area", "all directions", "whole shape unless by position"),
+    )
+    exitance = Quantity(
+        "Flux leaving per area, M [W m^-2 or s^-1 m^-2]; of a wall its radiosity (emitted plus reflected).",
+        "weight out",
+        (POSITION,),
+        ("time", "area"),
+        ("area",),
+    )
+    net_flux_density = Formula(
+        "Exitance minus irradiance, J [W m^-2 or s^-1 m^-2]: positive along the normal of its side.",
+        lambda tally: tally.exitance - tally.irradiance,
+        ("area",),
+    )
+
+    # ---- by direction ----
+
+    flux_density = Quantity(
+        "Arriving flux per area and solid angle by direction bin: ``n v |cosθ| = L |cosθ|`` [W m^-2 sr^-1].",
+        "weight in",
+        BINS,
+        ("time", "solid angle", "area"),
+        ("directions", "area"),
+    )
+    radiance = Quantity(
+        """Arriving radiance by direction bin, L [W m^-2 sr^-1 or s^-1 m^-2 sr^-1].
+
+        Flux divided by the area and by the bin's exact projected solid angle ∫cosθ dω, never by cosθ of
+        single particles.
+        """,
+        "weight in",
+        BINS,
+        ("time", "projected solid angle", "area"),
+        ("directions", "area"),
+    )
+    radiance_out = Quantity(
+        "Leaving radiance by direction bin [W m^-2 sr^-1 or s^-1 m^-2 sr^-1].",
+        "weight out",
+        BINS,
+        ("time", "projected solid angle", "area"),
+        ("directions", "area"),
+    )
+    intensity = Quantity(
+        "Arriving flux per solid angle through the shape, I = ``∫ L |cosθ| dA`` [W sr^-1 or s^-1 sr^-1].",
+        "weight in",
+        BINS,
+        ("time", "solid angle"),
+        ("directions",),
+    )
+    intensity_out = Quantity(
+        "Leaving flux per solid angle of the whole shape [W sr^-1 or s^-1 sr^-1]: a source's intensity.",
+        "weight out",
+        BINS,
+        ("time", "solid angle"),
+        ("directions",),
+    )
+
+    # ---- other scores ----
+
+    fluence_rate = Quantity(
+        """Radiance over all directions, φ = ∫ L dω [W m^-2 or s^-1 m^-2], of arrivals and departures.
+
+        Each crossing scores weight/``|μ|``.  Below the grazing cut ``|μ|`` = 1e-3 it scores its expectation
+        for constant radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971).  This is
+        wrong for a beam closer to grazing than the cut, and the number is doubtful if such light matters.
+        """,
+        BOTH,
+        (POSITION,),
+        ("time", "area"),
+        ("area",),
+    )
+    counts = Quantity("Number of scored arrivals in the whole run, by bin [1].", "count in", BINS)
+    energy_in = Quantity(
+        "Energy [J], or particles, arriving within the duration, or within each bin of time.",
+        "weight in",
+        needs=CLOCK,
+    )
+    energy_out = Quantity(
+        "Energy [J], or particles, leaving within the duration, or within each bin of time.",
+        "weight out",
+        needs=CLOCK,
+    )
+    fluence = Quantity(
+        "Fluence rate integrated over the duration, or over each bin of time, H [J m^-2 or m^-2].",
+        BOTH,
+        (POSITION,),
+        ("area",),
+        ("clock", "area"),
+    )
+    phase_density = Quantity(
+        """Density in phase space by direction bin, n(x, v).
+
+        [m^-6 s^3] for particles with bins of speed: flux over area, ∫cosθ dω and ∫v³ dv, exact for each bin.
+        [m^-3 sr^-1] without bins of speed, if all particles have one speed: radiance over speed, a density in
+        space and direction.  Light has J in place of 1.
+        """,
+        "weight in",
+        BINS,
+        ("time", "projected solid angle", "area", "speed"),
+        ("directions", "area", "speeds"),
+    )
+    pressure = Quantity(
+        """Momentum along the normal that arrives and leaves, per area and time [Pa]; the pressure on a wall.
+
+        The momentum is energy over speed for sources in watts, and mass times speed for particles.
+        """,
+        ("momentum in", "momentum out"),
+        (POSITION,),
+        ("time", "area"),
+        ("moments", "mass of momentum", "area"),
+    )
+    mean_speed_in = Mean(
+        "Mean speed of arrivals [m s^-1], each crossing counted once.", "speed in", "share in", (), OF_MOMENTS
+    )
+    mean_speed_out = Mean("Mean speed of departures [m s^-1].", "speed out", "share out", (), OF_MOMENTS)
+    mean_square_speed_in = Mean(
+        "Mean square speed of arrivals [m^2 s^-2].", "square in", "share in", (), OF_MOMENTS
+    )
+    mean_square_speed_out = Mean(
+        "Mean square speed of departures [m^2 s^-2].", "square out", "share out", (), OF_MOMENTS
+    )
+    mean_energy_in = Formula(
+        "Mean kinetic energy of arrivals [J]: m v²/2 for particles of known mass.",
+        lambda tally: tally.mean_square_speed_in * tally.constant("half mass"),
+        ("moments", "mass"),
+    )
+    mean_energy_out = Formula(
+        "Mean kinetic energy of departures [J].",
+        lambda tally: tally.mean_square_speed_out * tally.constant("half mass"),
+        ("moments", "mass"),
+    )
 
     def __init__(self, result, detector: Detector) -> None:
-        plan = result.plan
-        self.detector, self.name = detector, detector.name
-        self._scene, self._plan = plan.scene, plan
-        self.sums = DetectorSums(plan, result.batches, result.run, detector)
-        self._is_light = plan.scene.measured_in == "watts"
-        self._rate = Unit.parse("W" if self._is_light else "s^-1")
-        self._is_exact_out = _departs_exactly_once(plan, detector)
+        self.plan = plan = result.plan
+        self.scene, self.detector, self.name = plan.scene, detector, detector.name
+        self.shape, self.batches, self.run = plan.scene.shape_of(detector), result.batches, result.run
+        self.axes = surface_axes(detector, self.shape, plan.scene.duration)
         self._allowed, self._more = result.allowed_of(detector.name), more_particles_cure(result.choice)
+        self._is_exact_out = _departs_exactly_once(plan, detector)
         self._found: dict[int, tuple[list[Finding], list[Finding]]] = {}
         self._dark: dict[int, bool] = {}
 
+    # ---- scores, measures, and what is lacking ----
+
     @cached_property
+    def scores(self) -> Mapping[str, Score]:
+        """The scores of both sides; rows of shadow rays are added to those of flights."""
+        plan, number, energy = self.plan, float(self.run.sizes.sum()), energy_unit(self.plan)
+        base, found = plan.bases[self.name], {}
+        counts = self._column("counts")
+        for side, of_side in enumerate(SIDES):
+            rows = surface_rows(base + side * plan.half, self.axes)
+            sure, dark, missing = (
+                partial(each, side) for each in (self.is_sure, self.is_dark, self._missing)
+            )
+            weight = Score(
+                rows, self._column("weights"), counts, energy, plan.unit, 1.0, dark, sure, findings=missing
+            )
+            share = replace(weight, unit="1", scale=1.0, is_dark=_never, is_sure=_never)
+            found |= {
+                f"weight {of_side}": weight,
+                f"slant {of_side}": replace(
+                    weight,
+                    column=self._column("slants"),
+                    is_sure=_never,
+                    largest=MEAN_INVERSE_COSINE,
+                    notes=self.grazing_findings,
+                ),
+                f"count {of_side}": Score(rows, counts, counts, "1", number),
+                f"share {of_side}": share,
+            }
+            if self.detector.moments:
+                v = plan.fastest
+                momentum = self._column("momentum")
+                found |= {
+                    f"momentum {of_side}": replace(
+                        weight, column=momentum, unit="Pa s m^2", factor=self._momentum, is_sure=_never
+                    ),
+                    # Missing particles may have the highest speed, which adds to the sum of speeds, or be at
+                    # rest, which adds to the weight.
+                    f"speed {of_side}": replace(share, column=self._column("speed"), unit="m s^-1", scale=v),
+                    f"square {of_side}": replace(
+                        share, column=self._column("square"), unit="m^2 s^-2", scale=v**2
+                    ),
+                }
+        return found
+
+    def _column(self, name: str) -> Column:
+        """A column of flights, plus that of shadow rays, whose sums are too large by a factor."""
+        read = moment_column(MOMENTS.index(name), len(MOMENTS)) if name in MOMENTS else plain_column(name)
+        scale = next((each.scale for each in self.plan.expectations if each.detector.name == self.name), None)
+        if scale is None:
+            return read
+        shift, much = 2 * self.plan.half, 1 if name == "counts" else scale
+        return lambda batch, a, b: read(batch, a, b) + read(batch, a + shift, b + shift) / much
+
+    @cached_property
+    def measures(self) -> Mapping[str, Callable[[], Measure]]:
+        """Sizes of the bins, by name."""
+        return {
+            "time": lambda: seconds_of(self.plan, self.axes),
+            "area": lambda: _areas(self.detector, self.shape),
+            "solid angle": lambda: _solid_angles(self.detector, self.shape, 0),
+            "projected solid angle": lambda: _solid_angles(self.detector, self.shape, 1),
+            "speed": lambda: _speeds(self.scene, self.axes),
+            "half mass": lambda: Measure(scene_mass(self.scene) / 2, "J m^-2 s^2"),
+        }
+
+    @cached_property
+    def lacks(self) -> Lacks:
+        """What the scene or the detector was not set up for."""
+        return self.lacks_of(self.scene, self.detector)
+
+    @staticmethod
+    def lacks_of(scene: SceneParts, detector: Detector) -> Lacks:
+        """Return what the scene or the detector was not set up for; known before a run."""
+        return _surface_lacks(scene, detector, scene.shape_of(detector))
+
+    @cached_property
+    def has_equal_means(self) -> bool:
+        """Whether all particles have one speed."""
+        indices = {medium.index for medium in self.plan.distinct_media}
+        return not has_several_speeds(scene_speeds(self.scene)) and len(indices) == 1
+
+    @property
+    def _momentum(self) -> float:
+        """Momentum per weight [per unit of the run]: energy over speed for light, else mass times speed."""
+        if self.scene.measured_in == "watts":
+            return 1.0 / (float(self.plan.moments["slowest"]) * self.plan.speed_unit)
+        return (scene_mass(self.scene) or 0.0) * self.plan.fastest
+
+    @property
     def area(self) -> float:
         """Area of the shape [m^2].
 
@@ -123,14 +372,10 @@ class Reading(ReadingBase):
         SceneError
             If the shape is infinite.
         """
-        shape = self.sums.shape
-        if shape.is_infinite:
-            kind, cure = (
-                type(shape).__name__,
-                "read flux_in, flux_out or intensity, or use a Disk in its plane as the detector's shape",
-            )
-            refuse(self.sums.detector, f"quantities per area need a finite area, got a {kind}; {cure}")
-        return shape.area
+        self.require("the area", ("area",))
+        return self.shape.area
+
+    # ---- what has scored, and what may be missing ----
 
     @property
     def is_blind(self) -> bool:
@@ -140,7 +385,15 @@ class Reading(ReadingBase):
         -------
         bool
         """
-        return not any(self.sums.whole("counts", side).any() for side in (ARRIVALS, DEPARTURES))
+        return not any(self.has_scores(side) for side in (ARRIVALS, DEPARTURES))
+
+    def has_scores(self, side: int) -> bool:
+        """Return whether anything arrived (side 0) or departed (1)."""
+        return bool(np.any(self.counts_of(f"weight {SIDES[side]}")))
+
+    def has_weight(self, side: int) -> bool:
+        """Return whether any weight arrived (side 0) or departed (1)."""
+        return bool(np.any(self.sums(f"weight {SIDES[side]}")))
 
     def is_sure(self, side: int) -> bool:
         """Return whether arrivals (side 0) or departures (1) are equal for all histories or surely absent."""
@@ -155,10 +408,9 @@ class Reading(ReadingBase):
         tuple of str or None
             None if it has scores or no reason is known.
         """
-        sums, title = self.sums, self._title
-        if any(sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
+        if any(self.has_weight(side) for side in (ARRIVALS, DEPARTURES)):
             return None
-        deep = optical_depth_message(self._plan, title, sums.shape, int(sums.run.sizes.sum()))
+        deep = optical_depth_message(self.plan, self._title, self.shape, int(self.run.sizes.sum()))
         return empty_note(self._dark_reason, deep)
 
     @cached_property
@@ -169,9 +421,9 @@ class Reading(ReadingBase):
         -------
         bool
         """
-        if self.sums.whole("counts", ARRIVALS).any() or (self.is_blind and self._dark_reason):
+        if self.has_scores(ARRIVALS) or (self.is_blind and self._dark_reason):
             return False
-        return cannot_arrive(self._scene, self.sums.shape, self.detector, self.is_blind)
+        return cannot_arrive(self.scene, self.shape, self.detector, self.is_blind)
 
     @cached_property
     def may_arrive(self) -> bool:
@@ -179,351 +431,17 @@ class Reading(ReadingBase):
 
         On a surface or on a source a user may read departures alone.
         """
-        is_on = is_on_surface(self._scene, self.sums.shape, self.detector)
+        is_on = is_on_surface(self.scene, self.shape, self.detector)
         return not is_on and not self.is_dark(ARRIVALS)
 
     @cached_property
     def _dark_reason(self) -> str | None:
-        return no_light_message(self._scene, f"detector {self.name!r}", self.sums.shape, self.detector)
-
-    @cached_property
-    def flux_in(self) -> EstimateOrArray:
-        """Power [W], or particles per second, arriving at the whole shape: flux Φ.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [W or s^-1]
-        """
-        return self._whole(ARRIVALS)
-
-    @cached_property
-    def flux_out(self) -> EstimateOrArray:
-        """Power [W], or particles per second, leaving the whole shape.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [W or s^-1]
-        """
-        return self._whole(DEPARTURES)
-
-    @cached_property
-    def irradiance(self) -> EstimateOrArray:
-        """Flux arriving per area, E [W m^-2 or s^-1 m^-2]; by position if the detector has `positions`.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [W m^-2 or s^-1 m^-2]
-        """
-        return self._per_area("weights", ARRIVALS)
-
-    @cached_property
-    def exitance(self) -> EstimateOrArray:
-        """Flux leaving per area, M [W m^-2 or s^-1 m^-2]; of a wall its radiosity (emitted plus reflected).
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [W m^-2 or s^-1 m^-2]
-        """
-        return self._per_area("weights", DEPARTURES)
-
-    @cached_property
-    def net_flux_density(self) -> EstimateOrArray:
-        """Exitance minus irradiance, J [W m^-2 or s^-1 m^-2]: positive along the normal of its side.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [W m^-2 or s^-1 m^-2]
-        """
-        return self.exitance - self.irradiance
-
-    @cached_property
-    def radiance(self) -> EstimateOrArray:
-        """Arriving radiance by direction bin, L [W m^-2 sr^-1 or s^-1 m^-2 sr^-1].
-
-        Returns
-        -------
-        EstimateArray
-            [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]
-
-        Raises
-        ------
-        SceneError
-            If the detector has no `directions`.
-
-        Notes
-        -----
-        Flux divided by the area and by the bin's exact projected solid angle ∫cosθ dω, never by cosθ of
-        single particles.
-        """
-        return self._by_direction(ARRIVALS, projected=True)
-
-    @cached_property
-    def radiance_out(self) -> EstimateOrArray:
-        """Leaving radiance by direction bin [W m^-2 sr^-1 or s^-1 m^-2 sr^-1].
-
-        Returns
-        -------
-        EstimateArray
-            [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]
-        """
-        return self._by_direction(DEPARTURES, projected=True)
-
-    @cached_property
-    def flux_density(self) -> EstimateOrArray:
-        """Arriving flux per area and solid angle by direction bin: ``n v |cosθ| = L |cosθ|`` [W m^-2 sr^-1].
-
-        Returns
-        -------
-        EstimateArray
-            [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]
-        """
-        return self._by_direction(ARRIVALS, projected=False)
-
-    @cached_property
-    def intensity(self) -> EstimateOrArray:
-        """Arriving flux per solid angle through the shape, I = ``∫ L |cosθ| dA`` [W sr^-1 or s^-1 sr^-1].
-
-        Returns
-        -------
-        EstimateArray
-            [W sr^-1 or s^-1 sr^-1]
-        """
-        return self._by_direction(ARRIVALS, projected=False, per_area=False)
-
-    @cached_property
-    def intensity_out(self) -> EstimateOrArray:
-        """Leaving flux per solid angle of the whole shape [W sr^-1 or s^-1 sr^-1]: a source's intensity.
-
-        Returns
-        -------
-        EstimateArray
-            [W sr^-1 or s^-1 sr^-1]
-        """
-        return self._by_direction(DEPARTURES, projected=False, per_area=False)
-
-    @cached_property
-    def fluence_rate(self) -> EstimateOrArray:
-        """Radiance over all directions, φ = ∫ L dω [W m^-2 or s^-1 m^-2], of arrivals and departures.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [W m^-2 or s^-1 m^-2]
-
-        Notes
-        -----
-        Each crossing scores weight/``|μ|``.  Below the grazing cut ``|μ|`` = 1e-3 it scores its expectation
-        for constant radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971).  This is
-        wrong for a beam closer to grazing than the cut, and the number is doubtful if such light matters.
-        """
-        return self._per_area("slants", ARRIVALS) + self._per_area("slants", DEPARTURES)
-
-    @cached_property
-    def counts(self) -> EstimateOrArray:
-        """Number of scored arrivals in the whole run, by bin.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [1]
-        """
-        sums, inner = self.sums, self.sums.position_axes | self.sums.direction_axes
-        values = sums.by_direction("counts", ARRIVALS) if inner else sums.whole("counts", ARRIVALS)
-        return sums.estimate(values * float(sums.run.sizes.sum()), Unit.parse("1"), inner, values)
-
-    @cached_property
-    def energy_in(self) -> EstimateOrArray:
-        """Energy [J], or particles, arriving within the duration, or within each bin of time.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [J or 1]
-
-        Raises
-        ------
-        SceneError
-            If the scene has no `duration`.
-        """
-        self._need_clock("energy_in")
-        return self._whole(ARRIVALS, per_second=False)
-
-    @cached_property
-    def energy_out(self) -> EstimateOrArray:
-        """Energy [J], or particles, leaving within the duration, or within each bin of time.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [J or 1]
-
-        Raises
-        ------
-        SceneError
-            If the scene has no `duration`.
-        """
-        self._need_clock("energy_out")
-        return self._whole(DEPARTURES, per_second=False)
-
-    @cached_property
-    def fluence(self) -> EstimateOrArray:
-        """Fluence rate integrated over the duration, or over each bin of time, H [J m^-2 or m^-2].
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [J m^-2 or m^-2]
-
-        Raises
-        ------
-        SceneError
-            If the scene has no `duration`.
-        """
-        self._need_clock("fluence")
-        return self._per_area("slants", ARRIVALS, False) + self._per_area("slants", DEPARTURES, False)
-
-    @cached_property
-    def phase_density(self) -> EstimateOrArray:
-        """Density in phase space by direction bin, n(x, v).
-
-        Returns
-        -------
-        EstimateArray
-            [m^-6 s^3] for particles with bins of speed: flux over area, ∫cosθ dω and ∫v³ dv, exact for each
-            bin.  [m^-3 sr^-1] without bins of speed, if all particles have one speed: radiance over speed, a
-            density in space and direction.  Light has J in place of 1.
-
-        Raises
-        ------
-        SceneError
-            If speeds differ and the detector has no `speeds`.
-        """
-        edges = self.detector.speed_edges()
-        if edges is not None:
-            volumes = np.diff(edges**4) / 4.0
-            return self._by_direction(ARRIVALS, projected=True, volumes=volumes, per="m^4 s^-4 sr^-1")
-        speeds = scene_speeds(self._scene)
-        if has_several_speeds(speeds):
-            self._refuse("phase_density", "bins of speed where speeds differ", "write speeds=edges in m/s")
-        return self._by_direction(ARRIVALS, projected=True, volumes=np.array([speeds.pop()]), per="m s^-1")
-
-    @cached_property
-    def pressure(self) -> EstimateOrArray:
-        """Momentum along the normal that arrives and leaves, per area and time [Pa]; the pressure on a wall.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [Pa]
-
-        Raises
-        ------
-        SceneError
-            Without `moments=True`, or for particles of unknown mass.
-
-        Notes
-        -----
-        The momentum is energy over speed for sources in watts, and mass times speed for particles.
-        """
-        return self._momentum(ARRIVALS) + self._momentum(DEPARTURES)
-
-    @cached_property
-    def mean_speed_in(self) -> EstimateOrArray:
-        """Mean speed of arrivals [m s^-1], each crossing counted once.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [m s^-1]
-        """
-        return self._mean("speeds", ARRIVALS)
-
-    @cached_property
-    def mean_speed_out(self) -> EstimateOrArray:
-        """Mean speed of departures [m s^-1].
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [m s^-1]
-        """
-        return self._mean("speeds", DEPARTURES)
-
-    @cached_property
-    def mean_square_speed_in(self) -> EstimateOrArray:
-        """Mean square speed of arrivals [m^2 s^-2].
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [m^2 s^-2]
-        """
-        return self._mean("squares", ARRIVALS)
-
-    @cached_property
-    def mean_square_speed_out(self) -> EstimateOrArray:
-        """Mean square speed of departures [m^2 s^-2].
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [m^2 s^-2]
-        """
-        return self._mean("squares", DEPARTURES)
-
-    @cached_property
-    def mean_energy_in(self) -> EstimateOrArray:
-        """Mean kinetic energy of arrivals [J]: m v²/2 for particles of known mass.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [J]
-        """
-        return self._kinetic("mean_energy_in", self.mean_square_speed_in)
-
-    @cached_property
-    def mean_energy_out(self) -> EstimateOrArray:
-        """Mean kinetic energy of departures [J].
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [J]
-        """
-        return self._kinetic("mean_energy_out", self.mean_square_speed_out)
+        return no_light_message(self.scene, f"detector {self.name!r}", self.shape, self.detector)
 
     def __repr__(self) -> str:
         return f"<{self.name}: flux_in {self.flux_in}, flux_out {self.flux_out}>"
 
     # ---- findings ----
-
-    def _with_findings(
-        self,
-        made: EstimateOrArray,
-        side: int,
-        factor: float | np.ndarray,
-        shape: tuple[int, ...],
-        more: Callable[[], Iterable[Finding]] = tuple,
-    ) -> EstimateOrArray:
-        """Attach the findings of a side, and `more`, to a quantity.
-
-        factor: the quantity for a mean weight of 1, (*shape) as the sums.
-        """
-        bins = made._replicates.shape
-
-        def findings() -> Iterator[Finding]:
-            each = np.broadcast_to(factor, shape).reshape(bins) if bins else float(np.ravel(factor)[0])
-            for finding in self._missing(side, is_whole=not bins):
-                yield replace(finding, bound=np.abs(finding.bound * each))
-            yield from more()
-
-        return made._with_findings(findings, self._allowed)
 
     def _missing(self, side: int, is_whole: bool = True) -> list[Finding]:
         """Findings on a side, with bounds as mean weights of a history; is_whole: for all bins together."""
@@ -535,38 +453,36 @@ class Reading(ReadingBase):
 
     def _path_findings(self, side: int) -> Iterator[Finding]:
         """Findings about classes of paths found by chance, and from geometry and the energy balance."""
-        sums = self.sums
         if self.is_sure(side):
             return
-        scores = int(sums.whole("counts", side).sum())
-        total = self._total(side)
+        total, scores = self._total(side), self.number_of(f"weight {SIDES[side]}")
         yield from detector_path_findings(
-            self._plan, sums.batches, self._title, self.name, side, scores, total.value, total.error
+            self.plan, self.batches, self._title, self.name, side, scores, total.value, total.error
         )
-        yield from detector_survivor_findings(sums, side, total)
+        yield from detector_survivor_findings(self, f"weight {SIDES[side]}", total)
         if side == ARRIVALS:
-            yield from detector_unvisited_findings(sums, total)
-            yield from detector_forward_peaks(sums, total)
+            yield from detector_unvisited_findings(self, total)
+            yield from detector_forward_peaks(self, total)
 
     def _score_findings(self, side: int) -> Iterator[Finding]:
         """Findings from the sizes of the scores and from the batches."""
         total = self._total(side)
         if not self.is_sure(side) and total.error > 0:
-            particles = int(self.sums.run.sizes.sum())
+            particles = int(self.run.sizes.sum())
             yield from findings_of_error(self._title, total, self.scores_on(side), particles)
 
     def grazing_findings(self) -> Iterator[Finding]:
         """Findings about the fluence rate alone."""
-        return grazing_findings(self.sums, self._title)
+        return grazing_findings(self, self._title)
 
     def total(self, side: int) -> Estimate:
         """Mean weight that arrives (side 0) or departs (1) per history, over all bins, with findings."""
         return self._total(side)._with_findings(lambda: self._missing(side), self._allowed)
 
     def _total(self, side: int) -> Estimate:
-        weights = self.sums.whole("weights", side).sum(axis=(1, 2))
-        scores = int(self.sums.whole("counts", side).sum())
-        return Estimate(weights / self.sums.run.sizes, self.sums.run, Unit(), self.is_sure(side), scores)
+        name = f"weight {SIDES[side]}"
+        weights = batch_totals(self.sums(name))
+        return Estimate(weights / self.run.sizes, self.run, Unit(), self.is_sure(side), self.number_of(name))
 
     def is_dark(self, side: int) -> bool:
         """Return whether geometry proves that nothing arrives (side 0) or departs (1)."""
@@ -575,9 +491,9 @@ class Reading(ReadingBase):
         return self._dark[side]
 
     def _is_dark(self, side: int) -> bool:
-        if self.sums.whole("counts", side).any():
+        if self.has_scores(side):
             return False
-        if side == DEPARTURES and no_light_departs(self._scene, self.sums.shape, self.detector):
+        if side == DEPARTURES and no_light_departs(self.scene, self.shape, self.detector):
             return True
         return (self.is_blind and bool(self._dark_reason)) or (side == ARRIVALS and self.cannot_arrive)
 
@@ -587,155 +503,102 @@ class Reading(ReadingBase):
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
         """Yield radiance by direction, or irradiance and exitance by position, or flux by time or speed."""
-        sums = self.sums
+        groups = [axis.group for axis in self.axes]
         for side, names in (
             (ARRIVALS, ("radiance", "irradiance", "flux_in")),
             (DEPARTURES, ("radiance_out", "exitance", "flux_out")),
         ):
-            axes = sums.direction_axes, sums.position_axes, sums.outer_axes
-            name = next((name for name, of_it in zip(names, axes, strict=True) if of_it), None)
-            is_of_area = bool(sums.direction_axes or sums.position_axes)
-            if name not in self.known or (is_of_area and sums.shape.is_infinite):
+            has = DIRECTION in groups, POSITION in groups, bool(groups)
+            name = next((name for name, of_it in zip(names, has, strict=True) if of_it), None)
+            is_of_area = DIRECTION in groups or POSITION in groups
+            if name not in self.known or (is_of_area and self.shape.is_infinite):
                 continue
-            if sums.whole("weights", side).any():
+            if self.has_weight(side):
                 yield name, getattr(self, name)
 
     def scores_on(self, side: int) -> Scores | None:
         """Scores of one side by size; None if their sizes are not known."""
-        found = detector_scores(self.sums, side)
+        found = detector_scores(self, side)
         # Sobol points leave no gaps: the error is far below the spacing of single scores; no larger score is
         # due.
-        is_even = self._plan.method.sampling == "sobol"
+        is_even = self.plan.method.sampling == "sobol"
         return replace(found, most=0.0) if found is not None and is_even else found
 
     @property
     def _title(self) -> str:
         return f"{self.title}{self.name!r}"
 
-    # ---- from sums to estimates ----
 
-    def _scale(self, per_second: bool, ndim: int) -> np.ndarray:
-        """The value of a sum of 1, as a rate or in total, shaped for sums with `ndim` axes."""
-        scale = self._plan.unit / (self.sums.seconds if per_second else 1.0)
-        return np.reshape(scale, (*np.shape(scale), *(1,) * (ndim - 3))) if np.ndim(scale) else scale
+# ---- Axes, rows, measures and needs of a detector on a surface.
 
-    def _unit(self, per_second: bool) -> Unit:
-        return self._rate if per_second else self._rate * Unit.parse("s")
 
-    def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
-        values, counts = (self.sums.whole(kind, side) for kind in ("weights", "counts"))
-        exact, scale = self.is_sure(side), self._scale(per_second, 3)
-        made = self.sums.estimate(values * scale, self._unit(per_second), {}, counts, exact)
-        return self._with_findings(made, side, scale, values.shape[1:])
+def surface_axes(detector: Detector, shape: Shape, duration: float | None) -> tuple[Axis, ...]:
+    """Return the axes that are binned: of time, speed, u, v, mu or theta, phi."""
+    edges = {"time": detector.time_edges(duration), "speed": detector.speed_edges()}
+    positions, directions = detector.positions, detector.directions
+    places = {} if positions is None else positions.edges(shape)
+    units = {} if positions is None else positions.units(shape)
+    angles = {} if directions is None else directions.edges()
+    edges |= places | {name: angles[name] for name in ("mu", "theta", "phi") if name in angles}
+    return tuple(Axis(name, e, units.get(name, "")) for name, e in edges.items() if e is not None)
 
-    def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
-        values, counts = (self.sums.by_position(k, side) for k in (kind, "counts"))
-        exact = (self.is_sure(side) and kind == "weights" and not self.sums.position_axes) or self.is_dark(
-            side
-        )
-        values = values * self._scale(per_second, values.ndim) / self._areas
-        unit = self._unit(per_second) / Unit.parse("m^2")
-        made = self.sums.estimate(values, unit, self.sums.position_axes, counts, exact)
-        factor = self._scale(per_second, values.ndim) / self._areas
-        if kind != "slants":
-            return self._with_findings(made, side, factor, values.shape[1:])
-        return self._with_findings(
-            made, side, MEAN_INVERSE_COSINE * factor, values.shape[1:], self.grazing_findings
-        )
 
-    def _by_direction(
-        self,
-        side: int,
-        projected: bool,
-        per_area: bool = True,
-        volumes: np.ndarray | None = None,
-        per: str = "1",
-    ) -> EstimateOrArray:
-        """Flux over solid angle, plain or projected, over area, and over `volumes` of the speed bins."""
-        if self.detector.directions is None:
-            wanted = "radiance" if projected else "a quantity by direction"
-            self._refuse(wanted, "directions=..., got None", "write directions=Directions(mu=16) or similar")
-        plain, cosines = solid_angles_of(self.detector, self.sums.shape)
-        angles = cosines if projected else plain
-        sums = self.sums
-        values, counts = (sums.by_direction(kind, side) for kind in ("weights", "counts"))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            values = values * self._scale(True, values.ndim) / np.where(angles > 0, angles, np.nan)
-        unit, sizes = self._rate / Unit.parse("sr"), np.where(angles > 0, angles, np.nan)
-        if per_area:
-            areas = np.reshape(self._areas, np.shape(self._areas) + (1,) * len(sums.direction_axes))
-            values, unit, sizes = values / areas, unit / Unit.parse("m^2"), sizes * areas
-        if volumes is not None:
-            volumes = np.reshape(volumes, (-1, *(1,) * (values.ndim - 3)))
-            values, unit, sizes = values / volumes, unit / Unit.parse(per), sizes * volumes
-        made = sums.estimate(
-            values, unit, sums.position_axes | sums.direction_axes, counts, self.is_dark(side)
-        )
-        return self._with_findings(made, side, self._scale(True, values.ndim) / sizes, values.shape[1:])
+def surface_rows(first: int, axes: tuple[Axis, ...]) -> Rows:
+    """Return the rows of a side: blocks of time and speed, of u, v, azimuth and cosine (fastest)."""
+    by_column = {axis.coordinate.column: axis for axis in axes}
+    outer, inner = (
+        tuple(by_column[name] for name in names if name in by_column)
+        for names in (("time", "speed"), ("u", "v", "turn", "mu"))
+    )
+    return Rows(first + bool(outer), outer, inner, 1 + math.prod(map(len, inner)))
 
-    def _momentum(self, side: int) -> EstimateOrArray:
-        self._need_moments("pressure")
-        values, counts = (self.sums.by_position(kind, side) for kind in ("momentum", "counts"))
-        if self._is_light:
-            one = 1.0 / (float(self._plan.moments["slowest"]) * self._plan.speed_unit)
-        else:
-            one = self._mass("pressure") * self._plan.fastest
-        scale = self._scale(True, values.ndim) * one
-        made = self.sums.estimate(
-            values * scale / self._areas,
-            Unit.parse("Pa"),
-            self.sums.position_axes,
-            counts,
-            self.is_dark(side),
-        )
-        return self._with_findings(made, side, scale / self._areas, values.shape[1:])
 
-    def _mean(self, kind: str, side: int) -> EstimateOrArray:
-        self._need_moments("a mean speed")
-        power = {"speeds": 1, "squares": 2}[kind]
-        counts = self.sums.whole("counts", side)
-        total, weight = (self.sums.whole(k, side) for k in (kind, "weights"))
-        unit, fastest = Unit.parse("m s^-1") ** power, self._plan.fastest**power
-        brought = self.sums.estimate(total * fastest, unit, {}, counts)
-        came = self.sums.estimate(weight, Unit(), {}, counts)
-        # Missing particles may have the highest speed, which adds to the sum of speeds, or be at rest, which
-        # adds to
-        # the weight.
-        brought = self._with_findings(brought, side, fastest, total.shape[1:])
-        came = self._with_findings(came, side, 1.0, weight.shape[1:])
-        mean = brought / came
-        indices = {medium.index for medium in self._plan.distinct_media}
-        if not has_several_speeds(scene_speeds(self._scene)) and len(indices) == 1:
-            mean = mean._with_findings(())  # all have one speed, so missing particles do not matter
-        return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < MIN_SCORES_FOR_ERROR)
+def _surface_lacks(scene: SceneParts, detector: Detector, shape: Shape) -> Lacks:
+    """Return what the scene or the detector was not set up for, by need; known before a run."""
+    is_light, speeds, mass = scene.measured_in == "watts", scene_speeds(scene), missing_mass_message(scene)
+    has_mass = not is_light and scene_mass(scene) is not None
+    infinite = f"a finite area, got a {type(shape).__name__}"
+    lacks = {
+        "clock": scene.duration is None and NO_CLOCK,
+        "area": shape.is_infinite
+        and (
+            infinite,
+            "read flux_in, flux_out or intensity, or use a Disk in its plane as the detector's shape",
+        ),
+        "directions": detector.directions is None
+        and ("directions=..., got None", "write directions=Directions(mu=16) or similar"),
+        "speeds": detector.speeds is None
+        and has_several_speeds(speeds)
+        and ("bins of speed where speeds differ", "write speeds=edges in m/s"),
+        "moments": not detector.moments and ("moments", "write Detector(..., moments=True)"),
+        "mass": not has_mass and mass,
+        "mass of momentum": not has_mass and not is_light and mass,
+    }
+    return {need: why for need, why in lacks.items() if why}
 
-    def _kinetic(self, quantity: str, square: EstimateOrArray) -> EstimateOrArray:
-        mass = self._mass(quantity)
-        joules = Estimate(np.full(len(self.sums.run), mass / 2), self.sums.run, "J m^-2 s^2", exact=True)
-        return square * joules
 
-    @cached_property
-    def _areas(self) -> float | np.ndarray:
-        """Area of each bin of position [m^2], or of the whole shape."""
-        positions = self.detector.positions
-        return self.area if positions is None else positions.areas(self.sums.shape)
+def _areas(detector: Detector, shape: Shape) -> Measure:
+    if detector.positions is None:
+        return Measure(shape.area, "m^2")
+    return Measure(detector.positions.areas(shape), "m^2", ("u", "v"))
 
-    def _mass(self, quantity: str) -> float:
-        mass = None if self._is_light else scene_mass(self._scene)
-        if mass is None:
-            self._refuse(quantity, *missing_mass_message(self._scene))
-        return mass
 
-    def _need_moments(self, quantity: str) -> None:
-        if not self.detector.moments:
-            self._refuse(quantity, "moments", "write Detector(..., moments=True)")
+def _solid_angles(detector: Detector, shape: Shape, which: int) -> Measure:
+    """Solid angles (0) or projected ones (1); nan for an empty bin."""
+    angles = solid_angles_of(detector, shape)[which]
+    return Measure(np.where(angles > 0, angles, np.nan), "sr", ("mu", "theta", "phi"))
 
-    def _need_clock(self, quantity: str) -> None:
-        if self._scene.duration is None:
-            self._refuse(quantity, "a clock", "write Scene(..., duration=...)")
 
-    def _refuse(self, quantity: str, need: str, cure: str) -> None:
-        raise SceneError(f"Detector {self.name!r}: {quantity} needs {need}; {cure}")
+def _speeds(scene: SceneParts, axes: tuple[Axis, ...]) -> Measure:
+    """∫v³ dv of each bin of speed; the speed of all particles where it is one."""
+    binned = [axis for axis in axes if axis.name == "speed"]
+    if binned:
+        return Measure(np.diff(binned[0].edges ** 4) / 4.0, "m^4 s^-4 sr^-1", ("speed",))
+    return Measure(scene_speeds(scene).pop(), "m s^-1")
+
+
+def _never() -> bool:
+    return False
 
 
 def _departs_exactly_once(plan, detector: Detector) -> bool:

@@ -1,42 +1,69 @@
-"""The readings of a PhaseSpace (densities and moments by bin) and of a Snapshot (a sample of particles)."""
+"""The tallies of a PhaseSpace (densities and moments by bin) and of a Snapshot (a sample of particles)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import cached_property
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import cached_property, partial
 
 import numpy as np
 
-from transport.compile.detectors import count_bins, max_relative_speed, reference_velocity
+from transport.compile.detectors import max_relative_speed, reference_velocity
 from transport.compile.layout import VELOCITY_SUMS
+from transport.compile.rows import Rows
 from transport.renderers import function_for
-from transport.results.batches import Batch, chosen_records, common_probability, distinct_identities
-from transport.results.reading import ReadingBase
+from transport.results.batches import chosen_records, common_probability, distinct_identities
+from transport.results.tally import (
+    Formula,
+    Lacks,
+    Mean,
+    Measure,
+    Quantity,
+    Score,
+    Tally,
+    energy_unit,
+    moment_column,
+    plain_column,
+)
+from transport.scene.axes import PHASE, Axis
+from transport.scene.parts import SceneParts
 from transport.scene.phase_space import COORDINATES, PhaseSpace, Snapshot
 from transport.scene.scene_speeds import missing_mass_message, scene_mass
-from transport.statistics.batches import MIN_SCORES_FOR_ERROR
-from transport.statistics.chunked import (
-    Box,
-    ChunkedArray,
-    is_large,
-    over_batches,
-    release_pages,
-    rows_in_chunk,
-    summed_counts,
-)
-from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
-from transport.units import BOLTZMANN, Unit
-from transport.validation import SceneError
+from transport.statistics.chunked import release_pages
+from transport.statistics.estimates import EstimateArray, EstimateOrArray
+from transport.units import BOLTZMANN
 
 ROUNDING = 8 * 2.0**-52  # relative rounding error of a difference of sums
-PHASE_QUANTITIES = (
-    "number", "density", "alive", "outside", "mean_vx", "mean_vy", "mean_vz", "variance_vx", "variance_vy",
-    "variance_vz", "mean_speed", "fluence_rate", "temperature", "pressure",
-)  # fmt: skip
-OF_PHASE_MOMENTS = PHASE_QUANTITIES[PHASE_QUANTITIES.index("mean_vx") :]
+MOMENTS, BINS = ("moments",), (PHASE,)
 
 
-class PhaseReading(ReadingBase):
+def _mean_velocity(axis: str) -> Formula:
+    """Mean of a component of the velocity; its moments are taken about a reference velocity."""
+    mean = Mean("", f"v{axis}", "weight", BINS)
+    return Formula(
+        f"Mean {axis} component of the velocity [m s^-1].",
+        lambda tally: mean.of(tally) + tally.constant(f"reference v{axis}"),
+        MOMENTS,
+    )
+
+
+def _variance(axis: str) -> Formula:
+    """Variance of a component of the velocity."""
+    means = [Mean("", name, "weight", BINS) for name in (f"v{axis}", f"v{axis}2")]
+
+    def variance(tally: Tally) -> EstimateArray:
+        mean, square = (each.of(tally) for each in means)
+        variance = square - mean * mean
+        with np.errstate(invalid="ignore"):  # a difference from rounding of the squares is no variance
+            return variance.unless(ROUNDING * np.abs(square.value) > variance.error)
+
+    return Formula(
+        f"Variance of the velocity's {axis} component within each bin [m^2 s^-2].", variance, MOMENTS
+    )
+
+
+class PhaseReading(Tally):
     """The quantities of one PhaseSpace, from `result["name"]`.
 
     Parameters
@@ -57,335 +84,132 @@ class PhaseReading(ReadingBase):
     is J for light.
     """
 
-    known, title = PHASE_QUANTITIES, "phase space "
+    title = "phase space "
+
+    number = Quantity("Number of particles [1], or their energy [J], in each bin.", "weight", BINS)
+    density = Quantity(
+        "Particles (or J) per product of the bin widths; with `within` also per extent on other axes.",
+        "weight",
+        BINS,
+        ("extent",),
+    )
+    alive = Quantity("All particles (or J) that were born and had not ended: in the bins and outside.", "all")
+    outside = Quantity("Particles (or J) outside all bins or outside `within`.", "outside")
+    mean_vx, mean_vy, mean_vz = map(_mean_velocity, "xyz")
+    variance_vx, variance_vy, variance_vz = map(_variance, "xyz")
+    mean_speed = Mean("Mean speed [m s^-1].", "speed", "weight", BINS, MOMENTS)
+    fluence_rate = Quantity(
+        "n v: density times mean speed; φ = ∫ L dω [m^-2 s^-1] if `within` makes it a density in space.",
+        "speed",
+        BINS,
+        ("extent",),
+        MOMENTS,
+    )
+    temperature = Formula(
+        "Kinetic temperature [K]: mass times the velocity's variance over 3 k.",
+        lambda tally: tally._all_variances * tally.constant("kelvin"),
+        ("mass", "moments"),
+    )
+    pressure = Formula(
+        "n k T: mass times density times the velocity's variance over 3 [Pa if `within` is given].",
+        lambda tally: tally.density * tally._all_variances * tally.constant("third of mass"),
+        ("mass", "moments"),
+    )
 
     def __init__(self, result, phase_space: PhaseSpace) -> None:
-        self.phase_space, self.name = phase_space, phase_space.name
-        self._plan, self._run, self._batches = result.plan, result.run, result.batches
-        self._is_light = result.plan.scene.measured_in == "watts"
-        self._unit = Unit.parse("J" if self._is_light else "1")
-        self._times = len(phase_space.times)
-        self._bins = count_bins(phase_space)
+        self.plan, self.scene = result.plan, result.plan.scene
+        self.detector, self.name = phase_space, phase_space.name
+        self.run, self.batches = result.run, result.batches
+        times = np.array(phase_space.times)
+        self.times = (Axis("time", times, is_instants=True),) if phase_space.is_series else ()
+        self.bins = tuple(Axis(name, edges, group=PHASE) for name, edges in phase_space.axes.items())
+        self.axes = (*self.times, *self.bins)
 
     @cached_property
-    def number(self) -> EstimateArray:
-        """Number of particles [1], or their energy [J], in each bin.
-
-        Returns
-        -------
-        EstimateArray
-            [1 or J]
-        """
-        return self._binned_estimate(self._in_bins("weights") * self._plan.unit, self._unit)
-
-    @cached_property
-    def density(self) -> EstimateArray:
-        """Particles (or J) per product of the bin widths; with `within` also per extent on other axes.
-
-        Returns
-        -------
-        EstimateArray
-            [1 or J, per product of the coordinates' units]
-        """
-        return self._binned_estimate(
-            self._in_bins("weights") * self._plan.unit / self._measure, self._unit / self._measure_unit
-        )
-
-    @cached_property
-    def alive(self) -> EstimateOrArray:
-        """All particles (or J) that were born and had not ended: inside and outside the bins.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [1 or J]
-        """
-        return self._by_time(
-            self._in_all("weights"), self._in_all("counts"), _are_all_alive_always(self._plan)
-        )
+    def scores(self) -> Mapping[str, Score]:
+        """Weights at each time, and their velocity moments."""
+        plan, energy = self.plan, energy_unit(self.plan)
+        base, unit = plan.bases[self.name], plan.unit
+        rows = Rows(base, self.times, self.bins, 1 + math.prod(map(len, self.bins)))
+        weights, counts = plain_column("weights"), plain_column("counts")
+        weight = Score(rows, weights, counts, energy, unit)
+        found = {
+            "weight": weight,
+            # Scaled before it is summed: an empty phase space has exactly the sum of its bins.
+            "all": replace(
+                weight,
+                column=lambda batch, a, b: weights(batch, a, b) * unit,
+                scale=None,
+                is_sure=partial(_are_all_alive_always, plan),
+            ),
+            "outside": replace(weight, rows=replace(rows, inner=(), span=1)),
+        }
+        if self.detector.moments:
+            first, each = plan.first_long_rows[self.name], len(VELOCITY_SUMS)
+            for place, name in enumerate(VELOCITY_SUMS):
+                power = 2 if name.endswith("2") else 1
+                found[name] = replace(
+                    weight,
+                    column=moment_column(place, each, base, first),
+                    unit=f"{energy} m^{power} s^-{power}",
+                    factor=max_relative_speed(plan) ** power,
+                )
+        return found
 
     @cached_property
-    def outside(self) -> EstimateOrArray:
-        """Particles (or J) outside all bins or outside `within`.
-
-        Returns
-        -------
-        Estimate or EstimateArray
-            [1 or J]
-        """
-        return self._by_time(self._outside("weights"), self._outside("counts"))
-
-    @cached_property
-    def mean_vx(self) -> EstimateArray:
-        """Mean x component of the velocity [m s^-1].
-
-        Returns
-        -------
-        EstimateArray
-            [m s^-1]
-        """
-        return self._mean("vx") + self._reference("x")
+    def measures(self) -> Mapping[str, Callable[[], Measure]]:
+        """Extent of the bins, the reference velocity, and constants of the mass."""
+        reference, mass = reference_velocity(self.plan), scene_mass(self.scene)
+        return {
+            "extent": partial(_extent, self.detector),
+            **{
+                f"reference v{axis}": partial(Measure, v, "m s^-1")
+                for axis, v in zip("xyz", reference, strict=True)
+            },
+            "kelvin": lambda: Measure(mass / (3 * BOLTZMANN), "K m^-2 s^2"),
+            "third of mass": lambda: Measure(mass / 3, "Pa m s^2"),
+        }
 
     @cached_property
-    def mean_vy(self) -> EstimateArray:
-        """Mean y component of the velocity [m s^-1].
+    def lacks(self) -> Lacks:
+        """What the scene or the phase space was not set up for."""
+        return self.lacks_of(self.scene, self.detector)
 
-        Returns
-        -------
-        EstimateArray
-            [m s^-1]
-        """
-        return self._mean("vy") + self._reference("y")
-
-    @cached_property
-    def mean_vz(self) -> EstimateArray:
-        """Mean z component of the velocity [m s^-1].
-
-        Returns
-        -------
-        EstimateArray
-            [m s^-1]
-        """
-        return self._mean("vz") + self._reference("z")
-
-    @cached_property
-    def variance_vx(self) -> EstimateArray:
-        """Variance of the velocity's x component within each bin [m^2 s^-2].
-
-        Returns
-        -------
-        EstimateArray
-            [m^2 s^-2]
-        """
-        return self._variance("x")
-
-    @cached_property
-    def variance_vy(self) -> EstimateArray:
-        """Variance of the velocity's y component within each bin [m^2 s^-2].
-
-        Returns
-        -------
-        EstimateArray
-            [m^2 s^-2]
-        """
-        return self._variance("y")
-
-    @cached_property
-    def variance_vz(self) -> EstimateArray:
-        """Variance of the velocity's z component within each bin [m^2 s^-2].
-
-        Returns
-        -------
-        EstimateArray
-            [m^2 s^-2]
-        """
-        return self._variance("z")
-
-    @cached_property
-    def mean_speed(self) -> EstimateArray:
-        """Mean speed [m s^-1].
-
-        Returns
-        -------
-        EstimateArray
-            [m s^-1]
-        """
-        return self._mean("speed")
-
-    @cached_property
-    def fluence_rate(self) -> EstimateArray:
-        """n v: density times mean speed; φ = ∫ L dω [m^-2 s^-1] if `within` makes it a density in space.
-
-        Returns
-        -------
-        EstimateArray
-            [unit of `density` times m s^-1]
-        """
-        return self._binned_estimate(self._moment("speed") / self._measure, self._unit_of("speed"))
-
-    @cached_property
-    def temperature(self) -> EstimateArray:
-        """Kinetic temperature [K]: mass times the velocity's variance over 3 k.
-
-        Returns
-        -------
-        EstimateArray
-            [K]
-
-        Raises
-        ------
-        SceneError
-            For light, or for particles of unknown mass.
-        """
-        return self._all_variances * self._constant(self._mass("temperature") / (3 * BOLTZMANN), "K m^-2 s^2")
-
-    @cached_property
-    def pressure(self) -> EstimateArray:
-        """n k T: mass times density times the velocity's variance over 3 [Pa if `within` is given].
-
-        Returns
-        -------
-        EstimateArray
-            [Pa with `within`]
-
-        Raises
-        ------
-        SceneError
-            For light, or for particles of unknown mass.
-        """
-        third = self._constant(self._mass("pressure") / 3, "Pa m s^2")
-        return self.density * self._all_variances * third
+    @staticmethod
+    def lacks_of(scene: SceneParts, detector: PhaseSpace) -> Lacks:
+        """Return what the scene or the phase space was not set up for; known before a run."""
+        has_mass = scene.measured_in != "watts" and scene_mass(scene) is not None
+        lacks = {
+            "moments": not detector.moments and ("moments", "write PhaseSpace(..., moments=True)"),
+            "mass": not has_mass and missing_mass_message(scene),
+        }
+        return {need: why for need, why in lacks.items() if why}
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
         """Yield the number of particles in each bin."""
         yield "number", self.number
 
-    def __repr__(self) -> str:
-        return f"<{self.name}: number {self.number!r}, outside {self.outside!r}>"
-
-    # ---- from sums to estimates ----
-
-    @cached_property
-    def _shape(self) -> tuple[int, ...]:
-        """Number of times, and of bins along each coordinate."""
-        return (self._times, *(len(edges) - 1 for edges in self.phase_space.axes.values()))
-
-    def _in_bins(self, kind: str) -> np.ndarray | ChunkedArray:
-        """Weights or counts in the bins, (B, times, *bins)."""
-        return self._arranged(lambda batch, first, many: self._rows(batch, kind, first, many))
-
-    def _outside(self, kind: str) -> np.ndarray:
-        """Weights (as particles or J) or counts outside all bins, (B, times): the first row of each time."""
-        firsts = [time * (1 + self._bins) for time in range(self._times)]
-        found = np.array([[self._rows(b, kind, first, 1)[0] for first in firsts] for b in self._batches])
-        return found * self._plan.unit if kind == "weights" else found
-
-    def _in_all(self, kind: str) -> np.ndarray:
-        """Weights (as particles or J) or counts of all particles, (B, times)."""
-        each, one = 1 + self._bins, self._plan.unit if kind == "weights" else 1
-        rows = (self._rows(batch, kind, 0, self._times * each) * one for batch in self._batches)
-        return np.array([of_batch.reshape(-1, each).sum(axis=1) for of_batch in rows])
-
-    def _rows(self, batch: Batch, kind: str, first: int, many: int) -> np.ndarray:
-        begin = self._plan.bases[self.name] + first
-        return getattr(batch, kind)[begin : begin + many]
-
-    def _moment(self, name: str) -> np.ndarray | ChunkedArray:
-        """Sums of one velocity moment, (B, times, *bins), in SI units."""
-        if not self.phase_space.moments:
-            raise SceneError(
-                f"PhaseSpace {self.name!r}: it has no moments; write PhaseSpace(..., moments=True)"
-            )
-        base, each = self._plan.first_long_rows[self.name], len(VELOCITY_SUMS)
-
-        def rows(batch: Batch, first: int, many: int) -> np.ndarray:
-            sums = batch.moments[base + each * first : base + each * (first + many)]
-            return sums.reshape(-1, each)[:, VELOCITY_SUMS.index(name)]
-
-        power = 2 if name.endswith("2") else 1
-        return self._arranged(rows) * (self._plan.unit * max_relative_speed(self._plan) ** power)
-
-    def _arranged(self, rows: Callable[[Batch, int, int], np.ndarray]) -> np.ndarray | ChunkedArray:
-        """Arrange rows, in which each time starts with one row for outside the bins, as (B, times, *bins)."""
-        shape = (len(self._batches), *self._shape)
-
-        def part(box: Box) -> np.ndarray:
-            def at(time: int) -> np.ndarray:
-                begin = time * (1 + self._bins) + 1
-                return rows_in_chunk(
-                    lambda first, many: np.array([rows(b, begin + first, many) for b in self._batches]),
-                    box[1:],
-                    self._shape[1:],
-                )
-
-            return np.stack([at(time) for time in range(self._times)[box[0]]], axis=1)
-
-        if is_large(shape):
-            return ChunkedArray(shape, tuple(range(len(self._shape))), part)
-        return part(tuple(slice(0, count) for count in self._shape))
-
-    def _binned_estimate(self, values: np.ndarray | ChunkedArray, unit: Unit) -> EstimateArray:
-        axes, counts = self._axes, self._in_bins("counts")
-        shape = self._shape if self.phase_space.is_series else self._shape[1:]
-        values = values / self._run.sizes.reshape(-1, *(1,) * len(self._shape))
-        values, counts = (each.reshape(len(self._batches), *shape) for each in (values, counts))
-        counts = summed_counts(counts)
-        return EstimateArray(values, self._run, unit, tuple(axes), axes, counts=counts)
-
-    def _by_time(self, values: np.ndarray, counts: np.ndarray, exact: bool = False) -> EstimateOrArray:
-        values, counts = values / self._run.sizes[:, None], counts.sum(axis=0)
-        if self.phase_space.is_series:
-            times = {"time": np.array(self.phase_space.times)}
-            return EstimateArray(values, self._run, self._unit, ("time",), times, counts, exact)
-        return Estimate(values[:, 0], self._run, self._unit, exact, counts=int(counts[0]))
-
-    @property
-    def _axes(self) -> dict[str, np.ndarray]:
-        times = {"time": np.array(self.phase_space.times)} if self.phase_space.is_series else {}
-        return times | self.phase_space.axes
-
-    @cached_property
-    def _measure(self) -> np.ndarray:
-        """Product of the bin widths inside `within`, times its extent on the other axes of space.
-
-        Shape (*bins,), with nan for an empty bin.
-        """
-        widths = [self._widths(name, edges) for name, edges in self.phase_space.axes.items()]
-        measure = widths[0] if len(widths) == 1 else np.multiply.outer(*widths)
-        return np.where(measure > 0, measure, np.nan) * np.prod([length for _, length in self._other_lengths])
-
-    def _widths(self, name: str, edges: np.ndarray) -> np.ndarray:
-        box = self.phase_space.within
-        if box is not None and name in ("x", "y", "z"):
-            low, high = (corner["xyz".index(name)] for corner in box.bounds)
-            edges = edges.clip(low, high)
-        return np.diff(edges)
-
-    @property
-    def _measure_unit(self) -> Unit:
-        unit = Unit.parse("1")
-        for name in self.phase_space.axes:
-            unit = unit * Unit.parse(COORDINATES[name])
-        return unit * Unit.parse("m") ** len(self._other_lengths)
-
-    @property
-    def _other_lengths(self) -> list[tuple[str, float]]:
-        box = self.phase_space.within
-        lengths = () if box is None else zip("xyz", box.size, strict=True)
-        return [(name, length) for name, length in lengths if name not in self.phase_space.axes]
-
-    def _unit_of(self, name: str) -> Unit:
-        return self._unit / self._measure_unit * Unit.parse("m s^-1")
-
-    def _mean(self, name: str) -> EstimateArray:
-        """Mean of one velocity moment: of the speed, or of a component about the reference velocity."""
-        unit = Unit.parse("m s^-1") ** (2 if name.endswith("2") else 1)
-        mean = self._binned_estimate(self._moment(name), self._unit * unit) / self.number
-        return mean.unless(over_batches(self._in_bins("counts")).reshape(mean.shape) < MIN_SCORES_FOR_ERROR)
-
-    def _reference(self, axis: str) -> Estimate:
-        """Component of the velocity relative to which moments are taken."""
-        return self._constant(reference_velocity(self._plan)["xyz".index(axis)], "m s^-1")
-
-    def _variance(self, axis: str) -> EstimateArray:
-        mean, square = self._mean(f"v{axis}"), self._mean(f"v{axis}2")
-        variance = square - mean * mean
-        with np.errstate(invalid="ignore"):  # a difference from rounding of the squares is no variance
-            return variance.unless(ROUNDING * np.abs(square.value) > variance.error)
-
     @cached_property
     def _all_variances(self) -> EstimateArray:
         return self.variance_vx + self.variance_vy + self.variance_vz
 
-    def _constant(self, value: float, unit: str) -> Estimate:
-        return Estimate(np.full(len(self._run), value), self._run, unit, exact=True)
+    def __repr__(self) -> str:
+        return f"<{self.name}: number {self.number!r}, outside {self.outside!r}>"
 
-    def _mass(self, quantity: str) -> float:
-        mass = None if self._is_light else scene_mass(self._plan.scene)
-        if mass is None:
-            need, cure = missing_mass_message(self._plan.scene)
-            raise SceneError(f"PhaseSpace {self.name!r}: {quantity} needs {need}; {cure}")
-        return mass
+
+def _extent(phase_space: PhaseSpace) -> Measure:
+    """Product of the bin widths inside `within`, times its extent on the other axes of space."""
+    box, widths = phase_space.within, []
+    for name, edges in phase_space.axes.items():
+        if box is not None and name in ("x", "y", "z"):
+            low, high = (corner["xyz".index(name)] for corner in box.bounds)
+            edges = edges.clip(low, high)
+        widths.append(np.diff(edges))
+    lengths = () if box is None else zip("xyz", box.size, strict=True)
+    others = [length for name, length in lengths if name not in phase_space.axes]
+    extent = widths[0] if len(widths) == 1 else np.multiply.outer(*widths)
+    unit = " ".join([*(COORDINATES[name] for name in phase_space.axes), *["m"] * len(others)])
+    return Measure(np.where(extent > 0, extent, np.nan) * np.prod(others), unit, tuple(phase_space.axes))
 
 
 def _are_all_alive_always(plan) -> bool:
@@ -396,7 +220,7 @@ def _are_all_alive_always(plan) -> bool:
     return born_at_once and stays and all(emitter.target is None for emitter in plan.emitters)
 
 
-class SnapshotReading(ReadingBase):
+class SnapshotReading(Tally):
     """A sample of the particles alive at one instant, weighted so that sums over it are unbiased.
 
     Parameters

@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
 
 from transport.compile.layout import DIFFUSE, POINT_ROWS
 from transport.compile.points import SCALES, scatters_anywhere
+from transport.compile.rows import Rows
 from transport.geometry.shape import Point
 from transport.results.choice import more_particles_cure
 from transport.results.diagnostics.depth import optical_depth_message
 from transport.results.diagnostics.empty_detector import no_light_message
 from transport.results.diagnostics.rays import point_forward_peaks, unvisited_surface_findings
 from transport.results.diagnostics.sources import near_emitter_findings
-from transport.results.reading import Note, ReadingBase, empty_note
 from transport.results.score_sizes import point_detector_scores
+from transport.results.tally import (
+    Measure,
+    Note,
+    Quantity,
+    Score,
+    Tally,
+    empty_note,
+    energy_unit,
+    plain_column,
+    seconds_of,
+)
 from transport.scene.points import PointDetector
-from transport.statistics.estimates import Estimate
 from transport.statistics.findings import Finding
 from transport.statistics.quality import Scores, findings_of_error, with_cure
-from transport.units import Unit
-
-POINT_QUANTITIES = ("fluence_rate", "counts")
 
 
-class PointReading(ReadingBase):
+class PointReading(Tally):
     """The quantities of one PointDetector, each an Estimate, from `result["name"]`.
 
     Parameters
@@ -37,34 +44,49 @@ class PointReading(ReadingBase):
         The detector of the scene.
     """
 
-    known, title = POINT_QUANTITIES, "point detector "
+    title = "point detector "
 
-    def __init__(self, result, detector: PointDetector) -> None:
-        self.detector, self.name = detector, detector.name
-        self._plan, self._run, self._allowed = result.plan, result.run, result.allowed_of(detector.name)
-        self._more = more_particles_cure(result.choice)
-        first = self._plan.bases[detector.name]
-        rows = slice(first, first + POINT_ROWS)
-        self._batches = result.batches
-        self._weights = np.array([batch.weights[rows] for batch in result.batches]) * SCALES
-        self._counts = np.array([batch.counts[rows] for batch in result.batches])
-
-    @cached_property
-    def fluence_rate(self) -> Estimate:
+    fluence_rate = Quantity(
         """Fluence rate at the point, φ = ∫ L dω over all directions [W m^-2].
 
-        Returns
-        -------
-        Estimate
-            [W m^-2]
-
-        Notes
-        -----
         It excludes the direct light of a Beam.  `PointDetector` explains how its error falls.
-        """
-        unit, counts = Unit.parse("W m^-2"), int(self._counts.sum())
-        made = Estimate(self.batch_values, self._run, unit, exact=self._is_exact, counts=counts)
-        return made._with_findings(self._missing, self._allowed)
+        """,
+        "weight",
+        per=("time", "square"),
+    )
+    counts = Quantity("Number of scores in the whole run: events visible from the point [1].", "count")
+
+    def __init__(self, result, detector: PointDetector) -> None:
+        self.plan, self.scene = result.plan, result.plan.scene
+        self.detector, self.name = detector, detector.name
+        self.batches, self.run, self._allowed = result.batches, result.run, result.allowed_of(detector.name)
+        self._more = more_particles_cure(result.choice)
+
+    @cached_property
+    def scores(self) -> Mapping[str, Score]:
+        """The weights, in a row for each octave of size."""
+        rows, plan = Rows(self.plan.bases[self.name], (), (), POINT_ROWS), self.plan
+        weights, counts, first = plain_column("weights"), plain_column("counts"), rows.first
+        return {
+            "weight": Score(
+                rows,
+                lambda batch, a, b: weights(batch, a, b) * SCALES[a - first : b - first],
+                counts,
+                energy_unit(plan),
+                plan.unit,
+                is_dark=lambda: self._is_exact,
+                notes=self._missing,
+            ),
+            "count": Score(rows, counts, counts, "1", float(self.run.sizes.sum())),
+        }
+
+    @cached_property
+    def measures(self) -> Mapping[str, Callable[[], Measure]]:
+        """Sizes by name: the square of the scene length, in which scores are counted."""
+        return {
+            "time": lambda: seconds_of(self.plan, ()),
+            "square": lambda: Measure(self.plan.space.size**2, "m^2"),
+        }
 
     @property
     def batch_values(self) -> np.ndarray:
@@ -75,20 +97,7 @@ class PointReading(ReadingBase):
         numpy.ndarray
             Shape (B,).
         """
-        return self._weights.sum(axis=1) * self._plan.unit / self._plan.space.size**2 / self._run.sizes
-
-    @cached_property
-    def counts(self) -> Estimate:
-        """Number of scores in the whole run: events that are visible from the point.
-
-        Returns
-        -------
-        Estimate
-            [1]
-        """
-        counts = self._counts.sum(axis=1)
-        values = counts * float(self._run.sizes.sum()) / self._run.sizes
-        return Estimate(values, self._run, Unit.parse("1"), counts=int(counts.sum()))
+        return self.fluence_rate.values
 
     @property
     def is_blind(self) -> bool:
@@ -98,12 +107,17 @@ class PointReading(ReadingBase):
         -------
         bool
         """
-        return not self._counts.any()
+        return not np.any(self.counts_of("count"))
 
     @cached_property
-    def scores(self) -> Scores:
+    def score_sizes(self) -> Scores:
         """The scores by size."""
-        return point_detector_scores(self._weights.sum(axis=0), self._counts.sum(axis=0))
+        first, score = self.plan.bases[self.name], self.scores["weight"]
+        weights, counts = (
+            sum(column(batch, first, first + POINT_ROWS) for batch in self.batches)
+            for column in (score.column, score.counts)
+        )
+        return point_detector_scores(weights, counts)
 
     @cached_property
     def note(self) -> Note | None:
@@ -119,29 +133,29 @@ class PointReading(ReadingBase):
         title, position, particles = (
             f"point detector {self.name!r}",
             self.detector.position,
-            int(self._run.sizes.sum()),
+            int(self.run.sizes.sum()),
         )
-        dark = no_light_message(self._plan.scene, title, position)
-        return empty_note(dark, optical_depth_message(self._plan, title, position, particles))
+        dark = no_light_message(self.plan.scene, title, position)
+        return empty_note(dark, optical_depth_message(self.plan, title, position, particles))
 
     def _missing(self) -> Iterator[Finding]:
         """Findings about the fluence rate, with bounds in W m^-2."""
         plan, name, place, particles = (
-            self._plan,
+            self.plan,
             self.name,
             self.detector.position,
-            int(self._run.sizes.sum()),
+            int(self.run.sizes.sum()),
         )
         fluence = self.fluence_rate
         if self.is_blind or fluence.exact:
             return
         yield from near_emitter_findings(plan, name, place, fluence, particles)
         yield from unvisited_surface_findings(
-            plan, self._batches, f"point detector {name!r}", place, 0.0, fluence.value / 4
+            plan, self.batches, f"point detector {name!r}", place, 0.0, fluence.value / 4
         )
         yield from point_forward_peaks(plan, name, place, particles)
         if fluence.error > 0:
-            found = findings_of_error(f"point detector {name!r}", fluence, self.scores, particles)
+            found = findings_of_error(f"point detector {name!r}", fluence, self.score_sizes, particles)
             yield from with_cure(found, self._more)
 
     @property
@@ -150,7 +164,7 @@ class PointReading(ReadingBase):
 
         They start at one point, and nothing scatters or reflects them.
         """
-        plan = self._plan
+        plan = self.plan
         is_one = len(plan.emitters) == 1 and isinstance(plan.emitters[0].shape, Point)
         return is_one and not scatters_anywhere(plan) and DIFFUSE not in plan.materials
 

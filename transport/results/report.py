@@ -242,7 +242,7 @@ def advice_lines(result) -> list[str]:
         detector.name
         for detector in scene.meters
         if not result[detector.name].is_blind
-        and result[detector.name].sums.whole("counts", 0).sum() < FEW_SCORES_PER_HISTORY * result.particles
+        and result[detector.name].number_of("weight in") < FEW_SCORES_PER_HISTORY * result.particles
     ]
     others = other_estimators(scene, ANALOG, None) if seldom else ""
     return [

@@ -12,17 +12,20 @@ import numpy as np
 
 from transport.compile.plan import Plan
 from transport.renderers import function_for
-from transport.results.backward import backward_reading
-from transport.results.detectors import QUANTITIES, Reading
+from transport.results.backward import ViewReading, backward_reading
+from transport.results.detectors import Reading
 from transport.results.diagnostics.run_findings import findings_of, quality_of_result, warnings_of
 from transport.results.phase_space import PhaseReading, SnapshotReading
 from transport.results.points import PointReading
 from transport.results.record import RANDOM_SLOPE, Cost, Record
 from transport.results.report import ledger_lines, part_text, price_of, report_of
+from transport.results.tally import Tally
 from transport.results.volumes import VolumeReading
+from transport.scene.cameras import Camera, EnvironmentMap
 from transport.scene.detectors import Detector
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.points import PointDetector
+from transport.scene.sides import AnyDetector
 from transport.scene.volumes import VolumeDetector
 from transport.statistics.batches import rounding_error
 from transport.statistics.estimates import Estimate
@@ -37,7 +40,16 @@ if TYPE_CHECKING:
     from transport.results.any_reading import AnyReading
     from transport.statistics.estimates import EstimateOrArray
 
-__all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
+# The tally of each kind of detector, in forward runs.
+TALLIES: dict[type, type[Tally]] = {
+    Detector: Reading,
+    VolumeDetector: VolumeReading,
+    PointDetector: PointReading,
+    PhaseSpace: PhaseReading,
+    Camera: ViewReading,
+    EnvironmentMap: ViewReading,
+}
+__all__ = ["Cost", "Ledger", "Result"]
 
 
 class Result(Record):
@@ -96,18 +108,12 @@ class Result(Record):
             self._readings[name] = self._read(self.scene.detectors[names.index(name)])
         return self._readings[name]
 
-    def _read(self, detector: Detector | PhaseSpace | Snapshot) -> Reading | PhaseReading | SnapshotReading:
+    def _read(self, detector: AnyDetector) -> Tally:
         if self.plan.adjoint is not None:
             return backward_reading(self, detector)
-        if isinstance(detector, PhaseSpace):
-            return PhaseReading(self, detector)
         if isinstance(detector, Snapshot):
             return SnapshotReading(self, detector, self.scene.snapshots.index(detector))
-        if isinstance(detector, VolumeDetector):
-            return VolumeReading(self, detector)
-        if isinstance(detector, PointDetector):
-            return PointReading(self, detector)
-        return Reading(self, detector)
+        return TALLIES[type(detector)](self, detector)
 
     if not TYPE_CHECKING:  # type checkers would accept any name
 

@@ -12,7 +12,7 @@ from transport.compile.plan import Plan
 from transport.compile.points import SCALES
 from transport.compile.volumes import EDGES
 from transport.results.batches import Batch
-from transport.results.tally import ARRIVALS, DetectorSums
+from transport.results.tally import Tally
 from transport.statistics.quality import Scores
 
 
@@ -21,15 +21,15 @@ def equal_scores(number: int) -> Scores:
     return Scores(*np.ones((3, 1)), np.array([number]), most=1.0)
 
 
-def detector_scores(sums: DetectorSums, side: int) -> Scores | None:
+def detector_scores(tally: Tally, side: int) -> Scores | None:
     """Scores of all arrivals at a detector, or departures, in units of the largest birth weight.
 
     None if none was counted by size, as can happen where only some of many batches count sizes.
     """
-    plan, number = sums.plan, int(sums.whole("counts", side).sum())
-    if (sums.detector.name, side) not in plan.size_blocks:
+    plan, number = tally.plan, tally.number_of(f"weight {('in', 'out')[side]}")
+    if (tally.name, side) not in plan.size_blocks:
         return equal_scores(number)
-    *cells, most = _size_cells(plan, sums.batches, sums.detector.name, side)
+    *cells, most = _size_cells(plan, tally.batches, tally.name, side)
     return _scores_by_size(cells, most, number)
 
 
@@ -44,12 +44,12 @@ def single_cell_scores(plan: Plan, batches: list[Batch], number: int) -> Scores 
     if (
         len(adjoint.parts) > 1
         or adjoint.cells > 1
-        or any((name, ARRIVALS) not in plan.size_blocks for name in names)
+        or any((name, 0) not in plan.size_blocks for name in names)
     ):
         return None
     low, high, counts, most = [], [], [], 0.0
     for name, gain in zip(names, adjoint.parts[0].gains, strict=True):
-        *cells, largest = _size_cells(plan, batches, name, ARRIVALS)
+        *cells, largest = _size_cells(plan, batches, name, 0)
         low, high, counts = [*low, gain * cells[0]], [*high, gain * cells[1]], [*counts, cells[2]]
         most = max(most, gain * largest)
     return _scores_by_size([np.concatenate(each) for each in (low, high, counts)], most, number)

@@ -1,308 +1,404 @@
-"""A detector's integer sums as arrays over its bins and as estimates, the basis of all its quantities."""
+"""Tally: the sums of one detector over its axes, and how each of its quantities is made of them.
+
+    quantity = sum of a score, along some of the axes, over the measures that it is a density in
+
+A kind of detector is a subclass: axes, scores, measures, and one line per quantity.
+"""
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Iterator
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
+from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
 import numpy as np
 
-from transport.compile.adjoint import Adjoint, SensorPart
-from transport.compile.detectors import bin_counts, block_rows, has_blocks
+from transport.compile.rows import Rows
+from transport.renderers import function_for
 from transport.results.batches import Batch
-from transport.scene.cameras import PointInstrument
-from transport.scene.detectors import Detector
-from transport.statistics.chunked import (
-    Box,
-    ChunkedArray,
-    batch_totals,
-    is_large,
-    rows_in_chunk,
-    summed_counts,
-)
-from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
+from transport.scene.axes import COORDINATES, Axis
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR
+from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, over_batches, summed_counts
+from transport.statistics.estimates import Batches, Estimate, EstimateArray, EstimateOrArray
+from transport.statistics.findings import DEFAULT_ALLOWED_BOUND, Finding
 from transport.units import Unit
+from transport.validation import SceneError, name_hint
 
-ARRIVALS, DEPARTURES = 0, 1
-STORAGE_ORDER = (  # axes of the rows, ordered by the distance of their bins in memory, largest first
-    "time",
-    "speed",
-    "u",
-    "v",
-    "turn",
-    "mu",
-)
-MOMENTS = ("momentum", "speeds", "squares")  # the three rows of velocity sums behind each row of scores
+Column = Callable[[Batch, int, int], np.ndarray]  # the rows of a batch from one number up to another
+Lacks = Mapping[str, tuple[str, str]]  # need: (what is needed, what to type)
+Note = tuple[str, str]  # name of a diagnostic, and its text
+ARRIVALS, DEPARTURES = 0, 1  # sides of a surface ...
+SIDES = ("in", "out")  # ... and how their scores and quantities end
+NO_CLOCK = ("a clock", "write Scene(..., duration=...)")
 
 
-class DetectorSums:
-    """Sums of one detector in the batches of a run.
+@dataclass(frozen=True, eq=False)
+class Score:
+    """A number that is added up, and what a sum of 1 means.
 
-    kind: "weights" (in the unit of the run), "counts", "slants", or one of MOMENTS;  side: ARRIVALS or
-    DEPARTURES.  Arrays have the axes (batches, time, speed, ...), the latter two of length 1 if they are not
-    binned; with very many bins they are Stacked (computed in chunks).
+    Parameters
+    ----------
+    rows : Rows
+        Where the sums lie.
+    column : callable
+        column(batch, first, past) returns the sums in these rows.
+    counts : callable
+        The numbers of scores in the same way.
+    unit : str
+        Unit of the score: "J" of a weight (power per second of the clock), "J m" of a path.
+    scale : float or None
+        The value of a sum of 1, in this unit, for the whole run; None where the column is in the unit.
+    factor : float
+        The score per weight, such as a momentum.
+    is_dark : callable
+        Whether geometry proves that nothing scores.
+    is_sure : callable
+        Whether every history scores the same in all bins together, so that the sum has no error.
+    is_mean : bool
+        Whether the column holds means over the histories of a cell (backward runs), not sums over the run.
+    findings : callable or None
+        findings(is_whole) returns the findings, with bounds for a mean score of 1 per history, of all bins
+        together or of single ones.
+    largest : float
+        The score of a missing particle relative to those bounds.
+    notes : callable
+        Findings of this score alone, whose bounds are not scaled.
     """
 
-    def __init__(self, plan, batches, run, detector: Detector) -> None:
-        self.plan, self.batches, self.run, self.detector = plan, batches, run, detector
-        self.scene, self.shape = plan.scene, plan.scene.shape_of(detector)
-        self.cells = bin_counts(detector, self.shape, self.scene.duration)
+    rows: Rows
+    column: Column
+    counts: Column
+    unit: str
+    scale: float | None = 1.0
+    factor: float = 1.0
+    is_dark: Callable[[], bool] = lambda: False
+    is_sure: Callable[[], bool] = lambda: False
+    is_mean: bool = False
+    findings: Callable[[bool], Iterable[Finding]] | None = None
+    largest: float = 1.0
+    notes: Callable[[], Iterable[Finding]] = tuple
 
-    @cached_property
-    def outer_axes(self) -> dict[str, np.ndarray]:
-        """Edges of the bins of time [s] and speed [m/s], if any."""
-        axes = {"time": self.detector.time_edges(self.scene.duration), "speed": self.detector.speed_edges()}
-        return {name: edges for name, edges in axes.items() if edges is not None}
 
-    @cached_property
-    def position_axes(self) -> dict[str, np.ndarray]:
-        """Edges of the bins of position."""
-        positions = self.detector.positions
-        return {} if positions is None else positions.edges(self.shape)
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """The size of each bin: seconds, area, solid angle, volume.
 
-    @cached_property
-    def direction_axes(self) -> dict[str, np.ndarray]:
-        """Edges of the bins of direction, in the order of quantities by direction."""
-        edges = {} if self.detector.directions is None else self.detector.directions.edges()
-        return {name: edges[name] for name in ("mu", "theta", "phi") if name in edges}
+    values: of the shape of `axes`, nan for a bin of size 0;  unit: such as "m^2";  axes: names.
+    """
 
-    @cached_property
-    def seconds(self) -> np.ndarray:
-        """Length of each time bin [s], (time, speed).
+    values: np.ndarray | float
+    unit: str
+    axes: tuple[str, ...] = ()
 
-        The duration if time is not binned, 1 without a clock.
-        """
-        edges = self.outer_axes.get("time", np.array([0.0, self.plan.time_unit]))
-        return np.repeat(np.diff(edges)[:, None], self.cells["speed"], axis=1)
+    def along(self, axes: Sequence[Axis]) -> np.ndarray | float:
+        """Return the values in the shape of an array with these axes; a number where they are one."""
+        if not self.axes:
+            return self.values
+        return np.reshape(self.values, [len(axis) if axis.name in self.axes else 1 for axis in axes])
 
-    def whole(self, kind: str, side: int) -> np.ndarray:
-        """Sums over the whole shape and all directions, (B, time, speed)."""
-        if self.is_large:
-            return np.concatenate([one.whole(kind, side) for one in self._batchwise])
-        return self.blocks(kind, side).sum(axis=-1)
 
-    def by_position(self, kind: str, side: int) -> np.ndarray | ChunkedArray:
-        """Sums over all directions, (B, time, speed, u, v), without axes that are not binned."""
-        if not self.position_axes:
-            return self.whole(kind, side)
-        inner = 3 + len(self.position_axes)
-        shape = self._lengths[: inner - 1]
-        if self.is_large and not is_large((len(self.batches), *shape)):
-            return np.concatenate([one.by_position(kind, side) for one in self._batchwise])
-        bins = self.by_direction(kind, side)
-        return bins.sum(axis=tuple(range(inner, bins.ndim)))
+# ---- Quantities: each is a line in the class of its detector.
 
-    def by_direction(self, kind: str, side: int) -> np.ndarray | ChunkedArray:
-        """Sums in all bins, (B, time, speed, u, v, mu or theta, phi), without axes that are not binned."""
-        if self.is_large:
-            # In memory azimuths lie farther apart than cosines.
-            order = sorted(
-                range(len(self._lengths)), key=lambda axis: STORAGE_ORDER.index(self._storage_axes[axis])
-            )
-            shape = (len(self.batches), *self._lengths)
-            return ChunkedArray(shape, tuple(order), lambda box: self._in_box(kind, side, box))
-        blocks = self.blocks(kind, side)[..., 1:]
-        inner = [self.cells[name] for name in ("u", "v", "turn", "mu")]
-        return self._arranged(blocks.reshape(*blocks.shape[:3], *inner))
 
-    def _arranged(self, values: np.ndarray) -> np.ndarray:
-        """Put stored sums (B, time, speed, u, v, azimuth, cosine) into the order of the quantities."""
-        values = values.swapaxes(5, 6)
-        if "theta" in self.direction_axes:
-            values = values[..., ::-1, :]  # stored by rising cosine
-        lengths = dict(zip(("time", "speed", "u", "v", "mu", "turn"), values.shape[1:], strict=True))
-        return values.reshape(len(values), *(lengths[name] for name in self._storage_axes))
+class _Named:
+    """Base class: a quantity as an attribute of a tally, computed when it is read and then kept.
 
-    def estimate(
+    doc: its meaning, with symbol and unit;  needs: what the scene or the detector must have (Tally.lacks).
+    """
+
+    name: str
+
+    def __init__(self, doc: str, needs: tuple[str, ...] = ()) -> None:
+        self.__doc__, self.needs = doc, needs
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    if TYPE_CHECKING:
+
+        @overload
+        def __get__(self, tally: None, kind: type) -> Self: ...
+        @overload
+        def __get__(self, tally: object, kind: type) -> Any: ...
+
+    def __get__(self, tally: Any, kind: type) -> Any:
+        if tally is None:
+            return self
+        tally.require(self.name, self.needs)
+        value = vars(tally)[self.name] = self.of(tally)
+        return value
+
+    def of(self, tally: Any) -> EstimateOrArray:
+        """Return the quantity of a tally."""
+        raise NotImplementedError
+
+
+class Quantity(_Named):
+    """A density of scores.
+
+    score: name of a score, or several, which are added;  by: groups of inner axes to keep where the detector
+    has them, while all others are summed over;  per: names of measures to divide by, in this order.
+    """
+
+    def __init__(
         self,
-        values: np.ndarray,
-        unit: Unit,
-        axes: dict[str, np.ndarray],
-        counts: np.ndarray,
-        exact: bool = False,
-    ) -> EstimateOrArray:
-        """Turn sums (B, time, speed, *axes), in units of a whole run, into means over histories.
+        doc: str,
+        score: str | tuple[str, ...],
+        by: tuple[str, ...] = (),
+        per: tuple[str, ...] = (),
+        needs: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(doc, needs)
+        self.scores = (score,) if isinstance(score, str) else score
+        self.by, self.per = by, per
 
-        Counts alike.
-        """
-        axes = self.outer_axes | axes
-        shape = [len(edges) - 1 for edges in axes.values()]
-        sizes = self.run.sizes.reshape(-1, *(1,) * len(shape))
-        values = values.reshape(len(values), *shape) / sizes
-        counts = counts.reshape(len(counts), *shape)
-        counts = summed_counts(counts)
-        if not axes:
-            return Estimate(values, self.run, unit, exact=exact, counts=int(counts))
-        units = {} if self.detector.positions is None else self.detector.positions.units(self.shape)
-        return EstimateArray(values, self.run, unit, tuple(axes), axes, counts, exact, units)
-
-    def blocks(self, kind: str, side: int) -> np.ndarray:
-        """The detector's rows, (B, time, speed, block).
-
-        The first row of a block is outside its other bins.
-        """
-        outer, block = (self.cells["time"], self.cells["speed"]), block_rows(self.cells)
-        return self._rows(kind, side, 0, math.prod(outer) * block).reshape(-1, *outer, block)
-
-    @property
-    def is_large(self) -> bool:
-        """Whether the rows of all batches are too many for one array; those of one batch are not."""
-        return is_large((len(self.batches), *self._lengths))
-
-    @property
-    def _batchwise(self) -> Iterator[DetectorSums]:
-        """The sums of each batch alone."""
-        return (DetectorSums(self.plan, [batch], self.run, self.detector) for batch in self.batches)
-
-    @cached_property
-    def _storage_axes(self) -> list[str]:
-        """Names of the axes of `by_direction` in the order of storage."""
-        named = {"theta": "mu", "phi": "turn"}
-        return [
-            "time",
-            "speed",
-            *(named.get(name, name) for name in self.position_axes | self.direction_axes),
-        ]
-
-    @cached_property
-    def _lengths(self) -> tuple[int, ...]:
-        """Bins along the axes of `by_direction`."""
-        return tuple(self.cells[name] for name in self._storage_axes)
-
-    def _in_box(self, kind: str, side: int, box: Box) -> np.ndarray:
-        """Sums by direction in a box of bins, cut out of one stretch of rows per time and speed."""
-        spans = {name: slice(0, count) for name, count in self.cells.items()}
-        spans |= dict(zip(self._storage_axes, box, strict=True))
-        if "theta" in self.direction_axes:
-            last, requested = self.cells["mu"], spans["mu"]
-            spans["mu"] = slice(last - requested.stop, last - requested.start)
-        times, speeds = (range(self.cells[name])[spans[name]] for name in STORAGE_ORDER[:2])
-        inner, bins = (
-            [spans[name] for name in STORAGE_ORDER[2:]],
-            [self.cells[name] for name in STORAGE_ORDER[2:]],
-        )
-
-        def block(time: int, speed: int) -> np.ndarray:
-            first = 1 + (time * self.cells["speed"] + speed) * block_rows(self.cells)
-            return rows_in_chunk(
-                lambda a, many: self._rows(kind, side, first + a, many), tuple(inner), tuple(bins)
-            )
-
-        values = np.stack([block(*pair) for pair in itertools.product(times, speeds)], axis=1)
-        return self._arranged(values.reshape(len(values), len(times), len(speeds), *values.shape[2:]))
-
-    def _rows(self, kind: str, side: int, start: int, many: int) -> np.ndarray:
-        """`many` of the detector's rows, (B, many), with the scores of next-event estimation."""
-        first = (
-            self.plan.bases[self.detector.name] + has_blocks(self.detector) + side * self.plan.half + start
-        )
-        sums = self._columns(kind, first, many)
-        if self._scale is not None:
-            expected = self._columns(kind, first + 2 * self.plan.half, many)
-            sums = sums + (expected if kind == "counts" else expected / self._scale)
-        return sums
-
-    def _columns(self, kind: str, first: int, many: int) -> np.ndarray:
-        return np.array([_column(batch, kind, slice(first, first + many)) for batch in self.batches])
-
-    @cached_property
-    def _scale(self) -> float | None:
-        """Factor by which next-event sums are too large; None without next-event estimation."""
-        name = self.detector.name
-        return next((each.scale for each in self.plan.expectations if each.detector.name == name), None)
+    def of(self, tally: Tally) -> EstimateOrArray:
+        """Return the density."""
+        return reduce(add, [tally.estimate(score, self.by, self.per) for score in self.scores])
 
 
-def _column(batch: Batch, kind: str, rows: slice) -> np.ndarray:
-    if kind not in MOMENTS:
-        return getattr(batch, kind)[rows]
-    of_rows = batch.moments[len(MOMENTS) * rows.start : len(MOMENTS) * rows.stop]
-    return of_rows.reshape(-1, len(MOMENTS))[:, MOMENTS.index(kind)]
+class Mean(_Named):
+    """A mean per weight: the sum of a score over the sum of weights; of too few scores without an error."""
+
+    def __init__(
+        self, doc: str, score: str, weight: str, by: tuple[str, ...] = (), needs: tuple[str, ...] = ()
+    ) -> None:
+        super().__init__(doc, needs)
+        self.score, self.weight, self.by = score, weight, by
+
+    def of(self, tally: Tally) -> EstimateOrArray:
+        """Return the mean."""
+        mean = tally.estimate(self.score, self.by) / tally.estimate(self.weight, self.by)
+        if tally.has_equal_means:  # missing particles do not matter
+            mean = mean._with_findings(())
+        counts = over_batches(tally.counts_of(self.score, self.by))
+        return mean.unless(counts.reshape(np.shape(mean.value)) < MIN_SCORES_FOR_ERROR)
 
 
-# ---- Sums over the cells of a sensor in a backward run, per batch; very many cells are computed in chunks.
+class Formula(_Named):
+    """A quantity made of other quantities of the same tally, with their correlations."""
+
+    def __init__(
+        self, doc: str, formula: Callable[[Any], EstimateOrArray], needs: tuple[str, ...] = ()
+    ) -> None:
+        super().__init__(doc, needs)
+        self.of = formula
 
 
-class CellSums:
-    """Scores of the histories of a sensor's cells, per batch.
+class Tally:
+    """Base class of all tallies: the quantities of a detector by name.
 
-    lamps: indices of the sources that count, None for all.
+    Attributes
+    ----------
+    name : str
+        Name of the detector.
+    known : tuple of str
+        Names of its quantities.
+    title : str
+        Kind of detector, in front of its name in messages.
+    axes : tuple of Axis
+        Axes of its bins, in the order of the dimensions of its quantities.
+    scores, measures : dict
+        By name; measures are functions, called when they are needed.
+    lacks : dict
+        What the scene or the detector was not set up for, by need.
+    has_equal_means : bool
+        Whether all particles have one speed, so that means do not depend on missing ones.
+    cannot_arrive : bool
+        Whether geometry proves that no light arrives at its side.
+    note : tuple of str or None
+        Why it has no score, if known: (name of the diagnostic, text).
+    is_blind : bool
+        Whether it has no score.
     """
 
-    def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
-        adjoint: Adjoint = result.plan.adjoint
-        self.adjoint, self.batches, self.run, self.plan = adjoint, result.batches, result.run, result.plan
-        self.parts = adjoint.parts_of(sensor)
-        self.is_view = isinstance(sensor, PointInstrument)
-        self.lamps = tuple(range(len(adjoint.sources))) if lamps is None else lamps
+    name: str
+    known: ClassVar[tuple[str, ...]] = ()
+    title = ""
+    axes: tuple[Axis, ...] = ()
+    scores: Mapping[str, Score]
+    measures: Mapping[str, Callable[[], Measure]]
+    batches: Sequence[Batch]
+    run: Batches
+    plan: Any
+    scene: Any
+    shape: Any
+    detector: Any
+    lacks: Lacks = {}  # noqa: RUF012
+    has_equal_means = False
+    cannot_arrive = False
+    note: Note | None = None
+    is_blind = False
+    _allowed = DEFAULT_ALLOWED_BOUND
 
-    @cached_property
-    def means(self) -> list[np.ndarray | ChunkedArray]:
-        """For each part, the mean radiance of each cell [W m^-2 sr^-1], weights included, (B, cells)."""
-        return [
-            sum(self._radiance_sums(part, lamp) for lamp in self.lamps) / self._histories_per_cell(part)
-            for part in self.parts
-        ]
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "known" not in vars(cls):
+            own = tuple(name for name, each in vars(cls).items() if isinstance(each, _Named))
+            cls.known = (*own, *(name for name in cls.known if name not in own)) if own else cls.known
 
-    @cached_property
-    def counts(self) -> list[np.ndarray | ChunkedArray]:
-        """For each part, the number of arrivals of its cells' histories at sources, (B, cells)."""
-        return [sum(self._lamp_counts(part, lamp) for lamp in self.lamps) for part in self.parts]
+    @staticmethod
+    def lacks_of(scene: Any, detector: Any) -> Lacks:
+        """Return what a scene or a detector was not set up for, by need; known before a run."""
+        return {}
+
+    def require(self, name: str, needs: Iterable[str]) -> None:
+        """Raise SceneError where the scene or the detector lacks what a quantity needs."""
+        for what, cure in (self.lacks[need] for need in needs if need in self.lacks):
+            kind = type(self.detector).__name__
+            raise SceneError(f"{kind} {self.name!r}: {name} needs {what}; {cure}")
 
     @property
-    def is_thin(self) -> bool:
-        """Whether any batch has cells without a history."""
-        return not all(self.rows_of(part, "counts", 0).all() for part in self.parts)
+    def quantities(self) -> dict[str, EstimateOrArray]:
+        """All quantities for which the detector has the options.
 
-    def _radiance_sums(self, part: SensorPart, lamp: int) -> np.ndarray:
-        return self._weights(part, lamp) * part.gains[lamp]
-
-    def _weights(self, part: SensorPart, lamp: int) -> np.ndarray:
-        """Weights that flights and rays brought to a source, per cell."""
-        weights, scale = self.rows_of(part, "weights", 1 + lamp), self.adjoint.scales.get(lamp)
-        return (
-            weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
-        )
-
-    def _lamp_counts(self, part: SensorPart, lamp: int) -> np.ndarray:
-        """Number of flights and rays that reached a source, per cell."""
-        counts = self.rows_of(part, "counts", 1 + lamp)
-        return (
-            counts + self.rows_of(part, "counts", self.block_of(lamp))
-            if lamp in self.adjoint.scales
-            else counts
-        )
-
-    def block_of(self, lamp: int) -> int:
-        """Number of the block of sums that shadow rays to a source have of their own."""
-        return 1 + len(self.adjoint.sources) + lamp
-
-    def _histories_per_cell(self, part: SensorPart) -> np.ndarray:
-        """Histories of each cell.
-
-        Their expectation if a batch has too few for all cells, which is unbiased too.
+        Returns
+        -------
+        dict of str to Estimate or EstimateArray
         """
-        born = self.rows_of(part, "counts", 0)
-        if born.all():
-            return born
-        return (self.run.sizes * part.share / part.cells)[:, None]
+        found = {}
+        for name in self.known:
+            try:
+                found[name] = getattr(self, name)
+            except SceneError:
+                continue
+        return found
 
-    def rows_of(self, part: SensorPart, kind: str, block: int) -> np.ndarray | ChunkedArray:
-        """(B, cells); for a view with very many cells, computed in chunks."""
-        begin, shape = (
-            self.adjoint.first + block * self.adjoint.cells + part.first,
-            (len(self.batches), part.cells),
-        )
+    def why_unscored(self) -> Iterable[Finding]:
+        """Findings that explain why the detector has no score, if only chance may have missed it."""
+        return ()
 
-        def rows(first: int, past: int) -> np.ndarray:
-            return np.array([getattr(batch, kind)[begin + first : begin + past] for batch in self.batches])
+    def binned(self) -> Iterable[tuple[str, EstimateOrArray]]:
+        """The quantities with bins, by name, in which findings about single bins are searched."""
+        return ()
 
-        if self.is_view and is_large(shape):
-            return ChunkedArray(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
-        return rows(0, part.cells)
+    # ---- sums ----
+
+    def axes_of(self, score: str, by: tuple[str, ...] = ()) -> list[Axis]:
+        """Return the axes of a score that are kept: all outer ones, and the inner ones of these groups."""
+        rows = self.scores[score].rows
+        return [axis for axis in self.axes if axis in rows.outer or (axis in rows.inner and axis.group in by)]
+
+    def sums(self, score: str, by: tuple[str, ...] = ()) -> np.ndarray | ChunkedArray:
+        """Return the sums of each batch as the engine counts them, ``(B, *axes kept)``."""
+        return self._sums(score, self.scores[score].column, by)
+
+    def counts_of(self, score: str, by: tuple[str, ...] = ()) -> np.ndarray | ChunkedArray:
+        """Return the numbers of scores of each batch, ``(B, *axes kept)``."""
+        return self._sums(score, self.scores[score].counts, by)
+
+    def number_of(self, score: str) -> int:
+        """Return the number of scores in the whole run."""
+        return int(batch_totals(self.counts_of(score)).sum())
+
+    def _sums(self, score: str, column: Column, by: tuple[str, ...]) -> np.ndarray | ChunkedArray:
+        """Sums of each batch: an array, of many bins made batch by batch, of very many in chunks."""
+        axes, rows, batches = self.axes_of(score, by), self.scores[score].rows, self.batches
+        shape = (len(batches), *map(len, axes))
+
+        def part(box: Sequence[slice] | None, some: Sequence[Batch] = batches) -> np.ndarray:
+            return rows.sums(lambda a, b: np.array([column(batch, a, b) for batch in some]), axes, box)
+
+        if not is_large((len(batches), *rows.bins)):
+            return part(None)
+        if not is_large(shape):
+            return np.concatenate([part(None, [batch]) for batch in batches])
+        farthest = sorted(range(len(axes)), key=lambda k: -rows.strides[axes[k].name])
+        return ChunkedArray(shape, tuple(farthest), part)
+
+    # ---- from sums to estimates ----
+
+    def estimate(self, score: str, by: tuple[str, ...] = (), per: tuple[str, ...] = ()) -> EstimateOrArray:
+        """Return a score as a mean over histories, by the groups of axes `by`, per the measures `per`."""
+        what, measures = self.scores[score], [self.measures[name]() for name in per]
+        axes, unit, one = self.axes_of(score, by), Unit.parse(what.unit), 1.0
+        values, counts = self.sums(score, by), summed_counts(self.counts_of(score, by))
+        for measure in measures:
+            unit = unit / Unit.parse(measure.unit)
+        if what.scale is not None:  # one multiplication for scale, seconds and factor
+            seconds = measures.pop(0).along(axes) if per[:1] == ("time",) else 1.0
+            one = what.scale / seconds * what.factor
+            values = values * one
+        for measure in measures:
+            size = measure.along(axes)
+            values, one = values / size, one / size
+        if not what.is_mean:
+            values = values / self.run.sizes.reshape(-1, *(1,) * len(axes))
+        is_whole = not any(axis in what.rows.inner for axis in axes)
+        exact = what.is_dark() or (is_whole and what.is_sure())
+        made = self._made(values, unit, axes, counts, exact)
+        has_findings = what.findings is not None or what.notes is not tuple
+        return self._with_findings(made, what, one) if has_findings else made
+
+    def _made(
+        self, values: Any, unit: Unit, axes: Sequence[Axis], counts: Any, exact: bool = False
+    ) -> EstimateOrArray:
+        """Return batch means ``(B, *axes)`` as an estimate."""
+        if not axes:
+            return Estimate(values, self.run, unit, exact, int(counts))
+        edges = {axis.name: axis.edges for axis in axes}
+        units = {axis.name: axis.unit for axis in axes if axis.unit != COORDINATES[axis.name].unit}
+        return EstimateArray(values, self.run, unit, tuple(edges), edges, counts, exact, units)
+
+    def _with_findings(self, made: EstimateOrArray, score: Score, one: np.ndarray | float) -> EstimateOrArray:
+        """Attach the findings of a score; one: the quantity for a mean score of 1."""
+        bins = made._replicates.shape
+
+        def findings() -> Iterator[Finding]:
+            each = (np.broadcast_to(one, bins) if bins else float(np.ravel(one)[0])) * score.largest
+            for finding in score.findings(not bins) if score.findings is not None else ():
+                yield replace(finding, bound=np.abs(finding.bound * each))
+            yield from score.notes()
+
+        return made._with_findings(findings, self._allowed)
+
+    def constant(self, name: str) -> Estimate:
+        """Return a measure that is one number, as an exact estimate of this run."""
+        measure = self.measures[name]()
+        return Estimate(np.full(len(self.run), measure.values), self.run, measure.unit, exact=True)
+
+    def _repr_html_(self) -> str:
+        return function_for(type(self), "html")(self)
+
+    if not TYPE_CHECKING:  # type checkers would accept any name
+
+        def __getattr__(self, name: str):
+            if name.startswith("_"):
+                raise AttributeError(name)
+            raise AttributeError(f"{self.title}{self.name!r} has no quantity {name!r}; {self._cure(name)}")
+
+    def _cure(self, name: str) -> str:
+        return name_hint(name, self.known)
 
 
-def grand_total(values: np.ndarray | ChunkedArray) -> float | int:
-    """Sum over all batches and cells."""
-    return batch_totals(values).sum() if isinstance(values, ChunkedArray) else values.sum()
+def plain_column(name: str) -> Column:
+    """Return the column of a batch: "weights", "counts" or "slants"."""
+    return lambda batch, first, past: getattr(batch, name)[first:past]
+
+
+def moment_column(place: int, each: int, base: int = 0, shift: int = 0) -> Column:
+    """Return a velocity sum, one of `each` per row; those of rows from `base` on begin at `shift`."""
+
+    def column(batch: Batch, first: int, past: int) -> np.ndarray:
+        rows = slice(shift + each * (first - base), shift + each * (past - base))
+        return batch.moments[rows].reshape(-1, each)[:, place]
+
+    return column
+
+
+def empty_note(dark: str | None, deep: str | None = None) -> Note | None:
+    """Return the note about a detector that no light reaches, or behind too much optical depth."""
+    return ("enclosed detector", dark) if dark else ("optical depth", deep) if deep else None
+
+
+def energy_unit(plan: Any) -> str:
+    """Return the unit of a weight per second of the clock: "J" of light, "1" of particles."""
+    return "J" if plan.scene.measured_in == "watts" else "1"
+
+
+def seconds_of(plan: Any, axes: Sequence[Axis]) -> Measure:
+    """Return the length of each bin of time; the duration where time is not binned, 1 s without a clock."""
+    times = [axis for axis in axes if axis.name == "time"]
+    return Measure(np.diff(times[0].edges), "s", ("time",)) if times else Measure(plan.time_unit, "s")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import os
 from collections.abc import Mapping
@@ -10,19 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from transport.compile.methods import ANALOG, Method
-from transport.results.backward import IMAGE_QUANTITIES
 from transport.results.choice import Choice
-from transport.results.detectors import BY_DIRECTION, MOMENT_QUANTITIES, QUANTITIES, TIME_INTEGRATED
-from transport.results.phase_space import OF_PHASE_MOMENTS, PHASE_QUANTITIES
-from transport.results.points import POINT_QUANTITIES
-from transport.results.volumes import TIME_INTEGRATED_VOLUME, VOLUME_QUANTITIES
-from transport.scene.cameras import PointInstrument
-from transport.scene.detectors import Detector
-from transport.scene.phase_space import PhaseSpace, Snapshot
-from transport.scene.points import PointDetector
+from transport.results.result import TALLIES
+from transport.scene.phase_space import Snapshot
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.scene.volumes import VolumeDetector
 from transport.validation import SceneError, name_hint
 
 MIN_BATCHES_FOR_ERROR = 16  # batches
@@ -104,21 +97,14 @@ def _check_quantity(scene: Scene, name: str) -> None:
         raise SceneError(
             f"simulate: error names the Snapshot {detector!r}, which is a sample; name a PhaseSpace"
         )
-    known = PHASE_QUANTITIES if isinstance(requested, PhaseSpace) else QUANTITIES
-    known = VOLUME_QUANTITIES if isinstance(requested, VolumeDetector) else known
-    known = POINT_QUANTITIES if isinstance(requested, PointDetector) else known
-    known = IMAGE_QUANTITIES if isinstance(requested, PointInstrument) else known
-    if quantity not in known:
-        raise SceneError(f"simulate: error names no quantity {quantity!r}; {name_hint(quantity, known)}")
-    of_moments = {Detector: MOMENT_QUANTITIES, PhaseSpace: OF_PHASE_MOMENTS}.get(type(requested), ())
-    if quantity in of_moments and not requested.moments:
-        raise SceneError(f"simulate: error of {name!r} needs moments; pass moments=True to the detector")
-    if isinstance(requested, PhaseSpace | PointInstrument):
-        return
-    if quantity in BY_DIRECTION and requested.directions is None:
-        raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...")
-    if quantity in (*TIME_INTEGRATED, *TIME_INTEGRATED_VOLUME) and scene.duration is None:
-        raise SceneError(f"simulate: error of {name!r} needs a clock; use Scene(..., duration=...)")
+    kind = TALLIES[type(requested)]
+    if quantity not in kind.known:
+        raise SceneError(f"simulate: error names no quantity {quantity!r}; {name_hint(quantity, kind.known)}")
+    lacks = kind.lacks_of(scene, requested)
+    for need in getattr(inspect.getattr_static(kind, quantity), "needs", ()):
+        if need in lacks:
+            what, cure = lacks[need]
+            raise SceneError(f"simulate: error of {name!r} needs {what}; {cure}")
 
 
 def checked_integer(name: str, value: object, least: int, most: int) -> int:

@@ -56,7 +56,7 @@ def missing_mass_message(scene: SceneParts) -> tuple[str, str]:
     """Return what a quantity that needs the mass lacks, and the cure, as two parts of a message."""
     if scene.measured_in == "watts":
         return "particles of one mass, got energies in watts", "emit a Gas or Effusive"
-    masses = {source.emission.mass for source in scene.sources}
+    masses = {getattr(source.emission, "mass", None) for source in scene.sources}
     if len(masses) > 1:
         got = ", ".join("none" if mass is None else f"{mass} kg" for mass in masses)
         return f"particles of one mass, got {got}", "simulate each species in a scene of its own"

@@ -20,13 +20,13 @@ from transport.io.html.elements import (
     warning_boxes,
 )
 from transport.io.html.maps import map_thumbnail, value_and_error_maps
-from transport.results.phase_space import PhaseReading, SnapshotReading
+from transport.results.phase_space import SnapshotReading
 from transport.results.report import title_of
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
-    from transport.results.reading import ReadingBase
+    from transport.results.tally import Tally
 
 
 MAX_LISTED_BINS = 8  # bins that are all listed
@@ -145,17 +145,16 @@ MAX_NUMBERS = (
 )  # numbers (bins times batches) of one quantity, above which other quantities are only named
 
 
-def reading_html(reading: ReadingBase) -> str:
+def reading_html(reading: Tally) -> str:
     """The reading, with the reason for a missing score if it is known."""
     warning = reading.note and reading.note[1]
-    looking = reading.phase_space if isinstance(reading, PhaseReading) else reading.detector
-    title = title_of(looking, reading)
+    title = title_of(reading.detector, reading)
     return framed(
         heading(escaped(title)), warning_boxes([warning] if warning else []), quantities_table(reading)
     )
 
 
-def quantities_table(reading: ReadingBase) -> str:
+def quantities_table(reading: Tally) -> str:
     """A row per available quantity; with very many bins only for those that are already computed."""
     rows, named, is_heavy = [], [], False
     for name in reading.known:
@@ -179,7 +178,7 @@ def _cells(quantity: Estimate | EstimateArray) -> tuple[str, str]:
     return f"<span>{typeset(quantity)}</span>", ""
 
 
-def _name_with_tooltip(reading: ReadingBase, name: str) -> str:
+def _name_with_tooltip(reading: Tally, name: str) -> str:
     """The name, with its meaning as a tooltip."""
     meaning = inspect.getdoc(inspect.getattr_static(type(reading), name, None)) or ""
     line = meaning.partition("\n\n")[0].replace("\n", " ")

@@ -19,17 +19,18 @@ import numpy as np
 from transport.compile.plan import Plan
 from transport.geometry.line_crossings import crossings
 from transport.results.batches import Batch
+from transport.scene.axes import DIRECTION, POSITION
 from transport.scene.bodies import has_media, media_at
 from transport.scene.emissions import Isotropic
 from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh
-from transport.statistics.chunked import replicates_of
+from transport.statistics.chunked import ChunkedArray, replicates_of
 from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter
     from transport.geometry.shape import Shape
-    from transport.results.tally import DetectorSums
+    from transport.results.tally import Tally
     from transport.scene.media import Grid, Medium
     from transport.scene.scene import Scene
     from transport.statistics.estimates import Estimate
@@ -166,22 +167,19 @@ def _emitter_name(plan: Plan, emitter: Emitter) -> str:
 MIN_RELATIVE_NOISE = 1e-6  # relative error below which scores have not passed a medium by chance
 
 
-def detector_survivor_findings(sums: DetectorSums, side: int, total: Estimate) -> Iterator[Finding]:
+def detector_survivor_findings(tally: Tally, score: str, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector's side, with bounds as mean weights of a history.
 
-    total: the mean of arrivals.
+    score: the weights of that side;  total: their mean.
     """
-    detector, plan = sums.detector, sums.plan
+    detector, plan = tally.detector, tally.plan
     if detector.events is None or detector.events[1] > 0:
         bins = None
-        if (
-            _plays_roulette_in_media(plan)
-            and (sums.position_axes or sums.direction_axes)
-            and not sums.is_large
-        ):
-            bins = sums.by_direction("weights", side)
+        if _plays_roulette_in_media(plan) and tally.scores[score].rows.inner:
+            bins = tally.sums(score, (POSITION, DIRECTION))
+            bins = None if isinstance(bins, ChunkedArray) else bins
         title = f"detector {detector.name!r}"
-        yield from survivor_findings(plan, sums.batches, title, total, sums.shape.middle, bins)
+        yield from survivor_findings(plan, tally.batches, title, total, tally.shape.middle, bins)
 
 
 def survivor_findings(

@@ -24,15 +24,15 @@ from transport.compile.volumes import weights_vary
 from transport.geometry.distances import distance_to_shape, is_behind
 from transport.geometry.flat import FlatShape
 from transport.geometry.shape import Point
-from transport.results.tally import ARRIVALS, DEPARTURES
+from transport.results.tally import Tally
 from transport.scene.materials import Diffuse, display_name, elementary_materials
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, student_quantile
+from transport.statistics.chunked import batch_totals
 from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.results.batches import Batch
-    from transport.results.tally import DetectorSums
     from transport.scene.detectors import Detector
     from transport.scene.materials import Surface
     from transport.scene.media import Medium
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from transport.vectors import Vector
 
 
-def detector_unvisited_findings(sums: DetectorSums, total: Estimate) -> Iterator[Finding]:
+def detector_unvisited_findings(tally: Tally, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
-    plan, detector, shape = sums.plan, sums.detector, sums.shape
+    plan, detector, shape = tally.plan, tally.detector, tally.shape
     if not (
         plan.sends_shadow_rays
         and plan.adjoint is None
@@ -52,7 +52,7 @@ def detector_unvisited_findings(sums: DetectorSums, total: Estimate) -> Iterator
         return
     light = total.value * plan.unit / shape.area
     for finding in unvisited_surface_findings(
-        plan, sums.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light, detector
+        plan, tally.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light, detector
     ):
         yield replace(finding, bound=finding.bound * shape.area / plan.unit)
 
@@ -129,12 +129,12 @@ def _estimated_visits(plan: Plan, batches: list[Batch], number: int, share: floa
 MAX_CHANCE_AGREEMENT = 1e-6  # probability that so many batches agree by chance under constant radiance
 
 
-def grazing_findings(sums: DetectorSums, title: str) -> Iterator[Finding]:
+def grazing_findings(tally: Tally, title: str) -> Iterator[Finding]:
     """The finding about a fluence rate that depends on such light.
 
     No bound is known for how much it is too low.
     """
-    share = grazing_share(sums)
+    share = grazing_share(tally)
     if share > 0:
         what = (
             f"{share:.2g} or more of it is crossings of |mu| < {GRAZING_CUT:g}, each scored as"
@@ -144,26 +144,27 @@ def grazing_findings(sums: DetectorSums, title: str) -> Iterator[Finding]:
         yield Finding(DOUBTFUL, title, "", what, cure=cure, name="grazing")
 
 
-def grazing_share(sums: DetectorSums) -> float:
+def grazing_share(tally: Tally) -> float:
     """Approximate least share of the fluence rate from asymmetric crossings beyond the cut; 0 if uncertain.
 
     A certain asymmetry matters: an excess above five square roots of a number of crossings is that many of
     the standard errors that they make.
     """
-    weights, counts, slants = (
-        sum(sums.whole(kind, side).sum(axis=(1, 2)) for side in (ARRIVALS, DEPARTURES))
-        for kind in ("weights", "counts", "slants")
+    weights, slants = (
+        sum(batch_totals(tally.sums(f"{kind} {side}")) for side in ("in", "out"))
+        for kind in ("weight", "slant")
     )
+    counts = sum(tally.number_of(f"weight {side}") for side in ("in", "out"))
     if not slants.any():
         return 0.0
     inverse = slants.sum() / weights.sum()  # mean of 1/|mu|
-    if weights_vary(sums.plan):  # counts do not measure weights
+    if weights_vary(tally.plan):  # counts do not measure weights
         return 1.0 if inverse > 1 / GRAZING_CUT else 0.0
-    number = [detector.name for detector in sums.scene.meters].index(sums.detector.name)
-    excess = np.array([batch.grazing[number] for batch in sums.batches], float)
+    number = [detector.name for detector in tally.scene.meters].index(tally.name)
+    excess = np.array([batch.grazing[number] for batch in tally.batches], float)
     if abs(excess.sum()) < MIN_SCORES_FOR_ERROR or not _is_significant(excess):
         return 0.0
-    return min(1.0, 2 / GRAZING_CUT / inverse * abs(excess.sum()) / counts.sum())
+    return min(1.0, 2 / GRAZING_CUT / inverse * abs(excess.sum()) / counts)
 
 
 def _is_significant(excess: np.ndarray) -> bool:
@@ -190,13 +191,13 @@ def _is_significant(excess: np.ndarray) -> bool:
 # the square of a free path.
 
 
-def detector_forward_peaks(sums: DetectorSums, total: Estimate) -> Iterator[Finding]:
+def detector_forward_peaks(tally: Tally, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
-    plan, detector, shape = sums.plan, sums.detector, sums.shape
+    plan, detector, shape = tally.plan, tally.detector, tally.shape
     has_rays = plan.sends_shadow_rays and plan.adjoint is None and uses_next_event(plan.scene, detector)
     if not (has_rays and plan.scatters and total.error > 0):
         return
-    gap, histories = min_collision_distance(plan, shape), int(sums.run.sizes.sum())
+    gap, histories = min_collision_distance(plan, shape), int(tally.run.sizes.sum())
     worst = _largest_collision_score(plan, gap, lambda density: min(1.0, density * shape.area))
     yield from _forward_peak_finding(
         worst,

@@ -19,7 +19,6 @@ from transport.results.diagnostics.empty_detector import no_arrival_warning
 from transport.results.diagnostics.path_classes import ALL_LIGHT
 from transport.results.diagnostics.sources import faint_sources
 from transport.results.points import PointReading
-from transport.results.tally import ARRIVALS, DEPARTURES
 from transport.results.volumes import VolumeReading
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import (
@@ -38,6 +37,7 @@ from transport.validation import SceneError, join_names
 
 if TYPE_CHECKING:
     from transport.results.record import Record
+from transport.results.tally import ARRIVALS, DEPARTURES
 
 MAX_ADVISED_PARTICLES = 1e12  # particles
 SCORE_LIMITED = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores arrive
@@ -217,9 +217,7 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
         yield "fluence_rate", reading.total
     elif isinstance(reading, Reading):
         for side, name in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
-            is_requested = reading.sums.whole("weights", side).any() or (
-                side == ARRIVALS and reading.may_arrive
-            )
+            is_requested = reading.has_weight(side) or (side == ARRIVALS and reading.may_arrive)
             if is_requested and not reading.is_sure(side):
                 yield name, reading.total(side)
     else:
@@ -270,9 +268,9 @@ def _aim_messages(result: Record) -> Iterator[str]:
 def _scores_behind(reading: object, quantity: str) -> Scores | None:
     """The scores that add up to a quantity; None if their sizes are not known."""
     if isinstance(reading, PointReading) and quantity == "fluence_rate":
-        return reading.scores
+        return reading.score_sizes
     if isinstance(reading, Reading) and quantity in SIDES:
         return reading.scores_on(SIDES[quantity])
     if isinstance(reading, VolumeReading) and quantity in ("fluence_rate", "fluence"):
-        return reading.scores
+        return reading.score_sizes
     return None

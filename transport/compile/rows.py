@@ -1,0 +1,112 @@
+"""Rows: where the sums over some axes lie among the rows of a run.
+
+The engine adds the same strides that the results read by.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+
+from transport.scene.axes import Axis
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The rows of a score: one block for each bin of the outer axes.
+
+    The first row of a block takes scores outside all bins of the inner axes; a row per inner bin follows. The
+    row of a bin is first + the sum of its index along each axis times the stride of the axis.
+
+    Parameters
+    ----------
+    first : int
+        First row of the first block.
+    outer, inner : tuple of Axis
+        Axes as they are stored, the last one fastest.
+    block : int
+        Rows in a block.
+    span : int, optional
+        Rows of a block that a sum over whole blocks takes; None: all, 1: only the row for the outside.
+    """
+
+    first: int
+    outer: tuple[Axis, ...]
+    inner: tuple[Axis, ...]
+    block: int
+    span: int | None = None
+
+    @cached_property
+    def strides(self) -> dict[str, int]:
+        """Rows from one bin to the next along each axis, by name."""
+        strides = {}
+        for axes, stride in ((self.inner, 1), (self.outer, self.block)):
+            for axis in reversed(axes):
+                strides[axis.name] = stride
+                stride *= len(axis)
+        return strides
+
+    @property
+    def count(self) -> int:
+        """Rows of all blocks."""
+        return self.block * math.prod(map(len, self.outer))
+
+    @property
+    def bins(self) -> tuple[int, ...]:
+        """Number of bins along each axis, as stored."""
+        return tuple(map(len, (*self.outer, *self.inner)))
+
+    def sums(
+        self,
+        rows: Callable[[int, int], np.ndarray],
+        axes: Sequence[Axis],
+        box: Sequence[slice] | None = None,
+    ) -> np.ndarray:
+        """Return the sums along some axes and over all other inner ones, within a box of bins.
+
+        Without an inner axis they are sums over whole blocks, with the scores outside all bins.
+
+        Parameters
+        ----------
+        rows : callable
+            rows(first, past) returns these rows of every batch, (B, past - first).
+        axes : sequence of Axis
+            All outer axes, and the inner ones to keep, in the order of the result.
+        box : sequence of slice, optional
+            Bins along each of `axes`; None for all.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (B, *lengths of the box).
+        """
+        is_whole = not any(axis in self.inner for axis in axes)
+        summed = [] if is_whole else [axis for axis in self.inner if axis not in axes]
+        box = [*(box or [slice(0, len(axis)) for axis in axes]), *(slice(0, len(axis)) for axis in summed)]
+        first = self.first if is_whole else self.first + self.block - math.prod(map(len, self.inner))
+        lengths, strides = [along.stop - along.start for along in box], []
+        for axis, along in zip([*axes, *summed], box, strict=True):
+            stride, is_falling = self.strides[axis.name], axis.coordinate.is_falling
+            first += stride * (len(axis) - 1 - along.start if is_falling else along.start)
+            strides.append(-stride if is_falling else stride)
+        if is_whole:  # the block is one more axis, with the row for the outside
+            lengths, strides = [*lengths, self.span or self.block], [*strides, 1]
+        values = _strided(rows, first, lengths, strides)
+        others = tuple(range(1 + len(axes), values.ndim))
+        return values.sum(axis=others) if others else values
+
+
+def _strided(
+    rows: Callable[[int, int], np.ndarray], first: int, lengths: Sequence[int], strides: Sequence[int]
+) -> np.ndarray:
+    """Return (B, *lengths) of the rows first + index * stride, of which only the span in between is read."""
+    spans = [(length - 1) * stride for length, stride in zip(lengths, strides, strict=True)]
+    low, high = first + sum(min(0, span) for span in spans), first + sum(max(0, span) for span in spans)
+    values = rows(low, high + 1)
+    steps = (values.strides[0], *(values.itemsize * stride for stride in strides))
+    return as_strided(values[:, first - low :], (len(values), *lengths), steps, writeable=False)
