@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 import transport as tp
-from transport.results.tally import SIDES
+from transport.results.tally import ARRIVALS, DEPARTURES, SIDES  # noqa: F401
 
 FALSE_ALARM = 1e-6
 DURATION = 4.0

@@ -126,7 +126,7 @@ def test_ctrl_c_within_the_first_batch_stops_at_once_and_says_how_to_have_shorte
         ({"error": 0.01}, "error must be like"),
         ({"error": {}}, "no limit given"),
         ({"error": {"meter": 0.1}}, "such as 'meter.flux_in'"),
-        ({"error": {"meter.radiance": 0.1}}, "needs a detector with directions"),
+        ({"error": {"meter.radiance": 0.1}}, "needs directions"),
         ({"error": {"meter.energy_in": 0.1}}, "needs a clock"),
         ({"error": {"meter.flux_in": 0.1}, "batches": 4}, "at least 16"),
         ({"error": {"metre.flux_in": 0.1}}, "did you mean 'meter'"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import transport as tp
-from transport.results.tally import ARRIVALS, SIDES
+from transport.results.tally import ARRIVALS, DEPARTURES, SIDES  # noqa: F401
 
 
 def run(scene, particles=10_000, **options):

@@ -15,10 +15,11 @@ from functools import cached_property, partial
 import numpy as np
 
 from transport.compile.adjoint import Adjoint, SensorPart
+from transport.compile.rows import Rows
 from transport.compile.volumes import LARGE_SHARE
 from transport.geometry.shape import Shape
 from transport.results.batches import Batch
-from transport.results.detectors import Reading, surface_rows
+from transport.results.detectors import BINS, Reading, surface_rows
 from transport.results.diagnostics.empty_detector import cannot_arrive, no_light_message
 from transport.results.diagnostics.path_classes import LampScores, sensor_path_findings
 from transport.results.diagnostics.proofs import events_of
@@ -27,8 +28,10 @@ from transport.results.solid_angles import solid_angles_of
 from transport.results.tally import (
     ARRIVALS,
     Column,
+    Formula,
     Lacks,
     Note,
+    Quantity,
     Score,
     Tally,
     empty_note,
@@ -38,16 +41,16 @@ from transport.scene.axes import DIRECTION, Axis
 from transport.scene.bins import DirectionCone
 from transport.scene.cameras import Camera, PointInstrument
 from transport.scene.detectors import Detector
+from transport.scene.parts import SceneParts
 from transport.scene.points import PointDetector
-from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, summed_counts
-from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
+from transport.statistics.chunked import ChunkedArray, batch_totals, is_large
+from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import Finding
 from transport.statistics.quality import Scores
 from transport.units import Unit
 from transport.validation import SceneError, short_repr
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
-IMAGE_QUANTITIES = ("radiance", "fluence_rate", "counts")
 EQUAL_WEIGHTS_TOLERANCE = 1e-9  # relative difference below which weights of cells are equal
 PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
 
@@ -194,6 +197,10 @@ class BackwardReading(Reading):
         """Findings from the sizes of the scores and from the batches; departures are not estimated."""
         return super()._score_findings(side) if side == ARRIVALS else iter(())
 
+    def grazing_findings(self) -> Iterator[Finding]:
+        """No findings: fluence rates are not estimated."""
+        return iter(())
+
     def has_scores(self, side: int) -> bool:
         """Return whether a history reached a source; departures are not estimated."""
         return side == ARRIVALS and super().has_scores(side)
@@ -254,84 +261,93 @@ class ViewReading(Tally):
         Indices of the sources that count; None for all.
     """
 
-    known, title = IMAGE_QUANTITIES, "detector "
+    title = "detector "
+
+    radiance = Quantity(
+        """Mean arriving radiance over each pixel's or bin's solid angle [W m^-2 sr^-1].
+
+        Axes (v, u) of a Camera, (theta, phi) of an EnvironmentMap.
+        """,
+        "radiance",
+        BINS,
+        needs=("bins",),
+    )
+    fluence_rate = Formula(
+        "Fluence rate at the point, φ = ∫ L dω over all directions [W m^-2].",
+        lambda tally: tally._fluence_rate(),
+        needs=("all directions",),
+    )
+    counts = Quantity(
+        "Number of arrivals of histories at sources in the whole run, by pixel or bin [1].", "count", BINS
+    )
 
     def __init__(
         self, result, sensor: PointInstrument | PointDetector, lamps: tuple[int, ...] | None = None
     ) -> None:
+        self.plan, self.scene = result.plan, result.plan.scene
         self.detector, self.name = sensor, sensor.name
-        self._result, self._sums = result, CellSums(result, sensor, lamps)
+        self.run, self.batches, self._allowed = result.run, result.batches, result.allowed_of(sensor.name)
+        self._result, self._cells = result, CellSums(result, sensor, lamps)
+        edges = {} if isinstance(sensor, PointDetector) else sensor.edges()
+        self.axes = tuple(Axis(name, each, PLANE.get(name, "")) for name, each in edges.items())
 
     @cached_property
-    def radiance(self) -> EstimateArray:
-        """Mean arriving radiance over each pixel's or bin's solid angle [W m^-2 sr^-1].
+    def scores(self) -> Mapping[str, Score]:
+        """Mean radiance of the histories of each pixel or bin."""
+        plain = isinstance(self.detector, Camera)
+        inner = self.axes if plain else self.axes[::-1]  # cosines are stored within azimuths
+        rows, sizes = Rows(0, (), inner, 1 + math.prod(map(len, inner))), self.run.sizes
+        rows = rows if inner else Rows(1, (), (), 1)
+        gain = 1.0
+        if plain:  # the mean over a pixel's solid angle, of histories even over its area
+            v, u = self.detector.edges().values()
+            gain = np.ravel(float((v[1] - v[0]) * (u[1] - u[0])) / self.detector.solid_angles())
+        number, index = sizes.sum(), {id(batch): k for k, batch in enumerate(self.batches)}
+        means, counts = self._cells.means[0], self._cells.counts[0]
 
-        Returns
-        -------
-        EstimateArray
-            Axes (v, u) of a Camera, (theta, phi) of an EnvironmentMap [W m^-2 sr^-1].
+        def radiance(batch: Batch, first: int, past: int) -> np.ndarray:
+            factor = gain if np.ndim(gain) == 0 else np.pad(gain, (1, 0))[first:past]
+            return _cells_of(means, index[id(batch)], first, past) * factor
 
-        Raises
-        ------
-        SceneError
-            For a PointDetector, which has no bins.
-        """
-        if isinstance(self.detector, PointDetector):
-            raise SceneError(f"PointDetector {self.name!r}: radiance needs bins; use an EnvironmentMap there")
-        values, counts = self._arranged(self._sums.means[0]), self._arranged(self._sums.counts[0])
-        if isinstance(self.detector, Camera):
-            values = values * (self.plane_area / self.detector.solid_angles())
-        edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
-        counts = summed_counts(counts)
-        made = EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
-        return self._with_findings(made, 1.0)
+        def scored(batch: Batch, first: int, past: int) -> np.ndarray:
+            return _cells_of(counts, index[id(batch)], first, past)
 
-    @cached_property
-    def fluence_rate(self) -> Estimate:
-        """Fluence rate at the point, φ = ∫ L dω over all directions [W m^-2].
+        def in_run(batch: Batch, first: int, past: int) -> np.ndarray:
+            return scored(batch, first, past) * (number / sizes[index[id(batch)]])
 
-        Returns
-        -------
-        Estimate
-            [W m^-2]
-
-        Raises
-        ------
-        SceneError
-            If the sensor does not cover all directions.
-        """
-        unit, run = Unit.parse("W m^-2"), self._sums.run
-        counts = int(grand_total(self._sums.counts[0]))
-        if isinstance(self.detector, PointDetector):
-            made = Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)
-            return self._with_findings(made, 4 * math.pi)
-        angles = self.detector.solid_angles()
-        if not math.isclose(float(angles.sum()), 4 * math.pi, rel_tol=1e-9):
-            cure = "use an EnvironmentMap that covers all of them"
-            raise SceneError(
-                f"{type(self.detector).__name__} {self.name!r}: fluence_rate needs all directions; {cure}"
-            )
-        values = self._arranged(self._sums.means[0]) * angles
-        values = batch_totals(values) if isinstance(values, ChunkedArray) else values.sum(axis=(1, 2))
-        return self._with_findings(Estimate(values, run, unit, counts=counts), 4 * math.pi)
+        missing = lambda is_whole: self._missing  # noqa: E731
+        unit = "W m^-2 sr^-1"
+        return {
+            "radiance": Score(rows, radiance, scored, unit, None, is_mean=True, findings=missing),
+            "count": Score(rows, in_run, scored, "1", None, is_mean=True),
+        }
 
     @cached_property
-    def counts(self) -> EstimateOrArray:
-        """Number of arrivals of histories at sources in the whole run, by pixel or bin.
+    def lacks(self) -> Lacks:
+        """What the sensor was not set up for."""
+        return self.lacks_of(self.scene, self.detector)
 
-        Returns
-        -------
-        Estimate or EstimateArray
-            [1]
-        """
-        run, counts = self._sums.run, self._sums.counts[0]
-        values = counts * (run.sizes.sum() / run.sizes)[:, None]
+    @staticmethod
+    def lacks_of(scene: SceneParts, detector: PointInstrument | PointDetector) -> Lacks:
+        """Return what the sensor was not set up for; known before a run."""
+        if isinstance(detector, PointDetector):
+            return {"bins": ("bins", "use an EnvironmentMap there")}
+        if math.isclose(float(detector.solid_angles().sum()), 4 * math.pi, rel_tol=1e-9):
+            return {}
+        return {"all directions": ("all directions", "use an EnvironmentMap that covers all of them")}
+
+    def _fluence_rate(self) -> Estimate:
+        """The sum of radiance times solid angle over all cells."""
+        unit, run, means = Unit.parse("W m^-2"), self.run, self._cells.means[0]
+        counts = int(grand_total(self._cells.counts[0]))
         if isinstance(self.detector, PointDetector):
-            return Estimate(values[:, 0], run, Unit.parse("1"), counts=int(counts.sum()))
-        edges = self.detector.edges()
-        totals = summed_counts(self._arranged(counts))
-        values, unit = self._arranged(values), Unit.parse("1")
-        return EstimateArray(values, run, unit, tuple(edges), edges, totals, axis_units=PLANE)
+            values = 4 * math.pi * means[:, 0]
+        else:
+            values = self.sums("radiance", BINS) * self.detector.solid_angles()
+            values = batch_totals(values) if isinstance(values, ChunkedArray) else values.sum(axis=(1, 2))
+        return self._with_findings(
+            Estimate(values, run, unit, counts=counts), self.scores["radiance"], 4 * math.pi
+        )
 
     def image(self) -> np.ndarray:
         """Return the radiance [W m^-2 sr^-1] as rows of an image, the top row first.
@@ -367,7 +383,7 @@ class ViewReading(Tally):
         dict of str to ViewReading
             By the name of the source's surface, or "sources[k]" or "glow[k]".
         """
-        lamps = self._sums.adjoint.sources
+        lamps = self._cells.adjoint.sources
         return {lamp.name: ViewReading(self._result, self.detector, (k,)) for k, lamp in enumerate(lamps)}
 
     @property
@@ -378,42 +394,39 @@ class ViewReading(Tally):
         -------
         bool
         """
-        return not self._sums.counts[0].any()
+        return not self._cells.counts[0].any()
 
     @cached_property
     def note(self) -> Note | None:
         """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
         if not self.is_blind:
-            return thin_batches_note(self._sums, self.name)
+            return thin_batches_note(self._cells, self.name)
         return empty_note(no_light_message(self._result.scene, self._title, self.detector.position))
 
-    def _with_findings(self, made: EstimateOrArray, factor: float) -> EstimateOrArray:
-        """Attach findings to a quantity; factor: the quantity for a mean radiance of 1."""
-
-        def findings() -> Iterator[Finding]:
-            found = (
-                []
-                if self.is_blind and self.note
-                else missing_of_cells(self._sums, self.detector, self._title)
-            )
-            return (replace(finding, bound=finding.bound * factor, adds=True) for finding in found)
-
-        return made._with_findings(findings, self._result.allowed_of(self.name))
+    @cached_property
+    def _missing(self) -> list[Finding]:
+        """Findings, with bounds as mean radiances over all cells [W m^-2 sr^-1]."""
+        if self.is_blind and self.note:
+            return []
+        found = missing_of_cells(self._cells, self.detector, self._title)
+        return [replace(finding, adds=True) for finding in found]
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
         """Yield the radiance by pixel or bin."""
-        if self._sums.is_view:
+        if self._cells.is_view:
             yield "radiance", self.radiance
 
     def totals(self) -> Iterator[tuple[str, Estimate]]:
         """Yield the mean over all its cells, with findings."""
-        means = self._sums.means[0]
+        means = self._cells.means[0]
         mean = batch_totals(means) / means.shape[1] if isinstance(means, ChunkedArray) else means.mean(axis=1)
         name = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
         yield (
             name,
             self._with_findings(
-                Estimate(mean, self._sums.run, Unit(), counts=int(grand_total(self._sums.counts[0]))), 1.0
+                Estimate(mean, self.run, Unit(), counts=int(grand_total(self._cells.counts[0]))),
+                self.scores["radiance"],
+                1.0,
             ),
         )
 
@@ -425,27 +438,14 @@ class ViewReading(Tally):
         what = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
         return f"<{self.name}: {what} {getattr(self, what)!r}>"
 
-    @property
-    def _plane_area(self) -> float:
-        """Area of a pixel on the plane at distance 1."""
-        v, u = self.detector.edges().values()
-        return float((v[1] - v[0]) * (u[1] - u[0]))
-
-    def _arranged(self, cells: np.ndarray | ChunkedArray) -> np.ndarray | ChunkedArray:
-        """Reshape (B, cells) with the first axis of the sensor's bins slowest.
-
-        Pixels keep their order; cosines and azimuths become (theta, phi).
-        """
-        sizes = [len(edges) - 1 for edges in self.detector.edges().values()]
-        is_image = isinstance(self.detector, Camera)
-        bins = tuple(sizes if is_image else sizes[::-1])
-        if isinstance(cells, ChunkedArray):
-            return cells.split(bins) if is_image else cells.split(bins).swapped()
-        values = cells.reshape(-1, *bins)
-        return values if is_image else values.swapaxes(1, 2)[:, ::-1]
-
     def _top_row_first(self, rows: np.ndarray) -> np.ndarray:
         return rows[::-1] if isinstance(self.detector, Camera) else rows
+
+
+def _cells_of(values: np.ndarray | ChunkedArray, batch: int, first: int, past: int) -> np.ndarray:
+    """Values of the cells of a batch; row 0, for the outside, is no cell."""
+    part = values.part((slice(first - 1, past - 1),)) if isinstance(values, ChunkedArray) else values
+    return part[batch] if isinstance(values, ChunkedArray) else part[batch, first - 1 : past - 1]
 
 
 def thin_batches_note(sums: CellSums, name: str) -> Note | None:

@@ -119,7 +119,7 @@ class VolumeReading(Tally):
         self.run, self.batches = result.run, result.batches
         self._allowed, self._more = result.allowed_of(detector.name), more_particles_cure(result.choice)
         self._volume = next(volume for volume in self.plan.volumes if volume.detector is detector)
-        self.shape = self.shape
+        self.shape = self._volume.shape
         angles = {} if detector.directions is None else detector.directions.edges()
         self.cells = tuple(Axis(name, edges) for name, edges in detector.edges(self.shape).items())
         self.axes = (*self.cells, *(Axis(name, edges) for name, edges in angles.items()))
