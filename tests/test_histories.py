@@ -45,7 +45,7 @@ def simulated(detectors, surfaces=None, sources=SOURCES, duration=None):
 def counts(reading, side=ARRIVALS):
     """Histories by direction, (cosines,), or in all."""
     if reading.detector.directions is None:
-        return reading.number_of(f"weight {SIDES[side]}")
+        return reading.counts_of(f"weight {SIDES[side]}").sum()
     return reading.counts_of(f"weight {SIDES[side]}", BINS).sum(axis=0)
 
 

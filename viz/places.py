@@ -12,6 +12,7 @@ import numpy as np
 from transport import EstimateArray
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.solid import Sphere
+from transport.results.volumes import VolumeReading
 from transport.viz.wording import unit_of_length
 
 PLACES = ("u", "v", "x", "y", "z", "r")  # axes that are places
@@ -138,5 +139,4 @@ def _taken(array: EstimateArray, at: Mapping[str, int], whose: str) -> tuple[int
 
 def _shape_of(reading: object) -> object:
     """The shape that a detector looks at; None of a volume."""
-    sums = getattr(reading, "sums", None)
-    return getattr(sums, "shape", None)
+    return None if isinstance(reading, VolumeReading) else getattr(reading, "shape", None)

@@ -16,9 +16,7 @@ from pathlib import Path
 
 import transport as tp
 from tests.specular_rooms import power_of, radiances, random_room, without_specular
-from transport.compile.detectors import block_rows, has_blocks
 from transport.compile.methods import refusal
-from transport.results.tally import ARRIVALS
 
 SEED = 20_260_000  # of the references; runs that are judged in rooms have seeds below 30 000
 PILOT = 1_000_000  # histories of the first run of each estimator
@@ -208,18 +206,20 @@ def _histories(pilot: dict, foreseen: float, seconds: float) -> int:
 
 def _crossings_forward(result: tp.Result) -> list[list[float]]:
     """Share of the value and number of the crossings of the detector that histories made themselves."""
-    sums = result["m"].sums
-    weights = sums.whole("weights", ARRIVALS).sum()
-    if sums._scale is None:  # an analog run: all of them
-        return [[1.0, int(sums.whole("counts", ARRIVALS).sum())]]
-    first = sums.plan.bases["m"] + has_blocks(sums.detector)
-    own = [sums._columns(kind, first, block_rows(sums.cells)).sum() for kind in ("weights", "counts")]
+    tally = result["m"]
+    rows, weights = tally.scores["weight in"].rows, tally.sums("weight in").sum()
+    if not any(each.detector.name == "m" for each in tally.plan.expectations):  # an analog run: all of them
+        return [[1.0, tally.number_of("weight in")]]
+    own = [
+        sum(getattr(batch, kind)[rows.first : rows.first + rows.count].sum() for batch in tally.batches)
+        for kind in ("weights", "counts")
+    ]
     return [[float(own[0] / weights) if weights else 0.0, int(own[1])]]
 
 
 def _crossings_backward(result: tp.Result) -> list[list[float]]:
     """The same of the lamps that histories from the detector came to themselves, lamp by lamp."""
-    sums = result["m"]._cell_sums
+    sums = result["m"]._cells
     (part,) = sums.parts
     whole = sum(float(sums._radiance_sums(part, lamp).sum()) for lamp in sums.lamps)
     found = []

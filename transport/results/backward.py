@@ -8,7 +8,7 @@ divided by the cell's own number of histories, so the cost of a bin does not dep
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 
@@ -302,18 +302,19 @@ class ViewReading(Tally):
         if plain:  # the mean over a pixel's solid angle, of histories even over its area
             v, u = self.detector.edges().values()
             gain = np.ravel(float((v[1] - v[0]) * (u[1] - u[0])) / self.detector.solid_angles())
-        number, index = sizes.sum(), {id(batch): k for k, batch in enumerate(self.batches)}
-        means, counts = self._cells.means[0], self._cells.counts[0]
+            gain = np.pad(gain, (1, 0))  # row 0, for the outside, is no pixel
+        number, part = sizes.sum(), self._cells.parts[0]
+        sizes_of = dict(zip(map(id, self.batches), sizes.tolist(), strict=True))
 
         def radiance(batch: Batch, first: int, past: int) -> np.ndarray:
-            factor = gain if np.ndim(gain) == 0 else np.pad(gain, (1, 0))[first:past]
-            return _cells_of(means, index[id(batch)], first, past) * factor
+            means = self._cells.means_in(batch, part, first - 1, past - 1)
+            return means * (gain[first:past] if np.ndim(gain) else gain)
 
         def scored(batch: Batch, first: int, past: int) -> np.ndarray:
-            return _cells_of(counts, index[id(batch)], first, past)
+            return self._cells.counts_in(batch, part, first - 1, past - 1)
 
         def in_run(batch: Batch, first: int, past: int) -> np.ndarray:
-            return scored(batch, first, past) * (number / sizes[index[id(batch)]])
+            return scored(batch, first, past) * (number / sizes_of[id(batch)])
 
         missing = lambda is_whole: self._missing  # noqa: E731
         unit = "W m^-2 sr^-1"
@@ -442,12 +443,6 @@ class ViewReading(Tally):
         return rows[::-1] if isinstance(self.detector, Camera) else rows
 
 
-def _cells_of(values: np.ndarray | ChunkedArray, batch: int, first: int, past: int) -> np.ndarray:
-    """Values of the cells of a batch; row 0, for the outside, is no cell."""
-    part = values.part((slice(first - 1, past - 1),)) if isinstance(values, ChunkedArray) else values
-    return part[batch] if isinstance(values, ChunkedArray) else part[batch, first - 1 : past - 1]
-
-
 def thin_batches_note(sums: CellSums, name: str) -> Note | None:
     """A note about a sensor with too few histories for its cells."""
     if not sums.is_thin:
@@ -534,67 +529,76 @@ class CellSums:
     @cached_property
     def means(self) -> list[np.ndarray | ChunkedArray]:
         """For each part, the mean radiance of each cell [W m^-2 sr^-1], weights included, (B, cells)."""
-        return [
-            sum(self._radiance_sums(part, lamp) for lamp in self.lamps) / self._histories_per_cell(part)
-            for part in self.parts
-        ]
+        return [self._by_batch(part, self.means_in) for part in self.parts]
 
     @cached_property
     def counts(self) -> list[np.ndarray | ChunkedArray]:
         """For each part, the number of arrivals of its cells' histories at sources, (B, cells)."""
-        return [sum(self._lamp_counts(part, lamp) for lamp in self.lamps) for part in self.parts]
+        return [self._by_batch(part, self.counts_in) for part in self.parts]
+
+    def means_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray:
+        """Return the mean radiance of some cells of a part in a batch."""
+        rows = partial(self._rows_in, batch, part, first, past)
+        weights = (
+            self._with_rays(rows, "weights", lamp, self.adjoint.scales.get(lamp, 1.0)) * part.gains[lamp]
+            for lamp in self.lamps
+        )
+        return sum(weights) / self._histories_in(batch, part, first, past)
+
+    def counts_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray:
+        """Return the number of arrivals of some cells' histories at sources in a batch."""
+        rows = partial(self._rows_in, batch, part, first, past)
+        return sum(self._with_rays(rows, "counts", lamp, 1) for lamp in self.lamps)
+
+    def _with_rays(self, rows: Callable, kind: str, lamp: int, scale: float) -> np.ndarray:
+        """What flights brought to a source, and shadow rays over their scale."""
+        of_flights = rows(kind, 1 + lamp)
+        if lamp not in self.adjoint.scales:
+            return of_flights
+        of_rays = rows(kind, self.block_of(lamp))
+        return of_flights + (of_rays if kind == "counts" else of_rays / scale)
+
+    def _rows_in(
+        self, batch: Batch, part: SensorPart, first: int, past: int, kind: str, block: int
+    ) -> np.ndarray:
+        begin = self.adjoint.first + block * self.adjoint.cells + part.first
+        return getattr(batch, kind)[begin + first : begin + past]
+
+    def _histories_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray | float:
+        """Histories of some cells; if a batch has too few for all, their expectation (unbiased too)."""
+        if not self._is_thin[self.parts.index(part)]:
+            return self._rows_in(batch, part, first, past, "counts", 0)
+        size = self.run.sizes[next(k for k, other in enumerate(self.batches) if other is batch)]
+        return size * part.share / part.cells
+
+    def _by_batch(self, part: SensorPart, read: Callable) -> np.ndarray | ChunkedArray:
+        """(B, cells); for a view with very many cells, computed in chunks."""
+        shape = (len(self.batches), part.cells)
+
+        def rows(first: int, past: int) -> np.ndarray:
+            return np.array([read(batch, part, first, past) for batch in self.batches])
+
+        if self.is_view and is_large(shape):
+            return ChunkedArray(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
+        return rows(0, part.cells)
+
+    @cached_property
+    def _is_thin(self) -> list[bool]:
+        """For each part, whether any batch has cells without a history."""
+        return [not self.rows_of(part, "counts", 0).all() for part in self.parts]
 
     @property
     def is_thin(self) -> bool:
         """Whether any batch has cells without a history."""
-        return not all(self.rows_of(part, "counts", 0).all() for part in self.parts)
-
-    def _radiance_sums(self, part: SensorPart, lamp: int) -> np.ndarray:
-        return self._weights(part, lamp) * part.gains[lamp]
-
-    def _weights(self, part: SensorPart, lamp: int) -> np.ndarray:
-        """Weights that flights and rays brought to a source, per cell."""
-        weights, scale = self.rows_of(part, "weights", 1 + lamp), self.adjoint.scales.get(lamp)
-        return (
-            weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
-        )
-
-    def _lamp_counts(self, part: SensorPart, lamp: int) -> np.ndarray:
-        """Number of flights and rays that reached a source, per cell."""
-        counts = self.rows_of(part, "counts", 1 + lamp)
-        return (
-            counts + self.rows_of(part, "counts", self.block_of(lamp))
-            if lamp in self.adjoint.scales
-            else counts
-        )
+        return any(self._is_thin)
 
     def block_of(self, lamp: int) -> int:
         """Number of the block of sums that shadow rays to a source have of their own."""
         return 1 + len(self.adjoint.sources) + lamp
 
-    def _histories_per_cell(self, part: SensorPart) -> np.ndarray:
-        """Histories of each cell.
-
-        Their expectation if a batch has too few for all cells, which is unbiased too.
-        """
-        born = self.rows_of(part, "counts", 0)
-        if born.all():
-            return born
-        return (self.run.sizes * part.share / part.cells)[:, None]
-
     def rows_of(self, part: SensorPart, kind: str, block: int) -> np.ndarray | ChunkedArray:
         """(B, cells); for a view with very many cells, computed in chunks."""
-        begin, shape = (
-            self.adjoint.first + block * self.adjoint.cells + part.first,
-            (len(self.batches), part.cells),
-        )
-
-        def rows(first: int, past: int) -> np.ndarray:
-            return np.array([getattr(batch, kind)[begin + first : begin + past] for batch in self.batches])
-
-        if self.is_view and is_large(shape):
-            return ChunkedArray(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
-        return rows(0, part.cells)
+        return self._by_batch(part, lambda batch, of, a, b: self._rows_in(batch, of, a, b, kind, block))
 
 
 def grand_total(values: np.ndarray | ChunkedArray) -> float | int:

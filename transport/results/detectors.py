@@ -389,11 +389,11 @@ class Reading(Tally):
 
     def has_scores(self, side: int) -> bool:
         """Return whether anything arrived (side 0) or departed (1)."""
-        return bool(np.any(self.counts_of(f"weight {SIDES[side]}")))
+        return bool(self.counts_of(f"weight {SIDES[side]}").any())
 
     def has_weight(self, side: int) -> bool:
         """Return whether any weight arrived (side 0) or departed (1)."""
-        return bool(np.any(self.sums(f"weight {SIDES[side]}")))
+        return bool(self.sums(f"weight {SIDES[side]}").any())
 
     def is_sure(self, side: int) -> bool:
         """Return whether arrivals (side 0) or departures (1) are equal for all histories or surely absent."""

@@ -107,7 +107,7 @@ class PointReading(Tally):
         -------
         bool
         """
-        return not np.any(self.counts_of("count"))
+        return not self.counts_of("count").any()
 
     @cached_property
     def score_sizes(self) -> Scores:

@@ -212,7 +212,7 @@ class VolumeReading(Tally):
             self.shape,
             int(self.run.sizes.sum()),
         )
-        if self.is_blind or not np.any(self.sums("path")):
+        if self.is_blind or not self.sums("path").any():
             return empty_note(
                 no_light_message(self.plan.scene, title, shape),
                 optical_depth_message(self.plan, title, shape, particles),
@@ -303,7 +303,7 @@ class VolumeReading(Tally):
         -------
         bool
         """
-        return not np.any(self.counts_of("path"))
+        return not self.counts_of("path").any()
 
     def __repr__(self) -> str:
         return f"<{self.name}: fluence_rate {self.fluence_rate!r}>"
