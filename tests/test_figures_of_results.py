@@ -135,8 +135,7 @@ def spots(bright, shape=None, error=0.02):
     coords = {"u": np.arange(5.0), "v": np.arange(6.0) if shape is None else np.linspace(0, 2 * math.pi, 6)}
     signs = math.sqrt(31) * np.tile([-1.0, 1.0], 16)[:, None, None]
     estimate = EstimateArray(values * (1 + errors * signs), EVEN_RUN, "W m^-2", ("u", "v"), coords)
-    sums = SimpleNamespace(shape=shape or tp.Rectangle(width=4, height=5))
-    return SimpleNamespace(name="meter", irradiance=estimate, sums=sums)
+    return SimpleNamespace(name="meter", irradiance=estimate, shape=shape or tp.Rectangle(width=4, height=5))
 
 
 SPOTS = {
@@ -257,7 +256,7 @@ def phase(dims=("time", "x", "vx"), scale=1):
     coords = {name: np.linspace(-1, 1, n + 1) for name, n in zip(dims, shape, strict=True)}
     coords |= {"time": np.arange(3.0)} if "time" in dims else {}
     density = EstimateArray(counts, EVEN_RUN, "m^-2 s", dims, coords, counts=counts.sum(axis=0))
-    return SimpleNamespace(name="gas", density=density, phase_space=SimpleNamespace(times=(0.0, 1.0, 2.0)))
+    return SimpleNamespace(name="gas", density=density, detector=SimpleNamespace(times=(0.0, 1.0, 2.0)))
 
 
 @pytest.mark.parametrize("decades", [None, 2.0])

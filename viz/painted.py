@@ -8,6 +8,7 @@ import numpy as np
 
 from transport.scene.axes import POSITION
 from transport.scene.detectors import Detector
+from transport.statistics.chunked import over_batches
 from transport.statistics.estimates import Estimate, EstimateArray
 
 SYMBOLS = {"irradiance": "E", "exitance": "M"}
@@ -87,8 +88,8 @@ def _hits(reading: object, quantity: str) -> np.ndarray:
     score = "weight out" if quantity in LEAVING else "weight in"
     if score in reading.scores:
         kept = [axis.group for axis in reading.axes_of(score, (POSITION,))]
-        others = tuple(1 + k for k, group in enumerate(kept) if group != POSITION)
-        return reading.counts_of(score, (POSITION,)).sum(axis=(0, *others))
+        others = tuple(k for k, group in enumerate(kept) if group != POSITION)
+        return over_batches(reading.counts_of(score, (POSITION,))).sum(axis=others)
     counts = reading.counts
     if not isinstance(counts, EstimateArray):
         return np.array(counts.value)

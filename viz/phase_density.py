@@ -78,7 +78,7 @@ def _panels(density: EstimateArray, times: Sequence[int] | None, reading: object
         raise ValueError(
             f"phase_density: {reading.name!r} has the coordinates {dims}, two are needed, such as x=edges, vx=edges"
         )
-    at = reading.phase_space.times
+    at = reading.detector.times
     if "time" not in density.dims:
         return {f"t = {at[0]:.4g} s": density}
     if times is None:

@@ -249,7 +249,7 @@ class SnapshotReading(Tally):
     title = "snapshot "
 
     def __init__(self, result, snapshot: Snapshot, number: int) -> None:
-        self.snapshot, self.name = snapshot, snapshot.name
+        self.detector, self.name = snapshot, snapshot.name
         plan, batches = result.plan, result.batches
         alike = [k for k, other in enumerate(plan.scene.snapshots) if other.particles == snapshot.particles]
         chance = common_probability([batch.records for batch in batches], alike, snapshot.particles)

@@ -66,56 +66,6 @@ class ChunkedArray:
         """Return whether all numbers are nonzero."""
         return all(self.part(box).all() for box in self.boxes())
 
-    def reshape(self, *shape: int) -> ChunkedArray:
-        """Add or drop axes of length 1.  Raises ValueError for any other change of shape."""
-        kept = [axis for axis, bins in enumerate(self.shape[1:]) if bins != 1]
-        wanted = [bins for bins in shape[1:] if bins != 1]
-        if wanted != [self.shape[1 + axis] for axis in kept]:
-            raise ValueError(f"batches of bins {self.shape[1:]} cannot become {shape[1:]}")
-        into = [place for place, bins in enumerate(shape[1:]) if bins != 1]
-
-        def part(box: Box) -> np.ndarray:
-            whole = [slice(0, 1)] * (self.ndim - 1)
-            for axis, place in zip(kept, into, strict=True):
-                whole[axis] = box[place]
-            return self.part(tuple(whole)).reshape(len(self), *box_lengths(box, shape[1:]))
-
-        order = [into[kept.index(axis)] for axis in self.order if axis in kept]
-        order += [place for place in range(len(shape) - 1) if place not in order]
-        return ChunkedArray(tuple(shape), tuple(order), part)
-
-    def split(self, bins: tuple[int, ...]) -> ChunkedArray:
-        """Split one axis of bins, stored with the last axis fastest, into (B, *bins)."""
-
-        def part(box: Box) -> np.ndarray:
-            return rows_in_chunk(lambda first, many: self.part((slice(first, first + many),)), box, bins)
-
-        return ChunkedArray((len(self), *bins), tuple(range(len(bins))), part)
-
-    def swapped(self) -> ChunkedArray:
-        """Swap two axes of bins, (B, a, b) to (B, b, a), with b reversed."""
-        last = self.shape[2]
-
-        def part(box: Box) -> np.ndarray:
-            turned = slice(last - box[0].stop, last - box[0].start)
-            return self.part((box[1], turned)).swapaxes(1, 2)[:, ::-1]
-
-        return ChunkedArray((len(self), last, self.shape[1]), (1, 0), part)
-
-    def sum(self, axis: int | tuple[int, ...]) -> ChunkedArray:
-        """Sums over axes of bins, counted with the batch axis."""
-        axis = tuple(np.atleast_1d(axis) % self.ndim)
-        kept = [place for place in range(self.ndim - 1) if place + 1 not in axis]
-
-        def part(box: Box) -> np.ndarray:
-            whole = [slice(0, bins) for bins in self.shape[1:]]
-            for place, along in zip(kept, box, strict=True):
-                whole[place] = along
-            return self.part(tuple(whole)).sum(axis=axis)
-
-        order = tuple(kept.index(place) for place in self.order if place in kept)
-        return ChunkedArray((len(self), *(self.shape[1 + place] for place in kept)), order, part)
-
     def _elementwise(self, other: object, function: Callable) -> ChunkedArray:
         return ChunkedArray(
             self.shape, self.order, lambda box: function(self.part(box), _cut_operand(other, box, self.ndim))
@@ -147,19 +97,6 @@ def over_batches(values: np.ndarray | ChunkedArray) -> np.ndarray:
     for box in values.boxes():
         found[box] = values.part(box).sum(axis=0)
     return found
-
-
-def rows_in_chunk(rows: Callable[[int, int], np.ndarray], box: Box, bins: tuple[int, ...]) -> np.ndarray:
-    """The numbers in a box of bins, read as one stretch of rows; rows are in order, the last axis fastest.
-
-    rows: function of (first, many) that returns (B, many).
-    """
-    lengths, strides = box_lengths(box, bins), [math.prod(bins[axis + 1 :]) for axis in range(len(bins))]
-    wide = next((axis for axis, length in enumerate(lengths) if length > 1), len(bins) - 1)
-    first = sum(along.start * stride for along, stride in zip(box[: wide + 1], strides, strict=False))
-    values = rows(first, lengths[wide] * strides[wide])
-    values = values.reshape(-1, *[1] * wide, lengths[wide], *bins[wide + 1 :])
-    return values[(..., *box[wide + 1 :])]
 
 
 def boxes_of(bins: tuple[int, ...], order: tuple[int, ...], most: int) -> list[Box]:

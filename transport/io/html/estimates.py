@@ -195,7 +195,7 @@ def sample_html(reading: SnapshotReading) -> str:
         [code("positions"), _component_ranges(reading.positions, "m")],
         [code("velocities"), _component_ranges(reading.velocities, "m s^-1")],
     ]
-    title = title_of(reading.snapshot, reading)
+    title = title_of(reading.detector, reading)
     return framed(heading(escaped(title)), table(rows) if len(reading) else "")
 
 
