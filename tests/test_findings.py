@@ -511,7 +511,7 @@ def test_alike_bins_are_judged_as_no_bins_are():
         detector = tp.Detector(tp.Disk(radius=0.01), "m", directions=bins)
         scene = tp.Scene([lamp], [tp.Surface(panel, tp.Mirror(1.0), "mirror")], [detector])
         result = tp.simulate(scene, 1e4, seed=1, estimator="backward", threads=1, progress=False)
-        cells = result["m"]._cell_sums
+        cells = result["m"]._cells
         bounds.append([each.bound for each in missing_of_cells(cells, detector, "", result["m"]._extents)])
         assert bounds[-1] == [each.bound for each in missing_of_cells(cells, detector, "")]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-12) and bounds[0]
