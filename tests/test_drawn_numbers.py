@@ -99,7 +99,7 @@ def test_a_disk_is_drawn_from_e_u_towards_e_v_and_a_cut_runs_where_it_is_marked(
     round_one = array(values, ("u", "v"), ([0, 1, 2, 3], np.linspace(0, 2 * math.pi, 9)), "W m^-2")
     flat = array(values, ("u", "v"), ([0, 1, 2, 3], np.linspace(0, 4, 9)), "W m^-2")
     for shape, each in ((disk, round_one), (tp.Rectangle(width=3, height=4), flat)):
-        reading = SimpleNamespace(name="meter", irradiance=each, sums=SimpleNamespace(shape=shape))
+        reading = SimpleNamespace(name="meter", irradiance=each, shape=shape)
         irradiance.irradiance_map(reading, tmp_path / "map.png", row=2)
     (mesh,) = figures[0].axes[0].findobj(QuadMesh)
     x, y = brightest(mesh)

@@ -118,7 +118,8 @@ class PhaseReading(Tally):
 
     def __init__(self, result, phase_space: PhaseSpace) -> None:
         self.plan, self.scene = result.plan, result.plan.scene
-        self.detector, self.name = phase_space, phase_space.name
+        self.phase_space = self.detector = phase_space
+        self.name = phase_space.name
         self.run, self.batches = result.run, result.batches
         times = np.array(phase_space.times)
         self.times = (Axis("time", times, is_instants=True),) if phase_space.is_series else ()
@@ -249,7 +250,8 @@ class SnapshotReading(Tally):
     title = "snapshot "
 
     def __init__(self, result, snapshot: Snapshot, number: int) -> None:
-        self.detector, self.name = snapshot, snapshot.name
+        self.snapshot = self.detector = snapshot
+        self.name = snapshot.name
         plan, batches = result.plan, result.batches
         alike = [k for k, other in enumerate(plan.scene.snapshots) if other.particles == snapshot.particles]
         chance = common_probability([batch.records for batch in batches], alike, snapshot.particles)
