@@ -29,8 +29,9 @@ def run(call, tmp_path):
 
 
 def lines_of(text):
-    untimed = (line.rstrip() for line in text.splitlines() if not line.startswith(("cost ", "next digit ")))
-    return [line for line in untimed if line]
+    """All lines but those on times, and on the progress of a first compilation, which begin with the hour."""
+    timed = re.compile(r"cost |next digit |\d{4}-\d\d-\d\d ")
+    return [line.rstrip() for line in text.splitlines() if line.strip() and not timed.match(line)]
 
 
 def test_the_scene_of_the_guide_runs_as_the_guide_says(run):
@@ -77,3 +78,5 @@ def test_the_schema_is_printed_and_written(call, tmp_path):
     assert call("schema").output == schema_text()
     assert call("schema", "--out", "scene.schema.json").output == ""
     assert (tmp_path / "scene.schema.json").read_text(encoding="utf-8") == schema_text()
+    refused = call("schema", "--out", "nowhere/scene.json")
+    assert refused.exit_code == 2 and "cannot write nowhere/scene.json: No such file" in refused.output

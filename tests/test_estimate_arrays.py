@@ -1,6 +1,7 @@
 """Arrays of estimates: names, edges, sums and broadcasting; elements and arrays agree."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from tests.synthetic import EDGES, EVEN_RUN, RUN, grid, noisy
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.replicates import Batches
+from transport.validation import SceneError, optional_packages
 
 
 def test_elements_and_slices_keep_names_and_edges():
@@ -163,3 +165,14 @@ def test_malformed_arrays_are_refused():
         Estimate(np.ones(31), RUN, "W")
     with pytest.raises(ValueError, match="positive whole"):
         Batches([3, 0])
+
+
+def test_without_xarray_the_command_that_installs_it_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(SceneError, match=r"to_xarray: xarray is not installed; pip install '\.\[files\]'"):
+        grid(1).to_xarray()
+
+
+def test_a_missing_module_of_no_extra_is_not_explained_away():
+    with pytest.raises(ModuleNotFoundError), optional_packages("here"):
+        import no_such_module  # noqa: F401

@@ -11,6 +11,7 @@ import os
 import shutil
 import tempfile
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -39,9 +40,8 @@ def source_digest() -> str:
 def kernel_folder() -> Path:
     """Return the cache folder of this build, created if necessary."""
     name = f"{source_digest()}-{LANES}"
-    for find_root in (_package_root, _user_root):
-        with suppress(OSError, RuntimeError):  # read-only, or no home directory
-            root = find_root()
+    for root in _roots():
+        with suppress(OSError):  # read-only
             folder = root / name
             folder.mkdir(parents=True, exist_ok=True)
             folder.touch()
@@ -53,16 +53,12 @@ def kernel_folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="transport-kernels-"))
 
 
-def _package_root() -> Path:
-    """Return the folder of a clone.  Raises OSError in a package that pip installed."""
-    if KERNELS.parents[1].name in INSTALLED:
-        raise OSError("an installed package keeps no machine code")
-    return KERNELS
-
-
-def _user_root() -> Path:
-    """Return the user's cache folder.  Raises RuntimeError without a home directory."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "transport" / "kernels"
+def _roots() -> Iterator[Path]:
+    """Yield the folder of a clone, and the user's cache folder."""
+    if KERNELS.parents[1].name not in INSTALLED:
+        yield KERNELS
+    with suppress(RuntimeError):  # no home directory
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "transport" / "kernels"
 
 
 def _remove_stale(root: Path, keep: str) -> None:

@@ -92,7 +92,6 @@ class BackwardReading(Reading):
         weights = made_column(self.batches, values * self.run.sizes[:, None] / self.plan.unit)
         counts = made_column(self.batches, sum(self._cells.counts))
         rows, number = surface_rows(0, self.axes), float(self.run.sizes.sum())
-        rows = replace(rows, first=0)
         dark, missing = partial(self.is_dark, ARRIVALS), partial(self._missing, ARRIVALS)
         weight = Score(
             rows, weights, counts, energy_unit(self.plan), self.plan.unit, 1.0, dark, dark, findings=missing
@@ -284,9 +283,7 @@ class ViewReading(Tally):
     def __init__(
         self, result, sensor: PointInstrument | PointDetector, lamps: tuple[int, ...] | None = None
     ) -> None:
-        self.plan, self.scene = result.plan, result.plan.scene
-        self.detector, self.name = sensor, sensor.name
-        self.run, self.batches, self._allowed = result.run, result.batches, result.allowed_of(sensor.name)
+        super().__init__(result, sensor)
         self._result, self._cells = result, CellSums(result, sensor, lamps)
         edges = {} if isinstance(sensor, PointDetector) else sensor.edges()
         self.axes = tuple(Axis(name, each, PLANE.get(name, "")) for name, each in edges.items())
@@ -294,12 +291,12 @@ class ViewReading(Tally):
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """Mean radiance of the histories of each pixel or bin."""
-        plain = isinstance(self.detector, Camera)
-        inner = self.axes if plain else self.axes[::-1]  # cosines are stored within azimuths
+        is_image = isinstance(self.detector, Camera)
+        inner = self.axes if is_image else self.axes[::-1]  # cosines are stored within azimuths
         rows, sizes = Rows(0, (), inner, 1 + math.prod(map(len, inner))), self.run.sizes
         rows = rows if inner else Rows(1, (), (), 1)
         gain = 1.0
-        if plain:  # the mean over a pixel's solid angle, of histories even over its area
+        if is_image:  # the mean over a pixel's solid angle, of histories even over its area
             v, u = self.detector.edges().values()
             gain = np.ravel(float((v[1] - v[0]) * (u[1] - u[0])) / self.detector.solid_angles())
             gain = np.pad(gain, (1, 0))  # row 0, for the outside, is no pixel
@@ -316,24 +313,27 @@ class ViewReading(Tally):
         def in_run(batch: Batch, first: int, past: int) -> np.ndarray:
             return scored(batch, first, past) * (number / sizes_of[id(batch)])
 
-        missing = lambda is_whole: self._missing  # noqa: E731
-        unit = "W m^-2 sr^-1"
         return {
-            "radiance": Score(rows, radiance, scored, unit, None, is_mean=True, findings=missing),
+            "radiance": Score(
+                rows,
+                radiance,
+                scored,
+                "W m^-2 sr^-1",
+                None,
+                is_mean=True,
+                findings=lambda is_whole: self._missing,
+            ),
             "count": Score(rows, in_run, scored, "1", None, is_mean=True),
         }
-
-    @cached_property
-    def lacks(self) -> Lacks:
-        """What the sensor was not set up for."""
-        return self.lacks_of(self.scene, self.detector)
 
     @staticmethod
     def lacks_of(scene: SceneParts, detector: PointInstrument | PointDetector) -> Lacks:
         """Return what the sensor was not set up for; known before a run."""
         if isinstance(detector, PointDetector):
             return {"bins": ("bins", "use an EnvironmentMap there")}
-        if math.isclose(float(detector.solid_angles().sum()), 4 * math.pi, rel_tol=1e-9):
+        if not isinstance(detector, Camera) and math.isclose(
+            float(detector.solid_angles().sum()), 4 * math.pi, rel_tol=1e-9
+        ):
             return {}
         return {"all directions": ("all directions", "use an EnvironmentMap that covers all of them")}
 

@@ -19,7 +19,6 @@ import numpy as np
 from transport.compile.rows import Rows
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
-from transport.results.choice import more_particles_cure
 from transport.results.diagnostics.depth import detector_survivor_findings, optical_depth_message
 from transport.results.diagnostics.empty_detector import (
     cannot_arrive,
@@ -261,12 +260,10 @@ class Reading(Tally):
     )
 
     def __init__(self, result, detector: Detector) -> None:
-        self.plan = plan = result.plan
-        self.scene, self.detector, self.name = plan.scene, detector, detector.name
-        self.shape, self.batches, self.run = plan.scene.shape_of(detector), result.batches, result.run
-        self.axes = surface_axes(detector, self.shape, plan.scene.duration)
-        self._allowed, self._more = result.allowed_of(detector.name), more_particles_cure(result.choice)
-        self._is_exact_out = _departs_exactly_once(plan, detector)
+        super().__init__(result, detector)
+        self.shape = self.scene.shape_of(detector)
+        self.axes = surface_axes(detector, self.shape, self.scene.duration)
+        self._is_exact_out = _departs_exactly_once(self.plan, detector)
         self._found: dict[int, tuple[list[Finding], list[Finding]]] = {}
         self._dark: dict[int, bool] = {}
 
@@ -335,11 +332,6 @@ class Reading(Tally):
             "speed": lambda: _speeds(self.scene, self.axes),
             "half mass": lambda: Measure(scene_mass(self.scene) / 2, "J m^-2 s^2"),
         }
-
-    @cached_property
-    def lacks(self) -> Lacks:
-        """What the scene or the detector was not set up for."""
-        return self.lacks_of(self.scene, self.detector)
 
     @staticmethod
     def lacks_of(scene: SceneParts, detector: Detector) -> Lacks:

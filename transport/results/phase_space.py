@@ -117,10 +117,8 @@ class PhaseReading(Tally):
     )
 
     def __init__(self, result, phase_space: PhaseSpace) -> None:
-        self.plan, self.scene = result.plan, result.plan.scene
-        self.phase_space = self.detector = phase_space
-        self.name = phase_space.name
-        self.run, self.batches = result.run, result.batches
+        super().__init__(result, phase_space)
+        self.phase_space = phase_space
         times = np.array(phase_space.times)
         self.times = (Axis("time", times, is_instants=True),) if phase_space.is_series else ()
         self.bins = tuple(Axis(name, edges, group=PHASE) for name, edges in phase_space.axes.items())
@@ -170,11 +168,6 @@ class PhaseReading(Tally):
             "kelvin": lambda: Measure(mass / (3 * BOLTZMANN), "K m^-2 s^2"),
             "third of mass": lambda: Measure(mass / 3, "Pa m s^2"),
         }
-
-    @cached_property
-    def lacks(self) -> Lacks:
-        """What the scene or the phase space was not set up for."""
-        return self.lacks_of(self.scene, self.detector)
 
     @staticmethod
     def lacks_of(scene: SceneParts, detector: PhaseSpace) -> Lacks:

@@ -1,4 +1,4 @@
-"""The readings of a PointDetector: the fluence rate at a point, and whether a few scores carry it."""
+"""The tally of a PointDetector: the fluence rate at a point, and whether a few scores carry it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from transport.compile.layout import DIFFUSE, POINT_ROWS
 from transport.compile.points import SCALES, scatters_anywhere
 from transport.compile.rows import Rows
 from transport.geometry.shape import Point
-from transport.results.choice import more_particles_cure
 from transport.results.diagnostics.depth import optical_depth_message
 from transport.results.diagnostics.empty_detector import no_light_message
 from transport.results.diagnostics.rays import point_forward_peaks, unvisited_surface_findings
@@ -28,7 +27,6 @@ from transport.results.tally import (
     plain_column,
     seconds_of,
 )
-from transport.scene.points import PointDetector
 from transport.statistics.findings import Finding
 from transport.statistics.quality import Scores, findings_of_error, with_cure
 
@@ -55,12 +53,6 @@ class PointReading(Tally):
         per=("time", "square"),
     )
     counts = Quantity("Number of scores in the whole run: events visible from the point [1].", "count")
-
-    def __init__(self, result, detector: PointDetector) -> None:
-        self.plan, self.scene = result.plan, result.plan.scene
-        self.detector, self.name = detector, detector.name
-        self.batches, self.run, self._allowed = result.batches, result.run, result.allowed_of(detector.name)
-        self._more = more_particles_cure(result.choice)
 
     @cached_property
     def scores(self) -> Mapping[str, Score]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
@@ -18,11 +18,12 @@ import numpy as np
 from transport.compile.rows import Rows
 from transport.renderers import function_for
 from transport.results.batches import Batch
+from transport.results.choice import more_particles_cure
 from transport.scene.axes import COORDINATES, Axis
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, over_batches, summed_counts
 from transport.statistics.estimates import Batches, Estimate, EstimateArray, EstimateOrArray
-from transport.statistics.findings import DEFAULT_ALLOWED_BOUND, Finding
+from transport.statistics.findings import Finding
 from transport.units import Unit
 from transport.validation import SceneError, name_hint
 
@@ -226,18 +227,27 @@ class Tally:
     scene: Any
     shape: Any
     detector: Any
-    lacks: Lacks = {}  # noqa: RUF012
     has_equal_means = False
     cannot_arrive = False
     note: Note | None = None
     is_blind = False
-    _allowed = DEFAULT_ALLOWED_BOUND
+
+    def __init__(self, result: Any, detector: Any) -> None:
+        self.plan, self.scene = result.plan, result.plan.scene
+        self.detector, self.name = detector, detector.name
+        self.batches, self.run = result.batches, result.run
+        self._allowed, self._more = result.allowed_of(detector.name), more_particles_cure(result.choice)
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         if "known" not in vars(cls):
             own = tuple(name for name, each in vars(cls).items() if isinstance(each, _Named))
             cls.known = (*own, *(name for name in cls.known if name not in own)) if own else cls.known
+
+    @cached_property
+    def lacks(self) -> Lacks:
+        """What the scene or the detector was not set up for, by need."""
+        return self.lacks_of(self.scene, self.detector)
 
     @staticmethod
     def lacks_of(scene: Any, detector: Any) -> Lacks:

@@ -1,4 +1,4 @@
-"""The readings of a VolumeDetector: means over the cells of a volume, each with its standard error."""
+"""The tally of a VolumeDetector: means over the cells of a volume, each with its standard error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from transport.compile.rows import Rows
 from transport.geometry.solid import Box, Sphere
 from transport.results.batches import Batch
-from transport.results.choice import more_particles_cure
 from transport.results.diagnostics.depth import optical_depth_message, survivor_findings
 from transport.results.diagnostics.empty_detector import no_light_message
 from transport.results.diagnostics.path_classes import ALL_LIGHT, PathClass
@@ -33,11 +32,7 @@ from transport.scene.axes import DIRECTION, Axis
 from transport.scene.bodies import max_absorption, may_absorb
 from transport.scene.parts import SceneParts
 from transport.scene.volumes import VolumeDetector
-from transport.statistics.chunked import (
-    ChunkedArray,
-    batch_totals,
-    over_batches,
-)
+from transport.statistics.chunked import ChunkedArray, batch_totals, over_batches
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import MORE_PARTICLES, Finding
 from transport.statistics.quality import Scores, findings_of_error, with_cure
@@ -114,10 +109,7 @@ class VolumeReading(Tally):
     )
 
     def __init__(self, result, detector: VolumeDetector) -> None:
-        self.plan, self.scene = result.plan, result.plan.scene
-        self.detector, self.name = detector, detector.name
-        self.run, self.batches = result.run, result.batches
-        self._allowed, self._more = result.allowed_of(detector.name), more_particles_cure(result.choice)
+        super().__init__(result, detector)
         self._volume = next(volume for volume in self.plan.volumes if volume.detector is detector)
         self.shape = self._volume.shape
         angles = {} if detector.directions is None else detector.directions.edges()
@@ -186,7 +178,7 @@ class VolumeReading(Tally):
     def lacks(self) -> Lacks:
         """What the scene or the detector was not set up for."""
         absorption = {} if self._volume.absorbs else {"absorption": NO_ABSORPTION}
-        return {**self.lacks_of(self.scene, self.detector), **absorption}
+        return {**super().lacks, **absorption}
 
     @staticmethod
     def lacks_of(scene: SceneParts, detector: VolumeDetector) -> Lacks:

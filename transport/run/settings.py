@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import os
 from collections.abc import Mapping
@@ -101,7 +100,7 @@ def _check_quantity(scene: Scene, name: str) -> None:
     if quantity not in kind.known:
         raise SceneError(f"simulate: error names no quantity {quantity!r}; {name_hint(quantity, kind.known)}")
     lacks = kind.lacks_of(scene, requested)
-    for need in getattr(inspect.getattr_static(kind, quantity), "needs", ()):
+    for need in getattr(kind, quantity).needs:
         if need in lacks:
             what, cure = lacks[need]
             raise SceneError(f"simulate: error of {name!r} needs {what}; {cure}")
