@@ -94,7 +94,7 @@ def test_absorption_by_chance_draws_paths_but_no_direction():
 
 
 def test_what_only_scatters_absorbs_nothing_and_plays_no_roulette_in_flight():
-    known = BORDERS | FLIGHTS | {"score", "scatter_isotropically"}
+    known = BORDERS | FLIGHTS | {"score", "scatter_isotropic"}
     assert_adds(passes(WHITE), passes(), known, WAS_VACUUM)
     assert passes(WHITE, ANALOG) == passes(WHITE)
     added = {"attenuate", "account_absorbed_in", "play_roulette_in_flight", "score_and_size"}
@@ -105,21 +105,21 @@ def test_what_only_scatters_absorbs_nothing_and_plays_no_roulette_in_flight():
 @pytest.mark.parametrize(
     ("phase", "scatters"),
     [
-        (tp.Isotropic(), {"scatter_isotropically"}),
-        (tp.HenyeyGreenstein(0.0), {"scatter_isotropically"}),
-        (tp.HenyeyGreenstein(0.5), {"scatter_by_henyey_greenstein"}),
-        (tp.Rayleigh(), {"scatter_by_rayleigh"}),
-        (TABLE, {"choose_segment_of_table", "scatter_by_table"}),
+        (tp.Isotropic(), {"scatter_isotropic"}),
+        (tp.HenyeyGreenstein(0.0), {"scatter_isotropic"}),
+        (tp.HenyeyGreenstein(0.5), {"scatter_henyey_greenstein"}),
+        (tp.Rayleigh(), {"scatter_rayleigh"}),
+        (TABLE, {"choose_segment_of_table", "scatter_tabulated"}),
         (
             tp.Mixture({tp.HenyeyGreenstein(0.5): 0.5, tp.Rayleigh(): 0.5}),
-            {"choose_phase", "scatter_by_henyey_greenstein", "scatter_by_rayleigh"},
+            {"choose_phase", "scatter_henyey_greenstein", "scatter_rayleigh"},
         ),
     ],
     ids=lambda value: type(value).__name__,
 )
 def test_a_phase_function_adds_its_own_sampler(phase, scatters):
     asked = passes(tp.Medium(0.1, 1.0, phase=phase))
-    assert asked - scatters == passes(FOG) - {"scatter_isotropically"}
+    assert asked - scatters == passes(FOG) - {"scatter_isotropic"}
     assert scatters <= asked
 
 

@@ -16,7 +16,7 @@ from tests.agreement import assert_agrees, assert_z_spread
 from transport.geometry.flat import FlatShape
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
-from transport.scene.materials import Material, elementary_materials
+from transport.scene.materials import Material
 from transport.sims import furnace
 from transport.sims.furnace import CHI_SQUARE, DARK, ESCAPED, LOSSLESS, OWN
 from transport.statistics.estimates import Estimate
@@ -67,9 +67,9 @@ def test_every_shape_stands_in_the_furnace():
 def test_every_material_stands_in_the_furnace():
     """But Transparent, which the free meters are."""
     materials = [surface.material for surface in SCENE.surfaces]
-    parts = {type(part) for material in materials for part in (material, *elementary_materials(material))}
+    parts = {type(part) for material in materials for part in (material, *material.elements)}
     assert parts == kinds_of(Material) - {tp.Transparent}
-    glossy = {part for m in materials for part in elementary_materials(m) if isinstance(part, tp.Glossy)}
+    glossy = {part for m in materials for part in m.elements if isinstance(part, tp.Glossy)}
     assert len(glossy) >= 4
     assert any(isinstance(s.shape, tp.Mesh) and isinstance(s.material, tp.Glossy) for s in SCENE.surfaces)
 
@@ -84,7 +84,7 @@ def test_only_two_surfaces_absorb():
     for surface in SCENE.surfaces:
         shares = {
             getattr(part, "albedo", getattr(part, "reflectance", 1.0)) + getattr(part, "transmission", 0.0)
-            for part in elementary_materials(surface.material)
+            for part in surface.material.elements
             if not isinstance(part, tp.Black)
         }
         assert shares <= ({0.5} if surface.name == "ember" else {1.0})

@@ -9,7 +9,6 @@ import pytest
 
 import transport as tp
 from tests.refusals import assert_refused
-from transport.scene.materials import elementary_materials, is_transmissive
 
 LAMP = tp.Source(tp.Point(position=(0, 0, 5)), tp.Isotropic(power=1))
 BALL, DISK = tp.Sphere(radius=1), tp.Disk(radius=1)
@@ -201,15 +200,15 @@ def test_materials_are_plain_values():
 
 def test_parts_and_what_passes():
     half = tp.Mixture({tp.Mirror(): 0.5, tp.Diffuse(0.5, 0.1): 0.5})
-    assert elementary_materials(tp.TwoSided(tp.Black(), half)) == (
+    assert tp.TwoSided(tp.Black(), half).elements == (
         tp.Black(),
         *(part for part, _ in half.parts),
     )
-    assert elementary_materials(GLASS) == (GLASS,)
+    assert GLASS.elements == (GLASS,)
     passing = [GLASS, LENS, tp.Transparent(), tp.Mirror(0, 0.1), half, tp.TwoSided(tp.Black(), half)]
-    assert all(map(is_transmissive, passing))
+    assert all(each.is_transmissive for each in passing)
     opaque = [tp.Black(), tp.Mirror(), tp.Diffuse(1.0), tp.Glossy(0.5), tp.TwoSided(tp.Black(), tp.Mirror())]
-    assert not any(map(is_transmissive, opaque))
+    assert not any(each.is_transmissive for each in opaque)
 
 
 def test_trapped_light_is_that_beyond_the_critical_angle():

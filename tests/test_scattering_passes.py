@@ -43,10 +43,10 @@ def test_phase_functions_are_chosen_by_medium_and_by_share():
 
 
 SCATTER = [
-    (collisions.scatter_isotropically, {}, 0.0, 1 / 3),
-    (collisions.scatter_by_henyey_greenstein, {"g": 0.8}, 0.8, 1 / 3 + 2 / 3 * 0.64),
-    (collisions.scatter_by_henyey_greenstein, {"g": -0.3}, -0.3, 1 / 3 + 2 / 3 * 0.09),
-    (collisions.scatter_by_rayleigh, {}, 0.0, 0.4),
+    (collisions.scatter_isotropic, {}, 0.0, 1 / 3),
+    (collisions.scatter_henyey_greenstein, {"g": 0.8}, 0.8, 1 / 3 + 2 / 3 * 0.64),
+    (collisions.scatter_henyey_greenstein, {"g": -0.3}, -0.3, 1 / 3 + 2 / 3 * 0.09),
+    (collisions.scatter_rayleigh, {}, 0.0, 0.4),
 ]
 
 
@@ -80,7 +80,7 @@ def test_scattering_turns_what_collides_by_its_phase_function_and_nothing_else(s
 @pytest.mark.parametrize("old", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0.6, 0, -0.8)], ids=str)
 def test_extreme_draws_scatter_into_directions_of_length_one(old, u0, u1):
     steps = [(scatter, law) for scatter, law, _, _ in SCATTER]
-    steps += [(collisions.scatter_by_henyey_greenstein, {"g": g}) for g in (0.999, -0.999, 1e-15, -1e-15)]
+    steps += [(collisions.scatter_henyey_greenstein, {"g": g}) for g in (0.999, -0.999, 1e-15, -1e-15)]
     for scatter, law in steps:
         lanes = Lanes(collides=1, ux=old[0], uy=old[1], uz=old[2], u0=u0, u1=u1)
         lanes.run(scatter, number=1, **law)

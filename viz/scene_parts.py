@@ -17,7 +17,6 @@ from transport.geometry.flat import Plane
 from transport.geometry.shape import Point, Shape
 from transport.results.result import Result
 from transport.scene.detectors import Detector
-from transport.scene.materials import Dielectric, Mirror, ThinLens, Transparent, elementary_materials
 from transport.scene.media import Grid
 from transport.scene.scene import Scene
 from transport.validation import SceneError
@@ -69,21 +68,17 @@ class Part:
     def is_clear(self) -> bool:
         """Whether light goes through it."""
         material = getattr(self.what, "material", None)
-        return material is not None and any(
-            isinstance(each, Dielectric | ThinLens | Transparent) for each in elementary_materials(material)
-        )
+        return material is not None and any(each.is_clear for each in material.elements)
 
     @property
     def is_empty(self) -> bool:
         """Whether it only bounds what is inside, and does nothing."""
-        return isinstance(getattr(self.what, "material", None), Transparent)
+        return not getattr(getattr(self.what, "material", None), "acts", True)
 
     @property
     def is_mirror(self) -> bool:
         material = getattr(self.what, "material", None)
-        return material is not None and any(
-            isinstance(each, Mirror) for each in elementary_materials(material)
-        )
+        return material is not None and any(each.row().interaction == "mirror" for each in material.elements)
 
     @property
     def has_bins(self) -> bool:

@@ -17,7 +17,7 @@ from tests.fuzz.lamps import WARM
 from tests.fuzz.pictures import THERMAL
 from tests.fuzz.runs import ENOUGH, Scores, run_of
 from tests.fuzz.worlds import MIDDLES, ROOM, WITHIN, World, cells_about
-from transport.scene.materials import Material, elementary_materials
+from transport.scene.materials import Material
 from transport.vectors import Vector
 
 DENSITY = 1e3  # m^-3, of particles, or J m^-3
@@ -59,7 +59,7 @@ def lossless(speed: object) -> st.SearchStrategy[Material]:
 
 
 def _is_opaque(material: Material) -> bool:
-    return all(getattr(part, "transmission", 0.0) == 0 for part in elementary_materials(material))
+    return all(getattr(part, "transmission", 0.0) == 0 for part in material.elements)
 
 
 @st.composite

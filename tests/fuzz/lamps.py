@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import transport as tp
 from tests.fuzz import contacts, shapes
-from transport.scene.materials import Surface, elementary_materials
+from transport.scene.materials import Surface
 from transport.vectors import Vector
 
 LAMP = 0.3  # m, half the size of a lamp of its own
@@ -109,8 +109,7 @@ def pulses(duration: float | None) -> st.SearchStrategy:
 def glows_well(surface: Surface) -> bool:
     """Whether a surface may emit: it ends, has an outside, and lets histories end that it sends out."""
     is_clear = any(
-        isinstance(part, tp.Dielectric | tp.ThinLens | tp.Transparent)
-        for part in elementary_materials(surface.material)
+        isinstance(part, tp.Dielectric | tp.ThinLens | tp.Transparent) for part in surface.material.elements
     )
     return not surface.shape.is_infinite and not is_clear and not _keeps_nothing(surface)
 
@@ -118,7 +117,7 @@ def glows_well(surface: Surface) -> bool:
 def _keeps_nothing(surface: Surface) -> bool:
     """Whether a hollow shape returns nearly all that it sends into itself: its light might never leave it."""
     is_hollow = not surface.shape.is_closed and not hasattr(surface.shape, "normal")
-    return is_hollow and all(_returned(part) > 0.95 for part in elementary_materials(surface.material))
+    return is_hollow and all(_returned(part) > 0.95 for part in surface.material.elements)
 
 
 def _returned(part) -> float:

@@ -13,7 +13,7 @@ from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.bins import DirectionCone
-from transport.scene.materials import Surface, elementary_materials
+from transport.scene.materials import Surface
 from transport.vectors import Vector, local_frame
 
 METER = 0.4  # m
@@ -128,7 +128,7 @@ def positions(shape: Shape) -> st.SearchStrategy:
 
 def are_seen_by(surfaces: list[Surface]) -> bool:
     """Whether a point detector sees by all of them."""
-    parts = [part for surface in surfaces for part in elementary_materials(surface.material)]
+    parts = [part for surface in surfaces for part in surface.material.elements]
     return all(isinstance(part, tp.Black | tp.Diffuse | tp.Transparent) for part in parts)
 
 

@@ -9,7 +9,7 @@ import transport as tp
 from tests.fuzz import looks, shapes, stuff, views
 from tests.fuzz.worlds import OFFSETS, ROOM, WITHIN, World, cells_about
 from transport.geometry.shape import Shape
-from transport.scene.materials import Material, elementary_materials
+from transport.scene.materials import Material
 from transport.vectors import Vector
 
 DIM = 1e-6  # a share below which nothing needs to glow
@@ -168,8 +168,8 @@ def _lit_sides(surface: tp.Surface) -> list[str]:
     """The sides to which the room's light comes."""
     if surface.name.startswith("wall"):
         return ["back"]
-    passes = any(getattr(part, "transmission", 0.0) > 0 for part in elementary_materials(surface.material))
-    is_clear = any(isinstance(part, tp.Transparent) for part in elementary_materials(surface.material))
+    passes = any(getattr(part, "transmission", 0.0) > 0 for part in surface.material.elements)
+    is_clear = any(isinstance(part, tp.Transparent) for part in surface.material.elements)
     return ["front", "back"] if passes or is_clear or not surface.shape.is_closed else ["front"]
 
 

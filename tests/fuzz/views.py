@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 import transport as tp
 from tests.fuzz import lamps, looks, shapes
 from tests.fuzz.worlds import MIDDLES, World, assembled, matter
-from transport.scene.materials import elementary_materials
 from transport.vectors import Vector
 
 ASIDE = 0.01  # m, off the middle of a cell, where sheets may lie
@@ -32,7 +31,7 @@ def seen_worlds(draw) -> World:
 
 def reciprocal(surface: tp.Surface) -> tp.Surface:
     """The same, but with its front's material on both sides where what passes might be unlike, which is refused backwards."""
-    passes = any(getattr(part, "transmission", 0.0) > 0 for part in elementary_materials(surface.material))
+    passes = any(getattr(part, "transmission", 0.0) > 0 for part in surface.material.elements)
     if not isinstance(surface.material, tp.TwoSided) or not passes:
         return surface
     return tp.Surface(

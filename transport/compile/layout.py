@@ -20,7 +20,9 @@ MATERIAL_SHIFT, MATERIAL_MASK = 29, 7
 SURFACE_SHIFT, SURFACE_MASK = 32, 0xFFFF
 SHEET_SHIFT = 48
 
-TRANSPARENT, BLACK, DIFFUSE, MIRROR, DIELECTRIC, GLOSSY, LENS = range(7)  # materials
+# codes of a surface's material: how a direction is sampled
+INTERACTIONS = "transparent", "black", "diffuse", "mirror", "dielectric", "glossy", "lens"
+TRANSPARENT, BLACK, DIFFUSE, MIRROR, DIELECTRIC, GLOSSY, LENS = range(len(INTERACTIONS))
 
 # upper bound of the relative rounding of a crossing's position: four units in the last place
 ROUNDING = 2.0**-50

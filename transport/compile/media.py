@@ -16,13 +16,12 @@ from transport.geometry.solid import Box, Sphere
 from transport.geometry.supports import is_on_support
 from transport.scene.bodies import bits_of_bodies_at, body_bits_at, has_media, scene_bodies, scene_media
 from transport.scene.emissions import Isotropic
-from transport.scene.materials import Mixture, Transparent
 from transport.scene.media import Grid
-from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
+from transport.scene.phase_functions import Tabulated
 from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
 from transport.scene.tracking import Tracking
-from transport.validation import SceneError, short_repr
+from transport.validation import SceneError
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
@@ -116,34 +115,20 @@ def _phase_laws(plan: Plan):
     for medium in plan.distinct_media:
         if _scatters(medium) and medium.phase not in plan.phase_numbers:
             plan.phase_numbers[medium.phase] = number
-            parts = medium.phase.parts if isinstance(medium.phase, Mixture) else ((medium.phase, 1.0),)
+            parts = medium.phase.weighted_parts
             shares = np.cumsum([share for _, share in parts])
             for (phase, _), share in zip(parts, shares, strict=True):
-                name, values = _phase_row(plan, phase)
-                yield (
-                    name,
-                    layout.row(layout.PHASE_LAW, **values, share=share, number=number, parts=len(parts)),
-                )
+                values = {"g": phase.g, "share": share, "number": number, "parts": len(parts)}
+                if isinstance(phase, Tabulated):
+                    rows = tabulated_rows(phase)
+                    plan.kept.append(rows)
+                    values |= {"rows": rows.ctypes.data, "count": len(rows)}
+                yield f"scatter_{phase.law}", layout.row(layout.PHASE_LAW, **values)
                 number += 1
 
 
 def _scatters(medium) -> bool:
     return bool(np.any(np.asarray(medium.scattering) > 0))
-
-
-def _phase_row(plan: Plan, phase) -> tuple[str, dict[str, float]]:
-    match phase:
-        case Isotropic() | HenyeyGreenstein(g=0.0):
-            return "scatter_isotropically", {}
-        case HenyeyGreenstein(g=g):
-            return "scatter_by_henyey_greenstein", {"g": g}
-        case Rayleigh():
-            return "scatter_by_rayleigh", {}
-        case Tabulated():
-            rows = tabulated_rows(phase)
-            plan.kept.append(rows)
-            return "scatter_by_table", {"rows": rows.ctypes.data, "count": len(rows)}
-    raise SceneError(f"Medium: the engine does not support {short_repr(phase)}")
 
 
 def emitting_media(scene: Scene) -> list[Source]:
@@ -235,7 +220,7 @@ def box_rows(plan: Plan) -> list[np.ndarray]:
     rows, size = [], plan.space.size
     for number, body in enumerate(plan.bodies):
         surface = plan.scene.surfaces[body.surfaces[0]]
-        if isinstance(surface.shape, Box) and isinstance(surface.material, Transparent):
+        if isinstance(surface.shape, Box) and not surface.material.acts:
             half = dict(
                 zip(("hx", "hy", "hz"), (0.5 * side / size for side in surface.shape.size), strict=True)
             )

@@ -14,15 +14,7 @@ import numpy as np
 
 from transport.scene.checks.overlapping_bodies import has_emission
 from transport.scene.detectors import Detector
-from transport.scene.materials import (
-    Black,
-    Diffuse,
-    Material,
-    Mirror,
-    Transparent,
-    display_name,
-    elementary_materials,
-)
+from transport.scene.materials import display_name
 from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
@@ -76,8 +68,8 @@ def _source_refusal(scene: Scene) -> str | None:
 def _scattering_refusal(scene: Scene) -> str | None:
     """Reason why surfaces or media do not allow it: they may redirect light to the detector."""
     for number, surface in enumerate(scene.surfaces):
-        for part in elementary_materials(surface.material):
-            if _redirects_light(part):
+        for part in surface.material.elements:
+            if part.redirects:
                 return (
                     f"{display_name(surface, number)} redirects light, got {short_repr(part)};"
                     " write estimator='expected' or 'backward'"
@@ -87,13 +79,6 @@ def _scattering_refusal(scene: Scene) -> str | None:
         if medium is not None and np.max(medium.scattering) > 0:
             return f"a medium scatters, got {short_repr(medium)}; write estimator='expected' or 'backward'"
     return None
-
-
-def _redirects_light(part: Material) -> bool:
-    """Return whether a material may send incident light into another direction."""
-    if isinstance(part, Mirror):
-        return part.reflectance > 0
-    return not (isinstance(part, (Black, Transparent)) or part == Diffuse(0.0))
 
 
 def _aim_refusal(scene: Scene) -> str | None:

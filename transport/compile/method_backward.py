@@ -37,16 +37,8 @@ from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam
 from transport.scene.materials import (
-    Diffuse,
-    Material,
-    Mirror,
-    Mixture,
     Surface,
-    ThinLens,
-    Transparent,
-    TwoSided,
     display_name,
-    elementary_materials,
 )
 from transport.scene.points import PointDetector
 from transport.scene.sources import Source
@@ -124,18 +116,16 @@ def _source_refusal(scene: Scene, source: Source, number: int) -> str | None:
 def _surface_refusal(scene: Scene, surface: Surface) -> str | None:
     """Reason why a surface is not reciprocal; None if it is."""
     title = display_name(surface, scene.surfaces.index(surface))
-    if any(isinstance(part, ThinLens) for part in elementary_materials(surface.material)):
-        return f"{title} is a ThinLens, which is not reciprocal; build it from Dielectric surfaces"
-    if isinstance(surface.material, TwoSided):
-        sides = [_transmitted_shares(side) for side in (surface.material.front, surface.material.back)]
-        if any(abs(a - b) > TRANSMITTANCE_TOLERANCE for a, b in zip(*sides, strict=True)):
-            return f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
+    for part in surface.material.elements:
+        if not part.is_reciprocal:
+            return (
+                f"{title} is a {type(part).__name__}, which is not reciprocal;"
+                " build it from Dielectric surfaces"
+            )
+    front, back = (side.shares for side in surface.material.sides)
+    if (
+        abs(front.diffuse_through - back.diffuse_through) > TRANSMITTANCE_TOLERANCE
+        or abs(front.straight - back.straight) > TRANSMITTANCE_TOLERANCE
+    ):
+        return f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
     return None
-
-
-def _transmitted_shares(material: Material) -> tuple[float, float]:
-    """Shares of incident light that a material transmits diffusely, and straight on."""
-    parts = material.parts if isinstance(material, Mixture) else ((material, 1.0),)
-    diffuse = sum(share * part.transmission for part, share in parts if isinstance(part, Diffuse))
-    straight = sum(share * part.transmission for part, share in parts if isinstance(part, Mirror))
-    return diffuse, straight + sum(share for part, share in parts if isinstance(part, Transparent))

@@ -27,15 +27,12 @@ from transport.geometry.supports import are_on_one_support
 from transport.scene.bodies import body_bits_at
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic, Lambertian
-from transport.scene.materials import Diffuse, Mixture, elementary_materials, is_specular
-from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
 from transport.scene.sheets import pieces_of
 from transport.scene.sides import IS_BACK
 from transport.validation import SceneError, refuse, short_repr
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
-    from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
 from transport.scene.sheets import Sheet
 
 # [sr^-1] greatest densities of Lambertian and of isotropic directions
@@ -103,7 +100,7 @@ def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
     if plan.adjoint is not None or not plan.expectations:
         return
     scene = plan.scene
-    specular = {number for number, surface in enumerate(scene.surfaces) if is_specular(surface.material)}
+    specular = {number for number, surface in enumerate(scene.surfaces) if surface.material.is_specular}
     numbers = {id(surface): number for number, surface in enumerate(scene.surfaces)}
     # Find the specular surfaces by sheet.
     found = {
@@ -197,12 +194,10 @@ def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, floa
         if (law := _law(emitter))
     ]
     for surface in plan.scene.surfaces:
-        parts = [part for part in elementary_materials(surface.material) if isinstance(part, Diffuse)]
-        sent = max((part.albedo + part.transmission for part in parts), default=0.0)
-        walls = (
-            _triangles(surface.shape) if parts and isinstance(shape, FlatShape) else pieces_of(surface.shape)
-        )
-        places += [(piece, sent, LAMBERTIAN_DENSITY, False) for piece in walls if sent > 0]
+        sent = surface.material.max_diffuse_share
+        if sent > 0:
+            pieces = _triangles(surface.shape) if isinstance(shape, FlatShape) else pieces_of(surface.shape)
+            places += [(piece, sent, LAMBERTIAN_DENSITY, False) for piece in pieces]
     if isinstance(shape, FlatShape):
         places = [place for place in places if not is_behind(place[0], shape, side)]
     return [
@@ -328,11 +323,7 @@ def _law(emitter: Emitter) -> dict[str, float]:
 def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
     """Return the same for diffuse walls; a flat detector on a wall receives nothing from it."""
     scene = plan.scene
-    walls = [
-        s.shape
-        for s in scene.surfaces
-        if any(isinstance(p, Diffuse) for p in elementary_materials(s.material))
-    ]
+    walls = [surface.shape for surface in scene.surfaces if surface.material.max_diffuse_share > 0]
     if not walls:
         return None
     facing = [s for s in walls if not (isinstance(shape, FlatShape) and are_on_one_support(s, shape))]
@@ -343,19 +334,7 @@ def _collisions(plan: Plan, shape: Shape) -> tuple[float, float] | None:
     """Return the same for collisions in media that scatter."""
     if not scatters_anywhere(plan):
         return None
-    return max(map(max_phase_density, plan.phase_numbers)), min_collision_distance(plan, shape)
-
-
-def max_phase_density(phase) -> float:
-    """Return the greatest density of a phase function [sr^-1]; for a mixture the sum over its parts."""
-    match phase:
-        case Mixture():
-            return sum(share * max_phase_density(part) for part, share in phase.parts)
-        case Tabulated():
-            return float(np.max(phase.values))
-        case Isotropic() | HenyeyGreenstein() | Rayleigh():  # greatest forward or backward
-            return float(np.max(phase.density(np.array([-1.0, 1.0]))))
-    raise SceneError(f"Medium: next-event rays need the greatest density of {short_repr(phase)}")
+    return max(phase.max_density for phase in plan.phase_numbers), min_collision_distance(plan, shape)
 
 
 def min_collision_distance(plan: Plan, shape: Shape) -> float:

@@ -19,9 +19,9 @@ from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import body_bits_at
 from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.media import Medium
-from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
+from transport.scene.phase_functions import Tabulated
 from transport.scene.points import PointDetector
-from transport.validation import SceneError, refuse, short_repr
+from transport.validation import SceneError, refuse
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
@@ -132,26 +132,15 @@ def phase_densities(plan: Plan) -> list[RayPass]:
     """Return the pass that adds the density of each phase function, or part of one, and its row."""
     found = []
     for phase, number in plan.phase_numbers.items():
-        for part, share in getattr(phase, "parts", ((phase, 1.0),)):
-            name, values = _density(plan, part)
-            found.append((name, layout.row(layout.POINT_PHASE, **values, share=share, number=number)))
+        for part, share in phase.weighted_parts:
+            values = {"g": part.g, "share": share, "number": number}
+            if isinstance(part, Tabulated):
+                cosines, densities = (np.ascontiguousarray(array) for array in (part.mu, part.values))
+                plan.kept += [cosines, densities]
+                values |= {"cosines": cosines.ctypes.data, "values": densities.ctypes.data}
+                values |= {"cells": len(cosines) - 1}
+            found.append((f"add_{part.law}_pdf", layout.row(layout.POINT_PHASE, **values)))
     return found
-
-
-def _density(plan: Plan, phase) -> tuple[str, dict[str, float]]:
-    match phase:
-        case Isotropic() | HenyeyGreenstein(g=0.0):
-            return "add_isotropic_pdf", {}
-        case HenyeyGreenstein(g=g):
-            return "add_henyey_greenstein_pdf", {"g": g}
-        case Rayleigh():
-            return "add_rayleigh_pdf", {}
-        case Tabulated():
-            cosines, values = (np.ascontiguousarray(array) for array in (phase.mu, phase.values))
-            plan.kept += [cosines, values]
-            columns = {"cosines": cosines.ctypes.data, "values": values.ctypes.data}
-            return "add_tabulated_pdf", columns | {"cells": len(cosines) - 1}
-    raise SceneError(f"Medium: point detectors and next-event rays do not support {short_repr(phase)}")
 
 
 def scatters_anywhere(plan: Plan) -> bool:

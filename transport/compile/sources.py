@@ -23,7 +23,6 @@ from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.checks.refractive_indices import index_around
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
-from transport.scene.materials import Dielectric, elementary_materials
 from transport.scene.scene import Scene
 from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
@@ -86,10 +85,7 @@ def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
     unknown.
     """
     glass = {
-        surface.shape: part
-        for surface in scene.surfaces
-        for part in elementary_materials(surface.material)
-        if isinstance(part, Dielectric)
+        surface.shape: glass for surface in scene.surfaces if (glass := surface.material.boundary) is not None
     }
     if not glass:
         return None

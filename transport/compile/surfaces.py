@@ -18,21 +18,14 @@ from transport.geometry.revolved import Cone, Cylinder, Paraboloid, Revolved
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.materials import (
-    Black,
     Dielectric,
-    Diffuse,
-    Glossy,
     Material,
-    Mirror,
     Mixture,
-    ThinLens,
-    Transparent,
-    TwoSided,
 )
 from transport.scene.sheets import Sheet, SheetMember
 from transport.scene.speeds import SpeedDistribution
 from transport.statistics.microfacet_lobe import lobe_quantile
-from transport.validation import SceneError, refuse, short_repr
+from transport.validation import refuse
 from transport.vectors import dot
 
 if TYPE_CHECKING:
@@ -316,57 +309,39 @@ def transparent_rows() -> tuple[np.ndarray, np.ndarray]:
 
 def surface_rows(plan: Plan, member: SheetMember) -> Rows:
     """Return the rows of an acting member: front, then back where the two differ."""
-    material = member.surface.material
-    front, back = (material.front, material.back) if isinstance(material, TwoSided) else (material, None)
-    rows = _part_rows(plan, front, member)
-    if back is not None:
+    front, back = member.surface.material.sides
+    rows = _side_rows(plan, front, member)
+    if back is not front:
         rows[0][0]["back"] = len(rows)
-        rows += _part_rows(plan, back, member)
+        rows += _side_rows(plan, back, member)
     return rows
 
 
-def _part_rows(plan: Plan, material: Material, member: SheetMember) -> Rows:
+def _side_rows(plan: Plan, material: Material, member: SheetMember) -> Rows:
     """Return one row per part of a mixture, with cumulative shares; one row for any other material."""
-    if not isinstance(material, Mixture):
-        return [_material_rows(plan, material, member)]
-    shares = np.cumsum([share for _, share in material.parts])
-    rows = [_material_rows(plan, part, member) for part, _ in material.parts]
-    for (surface, _), share in zip(rows, shares, strict=True):
-        surface["share"], surface["parts"] = share, len(rows)
+    rows = [_material_rows(plan, part, member) for part in material.elements]
+    if isinstance(material, Mixture):
+        shares = np.cumsum([share for _, share in material.parts])
+        for (surface, _), share in zip(rows, shares, strict=True):
+            surface["share"], surface["parts"] = share, len(rows)
     return rows
 
 
 def _material_rows(plan: Plan, material: Material, member: SheetMember) -> tuple[np.ndarray, np.ndarray]:
-    surface, optics = transparent_rows()
-    optics["side"] = member.orientation
-    match material:
-        case Transparent():
-            pass
-        case Black() | Diffuse(albedo=0.0, transmission=0.0) | Mirror(reflectance=0.0, transmission=0.0):
-            surface["material"], surface["albedo"] = layout.BLACK, 0.0
-        case Diffuse(albedo=share, transmission=passed, speed=speed):
-            surface["material"], surface["albedo"] = layout.DIFFUSE, share + passed
-            optics["through"] = passed / (share + passed)
-            if speed is not None and plan.has_speeds:
-                surface["quantiles"] = _wall_speed_table(plan, speed)
-        case Mirror(reflectance=share, transmission=passed):
-            surface["material"], surface["albedo"] = layout.MIRROR, share + passed
-            optics["through"] = passed / (share + passed)
-        case Dielectric(index_inside=inside, index_outside=outside):
-            surface["material"] = layout.DIELECTRIC
-            optics["inside"], optics["outside"] = inside, outside
-            optics["ratio"] = inside / outside
-            optics["excess"] = (inside - outside) * (inside + outside) / outside / outside
-        case Glossy(roughness=roughness, albedo=albedo):
-            surface["material"], surface["albedo"] = layout.GLOSSY, albedo
-            optics["roughness"] = roughness
-            optics["lobe"] = _keep_row(plan, quantile_row(plan, _microfacet_quantile(roughness), unit=1.0))
-        case ThinLens(focal_length=length):
-            surface["material"] = layout.LENS
-            optics["cx"], optics["cy"], optics["cz"] = plan.space.place(member.shape.center)
-            optics["power"] = plan.space.size / length
-        case _:
-            raise SceneError(f"Surface: the engine does not support {short_repr(material)}")
+    """Return the rows of an elementary material."""
+    row = material.row()
+    code = layout.INTERACTIONS.index(row.interaction)
+    surface = layout.row(layout.SURFACE, material=code, albedo=row.albedo)
+    named = {name: value for name, value in row._asdict().items() if name in layout.OPTICS.names}
+    optics = layout.row(layout.OPTICS, side=member.orientation, **named)
+    if row.focal_length < math.inf:
+        optics["cx"], optics["cy"], optics["cz"] = plan.space.place(member.shape.center)
+        optics["power"] = plan.space.size / row.focal_length
+    if row.roughness > 0:
+        lobe = quantile_row(plan, _microfacet_quantile(row.roughness), unit=1.0)
+        optics["lobe"] = _keep_row(plan, lobe)
+    if material.speed is not None and row.albedo > 0 and plan.has_speeds:
+        surface["quantiles"] = _wall_speed_table(plan, material.speed)
     return surface, optics
 
 

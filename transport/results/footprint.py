@@ -13,7 +13,6 @@ from transport.compile.plan import Plan
 from transport.compile.volumes import weights_vary
 from transport.results.batches import SAMPLED
 from transport.scene.detectors import Detector
-from transport.scene.materials import Black, elementary_materials
 from transport.scene.scene import Scene
 from transport.statistics.chunked import MIN_MAPPED_BYTES
 from transport.statistics.packed import MAX_UNPACKED_ROWS
@@ -105,9 +104,8 @@ def rows_of(scene: Scene, detector: Detector) -> int:
 def _is_black_without_source(scene: Scene, detector: Detector) -> bool:
     """Return whether the detector is on a black surface without a source."""
     shape = scene.shape_of(detector)
-    walls = [surface for surface in scene.surfaces if surface.name == detector.shape]
-    parts = [part for wall in walls for part in elementary_materials(wall.material)]
-    is_dark = bool(parts) and all(isinstance(part, Black) for part in parts)
+    materials = [surface.material for surface in scene.surfaces if surface.name == detector.shape]
+    is_dark = bool(materials) and not any(each.redirects or each.is_transmissive for each in materials)
     return is_dark and not any(scene.shape_of(source) == shape for source in scene.sources)
 
 

@@ -15,7 +15,7 @@ from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Box, Sphere
-from transport.scene.phase_functions import Phase
+from transport.scene.phase_functions import ISOTROPIC_DENSITY, Phase
 from transport.scene.pulses import Pulse
 from transport.scene.speeds import Maxwellian, SpeedDistribution
 from transport.units import speed_of_light
@@ -235,7 +235,7 @@ class Isotropic(Emission, Phase):
     shapes = (Point, Box, Sphere)
     cure = "use Lambertian for a surface"
     can_aim = needs_whole = True
-    g = 0.0
+    g, law, max_density = 0.0, "isotropic", ISOTROPIC_DENSITY
 
     def __post_init__(self) -> None:
         if not self.is_phase:

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import field
-from typing import Any
+from dataclasses import field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,11 +25,113 @@ from transport.validation import (
     short_repr,
 )
 
-# ---- Base class of materials, and the check of reflected and transmitted fractions.
+# ---- Base class of materials: what the rest of the program asks of any material.
+
+
+class Shares(NamedTuple):
+    """Shares of the incident light by what happens to it: the largest ones where they depend on the angle."""
+
+    absorbed: float = 0.0
+    diffuse: float = 0.0  # reflected by the cosine law
+    diffuse_through: float = 0.0  # transmitted by the cosine law
+    specular: float = 0.0  # reflected into the direction of a mirror, or into a lobe around it
+    refracted: float = 0.0  # transmitted into another direction
+    straight: float = 0.0  # transmitted straight on
+
+
+class MaterialRow(NamedTuple):
+    """What the engine is told about an elementary material; `compile.surfaces` scales the lengths."""
+
+    interaction: str = "transparent"  # how a direction is sampled: one of compile.layout.INTERACTIONS
+    albedo: float = 1.0  # share that goes on
+    focal_length: float = math.inf  # [m]
+    # Columns of compile.layout.OPTICS:
+    through: float = 0.0  # transmitted share of what goes on
+    inside: float = 0.0  # refractive indices of a boundary of media
+    outside: float = 0.0
+    ratio: float = 1.0  # index inside over index outside
+    excess: float = 0.0  # (ratio - 1)(ratio + 1)
+    roughness: float = 0.0
 
 
 class Material:
-    """Base class of materials; not instantiated directly."""
+    """Base class of materials; not instantiated directly.
+
+    An elementary material states its `shares` and its `row`, and where it differs from the attributes here.
+    The compiler, the checks, the estimators and the diagnostics ask no material for its type.
+    """
+
+    acts = True  # on particles; else they cross it as if it were not there
+    bounds_media = False  # whether its sides lie in media of given refractive indices
+    is_one_sided = True  # whether it can be the material of one side alone
+    is_reciprocal = True  # whether light may take each path backwards, with the same share
+    is_for_light = False  # whether its law is one of light, not of particles
+    speed: float | SpeedDistribution | None = None  # with which particles leave; None: they keep theirs
+
+    @property
+    def elements(self) -> tuple["Material", ...]:
+        """Elementary materials on both sides; itself if it is elementary."""
+        return (self,)
+
+    @property
+    def sides(self) -> tuple["Material", "Material"]:
+        """Materials of the front and of the back."""
+        return self, self
+
+    @property
+    def shares(self) -> Shares:
+        """Shares of the incident light; of a mixture the mean ones, of a TwoSided those of its sides."""
+        raise NotImplementedError
+
+    def row(self) -> MaterialRow:
+        """Return what the engine is told about an elementary material."""
+        raise NotImplementedError
+
+    @property
+    def boundary(self) -> "Dielectric | None":
+        """The boundary of two media among the elementary materials, if there is one."""
+        return next((part for part in self.elements if part.bounds_media), None)
+
+    @property
+    def absorbs(self) -> bool:
+        """Whether some light is absorbed."""
+        return any(side.shares.absorbed > 0 for side in self.sides)
+
+    @property
+    def is_transmissive(self) -> bool:
+        """Whether some light is transmitted, from at least one side."""
+        return any(max(side.shares[2], *side.shares[4:]) > 0 for side in self.sides)
+
+    @property
+    def redirects(self) -> bool:
+        """Whether light may leave in another direction than that of its arrival."""
+        return any(max(side.shares[1:5]) > 0 for side in self.sides)
+
+    @property
+    def is_specular(self) -> bool:
+        """Whether light leaves in directions that no shadow ray can sample.
+
+        It does from mirrors, glass, gloss and lenses. Shadow rays do not pass a mixture of Transparent and
+        another material either.
+        """
+        return any(
+            max(side.shares.specular, side.shares.refracted, side.shares.straight * self.acts) > 0
+            for side in self.sides
+        )
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether no light is absorbed, scattered or mirrored but by Fresnel's law."""
+        return all(max(part.shares.refracted, part.shares.straight) == 1 for part in self.elements)
+
+    @property
+    def max_diffuse_share(self) -> float:
+        """Largest share of a particle's weight that leaves by the cosine law."""
+        return max(part.shares.diffuse + part.shares.diffuse_through for part in self.elements)
+
+    def brightened(self, least: float) -> tuple["Material", float]:
+        """Return a material that sends on at least a share, and what this one sends on relative to it."""
+        return self, 1.0
 
 
 def coerce_fractions(material: Material, reflected: str, transmitted: str) -> None:
@@ -81,8 +183,18 @@ class Dielectric(Material):
     index_inside: float
     index_outside: float = 1.0
 
+    bounds_media, is_one_sided, is_for_light = True, False, True
+    shares = Shares(specular=1.0, refracted=1.0)
+
     def __post_init__(self) -> None:
         coerce_positive(self, "index_inside", "index_outside")
+
+    def row(self) -> MaterialRow:
+        inside, outside = self.index_inside, self.index_outside
+        excess = (inside - outside) * (inside + outside) / outside / outside
+        return MaterialRow(
+            "dielectric", inside=inside, outside=outside, ratio=inside / outside, excess=excess
+        )
 
 
 @scene_object
@@ -131,6 +243,18 @@ class Glossy(Material):
         set_fields(self, roughness=number)
         coerce_fraction(self, "albedo")
 
+    @property
+    def shares(self) -> Shares:
+        return Shares(absorbed=1 - self.albedo, specular=self.albedo)
+
+    def row(self) -> MaterialRow:
+        return MaterialRow("glossy", self.albedo, roughness=self.roughness)
+
+    def brightened(self, least: float) -> tuple[Material, float]:
+        if self.albedo >= least:
+            return self, 1.0
+        return replace(self, albedo=least), self.albedo / least
+
 
 @scene_object
 class ThinLens(Material):
@@ -165,6 +289,9 @@ class ThinLens(Material):
 
     focal_length: float
 
+    is_one_sided, is_reciprocal, is_for_light = False, False, True
+    shares = Shares(refracted=1.0)
+
     def __post_init__(self) -> None:
         value = self.focal_length
         number = as_float(value)
@@ -173,8 +300,13 @@ class ThinLens(Material):
             refuse(self, f"focal_length must be a finite number, not zero, got {short_repr(value)}; {cure}")
         set_fields(self, focal_length=number)
 
+    def row(self) -> MaterialRow:
+        return MaterialRow("lens", focal_length=self.focal_length)
+
 
 # ---- Plain materials: black, diffuse, mirror and transparent.
+
+BLACK_ROW = MaterialRow("black", albedo=0.0)
 
 
 @scene_object
@@ -187,6 +319,11 @@ class Black(Material):
     >>> tp.Surface(tp.Disk(radius=1.0), tp.Black(), name="floor").material
     Black()
     """
+
+    shares = Shares(absorbed=1.0)
+
+    def row(self) -> MaterialRow:
+        return BLACK_ROW
 
 
 @scene_object
@@ -240,6 +377,15 @@ class Diffuse(Material):
                 self, f"speed must not be negative, got {short_repr(self.speed)}; write speeds from 0 upwards"
             )
 
+    @property
+    def shares(self) -> Shares:
+        left = self.albedo + self.transmission
+        return Shares(1 - left, diffuse=self.albedo, diffuse_through=self.transmission)
+
+    def row(self) -> MaterialRow:
+        left = self.albedo + self.transmission
+        return MaterialRow("diffuse", left, through=self.transmission / left) if left else BLACK_ROW
+
 
 @scene_object
 class Mirror(Material):
@@ -269,6 +415,21 @@ class Mirror(Material):
     def __post_init__(self) -> None:
         coerce_fractions(self, "reflectance", "transmission")
 
+    @property
+    def shares(self) -> Shares:
+        left = self.reflectance + self.transmission
+        return Shares(1 - left, specular=self.reflectance, straight=self.transmission)
+
+    def row(self) -> MaterialRow:
+        left = self.reflectance + self.transmission
+        return MaterialRow("mirror", left, through=self.transmission / left) if left else BLACK_ROW
+
+    def brightened(self, least: float) -> tuple[Material, float]:
+        share = (self.reflectance + self.transmission) / least
+        if share >= 1:
+            return self, 1.0
+        return Mirror(self.reflectance / share, self.transmission / share), share
+
 
 @scene_object
 class Transparent(Material):
@@ -279,6 +440,12 @@ class Transparent(Material):
     >>> import transport as tp
     >>> fog = tp.Surface(tp.Box(size=1.0), tp.Transparent(), inside=tp.Medium(scattering=0.5))
     """
+
+    acts = False
+    shares = Shares(straight=1.0)
+
+    def row(self) -> MaterialRow:
+        return MaterialRow()
 
 
 # ---- Combined materials: mixtures (also of phase functions), and one material per side.
@@ -322,6 +489,15 @@ class Mixture(Material, Phase):
     def __post_init__(self) -> None:
         set_fields(self, parts=tuple(sorted(self._checked_parts(), key=lambda part: _sort_key(part[0]))))
         self._check_indices()
+
+    @property
+    def elements(self) -> tuple[Material, ...]:
+        return tuple(part for part, _ in self.parts)
+
+    @property
+    def shares(self) -> Shares:
+        columns = zip(*((share * each for each in part.shares) for part, share in self.parts), strict=True)
+        return Shares(*map(sum, columns))
 
     @property
     def is_phase(self) -> bool:
@@ -370,6 +546,15 @@ class Mixture(Material, Phase):
         self._check_is_phase("density(mu)")
         return sum(share * part.density(mu) for part, share in self.parts)
 
+    @property
+    def max_density(self) -> float:
+        """Sum of the greatest densities of the parts [sr^-1], for a mixture of phase functions."""
+        return sum(share * part.max_density for part, share in self.parts)
+
+    @property
+    def weighted_parts(self) -> tuple[tuple[Phase, float], ...]:
+        return self.parts
+
     def _check_is_phase(self, what: str) -> None:
         if not self.is_phase:
             refuse(self, f"{what} needs phase functions, got materials: {short_repr(self.parts)}; mix phases")
@@ -408,11 +593,12 @@ class Mixture(Material, Phase):
 
     def _check_indices(self) -> None:
         """Raise SceneError if parts that transmit light lead into different media."""
-        glass = [part for part, _ in self.parts if isinstance(part, Dielectric)]
-        for part, _ in self.parts:
-            if glass and part != glass[0] and is_transmissive(part) and not _same_media(part, glass[0]):
+        glass = None if self.is_phase else self.boundary
+        for part in self.elements if glass else ():
+            leads_elsewhere = part.bounds_media or glass.index_inside != glass.index_outside
+            if part != glass and part.is_transmissive and leads_elsewhere:
                 cure = "give them the same indices, or leave one out"
-                refuse(self, f"parts must lead into the same media, got {glass[0]} and {part}; {cure}")
+                refuse(self, f"parts must lead into the same media, got {glass} and {part}; {cure}")
 
 
 @scene_object
@@ -450,12 +636,20 @@ class TwoSided(Material):
             check_material(self, side)
             self._check_side(side, getattr(self, side))
 
+    @property
+    def sides(self) -> tuple[Material, Material]:
+        return self.front, self.back
+
+    @property
+    def elements(self) -> tuple[Material, ...]:
+        return self.front.elements + self.back.elements
+
     def _check_side(self, side: str, material: Material) -> None:
         if isinstance(material, TwoSided):
             cure = "use the material of that side only"
             refuse(self, f"{side} must not be another TwoSided, got {short_repr(material)}; {cure}")
-        for part in elementary_materials(material):
-            if isinstance(part, (Dielectric, ThinLens)):
+        for part in material.elements:
+            if not part.is_one_sided:
                 kind = type(part).__name__
                 cure = f"a {kind} acts on both sides: make it the surface's material"
                 refuse(self, f"{side} must not be or contain a {kind}, got {short_repr(part)}; {cure}")
@@ -469,52 +663,6 @@ def check_material(subject: object, name: str) -> None:
         refuse(
             subject, f"{name} must be a material, got {short_repr(value)}; phase functions belong to a Medium"
         )
-
-
-def elementary_materials(material: Material) -> tuple[Material, ...]:
-    """Return the elementary materials of a material, on both sides; itself if it is elementary."""
-    if isinstance(material, Mixture):
-        return tuple(part for part, _ in material.parts)
-    if isinstance(material, TwoSided):
-        return elementary_materials(material.front) + elementary_materials(material.back)
-    return (material,)
-
-
-def is_transmissive(material: Material) -> bool:
-    """Return whether a material transmits light from at least one side."""
-    return any(_is_transmissive_part(part) for part in elementary_materials(material))
-
-
-def is_specular(material: Material) -> bool:
-    """Return whether light leaves a material in directions that no shadow ray can sample.
-
-    True for mirrors, glass, gloss and lenses.
-    """
-    parts = list(elementary_materials(material))
-    # Shadow rays cannot pass a mixture of Transparent and another material.
-    is_sieve = any(isinstance(part, Transparent) for part in parts) and len(set(map(type, parts))) > 1
-    return is_sieve or any(_is_specular_part(part) for part in parts)
-
-
-def _is_specular_part(part: Material) -> bool:
-    if isinstance(part, Mirror):
-        return part.reflectance > 0 or part.transmission > 0
-    if isinstance(part, Glossy):
-        return part.albedo > 0
-    return not isinstance(part, (Black, Diffuse, Transparent))
-
-
-def _is_transmissive_part(part: Material) -> bool:
-    if isinstance(part, (Diffuse, Mirror)):
-        return part.transmission > 0
-    return isinstance(part, (Dielectric, ThinLens, Transparent))
-
-
-def _same_media(part: Material, glass: Dielectric) -> bool:
-    """Return whether both parts lead into the same media."""
-    if isinstance(part, Dielectric):
-        return part == glass
-    return glass.index_inside == glass.index_outside
 
 
 def _sort_key(part: Material | Phase) -> tuple[str, bytes]:
@@ -581,7 +729,7 @@ class Surface:
         if isinstance(self.shape, (Point, Cloud)):
             refuse(self, f"shape must have an area, got {self.shape}; a {kind} is for sources only")
         check_material(self, "material")
-        has_lens = any(isinstance(part, ThinLens) for part in elementary_materials(self.material))
+        has_lens = any(isinstance(part, ThinLens) for part in self.material.elements)
         if has_lens and not isinstance(self.shape, (Disk, Rectangle)):
             refuse(self, f"a ThinLens must be on a Disk or a Rectangle, got a {kind}; put it on one of these")
         self._coerce_side("front", "outside")

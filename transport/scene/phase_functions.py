@@ -57,6 +57,21 @@ class Phase:
         """
         raise NotImplementedError
 
+    @property
+    def law(self) -> str:
+        """Name of its law in the engine, which has passes `scatter_<law>` and `add_<law>_pdf`."""
+        raise NotImplementedError(f"{type(self).__name__} has no law in the engine")
+
+    @property
+    def max_density(self) -> float:
+        """Greatest density [sr^-1]."""
+        raise NotImplementedError(f"{type(self).__name__} does not state its greatest density")
+
+    @property
+    def weighted_parts(self) -> tuple[tuple[Phase, float], ...]:
+        """The phase functions of a mixture with their shares; else itself, with the share 1."""
+        return ((self, 1.0),)
+
 
 def is_phase(value: object) -> bool:
     """Return whether a value is a phase function."""
@@ -164,6 +179,14 @@ class HenyeyGreenstein(Phase):
             refuse(self, f"{must}, got {short_repr(self.g)}; {cure}")
         set_fields(self, g=number)
 
+    @property
+    def law(self) -> str:
+        return "henyey_greenstein" if self.g else "isotropic"
+
+    @property
+    def max_density(self) -> float:
+        return float(self.density(math.copysign(1.0, self.g)))
+
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
         """Return the phase function at cosines mu of the scattering angle.
 
@@ -205,7 +228,8 @@ class Rayleigh(Phase):
     array([0.1194, 0.0597, 0.1194])
     """
 
-    g = 0.0
+    g, law = 0.0, "rayleigh"
+    max_density = 1.5 * ISOTROPIC_DENSITY
 
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
         """Return the phase function at cosines mu of the scattering angle.
@@ -276,6 +300,12 @@ class Tabulated(Phase):
     values: np.ndarray = field(init=False, compare=False, repr=False)
     g: float = field(init=False, compare=False)
     digest: bytes = field(init=False, repr=False)  # of the arrays, for equality and hash
+
+    law = "tabulated"
+
+    @property
+    def max_density(self) -> float:
+        return float(np.max(self.values))
 
     def __post_init__(self) -> None:
         # Read the columns, and check them.

@@ -9,14 +9,7 @@ from transport.scene.bodies import medium_at
 from transport.scene.checks.check_scene import check_scene
 from transport.scene.checks.overlapping_bodies import has_emission, has_named_media
 from transport.scene.detectors import Detector
-from transport.scene.materials import (
-    AnyMedium,
-    Dielectric,
-    Surface,
-    ThinLens,
-    coerce_medium,
-    elementary_materials,
-)
+from transport.scene.materials import AnyMedium, Material, Surface, coerce_medium
 from transport.scene.media import Grid, Medium, Vacuum
 from transport.scene.parts import DETECTOR_TYPES, AnyDetectorType, SceneParts
 from transport.scene.sides import AnyDetector
@@ -225,10 +218,10 @@ class Scene(SceneParts):
             kinds = ", ".join(sorted({type(source.emission).__name__ for source in self.sources}))
             refuse(self, f"sources must be all in watts or all in particles, got {kinds}; use two scenes")
         for surface in self.surfaces:
-            for part in elementary_materials(surface.material):
-                if getattr(part, "speed", None) is not None:
+            for part in surface.material.elements:
+                if part.speed is not None:
                     self._check_wall(surface, part.speed)
-                if isinstance(part, (Dielectric, ThinLens)):
+                if part.is_for_light:
                     self._check_optics(surface, part)
 
     def _check_wall(self, surface: Surface, speed: object) -> None:
@@ -243,13 +236,13 @@ class Scene(SceneParts):
             cure = "a wall gives the speeds of one mass; take that mass, and a scene for each species"
             refuse(surface, f"its Maxwellian is of particles of {mass} kg, got {got} from a source; {cure}")
 
-    def _check_optics(self, surface: Surface, part: Dielectric | ThinLens) -> None:
+    def _check_optics(self, surface: Surface, part: Material) -> None:
         """Refuse a boundary of media or a lens for particles, and glass of unknown media with a clock."""
         kind = type(part).__name__
         if self.measured_in == "particles":
             cure = "emit watts, or leave it out"
             refuse(surface, f"material must not be a {kind} in a scene of particles, got {part}; {cure}")
-        if isinstance(part, Dielectric) and self.duration is not None and not has_named_media(self):
+        if part.bounds_media and self.duration is not None and not has_named_media(self):
             must = f"material must not be a Dielectric in a scene with a duration, got {self.duration} s"
             cure = (
                 f"name its medium, inside=Medium(index={part.index_inside:g}), which says how fast light is"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from transport.scene.checks.overlapping_bodies import has_emission
-from transport.scene.materials import Diffuse, elementary_materials
 from transport.units import speed_of_light
 
 if TYPE_CHECKING:
@@ -27,8 +26,8 @@ def scene_speeds(scene: SceneParts) -> set[float | SpeedDistribution]:
     return emitted | {
         part.speed
         for surface in scene.surfaces
-        for part in elementary_materials(surface.material)
-        if isinstance(part, Diffuse) and part.speed is not None
+        for part in surface.material.elements
+        if part.speed is not None
     }
 
 

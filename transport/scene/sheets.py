@@ -19,7 +19,7 @@ from transport.geometry.solid import Box, Sphere
 from transport.geometry.supports import are_on_one_support, is_on_support, relative_orientation
 from transport.scene.bodies import bodies_on_sides, has_media
 from transport.scene.detectors import Detector
-from transport.scene.materials import Surface, Transparent
+from transport.scene.materials import Surface
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
@@ -88,7 +88,7 @@ def _members(scene: SceneParts) -> Iterator[SheetMember]:
     bounds = bodies_on_sides(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
     for surface, sides in zip(scene.surfaces, bounds, strict=True):
         looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]
-        acts = not isinstance(surface.material, Transparent)
+        acts = surface.material.acts
         mark = surface.name if surface.name in scene.visited else None
         front, back = (sum(1 << body for body in side) for side in sides)
         if acts or looking or mark is not None or front != back:

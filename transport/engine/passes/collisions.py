@@ -251,7 +251,7 @@ def choose_phase(b, table, first, live):
 
 
 @lane_pass(PHASE_LAW)
-def scatter_isotropically(b, table, first, live):
+def scatter_isotropic(b, table, first, live):
     """Sample an isotropic direction.
 
     Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
@@ -265,7 +265,7 @@ def scatter_isotropically(b, table, first, live):
 
 
 @lane_pass(PHASE_LAW)
-def scatter_by_henyey_greenstein(b, table, first, live):
+def scatter_henyey_greenstein(b, table, first, live):
     """Sample the scattering angle by the phase function of Henyey and Greenstein (1941).
 
     Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
@@ -280,7 +280,7 @@ def scatter_by_henyey_greenstein(b, table, first, live):
 
 
 @lane_pass(PHASE_LAW)
-def scatter_by_rayleigh(b, table, first, live):
+def scatter_rayleigh(b, table, first, live):
     """Sample the scattering angle by the phase function of Rayleigh (1871), 3/(16 pi) (1 + mu^2).
 
     Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
@@ -311,7 +311,7 @@ def choose_segment_of_table(b, table, first, live):
 
 
 @lane_pass(PHASE_LAW)
-def scatter_by_table(b, table, first, live):
+def scatter_tabulated(b, table, first, live):
     """Sample the scattering angle by a tabulated phase function, within the chosen segment.
 
     Fields: reads `nx, ny, nz`, `u0`, `u1`, `collides`; updates `ux, uy, uz`.

@@ -270,6 +270,6 @@ def _scatter(plan):
         yield step(collisions.count_scatterings)
     yield from next_event_from_collisions(plan)
     for name, law in plan.phase_laws:
-        if name == "scatter_by_table":
+        if name == "scatter_tabulated":
             yield step(collisions.choose_segment_of_table, law)
         yield step_by_name((name, law))

@@ -24,12 +24,8 @@ from transport.geometry.supports import are_on_one_support
 from transport.scene.bodies import surrounding_medium
 from transport.scene.checks.enclosures import ClosedPatches, ClosedShape, finite_enclosures
 from transport.scene.materials import (
-    Black,
     Surface,
-    Transparent,
     display_name,
-    elementary_materials,
-    is_transmissive,
 )
 from transport.scene.sheets import pieces_of
 from transport.scene.sides import IS_BACK, OTHER_SIDE
@@ -135,7 +131,7 @@ def are_separated(scene: Scene, one: Sided, other: Sided, number: int | None = N
 
 def _is_opaque(scene: Scene, detector: Detector) -> bool:
     """Return whether a detector is an opaque surface, so that nothing departs where nothing arrives."""
-    return any(s.name == detector.shape and not is_transmissive(s.material) for s in scene.surfaces)
+    return any(s.name == detector.shape and not s.material.is_transmissive for s in scene.surfaces)
 
 
 def _has_source_on(scene: Scene, shape: Shape) -> bool:
@@ -281,7 +277,7 @@ def _bounding_ball(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 def _opaque_rooms(scene: Scene) -> list[Room]:
     """The rooms that opaque surfaces enclose; computed once per scene."""
     if OPAQUE_ROOMS_KEY not in scene.proofs:
-        opaque = {number: s for number, s in enumerate(scene.surfaces) if not is_transmissive(s.material)}
+        opaque = {number: s for number, s in enumerate(scene.surfaces) if not s.material.is_transmissive}
         scene.proofs[OPAQUE_ROOMS_KEY] = finite_enclosures(opaque)
     return scene.proofs[OPAQUE_ROOMS_KEY]
 
@@ -347,7 +343,7 @@ def _redirecting_shapes(scene: Scene) -> Iterator[Shape | None]:
     if np.max(surrounding_medium(scene).scattering) > 0:
         yield None
     for surface in scene.surfaces:
-        if any(not isinstance(part, Black | Transparent) for part in elementary_materials(surface.material)):
+        if surface.material.redirects:
             yield surface.shape
         yield from _scattering_regions(surface)
 

@@ -42,14 +42,8 @@ from transport.scene.cameras import Camera
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Lambertian
 from transport.scene.materials import (
-    Glossy,
     Material,
-    Mirror,
-    Surface,
-    TwoSided,
     display_name,
-    is_specular,
-    is_transmissive,
 )
 from transport.scene.media import Medium
 from transport.scene.points import PointDetector
@@ -110,7 +104,7 @@ def specular_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[i
 def _find_specular_surfaces(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     found = []
     for number, surface in enumerate(scene.surfaces):
-        if not is_specular(surface.material):
+        if not surface.material.is_specular:
             continue
         if side is not None and isinstance(shape, FlatShape) and is_behind(surface.shape, shape, side):
             continue
@@ -132,12 +126,12 @@ def surface_names(scene: Scene, numbers: Iterable[int]) -> list[str]:
 
 def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
     """Return whether a flat surface with one specular side turns that side away from all of a shape."""
-    if not (isinstance(mirror, FlatShape) and isinstance(material, TwoSided)):
+    if not isinstance(mirror, FlatShape):
         return False
-    sides = {"front": material.front, "back": material.back}
-    specular = [side for side, each in sides.items() if is_specular(each)]
-    is_opaque = not any(is_transmissive(each) for each in sides.values())
-    return is_opaque and len(specular) == 1 and is_behind(shape, mirror, specular[0])
+    specular = [
+        side for side, each in zip(("front", "back"), material.sides, strict=True) if each.is_specular
+    ]
+    return not material.is_transmissive and len(specular) == 1 and is_behind(shape, mirror, specular[0])
 
 
 def unconnected_sources(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
@@ -284,7 +278,7 @@ def _are_blocked(scene: Scene, start: np.ndarray, rays: np.ndarray, distances: n
     """Return whether an opaque surface lies between the ends of each line."""
     blocked = np.zeros(len(start), bool)
     for surface in scene.surfaces:
-        if not is_transmissive(surface.material):
+        if not surface.material.is_transmissive:
             met = crossings(surface.shape, start, rays).distances / distances[:, None]
             blocked |= ((met > END_TOLERANCE) & (met < 1 - END_TOLERANCE)).any(axis=1)
     return blocked
@@ -317,7 +311,7 @@ def _least_depth(plan: Plan, origin: Shape, shape: Shape) -> float:
     scene, depth = plan.scene, 0.0
     bodies, holders = nested_bodies(scene)
     is_straight = not (
-        plan.reflects or plan.scatters or any(is_specular(each.material) for each in scene.surfaces)
+        plan.reflects or plan.scatters or any(each.material.is_specular for each in scene.surfaces)
     )
     outside = surrounding_medium(scene)
     if not bodies and isinstance(outside, Medium):
@@ -557,7 +551,8 @@ def _run_probe(
     born, there = [], list(scene.surfaces)
     for number in surfaces:
         surface = scene.surfaces[number]
-        there[number], share = _with_bright_mirror(surface)
+        material, share = surface.material.brightened(MIN_PROBE_REFLECTANCE)
+        there[number] = replace(surface, material=material)
         power = Lambertian(power=share * start.emission.power)
         born.append(replace(start, emission=power, aim=surface.shape))
     # Use next-event estimation if the scene allows it.
@@ -596,20 +591,3 @@ def _probe_result(result: Record, detector: Detector, straight: float = math.inf
     ]
     spread = float(student_quantile(0.975, total.dof) * total.error) if total.error > 0 else 0.0
     return float(total.value) + spread + math.fsum(unseen), float(total.value)
-
-
-def _with_bright_mirror(surface: Surface) -> tuple[Surface, float]:
-    """Replace a dark mirror by one on which few histories die.
-
-    Return it and the power that remains, as a share.
-    """
-    material = surface.material
-    if isinstance(material, Mirror):
-        share = (material.reflectance + material.transmission) / MIN_PROBE_REFLECTANCE
-        if share < 1:
-            bright = Mirror(material.reflectance / share, material.transmission / share)
-            return replace(surface, material=bright), share
-    if isinstance(material, Glossy) and material.albedo < MIN_PROBE_REFLECTANCE:
-        bright = replace(material, albedo=MIN_PROBE_REFLECTANCE)
-        return replace(surface, material=bright), material.albedo / MIN_PROBE_REFLECTANCE
-    return surface, 1.0

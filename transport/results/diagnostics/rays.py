@@ -19,13 +19,13 @@ import numpy as np
 from transport.compile import method_backward
 from transport.compile.layout import GRAZING_CUT
 from transport.compile.method_expected import uses_next_event
-from transport.compile.next_event import max_phase_density, min_collision_distance
+from transport.compile.next_event import min_collision_distance
 from transport.compile.volumes import weights_vary
 from transport.geometry.distances import distance_to_shape, is_behind
 from transport.geometry.flat import FlatShape
 from transport.geometry.shape import Point
 from transport.results.tally import Tally
-from transport.scene.materials import Diffuse, display_name, elementary_materials
+from transport.scene.materials import display_name
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, student_quantile
 from transport.statistics.chunked import batch_totals
 from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
@@ -74,7 +74,7 @@ def unvisited_surface_findings(
     histories = sum(batch.histories for batch in batches)
     found = []
     for number, surface in enumerate(plan.scene.surfaces):
-        share = 0.0 if _cannot_light(plan, surface, detector) else _max_diffuse_share(surface)
+        share = 0.0 if _cannot_light(plan, surface, detector) else surface.material.max_diffuse_share
         unseen = unseen_scores(_estimated_visits(plan, batches, number, share, light)) if share > 0 else 0.0
         if unseen > 0:
             distance = max(distance_to_shape(surface.shape, place), size)
@@ -99,12 +99,6 @@ def _cannot_light(plan: Plan, surface: Surface, detector: Detector | None) -> bo
     """Return whether a surface lies behind the active side of a flat detector."""
     shape = None if detector is None else plan.scene.shape_of(detector)
     return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, detector.side)
-
-
-def _max_diffuse_share(surface: Surface) -> float:
-    """Largest share of the incident weight that leaves a surface diffusely."""
-    parts = [part for part in elementary_materials(surface.material) if isinstance(part, Diffuse)]
-    return max((part.albedo + part.transmission for part in parts), default=0.0)
 
 
 def _estimated_visits(plan: Plan, batches: list[Batch], number: int, share: float, light: float) -> float:
@@ -222,7 +216,7 @@ def _largest_collision_score(plan: Plan, gap: float, score) -> tuple[float, Medi
         scattering = float(np.max(getattr(medium, "scattering", 0.0)))
         if scattering > 0:
             path = max(1.0 / float(np.max(medium.extinction)), gap)
-            found.append((score(max_phase_density(medium.phase) / path**2), medium))
+            found.append((score(medium.phase.max_density / path**2), medium))
     return max(found, key=lambda one: one[0], default=(0.0, None))
 
 
@@ -235,7 +229,7 @@ def _forward_peak_finding(
     """
     score, medium = worst
     if score > 0:
-        angle = math.sqrt(1 / (math.pi * max_phase_density(medium.phase)))
+        angle = math.sqrt(1 / (math.pi * medium.phase.max_density))
         what = (
             f"light scattered by the {type(medium).__name__} within {angle:.2g} rad of the forward direction"
             " hardly sampled"

@@ -24,7 +24,7 @@ from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.bodies import body_bits_at, nested_bodies, surrounding_medium
 from transport.scene.emissions import Beam, Isotropic, Lambertian
-from transport.scene.materials import Diffuse, TwoSided, display_name, elementary_materials
+from transport.scene.materials import display_name
 from transport.scene.sheets import pieces_of
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
@@ -102,9 +102,7 @@ def _near_emitters(plan: Plan, point: Vector, fluence: Estimate, particles: int)
     reach = math.sqrt(4 * MIN_SCORES_FOR_ERROR * one / fluence.value)  # from farther away enough are expected
     # Diffuse walls.
     for title, piece, material in _diffuse_walls(plan, point, reach):
-        share = _diffuse_share_of_side(
-            material, _side(piece, point) if isinstance(material, TwoSided) else 0.0
-        )
+        share = _diffuse_share_of_side(material, _side(piece, point))
         distance = _distance(piece, point, reach)
         if distance is not None and not _is_negligible(plan, share, fluence):
             arrivals = distance**2 * fluence.value / 4 / one  # as in isotropic light
@@ -160,9 +158,7 @@ def _splitting_factor(plan: Plan, point: Vector) -> float:
 def _diffuse_walls(plan: Plan, point: Vector, reach: float) -> Iterator[tuple[str, Shape, Material]]:
     """Walls within reach that reflect or transmit diffusely, piece by piece."""
     for number, surface in enumerate(plan.scene.surfaces):
-        if not _is_out_of_reach(surface.shape, point, reach) and any(
-            isinstance(part, Diffuse) for part in elementary_materials(surface.material)
-        ):
+        if not _is_out_of_reach(surface.shape, point, reach) and surface.material.max_diffuse_share > 0:
             title = display_name(surface, number)
             yield from ((title, piece, surface.material) for piece in pieces_of(surface.shape))
 
@@ -252,15 +248,10 @@ def _side(shape: Shape, point: Vector) -> float:
 
 def _diffuse_share_of_side(material: Material, side: float) -> float:
     """Largest share of a history's weight that leaves a wall diffusely on a side; side 0.0: on any."""
-    sides = (material, material)
-    if isinstance(material, TwoSided):
-        sides = (material.front, material.back) if side >= 0 else (material.back, material.front)
-        sides = (material, material) if side == 0 else sides
-    here, beyond = (
-        [part for part in elementary_materials(each) if isinstance(part, Diffuse)] for each in sides
-    )
-    sent = [part for part in here if part.albedo] + [part for part in beyond if part.transmission]
-    return max((part.albedo + part.transmission for part in sent), default=0.0)
+    here, beyond = (material, material) if side == 0 else material.sides[:: 1 if side > 0 else -1]
+    sent = [part.shares for part in here.elements if part.shares.diffuse]
+    sent += [part.shares for part in beyond.elements if part.shares.diffuse_through]
+    return max((shares.diffuse + shares.diffuse_through for shares in sent), default=0.0)
 
 
 def _is_negligible(plan: Plan, share: float, fluence: Estimate) -> bool:

@@ -14,7 +14,7 @@ from transport.scene.checks.overlapping_bodies import check_filling
 from transport.scene.checks.points import check_point_detectors
 from transport.scene.checks.refractive_indices import check_media
 from transport.scene.checks.trapping import check_total_internal_reflection
-from transport.scene.materials import Dielectric, Surface, display_name, elementary_materials
+from transport.scene.materials import Surface, display_name
 from transport.scene.sheets import scene_sheets
 from transport.validation import SceneError, refuse, short_repr
 
@@ -42,7 +42,7 @@ def check_supports(scene: SceneParts) -> None:
             for other in acting[:i]:
                 if overlap(one.shape, other.shape):
                     cure = "let them share an edge only, leave a gap of 1e-9 of their size, or leave one out"
-                    if all(_is_dielectric(member.surface) for member in (one, other)):
+                    if all(member.surface.material.boundary for member in (one, other)):
                         cure = (
                             "define the common face once, as a Plane, Disk or Rectangle with"
                             " Dielectric(index behind, index in front), and make the bodies Transparent()"
@@ -53,11 +53,6 @@ def check_supports(scene: SceneParts) -> None:
                         f" {_surface_name(scene, one.surface)} overlap on one {_support_name(one.shape)};"
                         f" {cure}"
                     )
-
-
-def _is_dielectric(surface: Surface) -> bool:
-    """Return whether a surface is a dielectric."""
-    return any(isinstance(part, Dielectric) for part in elementary_materials(surface.material))
 
 
 def check_aims(scene: SceneParts) -> None:

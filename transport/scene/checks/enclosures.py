@@ -24,17 +24,10 @@ from transport.geometry.supports import are_on_one_support
 from transport.scene.bodies import TEST_DIRECTIONS
 from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
 from transport.scene.materials import (
-    Black,
-    Diffuse,
-    Glossy,
     Material,
-    Mirror,
     Surface,
     Transparent,
-    TwoSided,
     display_name,
-    elementary_materials,
-    is_transmissive,
 )
 from transport.scene.sides import OTHER_SIDE
 from transport.validation import SceneError, join_names
@@ -178,33 +171,15 @@ def _has_absorber(scene: SceneParts, enclosure: Enclosure) -> bool:
         may_reach = enclosure.may_reach(surface.shape)
         if absorbs(surface.front) or (absorbs(surface.back) and (may_reach or not surface.shape.is_closed)):
             return True
-        if may_reach and number not in enclosure.numbers and _absorbs(surface.material):
+        if may_reach and number not in enclosure.numbers and surface.material.absorbs:
             return True
     return False
 
 
 def _is_lossy(material: Material, is_back: bool) -> bool:
     """Return whether a side absorbs or transmits some of the incident light."""
-    if isinstance(material, TwoSided):
-        material = material.back if is_back else material.front
-    return is_transmissive(material) or _absorbs(material)
-
-
-def _absorbs(material: Material) -> bool:
-    """Return whether a material absorbs some of the incident light."""
-    return any(_absorbed_share(part) > 0 for part in elementary_materials(material))
-
-
-def _absorbed_share(material: Material) -> float:
-    """Share of incident light that a simple material absorbs."""
-    match material:
-        case Black():
-            return 1.0
-        case Diffuse(albedo=share, transmission=passed) | Mirror(reflectance=share, transmission=passed):
-            return 1 - (share + passed)
-        case Glossy(albedo=share):
-            return 1 - share
-    return 0.0
+    side = material.sides[is_back]
+    return side.is_transmissive or side.absorbs
 
 
 # ---- starting points ----

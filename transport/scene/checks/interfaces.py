@@ -25,12 +25,8 @@ from transport.geometry.mesh import Mesh
 from transport.scene.bodies import Body, bits_of_bodies_at, bodies_on_sides, body_solid, surrounding_medium
 from transport.scene.materials import (
     AnyMedium,
-    Dielectric,
     Surface,
-    Transparent,
     display_name,
-    elementary_materials,
-    is_transmissive,
 )
 from transport.scene.media import canonical_medium
 from transport.validation import SceneError, short_repr
@@ -116,19 +112,17 @@ def _side_name(scene: SceneParts, number: int, is_front: bool) -> str:
 
 def _check_index(scene: SceneParts, crossed: InterfaceCrossing, media: list[AnyMedium]) -> None:
     """Refuse a change of index without a Dielectric, and a Dielectric with other indices."""
-    acting = [
-        (k, direction) for k, direction in crossed.surfaces if scene.surfaces[k].material != Transparent()
-    ]
+    acting = [(k, direction) for k, direction in crossed.surfaces if scene.surfaces[k].material.acts]
     if len(acting) > 1:
         return
     number, direction = acting[0] if acting else crossed.surfaces[0]
     material = scene.surfaces[number].material
-    glass = next((part for part in elementary_materials(material) if isinstance(part, Dielectric)), None)
+    glass = material.boundary
     inside, outside = media if direction > 0 else media[::-1]
     there = inside.index, outside.index
     words = f"Dielectric({there[0]:g}, {there[1]:g})"
     where = ", ".join(f"{x:.6g}" for x in crossed.place)
-    if glass is None and is_transmissive(material) and there[0] != there[1]:
+    if glass is None and material.is_transmissive and there[0] != there[1]:
         must = (
             f"material must be a Dielectric between {short_repr(inside)} behind it and {short_repr(outside)}"
             " in front"
@@ -201,8 +195,7 @@ def _group_coincident(
 
 def _bounds_media(surface: Surface) -> bool:
     """Return whether a surface is a dielectric or names a medium."""
-    is_glass = any(isinstance(part, Dielectric) for part in elementary_materials(surface.material))
-    return is_glass or surface.front is not None or surface.back is not None
+    return surface.material.boundary is not None or surface.front is not None or surface.back is not None
 
 
 def _midpoints(steps: list[float], size: float) -> np.ndarray:

@@ -29,7 +29,7 @@ from transport.scene.bodies import (
 from transport.scene.checks.closed_bodies import check_closed
 from transport.scene.checks.interfaces import check_sides, surface_name
 from transport.scene.emissions import Isotropic
-from transport.scene.materials import AnyMedium, Dielectric, Transparent, elementary_materials
+from transport.scene.materials import AnyMedium
 from transport.scene.media import Grid
 from transport.scene.sources import Source
 from transport.validation import SceneError, join_names, short_repr
@@ -212,12 +212,8 @@ def _check_infinite_scattering(scene: SceneParts, bodies: tuple[Body, ...]) -> N
     around = surrounding_medium(scene)
     if scene.duration is not None or not around.scattering or absorbs(around):
         return
-    walls = any(
-        not isinstance(part, Dielectric | Transparent)
-        for surface in scene.surfaces
-        for part in elementary_materials(surface.material)
-    )
-    if not walls and not any(absorbs(body.medium) for body in bodies):
+    is_open = all(surface.material.is_clear for surface in scene.surfaces)
+    if is_open and not any(absorbs(body.medium) for body in bodies):
         must = "medium must absorb or be finite"
         cure = "add absorption=..., put it into a Box, or give the scene a duration"
         raise SceneError(f"Scene: {must}, got {short_repr(scene.medium)}, in which no history ends; {cure}")

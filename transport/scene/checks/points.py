@@ -8,14 +8,13 @@ from transport.geometry.containment import coordinate_scale
 from transport.geometry.distances import distance_to_shape
 from transport.geometry.shape import ROUNDING, Point
 from transport.scene.emissions import Beam, Isotropic, Lambertian
-from transport.scene.materials import Black, Diffuse, Surface, Transparent, display_name, elementary_materials
+from transport.scene.materials import Surface, display_name
 from transport.scene.parts import SceneParts
 from transport.scene.points import PointDetector
 from transport.scene.sources import Source
 from transport.validation import refuse, short_repr
 from transport.vectors import Vector, dot
 
-ALLOWED_MATERIALS = (Black, Diffuse)  # materials that block a ray and whose emergent radiance is known
 ON_SURFACE_TOLERANCE = 64 * ROUNDING  # distance relative to the coordinates at which a point is on a surface
 
 
@@ -35,11 +34,11 @@ def check_point_detectors(scene: SceneParts) -> None:
 
 
 def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface) -> None:
-    if isinstance(surface.material, Transparent):
+    if not surface.material.acts:
         return
     title = display_name(surface, scene.surfaces.index(surface))
-    for part in elementary_materials(surface.material):
-        if not isinstance(part, ALLOWED_MATERIALS):
+    for part in surface.material.elements:
+        if part.is_specular or not part.acts:  # no block to a ray, or of unknown radiance
             must = "needs surfaces that are Black, Diffuse or Transparent throughout"
             cure = "use a small VolumeDetector instead"
             refuse(detector, f"{must}, got {part!r} of {title}; {cure}")

@@ -31,7 +31,7 @@ from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.geometry.supports import rounding_tolerance
-from transport.scene.materials import Dielectric, Surface, display_name, elementary_materials, is_transmissive
+from transport.scene.materials import Dielectric, Surface, display_name
 from transport.validation import SceneError
 from transport.vectors import Vector
 
@@ -98,10 +98,8 @@ def index_around(scene: SceneParts, position: Vector) -> float:
 
 def _boundary(surface: Surface, number: int) -> Boundary | None:
     """The surface as a boundary; None if it transmits light and changes no index."""
-    glass = next(
-        (part for part in elementary_materials(surface.material) if isinstance(part, Dielectric)), None
-    )
-    if glass is None and is_transmissive(surface.material):
+    glass = surface.material.boundary
+    if glass is None and surface.material.is_transmissive:
         return None
     title = display_name(surface, number)
     return Boundary(title, surface.shape, glass)

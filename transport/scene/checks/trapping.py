@@ -23,14 +23,10 @@ from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_a
 from transport.scene.emissions import Beam
 from transport.scene.materials import (
     AnyMedium,
-    Dielectric,
-    Diffuse,
     Material,
     Mirror,
     Surface,
-    Transparent,
     display_name,
-    elementary_materials,
 )
 from transport.validation import SceneError, short_repr
 from transport.vectors import dot
@@ -104,7 +100,7 @@ def check_weak_absorption(scene: SceneParts) -> None:
     sigma_a, sigma_s = float(np.max(around.absorption)), float(np.max(around.scattering))
     if not 0 < sigma_a < sigma_s * LIFETIMES / MAX_EVENTS:
         return
-    is_open = all(_is_bounded(s) and not _is_not_clear(s) for s in scene.surfaces)
+    is_open = all(_is_bounded(s) and s.material.is_clear for s in scene.surfaces)
     if is_open and not any(absorbs(m) for s in scene.surfaces for m in (s.front, s.back)):
         raise SceneError(
             f"Scene: infinite medium must absorb more, got {short_repr(scene.medium)}, in which a history"
@@ -113,20 +109,12 @@ def check_weak_absorption(scene: SceneParts) -> None:
         )
 
 
-def _is_not_clear(surface: Surface) -> bool:
-    """Return whether a surface may absorb, scatter or mirror light."""
-    return any(
-        not isinstance(part, Dielectric | Transparent) for part in elementary_materials(surface.material)
-    )
-
-
 def _escape_sine(material: Material) -> float:
     """Sine of the critical angle from inside for clear smooth dielectrics; 1 for all other materials."""
-    parts = elementary_materials(material)
-    glass = [part for part in parts if isinstance(part, Dielectric)]
-    if not glass or any(part not in glass and part != Mirror(1.0) for part in parts):
+    glass = material.boundary
+    if glass is None or any(not part.bounds_media and part != Mirror(1.0) for part in material.elements):
         return 1.0
-    return min(1.0, glass[0].index_outside / glass[0].index_inside)
+    return min(1.0, glass.index_outside / glass.index_inside)
 
 
 def _interacts(medium: AnyMedium | None) -> bool:
@@ -146,7 +134,7 @@ def _other_surfaces_inside(scene: SceneParts, number: int) -> list[Surface]:
 
 def _is_inert(surface: Surface) -> bool:
     """Return whether a surface has no effect."""
-    return surface.material == Transparent() and not (_interacts(surface.front) or _interacts(surface.back))
+    return not surface.material.acts and not (_interacts(surface.front) or _interacts(surface.back))
 
 
 def _boxes_overlap(shape: Shape, other: Shape) -> bool:
@@ -162,7 +150,7 @@ def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
 
 def _is_enclosed(shape: Shape, walls: list[Surface]) -> bool:
     """Return whether a surface around the shape may block its light."""
-    return any(_is_not_clear(wall) and _boxes_overlap(shape, wall.shape) for wall in walls)
+    return any(not wall.material.is_clear and _boxes_overlap(shape, wall.shape) for wall in walls)
 
 
 def _is_bounded(surface: Surface) -> bool:
@@ -173,9 +161,7 @@ def _is_bounded(surface: Surface) -> bool:
 def _scatters(surface: Surface) -> bool:
     """Return whether a surface, or the medium it names, scatters light diffusely."""
     media = [medium for medium in (surface.front, surface.back) if medium is not None]
-    is_rough = any(
-        isinstance(part, Diffuse) and part.albedo > 0 for part in elementary_materials(surface.material)
-    )
+    is_rough = any(part.shares.diffuse > 0 for part in surface.material.elements)
     return is_rough or any(np.max(medium.scattering) > 0 for medium in media)
 
 
