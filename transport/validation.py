@@ -55,6 +55,9 @@ class SceneError(ValueError):
     """
 
 
+SCENE_OBJECTS: dict[str, type] = {}  # the package's own scene objects by name; what files can hold
+
+
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
 def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
     """Make a frozen dataclass that raises SceneError for invalid, missing and unknown parameters."""
@@ -69,6 +72,8 @@ def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
         init(self, *values, **named)
 
     made.__init__ = checked_init
+    if made.__module__.startswith("transport."):
+        SCENE_OBJECTS[made.__name__] = made
     return made
 
 

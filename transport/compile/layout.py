@@ -13,6 +13,8 @@ point:
 
 import numpy as np
 
+from transport.scene.materials import OPTICAL_COLUMNS
+
 DETECTORS_PER_SHEET = 26
 EMPTY_FRONT, EMPTY_BACK = 1 << 26, 1 << 27
 EDGE = 1 << 28
@@ -118,11 +120,8 @@ SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature outward"))
 # back: number of rows to the first row of the back side; 0 where both sides are alike.
 SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles back"))
 # Optical properties by row of a surface. side: -1 where its normal is opposite to its sheet's normal.
-# ratio: index inside over index outside (0 unless a boundary of media); excess: (ratio - 1)(ratio + 1).
-# through: transmitted share of what is not absorbed; power: 1/focal length of a lens with center c.
-OPTICS = np.dtype(
-    _floats("side inside outside ratio excess roughness through cx cy cz power") + _integers("lobe")
-)
+# power: 1/focal length of a lens with center c; the other columns are those of the material's own row.
+OPTICS = np.dtype(_floats("side cx cy cz power " + " ".join(OPTICAL_COLUMNS)) + _integers("lobe"))
 
 # Edges by row of a surface: points within rounding of an edge are clamped inside it
 # (engine/passes/landing.py).

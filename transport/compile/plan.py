@@ -87,6 +87,7 @@ class Plan:
     sheets: np.ndarray = None
     surfaces: np.ndarray = None
     optics: np.ndarray = None  # same rows as `surfaces`
+    albedo_laws: set[str] = field(default_factory=set)  # of materials whose albedo depends on the direction
     rims: np.ndarray = None
     curved_sheets: np.ndarray = None  # same rows as `sheets`
     meshed_sheets: np.ndarray = None

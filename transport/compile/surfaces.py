@@ -17,11 +17,7 @@ from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid, Revolved
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
-from transport.scene.materials import (
-    Dielectric,
-    Material,
-    Mixture,
-)
+from transport.scene.materials import OPTICAL_COLUMNS, Material
 from transport.scene.sheets import Sheet, SheetMember
 from transport.scene.speeds import SpeedDistribution
 from transport.statistics.microfacet_lobe import lobe_quantile
@@ -318,12 +314,13 @@ def surface_rows(plan: Plan, member: SheetMember) -> Rows:
 
 
 def _side_rows(plan: Plan, material: Material, member: SheetMember) -> Rows:
-    """Return one row per part of a mixture, with cumulative shares; one row for any other material."""
-    rows = [_material_rows(plan, part, member) for part in material.elements]
-    if isinstance(material, Mixture):
-        shares = np.cumsum([share for _, share in material.parts])
-        for (surface, _), share in zip(rows, shares, strict=True):
-            surface["share"], surface["parts"] = share, len(rows)
+    """Return one row per elementary material of a side, with cumulative shares."""
+    parts, total, rows = material.weighted_parts, 0.0, []
+    for part, share in parts:
+        total += share
+        surface, optics = _material_rows(plan, part, member)
+        surface["share"], surface["parts"] = total, len(parts)
+        rows.append((surface, optics))
     return rows
 
 
@@ -332,8 +329,10 @@ def _material_rows(plan: Plan, material: Material, member: SheetMember) -> tuple
     row = material.row()
     code = layout.INTERACTIONS.index(row.interaction)
     surface = layout.row(layout.SURFACE, material=code, albedo=row.albedo)
-    named = {name: value for name, value in row._asdict().items() if name in layout.OPTICS.names}
+    named = {name: getattr(row, name) for name in OPTICAL_COLUMNS}
     optics = layout.row(layout.OPTICS, side=member.orientation, **named)
+    if row.albedo_law is not None:
+        plan.albedo_laws.add(row.albedo_law)
     if row.focal_length < math.inf:
         optics["cx"], optics["cy"], optics["cz"] = plan.space.place(member.shape.center)
         optics["power"] = plan.space.size / row.focal_length
@@ -387,9 +386,7 @@ def check_thin_shapes(sheets: list[Sheet], space: Space) -> None:
 
 
 def _check_width(member: SheetMember, space: Space) -> None:
-    if isinstance(member.shape, Cylinder | Cone | Paraboloid) and isinstance(
-        member.surface.material, Dielectric
-    ):
+    if isinstance(member.shape, Cylinder | Cone | Paraboloid) and member.surface.material.bounds_media:
         _check_fibre(member, space)
     width, slack = _width(member.shape), edge_slack(member, space) * space.size
     if slack > MAX_WIDENING * width:

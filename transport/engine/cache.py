@@ -16,8 +16,10 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 from numba import config
 
+from transport.compile import layout
 from transport.engine.bundle import LANES
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -26,8 +28,10 @@ INSTALLED = ("site-packages", "dist-packages")  # folders that pip installs into
 
 
 def source_digest() -> str:
-    """Return the first 16 hex digits of the SHA-256 of every source that is compiled."""
+    """Return the first 16 hex digits of the SHA-256 of every source and record type that is compiled."""
     digest = hashlib.sha256()
+    kinds = {name: kind.descr for name, kind in vars(layout).items() if isinstance(kind, np.dtype)}
+    digest.update(repr(kinds).encode())
     for path in sorted(
         [*PACKAGE.glob("engine/**/*.py"), *PACKAGE.glob("physics/*.py"), PACKAGE / "compile/layout.py"]
     ):

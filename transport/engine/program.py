@@ -22,7 +22,7 @@ from transport.engine.passes import (
     variance_reduction,
     velocities,
 )
-from transport.engine.registry import Pass, Step, step, table_of_rows
+from transport.engine.registry import Pass, Step, step, step_by_name, table_of_rows
 from transport.engine.stages.births import birth_steps
 from transport.engine.stages.flights import find_media, flight_steps, intersect_surfaces, prepare_flight
 from transport.engine.stages.next_event import (
@@ -178,6 +178,8 @@ def _crossing(plan, moved):
     yield step(surfaces.look_up_surface, table_of_rows(plan.surfaces))
     if plan.has_optics:
         yield step(optics.look_up_optics, table_of_rows(plan.optics))
+    for law in sorted(plan.albedo_laws):
+        yield step_by_name((f"reflect_by_{law}", table_of_rows(plan.optics)))
     if plan.absorbs:
         yield step(surfaces.absorb)
         yield step(surfaces.account_absorbed)

@@ -44,14 +44,18 @@ class MaterialRow(NamedTuple):
 
     interaction: str = "transparent"  # how a direction is sampled: one of compile.layout.INTERACTIONS
     albedo: float = 1.0  # share that goes on
+    albedo_law: str | None = None  # where that depends on the direction: the engine's pass `reflect_by_<law>`
     focal_length: float = math.inf  # [m]
-    # Columns of compile.layout.OPTICS:
+    # Optical columns:
     through: float = 0.0  # transmitted share of what goes on
     inside: float = 0.0  # refractive indices of a boundary of media
     outside: float = 0.0
     ratio: float = 1.0  # index inside over index outside
     excess: float = 0.0  # (ratio - 1)(ratio + 1)
     roughness: float = 0.0
+
+
+OPTICAL_COLUMNS = MaterialRow._fields[MaterialRow._fields.index("through") :]  # of compile.layout.OPTICS
 
 
 class Material:
@@ -72,6 +76,11 @@ class Material:
     def elements(self) -> tuple["Material", ...]:
         """Elementary materials on both sides; itself if it is elementary."""
         return (self,)
+
+    @property
+    def weighted_parts(self) -> tuple[tuple["Material", float], ...]:
+        """The parts of a mixture with their shares; else itself, with the share 1."""
+        return ((self, 1.0),)
 
     @property
     def sides(self) -> tuple["Material", "Material"]:
@@ -552,7 +561,7 @@ class Mixture(Material, Phase):
         return sum(share * part.max_density for part, share in self.parts)
 
     @property
-    def weighted_parts(self) -> tuple[tuple[Phase, float], ...]:
+    def weighted_parts(self) -> tuple[tuple[Any, float], ...]:
         return self.parts
 
     def _check_is_phase(self, what: str) -> None:

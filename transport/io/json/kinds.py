@@ -6,51 +6,27 @@ import typing
 
 import numpy as np
 
-from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh
-from transport.geometry.revolved import Cone, Cylinder, Paraboloid
-from transport.geometry.shape import Cloud, Point
-from transport.geometry.solid import Box, Sphere
-from transport.scene.bins import DirectionCone, Directions, DirectionSphere, Positions
-from transport.scene.cameras import Camera, EnvironmentMap
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.materials import (
-    Black,
-    Dielectric,
-    Diffuse,
-    Glossy,
-    Mirror,
-    Mixture,
     Surface,
-    ThinLens,
-    Transparent,
-    TwoSided,
 )
-from transport.scene.media import Grid, Medium, Vacuum
-from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
-from transport.scene.phase_space import PhaseSpace, Snapshot
-from transport.scene.points import PointDetector
-from transport.scene.pulses import BoxPulse, GaussianPulse, Instant
-from transport.scene.scene import Scene
-from transport.scene.sources import Source
+from transport.scene.media import Grid
+from transport.scene.parts import SceneParts
+from transport.scene.phase_functions import Tabulated
 from transport.scene.speeds import Maxwellian, SpeedTable
-from transport.scene.tracking import Splitting, Tracking
 from transport.scene.volumes import VolumeDetector
 from transport.units import speed_of_light
+from transport.validation import SCENE_OBJECTS
 
-_SCENE_TYPES = (
-    Beam, Black, Box, BoxPulse, Camera, Cloud, Cone, Cylinder, Detector, Dielectric, Diffuse, DirectionCone,
-    DirectionSphere, Directions, Disk, Effusive, EnvironmentMap, Gas, GaussianPulse, Glossy, Grid,
-    HenyeyGreenstein, Instant, Isotropic, Lambertian, Maxwellian, Medium, Mesh, Mirror, Mixture, Paraboloid,
-    PhaseSpace, Plane, Point, PointDetector, Positions, Rayleigh, Rectangle, Scene, Slab, Snapshot, Source,
-    SpeedTable, Sphere, Splitting, Surface, Tabulated, ThinLens, Tracking, Transparent, Triangle, TwoSided,
-    Vacuum, VolumeDetector,
-)  # fmt: skip
-SCENE_TYPES: dict[str, type] = {kind.__name__: kind for kind in _SCENE_TYPES}
 UNSUPPORTED = {  # types that no file can hold: the reason, and what to write instead
     "InverseCDF": "holds a Python function, which no file can store;"
     " write SpeedTable(speeds=..., density=...) instead",
+}
+# types by name; SceneParts is the checks' name of a Scene
+SCENE_TYPES = {
+    name: kind for name, kind in SCENE_OBJECTS.items() if name not in UNSUPPORTED and kind is not SceneParts
 }
 SHARED_TYPES = (Grid, Mesh, SpeedTable, Tabulated)  # written once if used several times
 
