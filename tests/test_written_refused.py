@@ -18,7 +18,6 @@ from tests.round_trips import faults_of, read_again, scenes_of_tests
 from transport.io.json import numbers
 from transport.io.json.kinds import SCENE_TYPES, UNSUPPORTED
 from transport.io.json.numbers import array_from_json
-from transport.io.json.schema import FILE, schema_text
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = """
@@ -321,7 +320,3 @@ def test_every_kind_of_object_is_known_to_files():
         found - {"SceneParts"} == SCENE_TYPES.keys() | UNSUPPORTED.keys()
     )  # a Scene is the parts that passed
 
-
-def test_the_schema_that_is_shipped_is_that_of_the_code():
-    """If not: transport schema --out transport/io/json/scene.schema.json"""
-    assert FILE.read_text(encoding="utf-8") == schema_text()

@@ -9,7 +9,6 @@ from __future__ import annotations
 import types
 import typing
 from dataclasses import MISSING
-from pathlib import Path
 
 import numpy as np
 
@@ -29,7 +28,6 @@ from transport.scene.speeds import SpeedDistribution
 from transport.scene.volumes import COLLISION, TRACK
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
-FILE = Path(__file__).with_name("scene.schema.json")
 FAMILIES = (Emission, Material, Phase, Pulse, Shape, SpeedDistribution)
 PLAIN_TYPES = {
     float: {"type": "number"},
