@@ -176,10 +176,11 @@ def _crossing(plan, moved):
         }
         yield step(surfaces.choose_material, layout.row(layout.TWO_ROWS, **both))
     yield step(surfaces.look_up_surface, table_of_rows(plan.surfaces))
+    for law in sorted(plan.albedo_laws):
+        yield step_by_name((f"look_up_{law}", table_of_rows(plan.optics)))
+        yield step_by_name((f"reflect_by_{law}", layout.row(layout.NO_TABLE)))
     if plan.has_optics:
         yield step(optics.look_up_optics, table_of_rows(plan.optics))
-    for law in sorted(plan.albedo_laws):
-        yield step_by_name((f"reflect_by_{law}", table_of_rows(plan.optics)))
     if plan.absorbs:
         yield step(surfaces.absorb)
         yield step(surfaces.account_absorbed)

@@ -44,7 +44,7 @@ class MaterialRow(NamedTuple):
 
     interaction: str = "transparent"  # how a direction is sampled: one of compile.layout.INTERACTIONS
     albedo: float = 1.0  # share that goes on
-    albedo_law: str | None = None  # where that depends on the direction: the engine's pass `reflect_by_<law>`
+    albedo_law: str | None = None  # by the direction: the engine's passes `look_up_<law>`, `reflect_by_<law>`
     focal_length: float = math.inf  # [m]
     # Optical columns:
     through: float = 0.0  # transmitted share of what goes on
