@@ -30,6 +30,7 @@ ACT = {
     tp.Mirror(): {"reflect_specularly"},
     tp.Diffuse(0.3, 0.3): {"look_up_optics", "sample_transmission", "transmit"},
     tp.Mirror(0.3, 0.3): {"look_up_optics", "sample_transmission", "transmit", "reflect_specularly"},
+    tp.Conductor(0.2, 3.4): {"look_up_metal", "reflect_by_metal", "reflect_specularly"},
     tp.Dielectric(1.5): {"look_up_optics", "refract", "set_birth_index"},
     tp.Glossy(0.2): {"look_up_optics", "reflect_glossily", "scatter_into_lobe", "draw_second_block"},
     tp.ThinLens(0.5): {"deflect_by_lens"},

@@ -58,6 +58,7 @@ SCALAR_PASSES = {
     "cross_boundary": "gathers from the layer's rows",
     "end_lost_particles_of_many": "gathers from the bodies, where they are many",
     "find_medium_of_many": "gathers from the media, where they are many",
+    "look_up_metal": "gathers from the surfaces",
     "choose_phase": "gathers from the media and searches among the parts of a mixture",
     "choose_segment_of_table": "gathers from the segments of a table",
     "bank_copies": "copies lanes into the bank, for few",

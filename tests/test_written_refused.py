@@ -319,4 +319,3 @@ def test_every_kind_of_object_is_known_to_files():
     assert (
         found - {"SceneParts"} == SCENE_TYPES.keys() | UNSUPPORTED.keys()
     )  # a Scene is the parts that passed
-

@@ -39,6 +39,7 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.materials import (
     Black,
+    Conductor,
     Dielectric,
     Diffuse,
     Glossy,
@@ -101,7 +102,7 @@ register("from_json", {"Scene": "transport.io.json.documents:read_scene"})
 register("simulate", {"Scene": "transport.simulate:simulate"})
 
 __all__ = [
-    "Beam", "Black", "Box", "BoxPulse", "Camera", "Cloud", "Cone", "CostOfAccuracy", "Cylinder",
+    "Beam", "Black", "Box", "BoxPulse", "Camera", "Cloud", "Conductor", "Cone", "CostOfAccuracy", "Cylinder",
     "Detector", "Dielectric", "Diffuse", "Directions", "Disk", "Effusive", "EnvironmentMap", "Estimate",
     "EstimateArray", "Gas", "GaussianPulse", "Glossy", "Grid", "HenyeyGreenstein", "Instant",
     "InverseCDF", "Isotropic", "Lambertian", "Maxwellian", "Medium", "Mesh", "MeshWarning", "Mirror",

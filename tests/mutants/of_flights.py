@@ -8,6 +8,20 @@ FURNACE = "test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is
 
 FAULTS = (
     Fault(
+        "physics/interfaces.py",
+        "minus, plus, turned = cosine * p - sine2, cosine * p + sine2, cosine * q",
+        "minus, plus, turned = cosine * p - sine2, cosine * p + sine2, q",
+        "the reflectance of a metal with a wrong phase shift for light polarised along the plane of incidence",
+        ("test_conductor",),
+    ),
+    Fault(
+        OPTICS,
+        "reflectance = metallic_reflectance(abs(b.mu[k]), b.excess[k], loss)",
+        "reflectance = metallic_reflectance(1.0, b.excess[k], loss)",
+        "the reflectance of a metal at normal incidence for all angles",
+        ("test_conductor",),
+    ),
+    Fault(
         BIRTHS,
         "r = math.sqrt(inner2 + uniform(w0, w1) * (outer2 - inner2))",
         "r = math.sqrt(inner2) + uniform(w0, w1) * (math.sqrt(outer2) - math.sqrt(inner2))",

@@ -42,6 +42,28 @@ def fresnel(cosine, ratio, excess):
 
 
 @device
+def metallic_reflectance(cosine, excess, loss):
+    """Return the reflectance of a metal for unpolarised light.
+
+    cosine > 0: of incidence. excess + 1 + i loss: square of the index relative to the medium in front, loss
+    > 0. With the root p + iq of excess + cosine^2 + i loss, both reflectances are ratios of sums of squares
+    (Born and Wolf 1999, 14.2). The difference p - cosine, which cancels for an index near 1, is then a
+    quotient.
+    """
+    real = excess + cosine * cosine
+    larger = math.sqrt(0.5 * (math.sqrt(real * real + loss * loss) + abs(real)))
+    smaller = 0.5 * loss / larger
+    p, q = larger if real > 0.0 else smaller, smaller if real > 0.0 else larger
+    total = cosine + p
+    gap = (excess + q * q) / total if real > 0.0 else p - cosine
+    s = (gap * gap + q * q) / (total * total + q * q)
+    sine2 = (1.0 - cosine) * (1.0 + cosine)
+    minus, plus, turned = cosine * p - sine2, cosine * p + sine2, cosine * q
+    reflectance = 0.5 * s * (1.0 + (minus * minus + turned * turned) / (plus * plus + turned * turned))
+    return min(reflectance, 1.0)
+
+
+@device
 def refracted(ux, uy, uz, nx, ny, nz, cosine, ratio, excess, g):
     """Return the direction behind the surface by Snell's law.
 

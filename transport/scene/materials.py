@@ -6,6 +6,7 @@ from dataclasses import field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Cloud, Point, Shape
@@ -29,7 +30,7 @@ from transport.validation import (
 
 
 class Shares(NamedTuple):
-    """Shares of the incident light by what happens to it: the largest ones where they depend on the angle."""
+    """Shares of the incident light by what happens to it; upper bounds where they depend on the angle."""
 
     absorbed: float = 0.0
     diffuse: float = 0.0  # reflected by the cosine law
@@ -53,6 +54,7 @@ class MaterialRow(NamedTuple):
     ratio: float = 1.0  # index inside over index outside
     excess: float = 0.0  # (ratio - 1)(ratio + 1)
     roughness: float = 0.0
+    loss: float = 0.0  # of a metal: imaginary part of the square of its index, whose real part is excess + 1
 
 
 OPTICAL_COLUMNS = MaterialRow._fields[MaterialRow._fields.index("through") :]  # of compile.layout.OPTICS
@@ -204,6 +206,82 @@ class Dielectric(Material):
         return MaterialRow(
             "dielectric", inside=inside, outside=outside, ratio=inside / outside, excess=excess
         )
+
+
+METALLIC_INDICES = 1e-3, 1e6  # bounds of |n + ik|, between which the reflectance is exact to rounding
+
+
+@scene_object
+class Conductor(Material):
+    """A smooth metal: reflects like a mirror, with Fresnel's reflectance, and absorbs the rest.
+
+    Opaque, and equal on both sides. For watts only.
+
+    Parameters
+    ----------
+    n : float
+        Real part of the refractive index n + ik relative to the medium in front, positive.
+    k : float
+        Imaginary part, positive: the amplitude falls by exp(-2 pi k) within a wavelength of the medium
+        in front. For k = 0 use Dielectric.
+
+    Raises
+    ------
+    SceneError
+        If n or k is not positive, or if the magnitude of n + ik is not from 1e-3 to 1e6.
+
+    Notes
+    -----
+    Reflectance for unpolarised light by Fresnel's formulas (1823) with a complex index (Born and Wolf 1999,
+    Principles of Optics, section 14.2). At normal incidence ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2). Behind
+    glass of index m, divide n and k of the metal by m.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> silver = tp.Conductor(n=0.055, k=3.6)  # about that of silver in green light
+    >>> round(silver.reflectance(1.0), 3)
+    0.985
+    """
+
+    n: float
+    k: float
+
+    is_for_light = True
+    shares = Shares(absorbed=1.0, specular=1.0)
+
+    def __post_init__(self) -> None:
+        if as_float(self.k) == 0:
+            refuse(self, "k must be positive, got 0; for a clear medium use Dielectric")
+        coerce_positive(self, "n", "k")
+        least, most = METALLIC_INDICES
+        if not least <= math.hypot(self.n, self.k) <= most:
+            got = f"n = {self.n:g}, k = {self.k:g}; for a perfect mirror use Mirror()"
+            refuse(self, f"|n + ik| must be from {least:g} to {most:g}, got {got}")
+
+    def reflectance(self, mu: ArrayLike) -> np.ndarray | float:
+        """Return the reflectance for unpolarised light.
+
+        Parameters
+        ----------
+        mu : float or array
+            Cosine of the angle of incidence, in [0, 1].
+
+        Returns
+        -------
+        float or array
+            Reflected fraction, of the shape of mu.
+        """
+        mu = np.asarray(mu, float)
+        index = complex(self.n, self.k)
+        root = np.sqrt(index * index - (1 - mu) * (1 + mu))
+        across = abs((mu - root) / (mu + root)) ** 2
+        along = abs((index * index * mu - root) / (index * index * mu + root)) ** 2
+        return (0.5 * (across + along))[()]
+
+    def row(self) -> MaterialRow:
+        excess, loss = (self.n - 1) * (self.n + 1) - self.k * self.k, 2 * self.n * self.k
+        return MaterialRow("mirror", 0.5, albedo_law="metal", excess=excess, loss=loss)
 
 
 @scene_object

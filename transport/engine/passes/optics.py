@@ -1,6 +1,7 @@
 """Optical surfaces: transmission, refraction, glossy reflection, lenses."""
 
 import numpy as np
+from numba import uint64
 
 from transport.compile.layout import (
     CELL_TERMS,
@@ -24,7 +25,14 @@ from transport.engine.passes.velocities import quantile
 from transport.engine.registry import lane_pass
 from transport.physics.directions import turned_by
 from transport.physics.elementary import cos_sin_turn
-from transport.physics.interfaces import bent_by_lens, fresnel, reflected, refracted, renormalized
+from transport.physics.interfaces import (
+    bent_by_lens,
+    fresnel,
+    metallic_reflectance,
+    reflected,
+    refracted,
+    renormalized,
+)
 from transport.physics.microfacets import sample_visible_normal, unshadowed_share
 
 NO_LOBE = 2.0
@@ -49,6 +57,32 @@ def look_up_optics(b, table, first, live):
         b.excess[k] = row.excess if enters else -row.excess / (row.ratio * row.ratio)
         b.roughness[k] = row.roughness
         b.transmitted[k] = row.through
+    return live
+
+
+@lane_pass(ROWS)
+def look_up_metal(b, table, first, live):
+    """Set `excess` and, in `ratio`, the loss of metals; 0 for other materials, whose own values come later.
+
+    Fields: reads `hit`; writes `ratio`, `excess`.
+    """
+    rows = view(table.rows, table.count, OPTICS)
+    for k in range(first, live):
+        row = rows[uint64((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK)]
+        b.excess[k], b.ratio[k] = row.excess, row.loss
+    return live
+
+
+@lane_pass(NO_TABLE)
+def reflect_by_metal(b, table, first, live):
+    """Set the albedo of metals: Fresnel's reflectance for the cosine of arrival.
+
+    Fields: reads `mu`, `ratio`, `excess`; updates `albedo`.
+    """
+    for k in range(first, live):
+        loss = b.ratio[k]
+        reflectance = metallic_reflectance(abs(b.mu[k]), b.excess[k], loss)
+        b.albedo[k] = reflectance if loss > 0.0 else b.albedo[k]
     return live
 
 
