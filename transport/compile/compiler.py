@@ -7,7 +7,6 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.adjoint import adjoint_scene, fill_adjoint
-from transport.compile.contacts import contact_pairs
 from transport.compile.detectors import (
     bin_counts,
     block_rows,
@@ -38,6 +37,7 @@ from transport.compile.surfaces import (
     transparent_rows,
 )
 from transport.compile.volumes import fill_sizes, fill_volumes
+from transport.geometry.contacts import contact_pairs
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
@@ -267,7 +267,7 @@ def _fill_contacts(plan: Plan, acting: list[tuple[int, int, SheetMember]]) -> No
 
     acting: sheet number, first surface row and member of each acting surface.
     """
-    for hit, other in contact_pairs([member for _, _, member in acting]):
+    for hit, other in contact_pairs([member.shape for _, _, member in acting]):
         (sheet_hit, first, _), (sheet, _, member) = acting[hit], acting[other]
         if sheet_hit == sheet:
             continue

@@ -318,7 +318,46 @@ class Mesh(Shape):
         if position is None or len(position) != 3:
             refuse(self, f"point must be three finite numbers, got {short_repr(point)}")
         self._require_closed("an inside")
-        return abs(winding_number(self.vertices, self.faces, np.array(position))) > MIN_WINDING_INSIDE
+        return self._winds_around(np.array(position))
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, 3) [m] lie inside, as `holds`; none lie in an open mesh."""
+        held = np.zeros(len(points), bool)
+        if self.is_closed:
+            low, high = self.bounds
+            near = ((points >= low) & (points <= high)).all(axis=1)
+            held[near] = [self._winds_around(point) for point in points[near]]
+        return held
+
+    def distance(self, point: Vector, filled: bool = False) -> float:
+        """Return the distance [m] of a point from the nearest triangle; filled: from a closed mesh's volume.
+
+        For each triangle it is the height over it if the foot lies inside, else the distance to the nearest
+        side.
+        """
+        if filled and self.is_closed and self.holds(point):
+            return 0.0
+        corners = self.vertices[self.faces] - np.array(point)
+        height = np.abs(np.einsum("ij,ij->i", corners[:, 0], self.normals))
+        is_over, nearest = True, math.inf
+        for k in range(3):
+            start, side = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
+            is_left = np.einsum("ij,ij->i", np.cross(start, side), self.normals) >= 0  # of each side
+            is_over &= is_left
+            step = -np.einsum("ij,ij->i", start, side) / np.einsum("ij,ij->i", side, side)
+            apart = np.linalg.norm(start + np.clip(step, 0.0, 1.0)[:, None] * side, axis=1)
+            nearest = np.minimum(nearest, apart)
+        return float(np.where(is_over, height, nearest).min())
+
+    def sample_area(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points even over the area, and the normals there; see `Shape`."""
+        whole = np.cumsum(self.areas)
+        place = numbers[:, 0] * whole[-1]
+        facets = np.minimum(np.searchsorted(whole, place, side="right"), self.triangles - 1)
+        within = np.clip((place - (whole - self.areas)[facets]) / self.areas[facets], 0.0, 1.0)[:, None]
+        first, second, third = self.vertices[self.faces[facets]].transpose(1, 0, 2)
+        s, t = np.sqrt(within), numbers[:, 1:2]
+        return first + s * (1 - t) * (second - first) + s * t * (third - first), self.normals[facets]
 
     def flipped(self) -> Mesh:
         """Return the mesh with all normals reversed.
@@ -417,6 +456,10 @@ class Mesh(Shape):
         if not self.edges.are_paired:
             cure = "close the holes and orient all triangles alike"
             refuse(self, f"{what} needs a closed mesh, got {self!r}; {cure}")
+
+    def _winds_around(self, point: np.ndarray) -> bool:
+        """Return whether the mesh winds once around a point; not around a point in a facet."""
+        return abs(winding_number(self.vertices, self.faces, point)) > MIN_WINDING_INSIDE
 
     def _freeze(self) -> None:
         """Make the arrays read-only."""

@@ -10,7 +10,7 @@ from dataclasses import field
 
 import numpy as np
 
-from transport.geometry.flat import Disk, FlatShape, Rectangle, Triangle
+from transport.geometry.flat import Disk, Rectangle, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point, Shape
@@ -562,6 +562,6 @@ class Effusive(ParticleEmission):
         """
         if not isinstance(self.speed, SpeedDistribution):
             return self.speed / 4
-        if self.speed.has_drift and isinstance(shape, FlatShape):
+        if self.speed.has_drift and shape.is_flat:
             return self.speed.one_way_flux(self.speed.drift_through(shape, is_back))
         return self.speed.mean_speed / 4

@@ -27,10 +27,9 @@ from transport.geometry.line_crossings import (
     scene_size,
     with_neighbour_lines,
 )
-from transport.geometry.mesh import Mesh
+from transport.geometry.relations import rounding_tolerance
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import rounding_tolerance
 from transport.scene.materials import Dielectric, Surface, display_name, elementary_materials, is_transmissive
 from transport.validation import SceneError
 from transport.vectors import Vector
@@ -61,7 +60,7 @@ def check_media(scene: SceneParts) -> None:
     """Raise SceneError for boundaries that contradict one another, within the limits stated above."""
     boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
     glass = [b for b in boundaries if b.glass is not None]
-    if len(glass) < 2 and not any(isinstance(b.shape, Mesh) for b in glass):
+    if len(glass) < 2 and not any(b.shape.triangles for b in glass):
         return
     for one, other in _pairs(glass):
         if one.indices(1) + other.indices(1) != (one.glass.index_inside,) * 4 and _intersect(
@@ -148,7 +147,7 @@ def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
     """Refuse boundaries between which a line finds two different indices."""
     size, facets = (
         _boundaries_size(boundaries),
-        sum(b.shape.triangles for b in boundaries if isinstance(b.shape, Mesh)),
+        sum(b.shape.triangles for b in boundaries),
     )
     count = max(
         4,
