@@ -245,7 +245,8 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
             return columns, (None, None, None)
     # Sample places within position bins, and directions within direction bins, where the detector has any.
     place, direction, weigh = None, None, None
-    columns |= layout.frame_columns(shape.frame)
+    whole = plan.scene.shape_of(emitter.source)
+    columns |= layout.frame_columns((whole if whole.is_flat else shape).frame)
     if emitter.source.is_back:
         columns |= {"side": -1.0, "handed": -1.0 if shape.is_flat else 1.0}
     if sensor.positions is not None:

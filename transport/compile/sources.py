@@ -147,10 +147,10 @@ def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) ->
 
 def _pieces_with_shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
     """Yield the pieces of a source with their shares of its amount."""
-    if not isinstance(shape, Box) or isinstance(source.emission, (Gas, Isotropic)):
+    faces = [part for piece in shape.pieces() for part in piece.primitives()]
+    if len(faces) == 1 or (isinstance(source.emission, (Gas, Isotropic)) and not shape.is_flat):
         yield shape, 1.0
         return
-    faces = shape.pieces()
     sizes = [face.area for face in faces]
     if isinstance(source.emission, Beam):
         side = -1.0 if source.is_back else 1.0
@@ -271,7 +271,7 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     is_volume = shape.is_closed and not lambertian
     distance = shape.distance(aim.middle, filled=is_volume) / space.size
     values |= layout.center_columns(space.place(aim.middle))
-    if not (aim.is_flat or isinstance(aim, Box)):
+    if not (aim.is_flat or isinstance(aim, Box)) or len(aim.primitives()) > 1:
         # Aim at the sphere itself, or at the sphere that encloses another shape.
         radius = aim.extent / space.size * (1.0 if aim.is_convex else ENCLOSING_FACTOR)
         weight = _checked_weight(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))

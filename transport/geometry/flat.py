@@ -36,7 +36,7 @@ TRIANGLE_ROUNDING = Fraction(2) ** -51  # relative to coordinates: triangles of 
 @lru_cache(maxsize=4096)
 def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
     """Unit normal (right-hand rule over the vertex order) and area [m^2], infinite on overflow."""
-    twice = _twice_area(vertices)
+    twice = twice_area(vertices)
     largest = max(map(abs, twice))
     scaled = tuple(float(component / largest) for component in twice)
     try:
@@ -47,7 +47,7 @@ def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
 
 def is_collinear(vertices: Vertices) -> bool:
     """Return whether the vertices are collinear within the rounding of their coordinates."""
-    twice, size = _twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
+    twice, size = twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
     longest2 = max(_exact_square(_exact_vector(a, b)) for a, b in pairwise((*vertices, vertices[0])))
     return _exact_square(twice) <= (TRIANGLE_ROUNDING * size) ** 2 * longest2
 
@@ -57,29 +57,15 @@ def centroid(vertices: Vertices) -> Vector:
     return tuple(math.fsum(0.25 * x for x in axis) / 0.75 for axis in zip(*vertices, strict=True))
 
 
-def triangle_frame(vertices: Vertices) -> Frame:
-    """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
-    normal, _ = normal_and_area(vertices)
-    e_u = unit_vector(tuple(q - p for p, q in zip(*vertices[:2], strict=True)))
-    return e_u, local_frame(e_u, normal)[0], normal
-
-
-def triangle_corners(vertices: Vertices) -> tuple[Corner, ...]:
-    """Coordinates (u, v) [m] of the vertices in the triangle's frame, from the centroid."""
-    (e_u, e_v, _), center = triangle_frame(vertices), centroid(vertices)
-    offsets = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in vertices]
-    return tuple((dot(offset, e_u), dot(offset, e_v)) for offset in offsets)
-
-
 def distance_to_triangle(corners: tuple[Corner, ...], u: float, v: float) -> float:
     """Distance [m] of a point of the plane from a triangle with counterclockwise corners (u, v); 0 inside."""
     sides = list(pairwise((*corners, corners[0])))
     if all((q - p) * (v - s) >= (t - s) * (u - p) for (p, s), (q, t) in sides):
         return 0.0
-    return min(_distance_to_side(one, other, (u, v)) for one, other in sides)
+    return min(distance_to_side(one, other, (u, v)) for one, other in sides)
 
 
-def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
+def distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
     """Distance [m] of a point from a side."""
     length, offset = math.dist(one, other), tuple(q - p for p, q in zip(one, other, strict=True))
     along = dot([x / length for x in offset], [x - p for p, x in zip(one, point, strict=True)]) / length
@@ -87,7 +73,7 @@ def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
     return math.dist([p + within * x for p, x in zip(one, offset, strict=True)], point)
 
 
-def _twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
+def twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
     """Cross product of two edges, exact."""
     a, b, c = vertices
     (ux, uy, uz), (vx, vy, vz) = _exact_vector(a, b), _exact_vector(a, c)
@@ -289,6 +275,15 @@ class Rectangle(FlatShape):
         u, v = self.width / 2, self.height / 2
         return (u, v), (-u, v), (-u, -v), (u, -v)
 
+    coordinates_cure = "put Detectors on Rectangles that leave out the hole"
+
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of u and v along the sides [m]; none with a hole."""
+        if self.hole is not None:
+            return {}
+        u, v = self.width / 2, self.height / 2
+        return {"u": (-u, u, "m"), "v": (-v, v, "m")}
+
     @property
     def least_width(self) -> float:
         """Shorter side [m]."""
@@ -437,6 +432,15 @@ class Disk(FlatShape):
         """Radius [m]: the half width along any unit direction of the plane."""
         return self.radius
 
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of the radius [m] and the azimuth [rad]."""
+        return {"u": (self.inner_radius, self.radius, "m"), "v": (0.0, 2 * math.pi, "rad")}
+
+    def strip_areas(self, u: np.ndarray) -> np.ndarray:
+        """Return the areas of rings per azimuth [m^2/rad]."""
+        lower, upper = u[:-1], u[1:]
+        return (upper - lower) * (upper / 2 + lower / 2)
+
     @property
     def least_width(self) -> float:
         """Radius, or width of the ring [m]."""
@@ -469,8 +473,59 @@ class Disk(FlatShape):
         return np.array(self.center) + rho * (np.cos(turn) * e_u + np.sin(turn) * e_v)
 
 
+class FlatPolygon(FlatShape):
+    """Base class of flat shapes given by vertices, which define the plane more accurately than a normal.
+
+    e_u of the frame runs from the first vertex to the second; (u, v) are measured from the centroid.
+    """
+
+    coordinates_cure = "put a Detector on a Rectangle or Disk in its plane instead"
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
+        e_u = unit_vector(tuple(q - p for p, q in zip(*self.vertices[:2], strict=True)))
+        return e_u, local_frame(e_u, self.normal)[0], self.normal
+
+    @property
+    def corners(self) -> tuple[Corner, ...]:
+        """Vertices in the frame, (u, v) from the centroid [m], counterclockwise."""
+        (e_u, e_v, _), center = self.frame, self.center
+        offsets = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in self.vertices]
+        return tuple((dot(offset, e_u), dot(offset, e_v)) for offset in offsets)
+
+    @property
+    def extent(self) -> float:
+        """Distance from the centroid to the farthest vertex [m]."""
+        center = self.center
+        return max(math.dist(center, vertex) for vertex in self.vertices)
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
+        axes = list(zip(*self.vertices, strict=True))
+        return tuple(map(min, axes)), tuple(map(max, axes))
+
+    @property
+    def support_breadth(self) -> float:
+        """Length [m] over which the vertices define the plane."""
+        return self.area / self.extent
+
+    def rims(self) -> list[Rim]:
+        """Return the sides."""
+        return segments(self.vertices)
+
+    def interval_along(self, axis: Vector) -> tuple[float, float]:
+        """Return the interval [m] that the projection on an axis covers."""
+        heights = [dot(axis, vertex) for vertex in self.vertices]
+        return min(heights), max(heights)
+
+    def _farthest(self, point: Vector, u: float, v: float) -> float:
+        return max(math.dist(point, vertex) for vertex in self.vertices)
+
+
 @scene_object(kw_only=True)
-class Triangle(FlatShape):
+class Triangle(FlatPolygon):
     """Flat triangle.
 
     Parameters
@@ -517,49 +572,14 @@ class Triangle(FlatShape):
         return normal_and_area(self.vertices)[0]
 
     @property
-    def frame(self) -> Frame:
-        """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
-        return triangle_frame(self.vertices)
-
-    @property
-    def corners(self) -> tuple[tuple[float, float], ...]:
-        """Vertices in the frame, (u, v) from the centroid [m], counterclockwise."""
-        return triangle_corners(self.vertices)
-
-    @property
     def area(self) -> float:
         """Area of one side [m^2]; accurate to rounding for thin triangles too."""
         return normal_and_area(self.vertices)[1]
 
     @property
-    def extent(self) -> float:
-        """Distance from the centroid to the farthest vertex [m]."""
-        return max(math.dist(self.center, vertex) for vertex in self.vertices)
-
-    @property
-    def bounds(self) -> tuple[Vector, Vector]:
-        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
-        axes = list(zip(*self.vertices, strict=True))
-        return tuple(map(min, axes)), tuple(map(max, axes))
-
-    @property
     def least_width(self) -> float:
         """Least height over a side [m]."""
         return 2 * self.area / max(math.dist(p, q) for p, q in pairwise((*self.vertices, self.vertices[0])))
-
-    @property
-    def support_breadth(self) -> float:
-        """Length [m] over which the vertices define the plane."""
-        return self.area / self.extent
-
-    def rims(self) -> list[Rim]:
-        """Return the three sides."""
-        return segments(self.vertices)
-
-    def interval_along(self, axis: Vector) -> tuple[float, float]:
-        """Return the interval [m] that the projection on an axis covers."""
-        heights = [dot(axis, vertex) for vertex in self.vertices]
-        return min(heights), max(heights)
 
     def _covers(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         places = [(p - u, q - v) for p, q in self.corners]
@@ -569,13 +589,23 @@ class Triangle(FlatShape):
     def _gap(self, u: float, v: float) -> tuple[float, ...]:
         return (distance_to_triangle(self.corners, u, v),)
 
-    def _farthest(self, point: Vector, u: float, v: float) -> float:
-        return max(math.dist(point, vertex) for vertex in self.vertices)
-
     def _sample(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        first, second, third = map(np.array, self.vertices)
-        s = np.sqrt(one)
-        return first + s * (1 - other) * (second - first) + s * other * (third - first)
+        return points_in_triangles(np.array([self.vertices]), one, other)
+
+
+def points_in_triangles(corners: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return points (n, 3) even over triangles (n or 1, 3, 3) from columns (n, 1) of numbers in [0, 1)."""
+    first, second, third = corners.transpose(1, 0, 2)
+    s = np.sqrt(one)
+    return first + s * (1 - other) * (second - first) + s * other * (third - first)
+
+
+def even_facets(areas: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return facets drawn by area from numbers (n,) in [0, 1), and even numbers that are left (n, 1)."""
+    whole = np.cumsum(areas)
+    place = numbers * whole[-1]
+    facets = np.minimum(np.searchsorted(whole, place, side="right"), len(areas) - 1)
+    return facets, np.clip((place - (whole - areas)[facets]) / areas[facets], 0.0, 1.0)[:, None]
 
 
 def segments(corners: Sequence[Vector]) -> list[Rim]:
@@ -621,6 +651,7 @@ class Plane(FlatShape):
     up = None
     area = extent = math.inf
     is_infinite = is_plane = True
+    coordinates_cure = "put a Detector on a Rectangle or Disk in it instead"
 
     def __post_init__(self) -> None:
         self._coerce_plane()
@@ -676,6 +707,7 @@ class Slab(Shape):
     thickness: float
     area = volume = extent = math.inf
     is_closed = is_infinite = is_convex = True
+    coordinates_cure = "put Detectors on Rectangles in its planes() instead"
 
     def __post_init__(self) -> None:
         coerce_vector(self, "center")

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from transport.geometry.flat import even_facets, points_in_triangles
 from transport.geometry.mesh_build import arrays_of_file, arrays_of_polydata, box_arrays, sphere_arrays
 from transport.geometry.mesh_checks import (
     MeshWarning,
@@ -111,6 +112,7 @@ class Mesh(Shape):
     areas: np.ndarray = field(init=False, compare=False)
     edges: Edges = field(init=False, compare=False)
     digest: bytes = field(init=False)  # hash of the arrays' bytes, for == and hash()
+    coordinates_cure = "use bins of direction, or one Detector per part of the mesh"
 
     def __post_init__(self) -> None:
         vertices = coerce_vertices(self, self.vertices)
@@ -351,13 +353,9 @@ class Mesh(Shape):
 
     def sample_area(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return points even over the area, and the normals there; see `Shape`."""
-        whole = np.cumsum(self.areas)
-        place = numbers[:, 0] * whole[-1]
-        facets = np.minimum(np.searchsorted(whole, place, side="right"), self.triangles - 1)
-        within = np.clip((place - (whole - self.areas)[facets]) / self.areas[facets], 0.0, 1.0)[:, None]
-        first, second, third = self.vertices[self.faces[facets]].transpose(1, 0, 2)
-        s, t = np.sqrt(within), numbers[:, 1:2]
-        return first + s * (1 - t) * (second - first) + s * t * (third - first), self.normals[facets]
+        facets, left = even_facets(self.areas, numbers[:, 0])
+        corners = self.vertices[self.faces[facets]]
+        return points_in_triangles(corners, left, numbers[:, 1:2]), self.normals[facets]
 
     def flipped(self) -> Mesh:
         """Return the mesh with all normals reversed.

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.geometry.flat import Disk, FlatShape, Plane, Slab, Triangle
+from transport.geometry.flat import Disk, FlatPolygon, FlatShape, Plane, Slab
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import ROUNDING, Shape
@@ -33,7 +33,7 @@ OFFSET_IN_ROUNDINGS = 256  # offset from a flat shape, in units of the rounding 
 def are_on_one_support(a: Shape, b: Shape) -> bool:
     """Return whether two shapes lie on the same plane or the same surface of revolution, within rounding."""
     if a.is_flat and b.is_flat:
-        if isinstance(a, Triangle) or isinstance(b, Triangle):
+        if isinstance(a, FlatPolygon) or isinstance(b, FlatPolygon):
             return _has_vertices_on(a, b) or _has_vertices_on(b, a)
         return _are_on_one_plane(a, b)
     if isinstance(a, Sphere) and isinstance(b, Sphere):
@@ -76,8 +76,8 @@ def _are_on_one_plane(a: FlatShape, b: FlatShape) -> bool:
 
 
 def _has_vertices_on(support: Shape, shape: Shape) -> bool:
-    """Return whether a triangle's vertices lie on a support: they are more accurate than its normal."""
-    return isinstance(shape, Triangle) and all(is_on_support(vertex, support) for vertex in shape.vertices)
+    """Return whether a polygon's vertices lie on a support: they are more accurate than its normal."""
+    return isinstance(shape, FlatPolygon) and all(is_on_support(vertex, support) for vertex in shape.vertices)
 
 
 def _has_rings_on(support: Revolved, shape: Revolved) -> bool:
@@ -122,7 +122,8 @@ def overlap(a: Shape, b: Shape) -> bool:
     as an overlap.
     """
     if a.is_flat and b.is_flat:
-        return _overlap_on_plane(a, b, rounding_tolerance(a, b))
+        pairs = product(a.primitives(), b.primitives())
+        return any(_overlap_on_plane(p, q, rounding_tolerance(a, b)) for p, q in pairs)
     if isinstance(a, Sphere) and isinstance(b, Sphere) and not are_parallel(a.axis, b.axis):
         return _overlap_on_sphere(a, b)
     if isinstance(a, Revolved) and isinstance(b, Revolved):

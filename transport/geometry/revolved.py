@@ -188,6 +188,16 @@ class Revolved(Shape):
         reach = max(math.hypot(w, profile.radius_at(w)) for w in (profile.low, profile.high))
         return sum(map(abs, profile.origin)) + reach
 
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of the height from the centre [m] and the azimuth [rad]."""
+        half = self.height / 2
+        return {"u": (-half, half, "m"), "v": (0.0, 2 * math.pi, "rad")}
+
+    def strip_areas(self, u: np.ndarray) -> np.ndarray:
+        """Return the areas of bands per azimuth [m^2/rad]."""
+        profile, lower, upper = self.profile, u[:-1], u[1:]
+        return (upper - lower) * profile.area_per_height(lower - profile.lift, upper - profile.lift)
+
     def cylindrical(self, point: Vector) -> tuple[float, float]:
         """Return the distance [m] of a point from the axis, and its height [m] from the profile's origin."""
         offset = tuple(p - o for p, o in zip(point, self.profile.origin, strict=True))
@@ -424,6 +434,10 @@ class Paraboloid(Revolved):
         slope = 4 * self.focal_length
         low, high = (radius / slope * radius for radius in (self.inner_radius, self.radius))
         return Profile(0.0, slope, 0.0, low, high, self.center)
+
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of the height from the vertex [m] and the azimuth [rad]."""
+        return {"u": (self.profile.low, self.profile.high, "m"), "v": (0.0, 2 * math.pi, "rad")}
 
     def _distance_in_plane(self, rho: float, w: float) -> float:
         # Minimize the distance to (r, r^2/4f) over r: the roots of r^3 + (8 f^2 - 4 f w) r = 8 f^2 rho.

@@ -63,8 +63,23 @@ class Shape:
         """Least width of a flat shape [m]; infinite for other shapes."""
         return math.inf
 
+    # What to write where there are no coordinates for bins of position.
+    coordinates_cure = "use a Rectangle, Disk, Sphere, Cylinder, Cone or Paraboloid"
+
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the range and the unit of the coordinates u and v of its points; empty if it has none."""
+        return {}
+
+    def strip_areas(self, u: np.ndarray) -> np.ndarray:
+        """Return the areas between edges u, per unit of v, without cancellation for narrow strips."""
+        return u[1:] - u[:-1]
+
     def pieces(self) -> "tuple[Shape, ...]":
         """Return its pieces with one support each: the faces of a box or slab, else the shape itself."""
+        return (self,)
+
+    def primitives(self) -> "tuple[Shape, ...]":
+        """Return what the engine intersects and samples: the triangles of a polygon, else the shape."""
         return (self,)
 
     def rims(self) -> list[Rim]:

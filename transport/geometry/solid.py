@@ -129,6 +129,15 @@ class Sphere(Revolved):
         """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
         return super().bounds if self.is_zone else self._bounds_around((self.radius,) * 3)
 
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of the polar angle and the azimuth [rad]."""
+        return {"u": (math.acos(self.mu_max), math.acos(self.mu_min), "rad"), "v": (0.0, 2 * math.pi, "rad")}
+
+    def strip_areas(self, u: np.ndarray) -> np.ndarray:
+        """Return the areas of zones per azimuth [m^2/rad]."""
+        lower, upper = u[:-1], u[1:]
+        return 2 * self.radius**2 * np.sin(upper / 2 + lower / 2) * np.sin((upper - lower) / 2)
+
     @property
     def cross_section(self) -> float:
         """Projected area [m^2] of the whole sphere, the same from everywhere."""
@@ -199,6 +208,7 @@ class Box(Shape):
     center: VectorField = (0.0, 0.0, 0.0)
     size: LengthsField
     is_closed = is_convex = True
+    coordinates_cure = "put a Detector on each of its faces() instead"
 
     def __post_init__(self) -> None:
         coerce_vector(self, "center")

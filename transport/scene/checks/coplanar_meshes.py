@@ -38,7 +38,8 @@ def check_coplanar_meshes(scene: SceneParts) -> None:
             if not mesh.triangles or other == mesh or frozenset((mesh, other)) in seen:
                 continue
             seen.add(frozenset((mesh, other)))
-            if any(_is_coplanar(mesh, piece) for piece in other.pieces()):
+            parts = [part for piece in other.pieces() for part in piece.primitives()]
+            if any(_is_coplanar(mesh, part) for part in parts):
                 gap = GAP * (mesh.extent + (0.0 if other.is_infinite else other.extent))
                 cure = f"leave a gap such as {gap:.0e} m between them, or make them one Mesh"
                 raise SceneError(
