@@ -37,7 +37,7 @@ def solid_angle(
     Parameters
     ----------
     shape : Shape
-        Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh.
+        Rectangle, Disk, Triangle, Polygon, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh.
     position : three floats
         Position [m], not on the shape.
     particles : int, default 1_000_000
@@ -72,8 +72,10 @@ def solid_angle_scene(shape: Shape, position: Iterable[float], power: float = 1.
     that ends rays.
     """
     if not isinstance(shape, Shape) or not shape.has_area or shape.is_infinite:
-        must = "shape must be a Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh"
-        raise SceneError(f"solid_angle: {must}, got {short_repr(shape)}; give one that has an area")
+        kinds = "Rectangle, Disk, Triangle, Polygon, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh"
+        raise SceneError(
+            f"solid_angle: shape must be a {kinds}, got {short_repr(shape)}; give one that has an area"
+        )
     place = as_floats(position)
     if place is None or len(place) != 3:
         raise SceneError(f"solid_angle: position must be three finite numbers, got {short_repr(position)}")

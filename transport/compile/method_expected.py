@@ -40,5 +40,5 @@ def uses_next_event(scene: Scene, detector: Detector) -> bool:
 def can_sample_points_on(shape: Shape) -> bool:
     """Return whether points are sampled on a shape: flat shapes without holes, and whole spheres."""
     if shape.is_flat:
-        return shape.hole is None and not shape.is_infinite and len(shape.primitives()) == 1
+        return shape.hole is None and not shape.is_infinite
     return isinstance(shape, Sphere) and shape.is_closed

@@ -18,6 +18,7 @@ from transport.compile import layout
 from transport.compile.method_expected import uses_next_event
 from transport.compile.points import scatters_anywhere
 from transport.compile.sources import MAX_NEAR_WEIGHT, MIN_SOLID_ANGLE, aim_columns, one_minus_cosine
+from transport.compile.surfaces import triangle_columns
 from transport.geometry.flat import Triangle
 from transport.geometry.relations import are_on_one_support, is_behind, least_height
 from transport.geometry.shape import Point, Shape
@@ -393,7 +394,19 @@ def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[s
     values |= {"area": shape.cross_section / size / size}
     if not shape.is_flat:
         return values | {"half_w": shape.radius / size, "legs": 2}
-    return values | aim_columns(shape, plan.space) | {"sheet": sheet}
+    is_divided = len(shape.primitives()) > 1
+    columns = _part_columns(plan, shape) if is_divided else aim_columns(shape, plan.space)
+    return values | columns | {"sheet": sheet}
+
+
+def _part_columns(plan: Plan, shape: Shape) -> dict[str, float]:
+    """Return the columns of the triangles on which points of a polygon are sampled."""
+    parts, names = shape.primitives(), ("cx", "cy", "cz", "eux", "euy", "euz", "evx", "evy", "evz")
+    shares = np.cumsum([part.area for part in parts])
+    columns = [triangle_columns(part, plan.space) for part in parts]
+    table = np.column_stack([shares / shares[-1], [[each[name] for name in names] for each in columns]])
+    plan.kept.append(table)
+    return layout.frame_columns(shape.frame) | {"parts": table.ctypes.data, "part_count": len(parts)}
 
 
 def _layer_and_sheet(plan: Plan, detector: Detector) -> tuple[int, int]:

@@ -194,7 +194,9 @@ def _connect(plan, each, row, send, densities=()):
     """Yield the steps of a ray from each lane's event to the sampled point, and of its contribution."""
     shape = plan.scene.shape_of(each.detector)
     if shape.is_flat:
-        yield step_by_name((POINT_PASSES[type(shape)], row))
+        is_divided = len(shape.primitives()) > 1
+        name = "point_on_polygon" if is_divided else POINT_PASSES[type(shape)]
+        yield step_by_name((name, row))
         yield step(next_event.connect_to_flat, row)
     else:
         yield step(next_event.connect_to_ball, row)

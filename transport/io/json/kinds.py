@@ -8,6 +8,7 @@ import numpy as np
 
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh
+from transport.geometry.polygon import Polygon
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point
 from transport.geometry.solid import Box, Sphere
@@ -43,9 +44,9 @@ _SCENE_TYPES = (
     Beam, Black, Box, BoxPulse, Camera, Cloud, Cone, Cylinder, Detector, Dielectric, Diffuse, DirectionCone,
     DirectionSphere, Directions, Disk, Effusive, EnvironmentMap, Gas, GaussianPulse, Glossy, Grid,
     HenyeyGreenstein, Instant, Isotropic, Lambertian, Maxwellian, Medium, Mesh, Mirror, Mixture, Paraboloid,
-    PhaseSpace, Plane, Point, PointDetector, Positions, Rayleigh, Rectangle, Scene, Slab, Snapshot, Source,
-    SpeedTable, Sphere, Splitting, Surface, Tabulated, ThinLens, Tracking, Transparent, Triangle, TwoSided,
-    Vacuum, VolumeDetector,
+    PhaseSpace, Plane, Point, PointDetector, Polygon, Positions, Rayleigh, Rectangle, Scene, Slab, Snapshot,
+    Source, SpeedTable, Sphere, Splitting, Surface, Tabulated, ThinLens, Tracking, Transparent, Triangle,
+    TwoSided, Vacuum, VolumeDetector,
 )  # fmt: skip
 SCENE_TYPES: dict[str, type] = {kind.__name__: kind for kind in _SCENE_TYPES}
 UNSUPPORTED = {  # types that no file can hold: the reason, and what to write instead
