@@ -6,8 +6,7 @@ import math
 import pytest
 
 import transport as tp
-from transport.compile.contacts import contact_pairs
-from transport.scene.sheets import SheetMember
+from transport.geometry.contacts import contact_pairs
 from transport.vectors import unit_vector
 
 AXIS = unit_vector((0.3, -0.2, 0.9))
@@ -121,7 +120,7 @@ INSIDE = {
 
 
 def contacts(shapes):
-    return set(contact_pairs([SheetMember(shape, None) for shape in shapes]))
+    return set(contact_pairs(shapes))
 
 
 @pytest.mark.parametrize("shapes", [*EDGES_ONLY.values(), *APART.values()], ids=[*EDGES_ONLY, *APART])

@@ -12,7 +12,6 @@ import pytest
 import transport as tp
 from tests.body_scenes import LAMP, M, T, V, can, filled
 from tests.refusals import assert_refused
-from transport.geometry.distances import distance_to_shape
 from transport.scene.bodies import media_at
 
 FOG = M(1.0, 2.0)
@@ -158,7 +157,7 @@ def test_the_place_that_a_refusal_names_is_on_the_surface_that_it_names(kind):
         with pytest.raises(tp.SceneError) as caught:
             tp.Scene(LAMP, surfaces(parts, FOG, bare))
         place = [float(x) for x in re.search(r"at \((.*?)\)", str(caught.value))[1].split(", ")]
-        assert distance_to_shape(shape, tuple(place)) < 1e-5
+        assert shape.distance(tuple(place)) < 1e-5
 
 
 def test_a_hemisphere_on_a_disk_that_names_nothing():

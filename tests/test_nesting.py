@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.geometry.distances import distance_to_shape
 from transport.geometry.line_crossings import crossings
 from transport.scene.checks.refractive_indices import Boundary, _boundary_crossings, check_media
 
@@ -88,15 +87,13 @@ def test_crossings_lie_on_the_shape_and_know_its_normal(shape):
     assert (np.diff(found.distances, axis=1)[~np.isnan(found.distances[:, 1:])] >= 0).all()
     line, k = np.nonzero(np.isfinite(found.distances))
     points = places[line] + found.distances[line, k][:, None] * directions[line]
-    assert max(distance_to_shape(shape, tuple(point)) for point in points) < 1e-13
+    assert max(shape.distance(tuple(point)) for point in points) < 1e-13
     assert set(found.sides[line, k]) == {-1.0, 1.0}
     for point, way, side in zip(points, directions[line], found.sides[line, k], strict=True):
         if shape.is_closed:
             ahead = tuple(point + 1e-6 * way)
             is_inside = (
-                shape.holds(ahead)
-                if isinstance(shape, tp.Mesh)
-                else distance_to_shape(shape, ahead, filled=True) == 0
+                shape.holds(ahead) if isinstance(shape, tp.Mesh) else shape.distance(ahead, filled=True) == 0
             )
             assert is_inside == (side < 0)
         elif isinstance(shape, (tp.Rectangle, tp.Disk, tp.Triangle)):

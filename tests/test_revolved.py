@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from transport.geometry.distances import distance_to_shape
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.solid import Sphere
 from transport.scene.bins import Positions
@@ -207,17 +206,17 @@ def test_least_distance_is_to_the_nearest_point(shape):
     draws = np.random.default_rng(7)
     away = np.array(shape.middle) + draws.normal(size=(25, 3)) * shape.extent
     for place in (*away, np.array(shape.center), np.array(shape.profile.origin)):
-        found, near = distance_to_shape(shape, tuple(place)), np.linalg.norm(points - place, axis=1).min()
+        found, near = shape.distance(tuple(place)), np.linalg.norm(points - place, axis=1).min()
         assert near - 2e-2 * shape.extent < found <= near + 1e-14 * (shape.extent + 4)
     for place in points[:: len(points) // 40]:
-        assert distance_to_shape(shape, tuple(place)) < 1e-15 * (shape.extent + 7)
+        assert shape.distance(tuple(place)) < 1e-15 * (shape.extent + 7)
 
 
 @given(st.floats(0.01, 10), st.floats(0, 10), st.floats(0.01, 10), st.floats(0, 3), st.floats(-10, 10))
 def test_distance_to_a_paraboloid_is_stationary_or_at_a_rim(focal_length, inner, width, rho, w):
     """Where the nearest point is not on a rim the way to it is along the normal (1, -rho/2f)."""
     shape = Paraboloid(focal_length=focal_length, inner_radius=inner, radius=inner + width)
-    found = distance_to_shape(shape, (rho, 0.0, w))
+    found = shape.distance((rho, 0.0, w))
     radii = np.linspace(inner, inner + width, 2001)
     apart = np.hypot(radii - rho, radii**2 / (4 * focal_length) - w)
     assert found <= apart.min() * (1 + 1e-12) + 1e-14
@@ -229,8 +228,8 @@ def test_distance_to_a_paraboloid_is_stationary_or_at_a_rim(focal_length, inner,
 def test_points_of_a_paraboloid_are_on_it_however_flat_or_deep(focal_length):
     shape = Paraboloid(focal_length=focal_length, radius=1.0)
     for r in (0.0, 1e-9, 0.3, 0.999, 1.0):
-        assert distance_to_shape(shape, (r, 0.0, r * r / 4 / focal_length)) < 1e-15 * shape.extent
-    assert distance_to_shape(shape, (0.3, 0.0, 0.09 / 4 / focal_length - 1e-3)) < 1e-3 + 1e-15 * shape.extent
+        assert shape.distance((r, 0.0, r * r / 4 / focal_length)) < 1e-15 * shape.extent
+    assert shape.distance((0.3, 0.0, 0.09 / 4 / focal_length - 1e-3)) < 1e-3 + 1e-15 * shape.extent
 
 
 def test_the_focus_gathers_what_comes_along_the_axis():

@@ -14,7 +14,6 @@ from transport.analysis.solid_angle import solid_angle_scene
 from transport.compile.detectors import detector_row
 from transport.compile.plan import Plan
 from transport.compile.space import make_space
-from transport.geometry.distances import distance_to_shape
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
@@ -26,7 +25,7 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.materials import Black, Diffuse, Mirror, Surface
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces_of, scene_sheets
+from transport.scene.sheets import scene_sheets
 from transport.scene.sources import Source
 from transport.scene.tracking import Tracking
 from transport.validation import SceneError
@@ -83,7 +82,7 @@ def test_a_plane_and_a_slab_have_no_end():
     front, back = slab.planes()
     assert front == Plane(center=(1, 2, 2.75), normal=(0, 0, -1))
     assert back == Plane(center=(1, 2, 3.25), normal=(0, 0, 1))
-    assert pieces_of(slab) == (front, back) and pieces_of(FLOOR) == (FLOOR,)
+    assert slab.pieces() == (front, back) and FLOOR.pieces() == (FLOOR,)
 
 
 def test_area_without_the_hole():
@@ -124,22 +123,22 @@ def test_distance_from_a_rectangle_with_a_hole(point, radius):
         if isinstance(hole, Rectangle):
             is_out = (np.abs(along) >= radius / 2) | (np.abs(across) >= radius)
         apart = np.hypot(np.hypot(u - point[0], v - point[1]), point[2])[is_out].min()
-        assert apart - 0.02 < distance_to_shape(frame, point) <= apart * (1 + 1e-14)
+        assert apart - 0.02 < frame.distance(point) <= apart * (1 + 1e-14)
 
 
 def test_distances_from_planes_slabs_and_meshes():
-    assert distance_to_shape(Plane(center=(5, 6, 1), normal=(0, 0, -1)), (100, -3, 4)) == 3
+    assert Plane(center=(5, 6, 1), normal=(0, 0, -1)).distance((100, -3, 4)) == 3
     slab = Slab(center=(0, 0, 1), thickness=2)
     for height, surface, filled in ((5, 3, 3), (1.5, 0.5, 0), (-1, 1, 1)):
-        assert distance_to_shape(slab, (9, 9, height)) == surface
-        assert distance_to_shape(slab, (9, 9, height), filled=True) == filled
+        assert slab.distance((9, 9, height)) == surface
+        assert slab.distance((9, 9, height), filled=True) == filled
     for place, surface, filled in (
         ((0, 0, 0.25), 0.75, 0),
         ((2, 0, 0.3), 1, 1),
         ((2, 3, 1.5), math.hypot(1, 2, 0.5), 1),
     ):
-        assert distance_to_shape(CUBE, place) == pytest.approx(surface, rel=1e-15)
-        assert (distance_to_shape(CUBE, place, filled=True) == 0) == (filled == 0)
+        assert CUBE.distance(place) == pytest.approx(surface, rel=1e-15)
+        assert (CUBE.distance(place, filled=True) == 0) == (filled == 0)
 
 
 # ---- what is refused ----

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import transport as tp
-from transport.geometry.overlaps import overlap
-from transport.geometry.supports import are_on_one_support, is_on_support, relative_orientation
+from transport.geometry.relations import are_on_one_support, is_on_support, overlap, relative_orientation
 from transport.scene.sheets import scene_sheets
 from transport.vectors import unit_vector
 

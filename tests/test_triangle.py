@@ -10,17 +10,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.agreement import assert_agrees
-from transport.geometry.distances import distance_to_shape
 from transport.geometry.flat import Disk, Rectangle, Triangle
+from transport.geometry.relations import are_on_one_support
 from transport.geometry.shape import Point
 from transport.geometry.solid import Sphere
-from transport.geometry.supports import are_on_one_support
 from transport.scene.bins import Directions, Positions
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Gas, Isotropic, Lambertian
 from transport.scene.materials import Black, Diffuse, Mirror, Surface, Transparent
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces_of, scene_sheets
+from transport.scene.sheets import scene_sheets
 from transport.scene.sources import Source
 from transport.simulate import simulate
 from transport.validation import SceneError
@@ -153,7 +152,7 @@ def test_vertices_on_a_line_are_refused_though_rounding_lifts_them_off_it(way):
 def test_least_distance_to_a_triangle(point, distance):
     for vertices in permutations(HALF_SQUARE.vertices):
         shape = Triangle(vertices=vertices)
-        assert distance_to_shape(shape, point) == pytest.approx(distance, rel=1e-15, abs=1e-15)
+        assert shape.distance(point) == pytest.approx(distance, rel=1e-15, abs=1e-15)
 
 
 @given(points, points)
@@ -161,7 +160,7 @@ def test_no_point_of_a_triangle_is_nearer_than_the_least_distance(weights, place
     shares = np.abs(weights)
     assume(shares.sum() > 1e-3)
     point = shares / shares.sum() @ np.array(SLOPED.vertices)
-    assert distance_to_shape(SLOPED, place) <= math.dist(point, place) + 1e-15
+    assert SLOPED.distance(place) <= math.dist(point, place) + 1e-15
 
 
 def test_triangles_share_the_sheet_of_the_plane_that_they_lie_on():
@@ -208,7 +207,7 @@ def test_a_detector_and_an_aim_take_a_triangle():
     meter = Detector(SLOPED, name="meter", side="back", directions=Directions(mu=4, phi=3))
     lamp = Source(Point(), Isotropic(power=1), aim=SLOPED)
     scene = Scene(lamp, Surface(Disk(radius=9, center=(0, 0, -1)), Black()), meter)
-    assert scene.shape_of(meter) is SLOPED and pieces_of(SLOPED) == (SLOPED,)
+    assert scene.shape_of(meter) is SLOPED and SLOPED.pieces() == (SLOPED,)
     assert [len(sheet.members) for sheet in scene_sheets(scene)] == [1, 1]
 
 

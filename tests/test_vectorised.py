@@ -47,6 +47,7 @@ SCALAR_PASSES = {
     "score_moments": "scatters to the meters' rows",
     "born_beside_hole": "draws again where a place lies in the hole",
     "born_on_paraboloid": "a logarithm and an exponential that keep the digits of shallow ones",
+    "point_on_polygon": "searches for a triangle by its share of the area",
     "born_on_mesh": "searches for a facet by its share of the area",
     "meet_mesh": "descends a hierarchy of boxes, ray by ray",
     "cover_mesh": "descends a hierarchy of boxes, ray by ray",

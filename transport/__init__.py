@@ -27,6 +27,7 @@ from transport.analysis.view_factors import etendue, view_factor
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh
 from transport.geometry.mesh_checks import MeshWarning
+from transport.geometry.polygon import Polygon
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point
 from transport.geometry.solid import Box, Sphere
@@ -106,10 +107,10 @@ __all__ = [
     "Detector", "Dielectric", "Diffuse", "Directions", "Disk", "Effusive", "EnvironmentMap", "Estimate",
     "EstimateArray", "Gas", "GaussianPulse", "Glossy", "Grid", "HenyeyGreenstein", "Instant",
     "InverseCDF", "Isotropic", "Lambertian", "Maxwellian", "Medium", "Mesh", "MeshWarning", "Mirror",
-    "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point", "PointDetector", "Positions", "Rayleigh",
-    "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source", "SpeedTable", "Sphere",
-    "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Tracks", "Transparent", "Triangle",
-    "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au",
+    "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point", "PointDetector", "Polygon", "Positions",
+    "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source", "SpeedTable",
+    "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Tracks", "Transparent",
+    "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au",
     "bins_against_noise", "cm", "cost_of_accuracy", "deg", "etendue", "km", "load", "merge", "mm", "mrad",
     "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us", "view_factor",
 ]  # fmt: skip

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
+from transport.geometry.flat import Disk, FlatPolygon, Plane, Rectangle, Slab
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cylinder, Revolved
 from transport.geometry.shape import Cloud, Point, Shape
@@ -64,8 +64,9 @@ def facets_of(
             return _on_coordinates(shape, positions, step)
         case Box():
             return joined([facets_of(face) for face in shape.faces().values()])
-        case Triangle():
-            return _plain(np.array(shape.vertices), np.array([[0, 1, 2]]))
+        case FlatPolygon():
+            corners = np.array([triangle.vertices for triangle in shape.primitives()])
+            return _plain(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
         case Mesh():
             return _plain(shape.vertices, shape.faces)
         case Plane():

@@ -10,6 +10,7 @@ import numpy as np
 
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab
 from transport.geometry.mesh import Mesh
+from transport.geometry.polygon import Polygon
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Box, Sphere
@@ -110,6 +111,8 @@ def _lines_of(shape: Shape, bounds: Bounds | None) -> list[np.ndarray]:
         case Disk():
             radii = [radius for radius in (shape.radius, shape.inner_radius) if radius > 0]
             return [_circle(shape, radius, 0.0) for radius in radii]
+        case Polygon():
+            return [np.array([*shape.vertices, shape.vertices[0]])]
         case Box():
             return _box_lines(*(np.array(corner) for corner in shape.bounds))
         case Cloud() | Point():

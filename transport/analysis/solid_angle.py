@@ -7,19 +7,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from transport.geometry.distances import distance_to_shape
-from transport.geometry.flat import FlatShape
-from transport.geometry.mesh import Mesh
-from transport.geometry.revolved import Revolved
+from transport.geometry.relations import is_on_support
 from transport.geometry.shape import ROUNDING, Point, Shape
-from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import is_on_support
+from transport.geometry.solid import Sphere
 from transport.results.result import Result
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic
 from transport.scene.materials import Black, Surface
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate
@@ -42,7 +37,7 @@ def solid_angle(
     Parameters
     ----------
     shape : Shape
-        Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh.
+        Rectangle, Disk, Triangle, Polygon, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh.
     position : three floats
         Position [m], not on the shape.
     particles : int, default 1_000_000
@@ -76,18 +71,20 @@ def solid_angle_scene(shape: Shape, position: Iterable[float], power: float = 1.
     The shape is a detector if a ray from the position crosses one side at most once, else a black surface
     that ends rays.
     """
-    if not isinstance(shape, FlatShape | Revolved | Box | Mesh) or shape.is_infinite:
-        must = "shape must be a Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh"
-        raise SceneError(f"solid_angle: {must}, got {short_repr(shape)}; give one that has an area")
+    if not isinstance(shape, Shape) or not shape.has_area or shape.is_infinite:
+        kinds = "Rectangle, Disk, Triangle, Polygon, Sphere, Box, Cylinder, Cone, Paraboloid or Mesh"
+        raise SceneError(
+            f"solid_angle: shape must be a {kinds}, got {short_repr(shape)}; give one that has an area"
+        )
     place = as_floats(position)
     if place is None or len(place) != 3:
         raise SceneError(f"solid_angle: position must be three finite numbers, got {short_repr(position)}")
-    if any(_is_on(piece, place) for piece in pieces_of(shape)):
+    if any(_is_on(piece, place) for piece in shape.pieces()):
         must = f"position must not lie on the {type(shape).__name__}, which fills 2 pi or more from there"
         raise SceneError(f"solid_angle: {must}, got {short_repr(place)}; move it off the surface")
     # Use a detector if each ray scores at most once, with an aimed source from outside.
     if _is_crossed_once(shape):
-        is_inside = shape.is_closed and distance_to_shape(shape, place, filled=True) == 0
+        is_inside = shape.is_closed and shape.distance(place, filled=True) == 0
         source = Source(Point(position=place), Isotropic(power=power), aim=None if is_inside else shape)
         return Scene(source, detectors=Detector(shape, SHAPE_NAME, side="back" if is_inside else "front"))
     # Otherwise let a black surface end each ray at its first hit.
@@ -102,11 +99,11 @@ def solid_angle_from_run(result: Result) -> Estimate:
     shape = (result.scene.surfaces or result.scene.detectors)[0].shape
     if result.scene.surfaces:
         reached = result.ledger.absorbed_by[SHAPE_NAME]
-        is_certain = shape.is_closed and distance_to_shape(shape, source.shape.position, filled=True) == 0
+        is_certain = shape.is_closed and shape.distance(source.shape.position, filled=True) == 0
     else:
         reading = result[SHAPE_NAME]
         reached = reading.flux_in if shape.is_closed else reading.flux_in + reading.flux_out
-        is_edge_on = isinstance(shape, FlatShape) and is_on_support(source.shape.position, shape)
+        is_edge_on = shape.is_flat and is_on_support(source.shape.position, shape)
         is_certain = source.aim is None or isinstance(shape, Sphere) or is_edge_on
     share = reached / result.ledger["emitted"]
     is_exact = is_certain and np.ptp(share.values) <= 1e-12 * abs(share.value)
@@ -116,10 +113,10 @@ def solid_angle_from_run(result: Result) -> Estimate:
 
 def _is_crossed_once(shape: Shape) -> bool:
     """Return whether a ray from outside crosses the front (or a flat shape) at most once."""
-    return isinstance(shape, FlatShape | Box) or (isinstance(shape, Sphere) and shape.is_closed)
+    return shape.is_flat or shape.is_convex
 
 
 def _is_on(piece: Shape, place: Vector) -> bool:
     """Return whether a point lies on a piece, within rounding."""
     size = piece.extent + sum(map(abs, (*piece.middle, *place)))
-    return distance_to_shape(piece, place) <= ROUNDING * size
+    return piece.distance(place) <= ROUNDING * size

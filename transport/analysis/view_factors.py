@@ -7,11 +7,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from transport.geometry.containment import contains
-from transport.geometry.flat import FlatShape
-from transport.geometry.shape import Cloud, Point, Shape
-from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import are_on_one_support
+from transport.geometry.relations import are_on_one_support, encloses
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Sphere
 from transport.results.result import Result
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Lambertian
@@ -192,12 +190,7 @@ def view_factor_from_run(result: Result) -> Estimate:
     shapes = {surface.name: surface.shape for surface in result.scene.surfaces}
     a, b = shapes["a"], shapes.get("b", shapes["a"])
     share = result["arrived"].flux_in / result.ledger["emitted"]
-    if (
-        share.value == 0
-        and isinstance(a, FlatShape)
-        and isinstance(b, FlatShape)
-        and are_on_one_support(a, b)
-    ):
+    if share.value == 0 and a.is_flat and b.is_flat and are_on_one_support(a, b):
         return Estimate(share.values, result.run, "1", exact=True)
     start, _ = _start_and_target(a, b)
     return share if start == "a" else _scaled(share, b.area / a.area, "1")
@@ -212,17 +205,17 @@ def _is_far(start: Shape, target: Shape) -> bool:
     """Return whether aiming is possible and pays: the target lies well away from the start's middle."""
     if not math.isfinite(target.area) or start == target:
         return False
-    if isinstance(start, FlatShape) and isinstance(target, FlatShape) and are_on_one_support(start, target):
+    if start.is_flat and target.is_flat and are_on_one_support(start, target):
         return False
     apart = math.dist(start.middle, target.middle)
-    touches_ball = not isinstance(target, FlatShape | Sphere) and apart < start.extent + target.extent
+    touches_ball = not (target.is_flat or isinstance(target, Sphere)) and apart < start.extent + target.extent
     return apart >= MIN_AIM_DISTANCE * target.extent and not touches_ball
 
 
 def _check_shape(caller: str, name: str, shape: object) -> None:
     """Raise if a shape has no area, or an infinite one for a."""
     must = f"{caller}: {name} must be a shape with an area, such as Disk(radius=...)"
-    if not isinstance(shape, Shape) or isinstance(shape, Point | Cloud):
+    if not isinstance(shape, Shape) or not shape.has_area:
         raise SceneError(f"{must}, got {short_repr(shape)}")
     if not math.isfinite(shape.area) and name == "a":
         raise SceneError(
@@ -232,8 +225,8 @@ def _check_shape(caller: str, name: str, shape: object) -> None:
 
 def _check_facing(caller: str, shell: Shape, other: Shape, side: str, name: str, why: str) -> None:
     """Refuse the outside of a sphere or box around the other shape: a mistake, the view factor is 0."""
-    is_round = isinstance(shell, Sphere | Box) and shell.is_closed and shell != other
-    if not IS_BACK[side] and is_round and contains(shell, other):
+    is_round = shell.is_convex and not shell.is_infinite and shell != other
+    if not IS_BACK[side] and is_round and encloses(shell, other):
         raise SceneError(
             f"{caller}: {name} must be 'back' where {why}, got {short_repr(side)}, its outside;"
             f" write {name}='back'"

@@ -21,7 +21,7 @@ from transport.compile.next_event import side_of
 from transport.compile.plan import Emitter, Step
 from transport.compile.sources import medium_row
 from transport.compile.volumes import LARGE_SHARE
-from transport.geometry.flat import Disk, FlatShape, Rectangle
+from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Point, Shape
 from transport.scene.bins import DirectionCone
 from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
@@ -29,7 +29,6 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.points import PointDetector
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
 from transport.validation import SceneError, short_repr
@@ -217,7 +216,7 @@ def gains_of(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], emitte
 def _pieces_of(scene: Scene, source: Source) -> tuple[Shape, ...]:
     """Return the pieces of a source, each in one medium: a volume is one piece."""
     shape = scene.shape_of(source)
-    return (shape,) if isinstance(source.emission, Isotropic) else pieces_of(shape)
+    return (shape,) if isinstance(source.emission, Isotropic) else shape.pieces()
 
 
 def _refractive_index(medium: np.ndarray | None, source: Source) -> float:
@@ -246,13 +245,14 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
             return columns, (None, None, None)
     # Sample places within position bins, and directions within direction bins, where the detector has any.
     place, direction, weigh = None, None, None
-    columns |= layout.frame_columns(shape.frame)
+    whole = plan.scene.shape_of(emitter.source)
+    columns |= layout.frame_columns((whole if whole.is_flat else shape).frame)
     if emitter.source.is_back:
-        columns |= {"side": -1.0, "handed": -1.0 if isinstance(shape, FlatShape) else 1.0}
+        columns |= {"side": -1.0, "handed": -1.0 if shape.is_flat else 1.0}
     if sensor.positions is not None:
         columns |= _position_columns(plan, sensor, shape)
         place = PLACE_PASSES.get(type(shape), "start_on_sphere")
-    over = "plane" if isinstance(shape, FlatShape) else "surface"
+    over = "plane" if shape.is_flat else "surface"
     directions = sensor.directions
     if isinstance(directions, DirectionCone):
         columns |= dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))

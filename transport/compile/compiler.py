@@ -1,13 +1,13 @@
 """Fill the tables of a plan for the steps that a scene needs, in scene lengths. No Numba here."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from transport.compile import layout
 from transport.compile.adjoint import adjoint_scene, fill_adjoint
-from transport.compile.contacts import contact_pairs
 from transport.compile.detectors import (
     bin_counts,
     block_rows,
@@ -38,6 +38,7 @@ from transport.compile.surfaces import (
     transparent_rows,
 )
 from transport.compile.volumes import fill_sizes, fill_volumes
+from transport.geometry.contacts import contact_pairs
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
@@ -178,17 +179,8 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
         layer, covered = 0, []
         empty_sides = _exterior_bits(plan, sheet, sheets)
         for member in sheet.members:
-            code = number << layout.SHEET_SHIFT | empty_sides
-            first = len(rows)
-            # Give an acting surface its rows, and write the first of them and its material into the hit word.
-            if member.surface is not None:
-                acting_members.append((number, first, member))
-                rows += surface_rows(plan, member)
-                plan.surface_numbers += [plan.scene.surfaces.index(member.surface)] * (len(rows) - first)
-                code |= first << layout.SURFACE_SHIFT
-                code |= int(rows[first][0]["material"]) << layout.MATERIAL_SHIFT
-                rims += [rim_row(plan, member)] * (len(rows) - first)
             # Give each detector of the member a layer of the sheet, one bit of the hit word each.
+            bits = empty_sides
             for entry in _member_layers(plan, member, detector_rows):
                 if layer == layout.DETECTORS_PER_SHEET:
                     raise SceneError(
@@ -197,22 +189,34 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                     )
                 if layer == len(layers):
                     layers.append(np.zeros(len(sheets) + 1, layout.LAYER))
-                code |= 1 << layer
+                bits |= 1 << layer
                 layers[layer][number] = entry
                 layer += 1
-            # Add the bits to the row of a member that covers the same points, or make a new shape row.
-            twin = next((row for other, row in covered if covers_same_points(other, member)), None)
-            if twin is not None:
-                twin["code"] |= code
-                continue
-            name, row = shape_row(plan, member, sheet, code, number)
-            covered.append((member, row))
-            if "tie" in row.dtype.names:
-                row["tie"] = first_of_box[number]
-            verb = "cover" if member.surface is None else "meet"
-            if member.surface is None and name == "rectangle" and bounds_bodies(member):
-                verb = "bound"
-            plan.members.append((f"{verb}_{name}", row, member.shape))
+            for shape in member.shape.primitives():
+                part = replace(member, shape=shape)
+                code = number << layout.SHEET_SHIFT | bits
+                first = len(rows)
+                # Give an acting surface its rows, and write the first and its material into the hit word.
+                if part.surface is not None:
+                    acting_members.append((number, first, part))
+                    rows += surface_rows(plan, part)
+                    plan.surface_numbers += [plan.scene.surfaces.index(part.surface)] * (len(rows) - first)
+                    code |= first << layout.SURFACE_SHIFT
+                    code |= int(rows[first][0]["material"]) << layout.MATERIAL_SHIFT
+                    rims += [rim_row(plan, part)] * (len(rows) - first)
+                # Add the bits to the row of a part that covers the same points, or make a new shape row.
+                twin = next((row for other, row in covered if covers_same_points(other, part)), None)
+                if twin is not None:
+                    twin["code"] |= code
+                    continue
+                name, row = shape_row(plan, part, sheet, code, number)
+                covered.append((part, row))
+                if "tie" in row.dtype.names:
+                    row["tie"] = first_of_box[number]
+                verb = "cover" if part.surface is None else "meet"
+                if part.surface is None and name == "rectangle" and bounds_bodies(part):
+                    verb = "bound"
+                plan.members.append((f"{verb}_{name}", row, shape))
     # Turn the lists into arrays.
     if len(rows) - 1 > layout.SURFACE_MASK:
         raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(rows) - 1}")
@@ -267,7 +271,7 @@ def _fill_contacts(plan: Plan, acting: list[tuple[int, int, SheetMember]]) -> No
 
     acting: sheet number, first surface row and member of each acting surface.
     """
-    for hit, other in contact_pairs([member for _, _, member in acting]):
+    for hit, other in contact_pairs([member.shape for _, _, member in acting]):
         (sheet_hit, first, _), (sheet, _, member) = acting[hit], acting[other]
         if sheet_hit == sheet:
             continue

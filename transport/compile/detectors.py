@@ -6,8 +6,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.plan import Plan
-from transport.geometry.flat import Disk, FlatShape, Rectangle
-from transport.geometry.mesh import Mesh
+from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.bins import DirectionCone
@@ -75,10 +74,10 @@ def detector_row(plan: Plan, member: SheetMember, detector: Detector) -> np.ndar
     back = -1.0 if detector.is_back else 1.0
     e_u, e_v, normal = shape.frame
     values = layout.center_columns(
-        plan.space.place(shape.middle if isinstance(shape, Mesh) else shape.center)
+        plan.space.place(shape.middle if shape.triangles else shape.center)
     ) | layout.frame_columns((e_u, e_v, normal))
     values |= {"side": member.orientation * back, "handed": 1.0}
-    if not isinstance(shape, FlatShape):
+    if not shape.is_flat:
         values |= dict(zip(("axis_x", "axis_y", "axis_z"), normal, strict=True))
     elif detector.is_back:  # Seen from behind, e_u changes sign, which keeps the frame right-handed.
         values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}
@@ -143,7 +142,7 @@ def _direction_axes(
         values |= axis_columns(plan, "mu", bounds, strides["mu"])
     if "phi" in edges:
         plan.axes.add("azimuth")
-        local = layout.FLAT_AZIMUTH if isinstance(shape, FlatShape) else layout.SPHERE_AZIMUTH
+        local = layout.FLAT_AZIMUTH if shape.is_flat else layout.SPHERE_AZIMUTH
         kind = layout.WORLD_AZIMUTH if is_world else local
         values |= {"turn_kind": kind, "turn_low": edges["phi"][0]}
         values |= axis_columns(plan, "turn", edges["phi"], strides["turn"])

@@ -260,13 +260,14 @@ POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = 320, 256, 4
 # events [sr^-1].
 # isotropic, lambertian: density of directions at birth; first: first row of its expected sums; number: its
 # own in the random number counter; sheet: of a flat detector, whose own events send no rays to it; legs:
-# crossings per ray.
+# crossings per ray; parts: address of a polygon's triangles, ten numbers each (cumulative share of the area,
+# corner, two edges).
 EXPECTATION = np.dtype(
     _floats(
         FRAME
         + " half_u half_v half_w inner2 outer2 ax ay az bx by bz area peak sharing scale isotropic lambertian"
     )
-    + _integers("first number sheet legs")
+    + _integers("first number sheet legs parts part_count")
 )
 # Share of a detector's crossings that shadow rays have already scored. how: 1 all; else all but the share
 # peak area/(r^2 + peak area).

@@ -11,14 +11,12 @@ import numpy as np
 from transport.compile import layout
 from transport.compile.birthplaces import POINT_OFFSET
 from transport.compile.grids import fill_grids
-from transport.geometry.flat import FlatShape
+from transport.geometry.relations import is_on_support
 from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import is_on_support
 from transport.scene.bodies import bits_of_bodies_at, body_bits_at, has_media, scene_bodies, scene_media
 from transport.scene.emissions import Isotropic
 from transport.scene.media import Grid
 from transport.scene.phase_functions import Tabulated
-from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
 from transport.scene.tracking import Tracking
 from transport.validation import SceneError
@@ -186,11 +184,11 @@ def boundary_rows(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.nda
         if not inside >> number & 1 or (bits >> number & 1).all():
             continue
         for surface, is_front in body.faces:
-            for piece in pieces_of(plan.scene.surfaces[surface].shape):
-                if not isinstance(piece, Sphere | FlatShape):
+            for piece in plan.scene.surfaces[surface].shape.pieces():
+                if not (piece.is_flat or isinstance(piece, Sphere)):
                     return None
                 if is_on_support(position, piece):
-                    out = np.array(position) - piece.center if isinstance(piece, Sphere) else piece.normal
+                    out = piece.normal if piece.is_flat else np.array(position) - piece.center
                     out = np.array(out) / np.linalg.norm(out) * (-1.0 if is_front else 1.0)
                     normal = dict(zip(("nx", "ny", "nz"), out, strict=True))
                     rows.append(layout.row(layout.BIRTH_BOUNDARY, **normal, bit=1 << number))
@@ -201,10 +199,8 @@ def runs_along_boundary(plan: Plan, position: Vector, direction: Vector) -> bool
     """Return whether a ray from a position runs along the boundary of a body."""
     for body in plan.bodies:
         for surface, _ in body.faces:
-            for piece in pieces_of(plan.scene.surfaces[surface].shape):
-                is_along = (
-                    isinstance(piece, FlatShape) and abs(dot(piece.normal, direction)) <= PARALLEL_COSINE
-                )
+            for piece in plan.scene.surfaces[surface].shape.pieces():
+                is_along = piece.is_flat and abs(dot(piece.normal, direction)) <= PARALLEL_COSINE
                 if is_along and is_on_support(position, piece):
                     across = (
                         POINT_OFFSET * plan.space.size * np.array([[1.0], [-1.0]]) * np.array(piece.normal)

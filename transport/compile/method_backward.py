@@ -30,7 +30,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from transport.geometry.flat import Disk, Rectangle
-from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Point
 from transport.geometry.solid import Sphere
 from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
@@ -98,7 +97,7 @@ def _detector_refusal(scene: Scene, detector: object) -> str | None:
             f"{title} has positions on a {type(shape).__name__};"
             " leave them out, or use a Disk, Rectangle or Sphere"
         )
-    if isinstance(shape, Mesh) and getattr(detector.directions, "phi", None) is not None:
+    if shape.triangles and getattr(detector.directions, "phi", None) is not None:
         return f"{title} bins phi on a Mesh; leave phi out of its directions"
     return None
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.geometry.flat import Disk, Rectangle, Triangle
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.detectors import Detector
@@ -40,6 +39,6 @@ def uses_next_event(scene: Scene, detector: Detector) -> bool:
 
 def can_sample_points_on(shape: Shape) -> bool:
     """Return whether points are sampled on a shape: flat shapes without holes, and whole spheres."""
-    if isinstance(shape, Rectangle):
-        return shape.hole is None
-    return isinstance(shape, Disk | Triangle) or (isinstance(shape, Sphere) and shape.is_closed)
+    if shape.is_flat:
+        return shape.hole is None and not shape.is_infinite
+    return isinstance(shape, Sphere) and shape.is_closed

@@ -18,16 +18,13 @@ from transport.compile import layout
 from transport.compile.method_expected import uses_next_event
 from transport.compile.points import scatters_anywhere
 from transport.compile.sources import MAX_NEAR_WEIGHT, MIN_SOLID_ANGLE, aim_columns, one_minus_cosine
-from transport.geometry.distances import distance_to_shape, is_behind, least_height
-from transport.geometry.flat import Disk, FlatShape, Triangle
-from transport.geometry.mesh import Mesh
+from transport.compile.surfaces import triangle_columns
+from transport.geometry.flat import Triangle
+from transport.geometry.relations import are_on_one_support, is_behind, least_height
 from transport.geometry.shape import Point, Shape
-from transport.geometry.solid import Sphere
-from transport.geometry.supports import are_on_one_support
 from transport.scene.bodies import body_bits_at
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic, Lambertian
-from transport.scene.sheets import pieces_of
 from transport.scene.sides import IS_BACK
 from transport.validation import SceneError, refuse, short_repr
 
@@ -112,7 +109,7 @@ def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
     # Place a sphere around each expected detector, and reserve its cells.
     for each in plan.expectations if found else ():
         shape = scene.shape_of(each.detector)
-        apart = min(distance_to_shape(scene.surfaces[number].shape, shape.middle) for number in specular)
+        apart = min(scene.surfaces[number].shape.distance(shape.middle) for number in specular)
         radius = math.sqrt(shape.extent * max(apart, shape.extent))
         place = layout.center_columns(plan.space.place(shape.middle))
         row = layout.row(
@@ -196,10 +193,9 @@ def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, floa
     for surface in plan.scene.surfaces:
         sent = surface.material.max_diffuse_share
         if sent > 0:
-            pieces = _triangles(surface.shape) if isinstance(shape, FlatShape) else pieces_of(surface.shape)
+            pieces = _triangles(surface.shape) if shape.is_flat else surface.shape.pieces()
             places += [(piece, sent, LAMBERTIAN_DENSITY, False) for piece in pieces]
-    if isinstance(shape, FlatShape):
-        places = [place for place in places if not is_behind(place[0], shape, side)]
+    places = [place for place in places if not is_behind(place[0], shape, side)]
     return [
         (where, sent, (peak, _min_distance(where, shape, filled))) for where, sent, peak, filled in places
     ]
@@ -207,8 +203,8 @@ def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, floa
 
 def _triangles(shape: Shape) -> tuple[Shape, ...]:
     """Return the pieces of a shape; a small mesh by its faces, as those behind a detector do not count."""
-    if not isinstance(shape, Mesh) or len(shape.faces) > MAX_FACES:
-        return pieces_of(shape)
+    if not 0 < shape.triangles <= MAX_FACES:
+        return shape.pieces()
     try:
         return tuple(Triangle(vertices=corners) for corners in shape.vertices[shape.faces].tolist())
     except SceneError:  # a face too thin to define a plane
@@ -234,14 +230,14 @@ def _bound_by_angles(place: Shape, shape: Shape, side: str) -> float:
     bounded over all points of the detector: r is reduced by the detector's extent, and the height over the
     wall is increased by the part of the extent that lies across the wall.
     """
-    if not isinstance(place, FlatShape):
+    if not place.is_flat:
         return math.inf
     normal, reach = np.array(place.normal), shape.extent
     height = float(np.dot(normal, np.subtract(shape.middle, place.middle)))
     if abs(height) <= reach:
         return math.inf
     facing = np.zeros(3)
-    if isinstance(shape, FlatShape):
+    if shape.is_flat:
         facing = np.array(shape.normal) * (-1.0 if IS_BACK[side] else 1.0)
     # The plane of a flat detector comes up in this direction.
     along = facing - np.dot(facing, normal) * normal
@@ -262,7 +258,7 @@ def _bound_by_angles(place: Shape, shape: Shape, side: str) -> float:
         there = np.minimum((abs(height) + lift) / least, 1.0)
         # A flat detector is equally high above all of these points.
         here = np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
-        area = math.pi * shape.radius**2 if isinstance(shape, Sphere) else shape.area
+        area = shape.cross_section
         return float(np.max(there * here / least**2)) * area * LAMBERTIAN_DENSITY * GRID_SAFETY
 
 
@@ -275,11 +271,13 @@ def _flight_share(shape: Shape, peak: float, gap: float) -> float:
 
     See physics/connections.py.
     """
-    if isinstance(shape, Sphere):
-        area, distance = math.pi * shape.radius**2, gap + shape.radius
-    else:
-        area, distance = shape.area, gap
+    area, distance = shape.cross_section, gap + _depth(shape)
     return peak * area / (distance**2 + peak * area)
+
+
+def _depth(shape: Shape) -> float:
+    """Return how far the surface of a detector lies before its middle [m]: the radius of a sphere."""
+    return 0.0 if shape.is_flat else shape.radius
 
 
 def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> None:
@@ -326,7 +324,7 @@ def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
     walls = [surface.shape for surface in scene.surfaces if surface.material.max_diffuse_share > 0]
     if not walls:
         return None
-    facing = [s for s in walls if not (isinstance(shape, FlatShape) and are_on_one_support(s, shape))]
+    facing = [s for s in walls if not (shape.is_flat and are_on_one_support(s, shape))]
     return LAMBERTIAN_DENSITY, min((_min_distance(wall, shape) for wall in facing), default=math.inf)
 
 
@@ -346,22 +344,19 @@ def min_collision_distance(plan: Plan, shape: Shape) -> float:
     bounds = {number for row in rows for number in plan.bodies[row - 1].surfaces}
     shapes = [plan.scene.surfaces[number].shape for number in sorted(bounds)]
     if isinstance(shape, Point):
-        return min((distance_to_shape(bound, shape.position) for bound in shapes), default=math.inf)
+        return min((bound.distance(shape.position) for bound in shapes), default=math.inf)
     return min((_min_distance(bound, shape) for bound in shapes), default=math.inf)
 
 
 def _min_distance(place: Shape, shape: Shape, is_filled: bool = False) -> float:
     """Return a lower bound of the distance between the place of events and a detector [m]."""
-    if isinstance(shape, Sphere):
-        return max(0.0, distance_to_shape(place, shape.center, filled=is_filled) - shape.radius)
-    reach = shape.radius if isinstance(shape, Disk) else shape.extent
-    apart = distance_to_shape(place, shape.middle, filled=is_filled) - reach
-    return max(apart, least_height(place, shape))
+    apart = place.distance(shape.middle, filled=is_filled) - shape.extent
+    return max(apart, least_height(place, shape) if shape.is_flat else 0.0)
 
 
 def _max_solid_angle(shape: Shape, gap: float) -> float:
     """Return an upper bound of a detector's solid angle from that distance [sr]; for a flat one area/r^2."""
-    if isinstance(shape, Sphere):
+    if not shape.is_flat:
         return 2 * math.pi * one_minus_cosine(shape.radius, shape.radius + gap) if gap > 0 else 4 * math.pi
     return shape.area / gap**2 if gap > 0 else math.inf
 
@@ -369,7 +364,7 @@ def _max_solid_angle(shape: Shape, gap: float) -> float:
 def _max_score(shape: Shape, is_pure: bool, peak: float, gap: float) -> float:
     """Return the largest score of a ray of weight 1."""
     bound = peak * _max_solid_angle(shape, gap)
-    return bound if is_pure else min(bound, MAX_SPHERE_SCORE if isinstance(shape, Sphere) else 1.0)
+    return bound if is_pure else min(bound, 1.0 if shape.is_flat else MAX_SPHERE_SCORE)
 
 
 def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[str, float]:
@@ -377,10 +372,22 @@ def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[s
     size = plan.space.size
     values = layout.center_columns(plan.space.place(shape.middle))
     values |= {"first": plan.bases[detector.name] + 2 * plan.half, "legs": 1, "sheet": -1}
-    if isinstance(shape, Sphere):
-        radius = shape.radius / size
-        return values | {"half_w": radius, "area": math.pi * radius * radius, "legs": 2}
-    return values | aim_columns(shape, plan.space) | {"area": shape.area / size / size, "sheet": sheet}
+    values |= {"area": shape.cross_section / size / size}
+    if not shape.is_flat:
+        return values | {"half_w": shape.radius / size, "legs": 2}
+    is_divided = len(shape.primitives()) > 1
+    columns = _part_columns(plan, shape) if is_divided else aim_columns(shape, plan.space)
+    return values | columns | {"sheet": sheet}
+
+
+def _part_columns(plan: Plan, shape: Shape) -> dict[str, float]:
+    """Return the columns of the triangles on which points of a polygon are sampled."""
+    parts, names = shape.primitives(), ("cx", "cy", "cz", "eux", "euy", "euz", "evx", "evy", "evz")
+    shares = np.cumsum([part.area for part in parts])
+    columns = [triangle_columns(part, plan.space) for part in parts]
+    table = np.column_stack([shares / shares[-1], [[each[name] for name in names] for each in columns]])
+    plan.kept.append(table)
+    return layout.frame_columns(shape.frame) | {"parts": table.ctypes.data, "part_count": len(parts)}
 
 
 def _layer_and_sheet(plan: Plan, detector: Detector) -> tuple[int, int]:
@@ -395,6 +402,6 @@ def _layer_and_sheet(plan: Plan, detector: Detector) -> tuple[int, int]:
 
 def _mis_columns(shape: Shape, values: dict[str, float], is_pure: bool, sheet: int) -> dict[str, float]:
     """Return the columns of layout.MIS_SHARE."""
-    how = SPHERE_SHARE if isinstance(shape, Sphere) else FLAT_SHARE
+    how = FLAT_SHARE if shape.is_flat else SPHERE_SHARE
     columns = {name: values[name] for name in ("cx", "cy", "cz", "area")}
     return columns | {"how": ALL_SCORED if is_pure else how, "sheet": sheet}

@@ -15,16 +15,15 @@ from transport.compile.meshes import areas_row
 from transport.compile.plan import Emitter, Plan, Step
 from transport.compile.space import Space
 from transport.compile.surfaces import hole_columns, triangle_columns
-from transport.geometry.distances import distance_to_shape, least_height
 from transport.geometry.flat import Disk, FlatShape, Rectangle, Triangle
 from transport.geometry.mesh import Mesh
+from transport.geometry.relations import least_height
 from transport.geometry.revolved import Paraboloid, Revolved
 from transport.geometry.shape import Cloud, Point, Shape
-from transport.geometry.solid import Box, Sphere
+from transport.geometry.solid import Box
 from transport.scene.checks.refractive_indices import index_around
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.scene import Scene
-from transport.scene.sheets import pieces_of
 from transport.scene.sources import Source
 from transport.validation import refuse, short_repr
 from transport.vectors import dot
@@ -144,10 +143,10 @@ def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) ->
 
 def _pieces_with_shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
     """Yield the pieces of a source with their shares of its amount."""
-    if not isinstance(shape, Box) or isinstance(source.emission, (Gas, Isotropic)):
+    faces = [part for piece in shape.pieces() for part in piece.primitives()]
+    if len(faces) == 1 or (isinstance(source.emission, (Gas, Isotropic)) and not shape.is_flat):
         yield shape, 1.0
         return
-    faces = pieces_of(shape)
     sizes = [face.area for face in faces]
     if isinstance(source.emission, Beam):
         side = -1.0 if source.is_back else 1.0
@@ -232,7 +231,7 @@ def _holed(shape: Rectangle, space: Space) -> np.ndarray:
 
 def _normal_row(source: Source, shape: Shape) -> np.ndarray | None:
     """Return the row of the normal by which a target weighs directions; all 0 for isotropic emission."""
-    if isinstance(shape, FlatShape):
+    if shape.is_flat:
         return _plane_patch(source, shape)
     return None if isinstance(source.emission, Lambertian | Effusive) else layout.row(layout.PATCH)
 
@@ -247,9 +246,9 @@ def _law(source: Source, shape: Shape) -> tuple[str, np.ndarray]:
     nothing = layout.row(layout.NO_TABLE)
     match source.emission:
         case Lambertian() | Effusive():
-            if isinstance(shape, Revolved | Mesh):
-                return "emit_lambertian", nothing
-            return "emit_lambertian_from_plane", _plane_patch(source, shape)
+            if shape.is_flat:
+                return "emit_lambertian_from_plane", _plane_patch(source, shape)
+            return "emit_lambertian", nothing
         case Isotropic() | Gas(direction=None):
             return "emit_isotropic", nothing
     return "emit_beam", layout.row(
@@ -266,20 +265,18 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     values = {"lambertian": 1.0 / math.pi} if lambertian else {"isotropic": 0.25 / math.pi}
     peak = max(values.values())  # [sr^-1] largest density of directions
     is_volume = shape.is_closed and not lambertian
-    distance = distance_to_shape(shape, aim.middle, filled=is_volume) / space.size
+    distance = shape.distance(aim.middle, filled=is_volume) / space.size
     values |= layout.center_columns(space.place(aim.middle))
-    is_curved = isinstance(aim, Revolved | Mesh)
-    if is_curved:  # Aim at the sphere itself, or at the sphere that encloses another shape.
-        radius = (
-            aim.extent / space.size * (1.0 if isinstance(aim, Sphere) and aim.is_closed else ENCLOSING_FACTOR)
-        )
+    if not (aim.is_flat or isinstance(aim, Box)) or len(aim.primitives()) > 1:
+        # Aim at the sphere itself, or at the sphere that encloses another shape.
+        radius = aim.extent / space.size * (1.0 if aim.is_convex else ENCLOSING_FACTOR)
         weight = _checked_weight(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))
         row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
         return weight, (("aim_at_sphere", row),)
     # Directions towards the hole count as well: aim at the whole rectangle.
-    whole = replace(aim, hole=None) if isinstance(aim, Rectangle) else aim
+    whole = aim if aim.hole is None else replace(aim, hole=None)
     area, gap = whole.area / space.size / space.size, distance - aim.extent / space.size
-    if isinstance(aim, FlatShape):
+    if aim.is_flat:
         gap = max(gap, least_height(shape, aim) / space.size)
     weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
     # Sample near targets from a mixture of the target's density and the source's own law.

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.geometry.flat import Slab
 from transport.geometry.shape import Point, Shape
 from transport.scene.bodies import scene_media
 from transport.scene.scene import Scene
@@ -34,7 +33,8 @@ class Space:
 
 def make_space(scene: Scene) -> Space:
     """Return the coordinates in which a scene is simulated."""
-    shapes = [piece for surface in scene.surfaces for piece in _pieces(surface.shape)]
+    shapes = [surface.shape for surface in scene.surfaces]
+    shapes = [piece for shape in shapes for piece in (shape.pieces() if shape.is_infinite else (shape,))]
     shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters, *scene.volumes)]
     shapes += [source.aim for source in scene.sources if source.aim is not None]
     shapes += [Point(position=detector.position) for detector in scene.points]
@@ -49,10 +49,6 @@ def make_space(scene: Scene) -> Space:
         thickest = max((float(np.max(medium.extinction)) for medium in scene_media(scene)), default=0.0)
         largest = 1.0 / thickest if MIN_SIZE < thickest < MAX_SIZE else 1.0
     return Space(origin, math.ldexp(1.0, math.frexp(largest)[1]))
-
-
-def _pieces(shape: Shape) -> tuple[Shape, ...]:
-    return shape.planes() if isinstance(shape, Slab) else (shape,)
 
 
 def _corners(shape: Shape) -> tuple[Vector, Vector]:

@@ -14,7 +14,7 @@ from transport.compile.space import Space
 from transport.compile.speeds import Quantile, constant_quantile, quantile_row
 from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Triangle
 from transport.geometry.mesh import Mesh
-from transport.geometry.revolved import Cone, Cylinder, Paraboloid, Revolved
+from transport.geometry.revolved import Paraboloid, Revolved
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.materials import OPTICAL_COLUMNS, Material
@@ -39,11 +39,7 @@ def shape_row(
 ) -> tuple[str, np.ndarray]:
     """Return the name of the shape's passes, without their verb, and its row."""
     shape = member.shape
-    row = (
-        layout.row(_row_type(shape), code=code, sheet=number)
-        if not isinstance(shape, Mesh)
-        else mesh_row(plan, shape)
-    )
+    row = mesh_row(plan, shape) if shape.triangles else layout.row(_row_type(shape), code=code, sheet=number)
     row["code"], row["sheet"] = code, number
     for name, value in _shape_columns(member, plan.space).items():
         row[name] = value
@@ -55,7 +51,7 @@ def pass_name(shape: Shape) -> str:
     """Return the name of a shape's passes, without their verb."""
     if isinstance(shape, Revolved):
         return "sphere" if shape.is_closed else "quadric"
-    return "holed" if isinstance(shape, Rectangle) and shape.hole is not None else PASS_NAMES[type(shape)]
+    return "holed" if shape.hole is not None else PASS_NAMES[type(shape)]
 
 
 def _row_type(shape: Shape) -> np.dtype:
@@ -223,7 +219,7 @@ def covers_same_points(one: SheetMember, other: SheetMember) -> bool:
     """
     if other.surface is not None:
         return False
-    if isinstance(one.shape, Plane) and isinstance(other.shape, Plane):
+    if one.shape.is_plane and other.shape.is_plane:
         return True
     same = one.shape == other.shape and one.whole == other.whole
     return same and one.surface is None and bounds_bodies(one) == bounds_bodies(other)
@@ -259,21 +255,17 @@ def exterior_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
     """Return whether the front and the back side of a sheet are empty (exact, without tolerance)."""
     others = [other.support for other in sheets if other is not sheet]
     others += [member.shape for other in sheets if other is not sheet for member in other.members[1:]]
-    match sheet.support:
-        case FlatShape() as flat:
-            return tuple(all(_is_behind(flat, shape, side) for shape in others) for side in (1.0, -1.0))
-        case Sphere(is_closed=True) as ball:
-            return all(_is_within(ball, shape) for shape in others), False
-    return False, False
+    support = sheet.support
+    if support.is_flat:
+        return tuple(all(_is_behind(support, shape, side) for shape in others) for side in (1.0, -1.0))
+    return support.is_convex and all(_is_within(support, shape) for shape in others), False
 
 
 def _is_behind(flat: FlatShape, shape: Shape, side: float) -> bool:
     """Return whether a shape lies behind a plane (side 1), or on the normal's side (side -1)."""
     normal, center = np.array(flat.normal), np.array(flat.center)
     if shape.is_infinite:
-        is_parallel = (
-            isinstance(shape, Plane) and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL_TOLERANCE
-        )
+        is_parallel = shape.is_plane and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL_TOLERANCE
         return is_parallel and side * (np.array(shape.center) - center) @ normal <= 0.0
     return bool((side * ((_corners(shape) - center) @ normal) <= 0.0).all())
 
@@ -386,9 +378,10 @@ def check_thin_shapes(sheets: list[Sheet], space: Space) -> None:
 
 
 def _check_width(member: SheetMember, space: Space) -> None:
-    if isinstance(member.shape, Cylinder | Cone | Paraboloid) and member.surface.material.bounds_media:
+    is_tube = isinstance(member.shape, Revolved) and not isinstance(member.shape, Sphere)
+    if is_tube and member.surface.material.bounds_media:
         _check_fibre(member, space)
-    width, slack = _width(member.shape), edge_slack(member, space) * space.size
+    width, slack = member.shape.least_width, edge_slack(member, space) * space.size
     if slack > MAX_WIDENING * width:
         cure = "make it wider, cut it into shorter ones, or bring far objects nearer"
         must = f"a flat surface here must be wider than {slack / MAX_WIDENING:.2g} m because of rounding"
@@ -404,15 +397,3 @@ def _check_fibre(member: SheetMember, space: Space) -> None:
         cure = "make it thicker or shorter, or bring far objects nearer"
         must = f"glass {length:.3g} m long must have a radius above {least:.2g} m here because of rounding"
         refuse(member.surface, f"{must}, got {radius:.3g} m; {cure}")
-
-
-def _width(shape: Shape) -> float:
-    """Return the least width of a flat shape [m]; infinite for other shapes."""
-    match shape:
-        case Rectangle(width=width, height=height):
-            return min(width, height)
-        case Disk(radius=radius, inner_radius=inner):
-            return radius - inner
-        case Triangle(vertices=(a, b, c)):
-            return 2 * shape.area / max(math.dist(a, b), math.dist(b, c), math.dist(c, a))
-    return math.inf

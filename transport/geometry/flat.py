@@ -1,12 +1,14 @@
 """Flat shapes: rectangle, disk, triangle, infinite plane; and the slab between two planes."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
-from transport.geometry.shape import ROUNDING, Shape
+import numpy as np
+
+from transport.geometry.shape import ROUNDING, Rim, Shape
 from transport.validation import (
     Converted,
     OptionalVectorField,
@@ -34,7 +36,7 @@ TRIANGLE_ROUNDING = Fraction(2) ** -51  # relative to coordinates: triangles of 
 @lru_cache(maxsize=4096)
 def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
     """Unit normal (right-hand rule over the vertex order) and area [m^2], infinite on overflow."""
-    twice = _twice_area(vertices)
+    twice = twice_area(vertices)
     largest = max(map(abs, twice))
     scaled = tuple(float(component / largest) for component in twice)
     try:
@@ -45,7 +47,7 @@ def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
 
 def is_collinear(vertices: Vertices) -> bool:
     """Return whether the vertices are collinear within the rounding of their coordinates."""
-    twice, size = _twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
+    twice, size = twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
     longest2 = max(_exact_square(_exact_vector(a, b)) for a, b in pairwise((*vertices, vertices[0])))
     return _exact_square(twice) <= (TRIANGLE_ROUNDING * size) ** 2 * longest2
 
@@ -55,29 +57,15 @@ def centroid(vertices: Vertices) -> Vector:
     return tuple(math.fsum(0.25 * x for x in axis) / 0.75 for axis in zip(*vertices, strict=True))
 
 
-def triangle_frame(vertices: Vertices) -> Frame:
-    """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
-    normal, _ = normal_and_area(vertices)
-    e_u = unit_vector(tuple(q - p for p, q in zip(*vertices[:2], strict=True)))
-    return e_u, local_frame(e_u, normal)[0], normal
-
-
-def triangle_corners(vertices: Vertices) -> tuple[Corner, ...]:
-    """Coordinates (u, v) [m] of the vertices in the triangle's frame, from the centroid."""
-    (e_u, e_v, _), center = triangle_frame(vertices), centroid(vertices)
-    offsets = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in vertices]
-    return tuple((dot(offset, e_u), dot(offset, e_v)) for offset in offsets)
-
-
 def distance_to_triangle(corners: tuple[Corner, ...], u: float, v: float) -> float:
     """Distance [m] of a point of the plane from a triangle with counterclockwise corners (u, v); 0 inside."""
     sides = list(pairwise((*corners, corners[0])))
     if all((q - p) * (v - s) >= (t - s) * (u - p) for (p, s), (q, t) in sides):
         return 0.0
-    return min(_distance_to_side(one, other, (u, v)) for one, other in sides)
+    return min(distance_to_side(one, other, (u, v)) for one, other in sides)
 
 
-def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
+def distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
     """Distance [m] of a point from a side."""
     length, offset = math.dist(one, other), tuple(q - p for p, q in zip(one, other, strict=True))
     along = dot([x / length for x in offset], [x - p for p, x in zip(one, point, strict=True)]) / length
@@ -85,7 +73,7 @@ def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
     return math.dist([p + within * x for p, x in zip(one, offset, strict=True)], point)
 
 
-def _twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
+def twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
     """Cross product of two edges, exact."""
     a, b, c = vertices
     (ux, uy, uz), (vx, vy, vz) = _exact_vector(a, b), _exact_vector(a, c)
@@ -108,6 +96,9 @@ def _exact_square(vector: tuple[Fraction, ...]) -> Fraction:
 class FlatShape(Shape):
     """Base class of flat shapes: unit normal, and `up`, which fixes the frame's rotation."""
 
+    is_flat = True
+    corners: tuple[Corner, ...] = ()  # (u, v) [m] of a convex polygon in its frame, counterclockwise
+
     def _coerce_plane(self) -> None:
         """Check and store centre, normal and `up`."""
         coerce_vector(self, "center")
@@ -129,6 +120,11 @@ class FlatShape(Shape):
         """
         return local_frame(self.normal, self.up)
 
+    @property
+    def cross_section(self) -> float:
+        """Largest projected area [m^2]: the area."""
+        return self.area
+
     def projected_area(self, direction: Vector) -> float:
         """Area [m^2] seen along a direction, area times ``|cosθ|``.
 
@@ -143,6 +139,64 @@ class FlatShape(Shape):
             Projected area of one side [m^2].
         """
         return self.area * abs(dot(self.normal, direction))
+
+    def height_of(self, point: Vector) -> float:
+        """Return the height [m] of a point over the plane."""
+        return dot(tuple(p - q for p, q in zip(point, self.middle, strict=True)), self.normal)
+
+    def covers(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, 3) [m] of the plane lie on the shape, as (n,) of bool."""
+        u, v, _ = np.array(self.frame) @ (points - np.array(self.center)).T
+        return self._covers(u, v)
+
+    def distance(self, point: Vector, filled: bool = False) -> float:
+        """Return the distance [m] of a point."""
+        offset = tuple(p - q for p, q in zip(point, self.middle, strict=True))
+        u, v, height = (dot(offset, axis) for axis in self.frame)
+        return math.hypot(height, *self._gap(u, v))
+
+    def in_plane_distances(self, point: Vector) -> tuple[float, float]:
+        """Return the least and the greatest distance [m] of its points from a point of the plane."""
+        offset = tuple(p - q for p, q in zip(point, self.center, strict=True))
+        u, v = (dot(offset, axis) for axis in self.frame[:2])
+        return math.hypot(*self._gap(u, v)), self._farthest(point, u, v)
+
+    def sample_area(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points even over the area and off a hole, and the normal for each; see `Shape`."""
+        places = self._sample(numbers[:, :1], numbers[:, 1:2])
+        if self.hole is not None:
+            places = places[~self.hole.covers(places)]
+        return places, np.broadcast_to(self.normal, places.shape)
+
+    def interval_along(self, axis: Vector) -> tuple[float, float]:
+        """Return the interval [m] that the projection on an axis covers."""
+        middle, reach = dot(axis, self.center), self.half_width_along(axis)
+        return middle - reach, middle + reach
+
+    def edges(self) -> list[tuple[Vector, float]]:
+        """Return unit vectors of the plane out of each edge, and the edges' distances from the centre [m]."""
+        e_u, e_v, _ = self.frame
+        found = []
+        for (p, s), (q, t) in pairwise((*self.corners, *self.corners[:1])):
+            u, v = (t - s) / math.dist((p, s), (q, t)), (p - q) / math.dist((p, s), (q, t))
+            found.append((tuple(u * a + v * b for a, b in zip(e_u, e_v, strict=True)), u * p + v * s))
+        return found
+
+    def _covers(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return whether points (u, v) [m] of the frame lie on the shape."""
+        raise NotImplementedError
+
+    def _gap(self, u: float, v: float) -> tuple[float, ...]:
+        """Components [m] of the vector from a point of the plane to the nearest point of the shape."""
+        raise NotImplementedError
+
+    def _farthest(self, point: Vector, u: float, v: float) -> float:
+        """Greatest distance [m] of the shape's points from a point of its plane."""
+        raise NotImplementedError
+
+    def _sample(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Points (n, 3) [m] even over the area, holes included, from two columns of numbers in [0, 1)."""
+        raise NotImplementedError
 
 
 @scene_object(kw_only=True)
@@ -214,6 +268,66 @@ class Rectangle(FlatShape):
         return tuple(
             abs(u) * self.width / 2 + abs(v) * self.height / 2 for u, v in zip(e_u, e_v, strict=True)
         )
+
+    @property
+    def corners(self) -> tuple[Corner, ...]:
+        """Corners (u, v) in the frame [m], counterclockwise."""
+        u, v = self.width / 2, self.height / 2
+        return (u, v), (-u, v), (-u, -v), (u, -v)
+
+    coordinates_cure = "put Detectors on Rectangles that leave out the hole"
+
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of u and v along the sides [m]; none with a hole."""
+        if self.hole is not None:
+            return {}
+        u, v = self.width / 2, self.height / 2
+        return {"u": (-u, u, "m"), "v": (-v, v, "m")}
+
+    @property
+    def least_width(self) -> float:
+        """Shorter side [m]."""
+        return min(self.width, self.height)
+
+    def rims(self) -> list[Rim]:
+        """Return the four sides; none with a hole."""
+        if self.hole is not None:
+            return []
+        steps = list(zip(self.center, *self.frame[:2], strict=True))
+        return segments([tuple(c + p * u + q * v for c, u, v in steps) for p, q in self.corners])
+
+    def _covers(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        inside = (np.abs(u) <= self.width / 2) & (np.abs(v) <= self.height / 2)
+        if self.hole is None:
+            return inside
+        e_u, e_v, _ = np.array(self.frame)
+        places = np.array(self.center) + np.outer(u, e_u) + np.outer(v, e_v)
+        return inside & ~self.hole.covers(places)
+
+    def _gap(self, u: float, v: float) -> tuple[float, ...]:
+        if self.hole is not None:
+            depth = self._depth_in_hole(u, v)
+            if depth > 0:
+                return (depth,)
+        return max(0.0, abs(u) - self.width / 2), max(0.0, abs(v) - self.height / 2)
+
+    def _depth_in_hole(self, u: float, v: float) -> float:
+        """Distance [m] of a point of the plane from the edge of the hole; negative outside the hole."""
+        hole, (e_u, e_v, _) = self.hole, self.frame
+        steps = zip(self.center, e_u, e_v, hole.center, strict=True)
+        offset = tuple(c + u * p + v * q - h for c, p, q, h in steps)
+        return hole.depth_inside(*(dot(offset, axis) for axis in hole.frame[:2]))
+
+    def depth_inside(self, u: float, v: float) -> float:
+        """Distance [m] of a point from the sides, negative outside, to the nearer side beyond a corner."""
+        return min(self.width / 2 - abs(u), self.height / 2 - abs(v))
+
+    def _farthest(self, point: Vector, u: float, v: float) -> float:
+        return math.hypot(abs(u) + self.width / 2, abs(v) + self.height / 2)
+
+    def _sample(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        e_u, e_v, _ = np.array(self.frame)
+        return np.array(self.center) + (one - 0.5) * self.width * e_u + (other - 0.5) * self.height * e_v
 
     def _check_hole(self) -> None:
         """Raise if the hole is not flat, is not within the rectangle, or has a hole itself."""
@@ -318,9 +432,100 @@ class Disk(FlatShape):
         """Radius [m]: the half width along any unit direction of the plane."""
         return self.radius
 
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of the radius [m] and the azimuth [rad]."""
+        return {"u": (self.inner_radius, self.radius, "m"), "v": (0.0, 2 * math.pi, "rad")}
+
+    def strip_areas(self, u: np.ndarray) -> np.ndarray:
+        """Return the areas of rings per azimuth [m^2/rad]."""
+        lower, upper = u[:-1], u[1:]
+        return (upper - lower) * (upper / 2 + lower / 2)
+
+    @property
+    def least_width(self) -> float:
+        """Radius, or width of the ring [m]."""
+        return self.radius - self.inner_radius
+
+    def rims(self) -> list[Rim]:
+        """Return the circle; none for an annulus."""
+        span = tuple(self.radius * x for x in self.normal)
+        return [] if self.inner_radius else [Rim(True, self.center, span)]
+
+    def depth_inside(self, u: float, v: float) -> float:
+        """Distance [m] of a point of the plane from the outer edge; negative outside."""
+        return self.radius - math.hypot(u, v)
+
+    def _covers(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        rho = np.hypot(u, v)
+        return (rho <= self.radius) & (rho >= self.inner_radius)
+
+    def _gap(self, u: float, v: float) -> tuple[float, ...]:
+        apart = math.hypot(u, v)
+        return (max(0.0, apart - self.radius, self.inner_radius - apart),)
+
+    def _farthest(self, point: Vector, u: float, v: float) -> float:
+        return math.hypot(u, v) + self.radius
+
+    def _sample(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        e_u, e_v, _ = np.array(self.frame)
+        inner, outer = self.inner_radius, self.radius
+        rho, turn = np.sqrt(inner**2 + one * (outer - inner) * (outer + inner)), 2 * math.pi * other
+        return np.array(self.center) + rho * (np.cos(turn) * e_u + np.sin(turn) * e_v)
+
+
+class FlatPolygon(FlatShape):
+    """Base class of flat shapes given by vertices, which define the plane more accurately than a normal.
+
+    e_u of the frame runs from the first vertex to the second; (u, v) are measured from the centroid.
+    """
+
+    coordinates_cure = "put a Detector on a Rectangle or Disk in its plane instead"
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
+        e_u = unit_vector(tuple(q - p for p, q in zip(*self.vertices[:2], strict=True)))
+        return e_u, local_frame(e_u, self.normal)[0], self.normal
+
+    @property
+    def corners(self) -> tuple[Corner, ...]:
+        """Vertices in the frame, (u, v) from the centroid [m], counterclockwise."""
+        (e_u, e_v, _), center = self.frame, self.center
+        offsets = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in self.vertices]
+        return tuple((dot(offset, e_u), dot(offset, e_v)) for offset in offsets)
+
+    @property
+    def extent(self) -> float:
+        """Distance from the centroid to the farthest vertex [m]."""
+        center = self.center
+        return max(math.dist(center, vertex) for vertex in self.vertices)
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
+        axes = list(zip(*self.vertices, strict=True))
+        return tuple(map(min, axes)), tuple(map(max, axes))
+
+    @property
+    def support_breadth(self) -> float:
+        """Length [m] over which the vertices define the plane."""
+        return self.area / self.extent
+
+    def rims(self) -> list[Rim]:
+        """Return the sides."""
+        return segments(self.vertices)
+
+    def interval_along(self, axis: Vector) -> tuple[float, float]:
+        """Return the interval [m] that the projection on an axis covers."""
+        heights = [dot(axis, vertex) for vertex in self.vertices]
+        return min(heights), max(heights)
+
+    def _farthest(self, point: Vector, u: float, v: float) -> float:
+        return max(math.dist(point, vertex) for vertex in self.vertices)
+
 
 @scene_object(kw_only=True)
-class Triangle(FlatShape):
+class Triangle(FlatPolygon):
     """Flat triangle.
 
     Parameters
@@ -367,30 +572,52 @@ class Triangle(FlatShape):
         return normal_and_area(self.vertices)[0]
 
     @property
-    def frame(self) -> Frame:
-        """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
-        return triangle_frame(self.vertices)
-
-    @property
-    def corners(self) -> tuple[tuple[float, float], ...]:
-        """Vertices in the frame, (u, v) from the centroid [m], counterclockwise."""
-        return triangle_corners(self.vertices)
-
-    @property
     def area(self) -> float:
         """Area of one side [m^2]; accurate to rounding for thin triangles too."""
         return normal_and_area(self.vertices)[1]
 
     @property
-    def extent(self) -> float:
-        """Distance from the centroid to the farthest vertex [m]."""
-        return max(math.dist(self.center, vertex) for vertex in self.vertices)
+    def least_width(self) -> float:
+        """Least height over a side [m]."""
+        return 2 * self.area / max(math.dist(p, q) for p, q in pairwise((*self.vertices, self.vertices[0])))
 
-    @property
-    def bounds(self) -> tuple[Vector, Vector]:
-        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
-        axes = list(zip(*self.vertices, strict=True))
-        return tuple(map(min, axes)), tuple(map(max, axes))
+    def _covers(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        places = [(p - u, q - v) for p, q in self.corners]
+        turned = [p * t - q * s for (p, q), (s, t) in zip(places, places[1:] + places[:1], strict=True)]
+        return np.all([turn >= 0 for turn in turned], axis=0)
+
+    def _gap(self, u: float, v: float) -> tuple[float, ...]:
+        return (distance_to_triangle(self.corners, u, v),)
+
+    def _sample(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        return points_in_triangles(np.array([self.vertices]), one, other)
+
+
+def points_in_triangles(corners: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return points (n, 3) even over triangles (n or 1, 3, 3) from columns (n, 1) of numbers in [0, 1)."""
+    first, second, third = corners.transpose(1, 0, 2)
+    s = np.sqrt(one)
+    return first + s * (1 - other) * (second - first) + s * other * (third - first)
+
+
+def even_facets(areas: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return facets drawn by area from numbers (n,) in [0, 1), and even numbers that are left (n, 1)."""
+    whole = np.cumsum(areas)
+    place = numbers * whole[-1]
+    facets = np.minimum(np.searchsorted(whole, place, side="right"), len(areas) - 1)
+    return facets, np.clip((place - (whole - areas)[facets]) / areas[facets], 0.0, 1.0)[:, None]
+
+
+def segments(corners: Sequence[Vector]) -> list[Rim]:
+    """Return the sides of a polygon as rims."""
+    return [
+        Rim(
+            False,
+            tuple((a + b) / 2 for a, b in zip(p, q, strict=True)),
+            tuple((b - a) / 2 for a, b in zip(p, q, strict=True)),
+        )
+        for p, q in pairwise((*corners, corners[0]))
+    ]
 
 
 # ---- Infinite shapes: a plane, and the slab between two planes; not for sources, aims or results per area.
@@ -423,7 +650,8 @@ class Plane(FlatShape):
     normal: VectorField = (0.0, 0.0, 1.0)
     up = None
     area = extent = math.inf
-    is_infinite = True
+    is_infinite = is_plane = True
+    coordinates_cure = "put a Detector on a Rectangle or Disk in it instead"
 
     def __post_init__(self) -> None:
         self._coerce_plane()
@@ -432,6 +660,20 @@ class Plane(FlatShape):
     def bounds(self) -> tuple[Vector, Vector]:
         """Corners [m] of the bounding box: finite only along a normal that is a coordinate axis."""
         return _infinite_bounds(self.center, self.normal, 0.0)
+
+    @property
+    def coordinate_scale(self) -> float:
+        """Sum of the absolute coordinates of the centre [m]."""
+        return sum(map(abs, self.center))
+
+    def _covers(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return np.ones(len(u), bool)
+
+    def _gap(self, u: float, v: float) -> tuple[float, ...]:
+        return (0.0,)
+
+    def _farthest(self, point: Vector, u: float, v: float) -> float:
+        return math.inf
 
 
 @scene_object(kw_only=True)
@@ -464,7 +706,8 @@ class Slab(Shape):
     normal: VectorField = (0.0, 0.0, 1.0)
     thickness: float
     area = volume = extent = math.inf
-    is_closed = is_infinite = True
+    is_closed = is_infinite = is_convex = True
+    coordinates_cure = "put Detectors on Rectangles in its planes() instead"
 
     def __post_init__(self) -> None:
         coerce_vector(self, "center")
@@ -485,6 +728,25 @@ class Slab(Shape):
     def bounds(self) -> tuple[Vector, Vector]:
         """Corners [m] of the bounding box: finite only along a normal that is a coordinate axis."""
         return _infinite_bounds(self.center, self.normal, self.thickness / 2)
+
+    @property
+    def coordinate_scale(self) -> float:
+        """Sum of the absolute coordinates of the centre, and the thickness [m]."""
+        return sum(map(abs, self.center)) + self.thickness
+
+    def pieces(self) -> tuple[Plane, Plane]:
+        """Return both faces."""
+        return self.planes()
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, 3) [m] lie in it, its faces included."""
+        return np.abs((points - self.center) @ np.array(self.normal)) <= self.thickness / 2
+
+    def distance(self, point: Vector, filled: bool = False) -> float:
+        """Return the distance [m] of a point from the nearer face; filled: from the region."""
+        offset = tuple(p - q for p, q in zip(point, self.middle, strict=True))
+        beyond = abs(dot(offset, self.normal)) - self.thickness / 2
+        return max(beyond, 0.0) if filled else abs(beyond)
 
     def planes(self) -> tuple[Plane, Plane]:
         """Return the two faces as planes with outward normals.

@@ -11,13 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.geometry.containment import coordinate_scale
-from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Slab, Triangle
+from transport.geometry.flat import FlatShape, Slab
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Box
-from transport.vectors import Vector
 
 
 class Crossings(NamedTuple):
@@ -64,7 +62,7 @@ def _(shape: FlatShape, origins, directions):
     along = directions @ np.array(shape.normal)
     distances = ((np.array(shape.center) - origins) @ np.array(shape.normal)) / along
     points = origins + distances[:, None] * directions
-    distances = np.where(_covers(shape, points), distances, math.nan)
+    distances = np.where(shape.covers(points), distances, math.nan)
     return distances[:, None], np.sign(along)[:, None]
 
 
@@ -147,25 +145,6 @@ def _cross_mesh(mesh: Mesh, origin: np.ndarray, direction: np.ndarray) -> tuple[
     return distances[kept], np.sign(along[kept])
 
 
-def _covers(shape: FlatShape, points: np.ndarray) -> np.ndarray:
-    """Return whether points (n, 3) of its plane lie on a flat shape."""
-    u, v, _ = np.array(shape.frame) @ (points - np.array(shape.center)).T
-    match shape:
-        case Plane():
-            return np.ones(len(points), bool)
-        case Rectangle():
-            inside = (np.abs(u) <= shape.width / 2) & (np.abs(v) <= shape.height / 2)
-            return inside if shape.hole is None else inside & ~_covers(shape.hole, points)
-        case Disk():
-            rho = np.hypot(u, v)
-            return (rho <= shape.radius) & (rho >= shape.inner_radius)
-        case Triangle():
-            places = [(p - u, q - v) for p, q in shape.corners]
-            turned = [p * t - q * s for (p, q), (s, t) in zip(places, places[1:] + places[:1], strict=True)]
-            return np.all([turn >= 0 for turn in turned], axis=0)
-    raise TypeError(f"{type(shape).__name__} is not a flat shape")
-
-
 # ---- Fixed set of straight lines through shapes, along which the media of a scene are checked.
 
 DEFAULT_LINES = 256  # default number of lines
@@ -179,14 +158,9 @@ KRONECKER_STRIDES = 2.0 ** -(
 
 def scene_size(shapes: list[Shape]) -> float:
     """Length scale [m] of a scene: diagonal of the box around finite shapes and middles of infinite ones."""
-    corners = np.array([c for shape in shapes for c in (*shape.bounds, *_middles(shape))])
+    corners = np.array([c for shape in shapes for c in (*shape.bounds, *(p.middle for p in shape.pieces()))])
     corners = corners[np.isfinite(corners).all(axis=1)]
     return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
-
-
-def _middles(shape: Shape) -> list[Vector]:
-    """Points [m] for the size of the scene: the middle of a shape, both faces of a slab."""
-    return [plane.center for plane in shape.planes()] if isinstance(shape, Slab) else [shape.middle]
 
 
 def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
@@ -249,7 +223,7 @@ def sorted_crossings(shapes: list[Shape], origins, directions, size: float) -> t
     order = np.argsort(places, axis=1, kind="stable")  # nan comes last
     places, codes = (np.take_along_axis(array, order, axis=1) for array in (places, codes))
     # Number groups of coincident crossings.
-    flush = COINCIDENCE_TOLERANCE * size + 256 * ROUNDING * max(map(coordinate_scale, shapes))
+    flush = COINCIDENCE_TOLERANCE * size + 256 * ROUNDING * max(shape.coordinate_scale for shape in shapes)
     group = np.cumsum(np.diff(places, axis=1, prepend=places[:, :1]) > flush, axis=1)
     keys = np.where(np.isnan(places), -1, 2 * len(shapes) * group + codes).astype(np.int64)
     places, keys = (array.reshape(4, len(origins), -1) for array in (places, keys))

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from transport.geometry.flat import even_facets, points_in_triangles
 from transport.geometry.mesh_build import arrays_of_file, arrays_of_polydata, box_arrays, sphere_arrays
 from transport.geometry.mesh_checks import (
     MeshWarning,
@@ -111,6 +112,7 @@ class Mesh(Shape):
     areas: np.ndarray = field(init=False, compare=False)
     edges: Edges = field(init=False, compare=False)
     digest: bytes = field(init=False)  # hash of the arrays' bytes, for == and hash()
+    coordinates_cure = "use bins of direction, or one Detector per part of the mesh"
 
     def __post_init__(self) -> None:
         vertices = coerce_vertices(self, self.vertices)
@@ -318,7 +320,42 @@ class Mesh(Shape):
         if position is None or len(position) != 3:
             refuse(self, f"point must be three finite numbers, got {short_repr(point)}")
         self._require_closed("an inside")
-        return abs(winding_number(self.vertices, self.faces, np.array(position))) > MIN_WINDING_INSIDE
+        return self._winds_around(np.array(position))
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, 3) [m] lie inside, as `holds`; none lie in an open mesh."""
+        held = np.zeros(len(points), bool)
+        if self.is_closed:
+            low, high = self.bounds
+            near = ((points >= low) & (points <= high)).all(axis=1)
+            held[near] = [self._winds_around(point) for point in points[near]]
+        return held
+
+    def distance(self, point: Vector, filled: bool = False) -> float:
+        """Return the distance [m] of a point from the nearest triangle; filled: from a closed mesh's volume.
+
+        For each triangle it is the height over it if the foot lies inside, else the distance to the nearest
+        side.
+        """
+        if filled and self.is_closed and self.holds(point):
+            return 0.0
+        corners = self.vertices[self.faces] - np.array(point)
+        height = np.abs(np.einsum("ij,ij->i", corners[:, 0], self.normals))
+        is_over, nearest = True, math.inf
+        for k in range(3):
+            start, side = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
+            is_left = np.einsum("ij,ij->i", np.cross(start, side), self.normals) >= 0  # of each side
+            is_over &= is_left
+            step = -np.einsum("ij,ij->i", start, side) / np.einsum("ij,ij->i", side, side)
+            apart = np.linalg.norm(start + np.clip(step, 0.0, 1.0)[:, None] * side, axis=1)
+            nearest = np.minimum(nearest, apart)
+        return float(np.where(is_over, height, nearest).min())
+
+    def sample_area(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points even over the area, and the normals there; see `Shape`."""
+        facets, left = even_facets(self.areas, numbers[:, 0])
+        corners = self.vertices[self.faces[facets]]
+        return points_in_triangles(corners, left, numbers[:, 1:2]), self.normals[facets]
 
     def flipped(self) -> Mesh:
         """Return the mesh with all normals reversed.
@@ -417,6 +454,10 @@ class Mesh(Shape):
         if not self.edges.are_paired:
             cure = "close the holes and orient all triangles alike"
             refuse(self, f"{what} needs a closed mesh, got {self!r}; {cure}")
+
+    def _winds_around(self, point: np.ndarray) -> bool:
+        """Return whether the mesh winds once around a point; not around a point in a facet."""
+        return abs(winding_number(self.vertices, self.faces, point)) > MIN_WINDING_INSIDE
 
     def _freeze(self) -> None:
         """Make the arrays read-only."""

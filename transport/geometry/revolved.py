@@ -3,7 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from transport.geometry.shape import Shape
+import numpy as np
+
+from transport.geometry.shape import Rim, Shape
 from transport.validation import (
     VectorField,
     coerce_direction,
@@ -13,7 +15,7 @@ from transport.validation import (
     refuse,
     scene_object,
 )
-from transport.vectors import Frame, Vector, local_frame
+from transport.vectors import Frame, Vector, dot, local_frame
 
 MIN_RADIUS_RATIO = 0.5  # cones with a smaller ratio of radii are described from the apex
 MIN_ASPECT = 2.0**-40  # least ratio of radius and length: below it, rounding merges the two sides
@@ -60,6 +62,19 @@ class Profile:
     def area_per_radian(self, low: float, high: float) -> float:
         """Area per azimuth [m^2/rad] between two heights [m] from `origin`; also for arrays."""
         return (high - low) * self.area_per_height(low, high)
+
+    def even_heights(self, share: np.ndarray) -> np.ndarray:
+        """Heights [m] below which these shares of the area lie, without cancellation."""
+        first, last = (float(self._area_density(w)) for w in (self.low, self.high))
+        if self.gamma * (1 + self.gamma) != 0:  # the density is linear in the height: a cone
+            density = np.sqrt(first * first + share * (last - first) * (last + first))
+            risen = share * (first + last) / (first + density)
+        else:  # its square is linear
+            squares = first * first + first * last + last * last
+            density = np.cbrt(first**3 + share * (last - first) * squares)
+            whole = density * density + density * first + first * first
+            risen = share * squares / whole * ((density + first) / (last + first))
+        return self.low + risen * (self.high - self.low)
 
     def signed_distance(self, rho: float, w: float) -> float:
         """Signed distance [m] of a point from the infinite surface, positive outside.
@@ -126,6 +141,11 @@ class Revolved(Shape):
     """Base class of surfaces of revolution: an axis, a profile, and normals away from the axis."""
 
     @property
+    def support_breadth(self) -> float:
+        """Extent [m], over which its coordinates define the support."""
+        return self.extent
+
+    @property
     def profile(self) -> Profile:
         """Conic section that is rotated about the axis."""
         raise NotImplementedError
@@ -160,6 +180,62 @@ class Revolved(Shape):
         """Area of one side [m^2]."""
         profile = self.profile
         return 2 * math.pi * profile.area_per_radian(profile.low, profile.high)
+
+    @property
+    def coordinate_scale(self) -> float:
+        """Sum of the absolute coordinates of the profile's origin, and its reach from there [m]."""
+        profile = self.profile
+        reach = max(math.hypot(w, profile.radius_at(w)) for w in (profile.low, profile.high))
+        return sum(map(abs, profile.origin)) + reach
+
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of the height from the centre [m] and the azimuth [rad]."""
+        half = self.height / 2
+        return {"u": (-half, half, "m"), "v": (0.0, 2 * math.pi, "rad")}
+
+    def strip_areas(self, u: np.ndarray) -> np.ndarray:
+        """Return the areas of bands per azimuth [m^2/rad]."""
+        profile, lower, upper = self.profile, u[:-1], u[1:]
+        return (upper - lower) * profile.area_per_height(lower - profile.lift, upper - profile.lift)
+
+    def cylindrical(self, point: Vector) -> tuple[float, float]:
+        """Return the distance [m] of a point from the axis, and its height [m] from the profile's origin."""
+        offset = tuple(p - o for p, o in zip(point, self.profile.origin, strict=True))
+        e_u, e_v, axis = self.frame
+        return math.hypot(dot(offset, e_u), dot(offset, e_v)), dot(offset, axis)
+
+    def rims(self) -> list[Rim]:
+        """Return the circles at both ends, unless they are poles."""
+        profile, axis, found = self.profile, self.axis, []
+        for height in () if self.is_closed else (profile.low, profile.high):
+            radius = profile.radius_at(height)
+            center = tuple(p + height * n for p, n in zip(profile.origin, axis, strict=True))
+            found += [Rim(True, center, tuple(radius * x for x in axis))] if radius > 0 else []
+        return found
+
+    def distance(self, point: Vector, filled: bool = False) -> float:
+        """Return the distance [m] of a point from the surface."""
+        return self._distance_in_plane(*self.cylindrical(point))
+
+    def _distance_in_plane(self, rho: float, w: float) -> float:
+        """Distance [m] from a point at axial distance rho and height w; here the profile is straight."""
+        profile = self.profile
+        rims = [(profile.radius_at(rim), rim) for rim in (profile.low, profile.high)]
+        length = math.dist(*rims)
+        edge = tuple((q - p) / length for p, q in zip(*rims, strict=True))
+        offset = rho - rims[0][0], w - rims[0][1]
+        onward, across = edge[0] * offset[0] + edge[1] * offset[1], edge[1] * offset[0] - edge[0] * offset[1]
+        return math.hypot(across, onward - min(max(onward, 0.0), length))
+
+    def sample_area(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points even over the area, and the normals there; see `Shape`."""
+        profile, (e_u, e_v, axis) = self.profile, np.array(self.frame)
+        w = profile.even_heights(numbers[:, :1])
+        turn = 2 * math.pi * numbers[:, 1:2]
+        out, rho = np.cos(turn) * e_u + np.sin(turn) * e_v, profile.radius_at(w)
+        slope = 0.5 * profile.beta + profile.gamma * w
+        normals = (rho * out - slope * axis) / np.hypot(rho, slope)
+        return np.array(profile.origin) + w * axis + rho * out, normals
 
     def _coerce_axis(self) -> None:
         """Check and store centre and axis."""
@@ -358,6 +434,18 @@ class Paraboloid(Revolved):
         slope = 4 * self.focal_length
         low, high = (radius / slope * radius for radius in (self.inner_radius, self.radius))
         return Profile(0.0, slope, 0.0, low, high, self.center)
+
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of the height from the vertex [m] and the azimuth [rad]."""
+        return {"u": (self.profile.low, self.profile.high, "m"), "v": (0.0, 2 * math.pi, "rad")}
+
+    def _distance_in_plane(self, rho: float, w: float) -> float:
+        # Minimize the distance to (r, r^2/4f) over r: the roots of r^3 + (8 f^2 - 4 f w) r = 8 f^2 rho.
+        size, f = self.radius, self.focal_length / self.radius
+        rho, w = rho / size, w / size
+        roots = np.roots([1.0, 0.0, 8 * f * f - 4 * f * w, -8 * f * f * rho]).real
+        radii = [*np.clip(roots, self.inner_radius / size, 1.0).tolist(), self.inner_radius / size, 1.0]
+        return size * min(math.hypot(rho - r, w - r * r / (4 * f)) for r in radii)
 
 
 def _point_along(point: Vector, axis: Vector, length: float) -> Vector:

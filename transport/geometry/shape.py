@@ -1,6 +1,9 @@
 """Base class of all shapes; a point and a Gaussian cloud, which are shapes for sources only."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from transport.statistics.normal import MAX_DEVIATION
 from transport.validation import (
@@ -21,16 +24,82 @@ from transport.vectors import Vector
 ROUNDING = 8 * 2.0**-52  # relative tolerance: supports that differ only by rounding of coordinates are equal
 
 
+class Rim(NamedTuple):
+    """Edge of an open surface: a segment with half its vector, or a circle with radius times axis [m]."""
+
+    is_circle: bool
+    center: Vector
+    span: Vector
+
+
 class Shape:
-    """Base class of all shapes; not instantiated itself."""
+    """Base class of all shapes; not instantiated itself.
+
+    A subclass overrides what it can answer. Questions about two shapes are in `relations` and `contacts`.
+    """
 
     is_closed = False
     is_infinite = False
+    has_area = True
+    is_flat = False  # has a normal and lies in one plane
+    is_plane = False  # infinite and flat
+    is_convex = False  # closed, and described by inequalities: a whole sphere, a box, a slab
+    hole = None
+    triangles = 0  # number of triangles of a mesh
+    support_breadth = math.inf  # [m] how accurately its coordinates define its support; the largest does best
 
     @property
     def middle(self) -> Vector:
         """Centre [m]."""
         return self.center
+
+    @property
+    def coordinate_scale(self) -> float:
+        """Sum of absolute coordinates and lengths [m] that define the shape: the scale of its rounding."""
+        return sum(map(abs, self.middle)) + self.extent
+
+    @property
+    def least_width(self) -> float:
+        """Least width of a flat shape [m]; infinite for other shapes."""
+        return math.inf
+
+    # What to write where there are no coordinates for bins of position.
+    coordinates_cure = "use a Rectangle, Disk, Sphere, Cylinder, Cone or Paraboloid"
+
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the range and the unit of the coordinates u and v of its points; empty if it has none."""
+        return {}
+
+    def strip_areas(self, u: np.ndarray) -> np.ndarray:
+        """Return the areas between edges u, per unit of v, without cancellation for narrow strips."""
+        return u[1:] - u[:-1]
+
+    def pieces(self) -> "tuple[Shape, ...]":
+        """Return its pieces with one support each: the faces of a box or slab, else the shape itself."""
+        return (self,)
+
+    def primitives(self) -> "tuple[Shape, ...]":
+        """Return what the engine intersects and samples: the triangles of a polygon, else the shape."""
+        return (self,)
+
+    def rims(self) -> list[Rim]:
+        """Return the edges of a finite open surface; none if they are not known."""
+        return []
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, 3) [m] lie in a closed shape, as (n,) of bool; none lie in an open one."""
+        return np.zeros(len(points), bool)
+
+    def distance(self, point: Vector, filled: bool = False) -> float:
+        """Return the distance [m] of a point; filled: from the volume of a closed shape."""
+        return math.hypot(*(p - q for p, q in zip(point, self.middle, strict=True)))
+
+    def sample_area(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points even over the area, and the normals there, (n, 3) each.
+
+        numbers: (n, 2), even in [0, 1). Points that would lie in a hole are left out.
+        """
+        raise TypeError(f"{type(self).__name__} has no area")
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
@@ -81,6 +150,7 @@ class Point(Shape):
 
     position: VectorField = (0.0, 0.0, 0.0)
     extent = 0.0
+    has_area = False
 
     def __post_init__(self) -> None:
         coerce_vector(self, "position")
@@ -89,6 +159,10 @@ class Point(Shape):
     def middle(self) -> Vector:
         """Position [m]."""
         return self.position
+
+    def sample_area(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the position, and normals of length 0."""
+        return np.tile(np.array(self.position), (len(numbers), 1)), np.zeros((len(numbers), 3))
 
     def _reach(self) -> Vector:
         """Half extents [m] along the axes: 0."""
@@ -119,6 +193,7 @@ class Cloud(Shape):
 
     center: VectorField = (0.0, 0.0, 0.0)
     sigma: LengthsField
+    has_area = False
 
     def __post_init__(self) -> None:
         coerce_vector(self, "center")

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from transport.geometry.flat import Rectangle
 from transport.geometry.revolved import Profile, Revolved
 from transport.geometry.shape import Shape
@@ -81,6 +83,18 @@ class Sphere(Revolved):
         """Whether it is the whole sphere."""
         return not self.is_zone
 
+    support_breadth = math.inf
+
+    @property
+    def is_convex(self) -> bool:
+        """Whether it is the whole sphere."""
+        return not self.is_zone
+
+    @property
+    def coordinate_scale(self) -> float:
+        """Sum of the absolute coordinates of the centre, and the radius [m]."""
+        return sum(map(abs, self.center)) + self.radius
+
     @property
     def profile(self) -> Profile:
         """Conic section rho^2 = radius^2 - w^2."""
@@ -115,6 +129,20 @@ class Sphere(Revolved):
         """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
         return super().bounds if self.is_zone else self._bounds_around((self.radius,) * 3)
 
+    def coordinates(self) -> dict[str, tuple[float, float, str]]:
+        """Return the ranges of the polar angle and the azimuth [rad]."""
+        return {"u": (math.acos(self.mu_max), math.acos(self.mu_min), "rad"), "v": (0.0, 2 * math.pi, "rad")}
+
+    def strip_areas(self, u: np.ndarray) -> np.ndarray:
+        """Return the areas of zones per azimuth [m^2/rad]."""
+        lower, upper = u[:-1], u[1:]
+        return 2 * self.radius**2 * np.sin(upper / 2 + lower / 2) * np.sin((upper - lower) / 2)
+
+    @property
+    def cross_section(self) -> float:
+        """Projected area [m^2] of the whole sphere, the same from everywhere."""
+        return math.pi * self.radius * self.radius
+
     def projected_area(self, direction: Vector) -> float:
         """Area [m^2] of the whole sphere seen along any direction: a quarter of its surface.
 
@@ -128,7 +156,27 @@ class Sphere(Revolved):
         float
             Projected area [m^2].
         """
-        return math.pi * self.radius * self.radius
+        return self.cross_section
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, 3) [m] lie in the whole sphere, its surface included."""
+        if self.is_zone:
+            return super().contains(points)
+        direction = points - self.center
+        return (direction * direction).sum(axis=1) <= self.radius * self.radius
+
+    def distance(self, point: Vector, filled: bool = False) -> float:
+        """Return the distance [m] of a point; filled: from the ball."""
+        if self.is_zone:
+            return super().distance(point)
+        beyond = math.hypot(*(p - q for p, q in zip(point, self.center, strict=True))) - self.radius
+        return max(beyond, 0.0) if filled else abs(beyond)
+
+    def _distance_in_plane(self, rho: float, w: float) -> float:
+        profile, apart = self.profile, math.hypot(rho, w)
+        if profile.low * apart <= w * self.radius <= profile.high * apart:
+            return abs(apart - self.radius)
+        return min(math.hypot(rho - profile.radius_at(rim), w - rim) for rim in (profile.low, profile.high))
 
 
 @scene_object(kw_only=True)
@@ -159,7 +207,8 @@ class Box(Shape):
 
     center: VectorField = (0.0, 0.0, 0.0)
     size: LengthsField
-    is_closed = True
+    is_closed = is_convex = True
+    coordinates_cure = "put a Detector on each of its faces() instead"
 
     def __post_init__(self) -> None:
         coerce_vector(self, "center")
@@ -222,6 +271,23 @@ class Box(Shape):
         2.0
         """
         return dot(self._face_areas(), tuple(map(abs, direction)))
+
+    def pieces(self) -> tuple[Rectangle, ...]:
+        """Return the six faces."""
+        return tuple(self.faces().values())
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, 3) [m] lie in the box, its faces included."""
+        low, high = self.bounds
+        return ((points >= low) & (points <= high)).all(axis=1)
+
+    def distance(self, point: Vector, filled: bool = False) -> float:
+        """Return the distance [m] of a point from the nearest face; filled: from the box."""
+        offset = (p - q for p, q in zip(point, self.middle, strict=True))
+        beyond = [abs(x) - size / 2 for x, size in zip(offset, self.size, strict=True)]
+        if filled or max(beyond) > 0:
+            return math.hypot(*(max(x, 0.0) for x in beyond))
+        return -max(beyond)
 
     def _face_areas(self) -> Vector:
         """Areas [m^2] of the faces across x, y and z."""

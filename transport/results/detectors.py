@@ -17,7 +17,6 @@ from functools import cached_property, partial
 import numpy as np
 
 from transport.compile.rows import Rows
-from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
 from transport.results.diagnostics.depth import detector_survivor_findings, optical_depth_message
 from transport.results.diagnostics.empty_detector import (
@@ -601,7 +600,7 @@ def _departs_exactly_once(plan, detector: Detector) -> bool:
         not is_picky
         and not plan.has_acting_surfaces
         and not plan.has_media
-        and not isinstance(shape, Mesh)
+        and not shape.triangles
         and all(
             scene.shape_of(source) == shape
             and source.emission.has_side

@@ -6,11 +6,9 @@ from functools import lru_cache
 import numpy as np
 
 from transport.geometry.shape import Shape
-from transport.geometry.solid import Sphere
 from transport.geometry.solid_angles import cone_projected_solid_angle, projected_solid_angles
 from transport.scene.bins import DirectionCone
 from transport.scene.detectors import Detector
-from transport.scene.sheets import pieces_of
 from transport.vectors import dot
 
 HEMISPHERE, SPHERE, CIRCLE = (0.0, 1.0), (-1.0, 1.0), (0.0, 2.0 * math.pi)
@@ -29,7 +27,7 @@ def solid_angles_of(detector: Detector, shape: Shape) -> tuple[np.ndarray, np.nd
     if directions.frame == "local":
         middle = 0.5 * (cosines[1:] + cosines[:-1])
         projected = plain * middle[:, None]
-    elif isinstance(shape, Sphere):
+    elif not shape.pieces()[0].is_flat:
         # The mean of max(cosθ, 0) over a sphere's surface is 1/4 for any direction.
         projected = plain / 4.0
     else:
@@ -49,7 +47,7 @@ def _cosine_edges(edges: dict[str, np.ndarray], whole: tuple[float, float]) -> t
 
 def _cone(cone: DirectionCone, detector: Detector, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     plain = np.array([4.0 * math.pi * math.sin(0.5 * cone.half_angle) ** 2])
-    if isinstance(shape, Sphere):
+    if not shape.pieces()[0].is_flat:
         return plain, plain / 4.0
     return plain, _mean_over_pieces(
         detector, shape, lambda n: np.array([cone_projected_solid_angle(cone.half_angle, dot(cone.axis, n))])
@@ -58,7 +56,7 @@ def _cone(cone: DirectionCone, detector: Detector, shape: Shape) -> tuple[np.nda
 
 def _mean_over_pieces(detector: Detector, shape: Shape, angle) -> np.ndarray:
     side = -1.0 if detector.is_back else 1.0
-    parts = pieces_of(shape)
+    parts = shape.pieces()
     shares = [1.0 if piece.is_infinite else piece.area for piece in parts]  # infinite planes count equally
     angles = [angle(tuple(side * x + 0.0 for x in piece.normal)) for piece in parts]
     return sum(share * each for share, each in zip(shares, angles, strict=True)) / math.fsum(shares)

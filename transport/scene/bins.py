@@ -5,11 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
-from transport.geometry.mesh import Mesh
-from transport.geometry.revolved import Cone, Cylinder, Paraboloid, Revolved
 from transport.geometry.shape import Shape
-from transport.geometry.solid import Box, Sphere
 from transport.validation import (
     Bins,
     OptionalBinsField,
@@ -43,13 +39,6 @@ DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},
 }
 SPHERE_RANGES: dict[str, Range] = {"mu": (-1.0, 1.0), "phi": (0.0, 2 * PI)}
-POSITION_HINTS = {  # hints for position bins on shapes without coordinates
-    Box: "put a Detector on each of its faces() instead",
-    Slab: "put Detectors on Rectangles in its planes() instead",
-    Plane: "put a Detector on a Rectangle or Disk in it instead",
-    Triangle: "put a Detector on a Rectangle or Disk in its plane instead",
-    Mesh: "use bins of direction, or one Detector per part of the mesh",
-}
 
 
 @scene_object(kw_only=True)
@@ -324,9 +313,7 @@ class Positions:
         dict of str to str
             "m" or "rad" for "u" and "v".
         """
-        if isinstance(shape, Rectangle):
-            return {"u": "m", "v": "m"}
-        return {"u": "rad" if isinstance(shape, Sphere) else "m", "v": "rad"}
+        return {name: unit for name, (_, _, unit) in shape.coordinates().items()}
 
     def areas(self, shape: Shape) -> np.ndarray:
         """Return the area of each bin on a shape.
@@ -338,48 +325,15 @@ class Positions:
         """
         edges = self.edges(shape)
         u, v = (np.array(edges.get(name, whole)) for name, whole in self._ranges(shape).items())
-        areas = np.outer(_measure_widths(shape, u), np.diff(v))
+        areas = np.outer(shape.strip_areas(u), np.diff(v))
         return areas.reshape([len(edges[name]) - 1 for name in edges])
 
     def _ranges(self, shape: Shape) -> dict[str, Range]:
-        circle = (0.0, 2 * PI)
-        match shape:
-            case Rectangle():
-                if shape.hole is not None:
-                    cure = "put Detectors on Rectangles that leave out the hole"
-                    refuse(
-                        self,
-                        f"a Rectangle with a hole has no bins of known area, got {short_repr(shape)}; {cure}",
-                    )
-                half_width, half_height = shape.width / 2, shape.height / 2
-                return {"u": (-half_width, half_width), "v": (-half_height, half_height)}
-            case Disk():
-                return {"u": (shape.inner_radius, shape.radius), "v": circle}
-            case Sphere():
-                return {"u": (math.acos(shape.mu_max), math.acos(shape.mu_min)), "v": circle}
-            case Cylinder() | Cone():
-                return {"u": (-shape.height / 2, shape.height / 2), "v": circle}
-            case Paraboloid():
-                return {"u": (shape.profile.low, shape.profile.high), "v": circle}
-        kind = f"a {type(shape).__name__} has no coordinates"
-        if type(shape) in POSITION_HINTS:
-            refuse(self, f"{kind}, got {short_repr(shape)}; {POSITION_HINTS[type(shape)]}")
-        must = "a Rectangle, Disk, Sphere, Cylinder, Cone or Paraboloid"
-        refuse(self, f"positions need {must}, got {short_repr(shape)}")
-
-
-def _measure_widths(shape: Shape, u: np.ndarray) -> np.ndarray:
-    """Areas per unit of v; products of sums and differences, so that narrow bins do not cancel."""
-    lower, upper = u[:-1], u[1:]
-    match shape:
-        case Disk():
-            return (upper - lower) * (upper / 2 + lower / 2)
-        case Sphere():
-            return 2 * shape.radius**2 * np.sin(upper / 2 + lower / 2) * np.sin((upper - lower) / 2)
-        case Revolved():
-            profile = shape.profile
-            return (upper - lower) * profile.area_per_height(lower - profile.lift, upper - profile.lift)
-    return upper - lower
+        ranges = {name: (low, high) for name, (low, high, _) in shape.coordinates().items()}
+        if not ranges:
+            kind = f"a {type(shape).__name__} has no coordinates with bins of known area"
+            refuse(self, f"{kind}, got {short_repr(shape)}; {shape.coordinates_cure}")
+        return ranges
 
 
 def _extend_phi_range(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:

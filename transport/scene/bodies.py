@@ -17,19 +17,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.containment import (
-    HalfSpace,
-    Solid,
-    contains_points,
-    coordinate_scale,
-    half_space,
-    is_within,
-    solids_overlap,
-)
-from transport.geometry.flat import Plane, Slab
 from transport.geometry.line_crossings import MAX_LINE_FACETS, crossings, lines_through
-from transport.geometry.mesh import Mesh
-from transport.geometry.mesh_topology import winding_number
+from transport.geometry.relations import HalfSpace, Solid, half_space, is_within, solids_overlap
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.materials import AnyMedium, Surface
@@ -67,25 +56,20 @@ class Body:
 def body_solid(scene: SceneParts, body: Body) -> Solid | None:
     """The body as a solid that inequalities describe; None if it is not one."""
     shape = scene.surfaces[body.surfaces[0]].shape
-    if isinstance(shape, Plane):
+    if shape.is_plane:
         return half_space(shape, body.faces[0][1])
-    is_solid = isinstance(shape, (Box, Slab)) or (isinstance(shape, Sphere) and shape.is_closed)
-    return shape if is_solid else None
+    return shape if shape.is_convex else None
 
 
 def points_in_body(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
     """Mask of the points (n, 3) [m] that lie in a body."""
-    solid = body_solid(scene, body)
-    if solid is not None:
-        return contains_points(solid, points)
-    shapes = [scene.surfaces[number].shape for number in body.surfaces]
-    bounds = np.array([shape.bounds for shape in shapes])
-    near = ((points >= bounds[:, 0].min(axis=0)) & (points <= bounds[:, 1].max(axis=0))).all(axis=1)
+    shape = scene.surfaces[body.surfaces[0]].shape
+    if bounds_alone(shape):
+        return (body_solid(scene, body) or shape).contains(points)
+    low, high = body_bounds(scene, body)
+    near = ((points >= low) & (points <= high)).all(axis=1)
     held = np.zeros(len(points), bool)
-    if isinstance(shapes[0], Mesh) and shapes[0].is_closed:
-        mesh = shapes[0]
-        held[near] = [abs(winding_number(mesh.vertices, mesh.faces, point)) > 0.5 for point in points[near]]
-    elif near.any():
+    if near.any():
         held[near] = _majority_inside(scene, body, points[near])
     return held
 
@@ -123,7 +107,7 @@ def _points_beside_face(shape: Shape, is_front: bool) -> np.ndarray:
     For a mesh they lie beside facets, else where lines through the shape's bounding box cross it.
     """
     depth = TEST_DEPTH * shape.extent
-    if isinstance(shape, Mesh):
+    if shape.triangles:
         most = max(8, min(TEST_POINTS, MAX_LINE_FACETS // shape.triangles))
         facets = np.unique(np.linspace(0, shape.triangles - 1, most).astype(int))
         direction = shape.normals[facets] if is_front else -shape.normals[facets]
@@ -258,7 +242,7 @@ def body_bits_at(
     points = np.atleast_2d(np.asarray(positions, float))
     if directions is not None:
         size = np.abs(points).sum(axis=1) + max(
-            (coordinate_scale(surface.shape) for surface in scene.surfaces), default=0.0
+            (surface.shape.coordinate_scale for surface in scene.surfaces), default=0.0
         )
         points = points + SIDE_OFFSET * size[:, None] * np.atleast_2d(directions)
     return bits_of_bodies_at(scene, points, range(len(scene_bodies(scene))))
@@ -294,7 +278,7 @@ def _solid_bodies(scene: SceneParts) -> Iterator[Body]:
     for number, surface in enumerate(scene.surfaces):
         if bounds_alone(surface.shape) and surface.back is not None:
             yield Body(canonical_medium(surface.back), (number,), ((number, False),))
-        is_plane = isinstance(surface.shape, Plane) and surface.front is not None
+        is_plane = surface.shape.is_plane and surface.front is not None
         if (
             is_plane
             and canonical_medium(surface.front) != surrounding_medium(scene)
@@ -308,7 +292,7 @@ def is_layer(scene: SceneParts, lower: Surface) -> bool:
     normal, heights = np.array(lower.shape.normal), []
     level = float(normal @ lower.shape.center)
     for upper in scene.surfaces:
-        if isinstance(upper.shape, Plane) and normal @ upper.shape.normal >= 1 - 4 * ROUNDING:
+        if upper.shape.is_plane and normal @ upper.shape.normal >= 1 - 4 * ROUNDING:
             height = float(normal @ upper.shape.center) - level
             if height > 0:
                 heights.append((height, upper.back))
@@ -318,7 +302,7 @@ def is_layer(scene: SceneParts, lower: Surface) -> bool:
 
 def bounds_alone(shape: Shape) -> bool:
     """Return whether a surface bounds a body by itself."""
-    return shape.is_closed or isinstance(shape, Plane)
+    return shape.is_closed or shape.is_infinite
 
 
 def _compound_bodies(scene: SceneParts) -> list[Body]:

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from transport.geometry.flat import FlatShape, Slab
-from transport.geometry.shape import Cloud, Point, Shape
-from transport.geometry.solid import Box, Sphere
+from transport.geometry.flat import FlatShape
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Sphere
 from transport.scene.bins import (
     DirectionCone,
     Directions,
@@ -169,7 +169,7 @@ class Detector(Sided, AnyDetector):
 
     def check_shape(self, shape: Shape) -> None:
         """Raise SceneError if this shape cannot have a detector with these bins."""
-        if isinstance(shape, (Point, Cloud)):
+        if not shape.has_area:
             refuse(self, f"shape must have an area, got {shape}; use a small Disk or Sphere")
         self._check_side(shape)
         self._check_frame(shape)
@@ -186,11 +186,8 @@ class Detector(Sided, AnyDetector):
         """
         directions = self.directions
         is_world = isinstance(directions, DirectionCone) or getattr(directions, "frame", "local") == "world"
-        is_plain = isinstance(shape, FlatShape | Box | Slab) or (
-            isinstance(shape, Sphere) and shape.is_closed
-        )
         # Raise for shapes whose world-frame bins have no closed form.
-        if is_world and not is_plain:
+        if is_world and not (shape.is_flat or shape.is_convex):
             kind = "zone of a Sphere" if isinstance(shape, Sphere) else type(shape).__name__
             cure = "write Directions(mu=..., frame='local'), or use a flat shape or a whole Sphere"
             refuse(
@@ -198,7 +195,7 @@ class Detector(Sided, AnyDetector):
                 f"directions must be in the local frame on a {kind}, got {short_repr(directions)}; {cure}",
             )
 
-        if is_world and isinstance(shape, FlatShape):
+        if is_world and shape.is_flat:
             self._check_horizon(shape)
 
     def _check_horizon(self, shape: FlatShape) -> None:

@@ -10,8 +10,9 @@ from dataclasses import field
 
 import numpy as np
 
-from transport.geometry.flat import Disk, FlatShape, Rectangle, Triangle
+from transport.geometry.flat import Disk, Rectangle, Triangle
 from transport.geometry.mesh import Mesh
+from transport.geometry.polygon import Polygon
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Box, Sphere
@@ -31,7 +32,7 @@ from transport.validation import (
     short_repr,
 )
 
-SURFACE_SHAPES = (Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh)
+SURFACE_SHAPES = (Rectangle, Disk, Triangle, Polygon, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh)
 
 
 class Emission:
@@ -155,7 +156,7 @@ class Lambertian(Emission):
 
     Notes
     -----
-    Allowed shapes: Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh.
+    Allowed shapes: Rectangle, Disk, Triangle, Polygon, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh.
     Power P = pi L A (Lambert 1760).
 
     Examples
@@ -325,8 +326,8 @@ class Beam(Emission):
 
     Notes
     -----
-    Allowed shapes: Point, Rectangle, Disk, Triangle, Sphere, Box. The direction must point out of the
-    emitting side of a flat shape.
+    Allowed shapes: Point, Rectangle, Disk, Triangle, Polygon, Sphere, Box. The direction must point out of
+    the emitting side of a flat shape.
 
     Examples
     --------
@@ -345,7 +346,7 @@ class Beam(Emission):
     speed: float | None = field(default=None, kw_only=True)
 
     rates = ("power", "irradiance")
-    shapes = (Point, Rectangle, Disk, Triangle, Sphere, Box)
+    shapes = (Point, Rectangle, Disk, Triangle, Polygon, Sphere, Box)
     cure = "choose one of them"
     has_side = needs_whole = True
 
@@ -507,8 +508,8 @@ class Effusive(ParticleEmission):
 
     Notes
     -----
-    Allowed shapes: Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh. A gas at rest
-    sends n <v> / 4 per area and time (Reif 1965, 7.11).
+    Allowed shapes: Rectangle, Disk, Triangle, Polygon, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh. A gas
+    at rest sends n <v> / 4 per area and time (Reif 1965, 7.11).
 
     Examples
     --------
@@ -562,6 +563,6 @@ class Effusive(ParticleEmission):
         """
         if not isinstance(self.speed, SpeedDistribution):
             return self.speed / 4
-        if self.speed.has_drift and isinstance(shape, FlatShape):
+        if self.speed.has_drift and shape.is_flat:
             return self.speed.one_way_flux(self.speed.drift_through(shape, is_back))
         return self.speed.mean_speed / 4

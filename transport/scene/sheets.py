@@ -7,16 +7,12 @@ may act.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from transport.geometry.flat import Slab, Triangle
-from transport.geometry.revolved import Revolved
+from transport.geometry.relations import are_on_one_support, is_on_support, relative_orientation
 from transport.geometry.shape import Point, Shape
-from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import are_on_one_support, is_on_support, relative_orientation
 from transport.scene.bodies import bodies_on_sides, has_media
 from transport.scene.detectors import Detector
 from transport.scene.materials import Surface
@@ -50,16 +46,6 @@ class Sheet:
         return self.members[0].shape
 
 
-def pieces_of(shape: Shape) -> tuple[Shape, ...]:
-    """Pieces of a shape with one support each: the faces of a box or slab, else the shape itself."""
-    match shape:
-        case Box():
-            return tuple(shape.faces().values())
-        case Slab():
-            return shape.planes()
-    return (shape,)
-
-
 def scene_sheets(scene: SceneParts) -> list[Sheet]:
     """Sheets of the scene, acting members before detectors, without surfaces that have no effect."""
     sheets: list[Sheet] = []
@@ -75,12 +61,7 @@ def scene_sheets(scene: SceneParts) -> list[Sheet]:
 
 def _precedence(member: SheetMember) -> tuple[bool, float]:
     """Sort key: acting members first, then those that define the support most accurately."""
-    shape, breadth = member.shape, math.inf
-    if isinstance(shape, Triangle):
-        breadth = shape.area / shape.extent
-    elif isinstance(shape, Revolved) and not isinstance(shape, Sphere):
-        breadth = shape.extent
-    return member.surface is None, -breadth
+    return member.surface is None, -member.shape.support_breadth
 
 
 def _members(scene: SceneParts) -> Iterator[SheetMember]:
@@ -92,12 +73,12 @@ def _members(scene: SceneParts) -> Iterator[SheetMember]:
         mark = surface.name if surface.name in scene.visited else None
         front, back = (sum(1 << body for body in side) for side in sides)
         if acts or looking or mark is not None or front != back:
-            for piece in pieces_of(surface.shape):
+            for piece in surface.shape.pieces():
                 whole, bodies = surface.shape, (front, back)
                 yield SheetMember(piece, surface if acts else None, list(looking), 1.0, mark, whole, bodies)
     for detector in scene.meters:
         if isinstance(detector.shape, Shape):
-            for piece in pieces_of(detector.shape):
+            for piece in detector.shape.pieces():
                 yield SheetMember(piece, None, [detector], whole=detector.shape)
 
 

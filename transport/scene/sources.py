@@ -2,7 +2,6 @@
 
 import math
 
-from transport.geometry.flat import FlatShape
 from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Sphere
 from transport.scene.emissions import Beam, Effusive, Emission, Gas, Isotropic, Lambertian
@@ -173,7 +172,7 @@ class Source(Sided):
                 " leave one of them out",
             )
         check_type(self, "aim", Shape, "a shape such as Disk(radius=...)")
-        if isinstance(self.aim, (Point, Cloud)):
+        if not self.aim.has_area:
             refuse(self, f"aim must have an area, got {self.aim}; use a small Disk or Sphere")
         if self.aim.is_infinite:
             refuse(self, f"aim must be finite, got {self.aim}; use a Rectangle in it, or leave out aim")
@@ -199,7 +198,7 @@ class Source(Sided):
         beam = self.emission
         if isinstance(shape, Point) and beam.irradiance is not None:
             refuse(self, f"irradiance needs an area, got {beam.irradiance} from a Point; write power=")
-        if not isinstance(shape, FlatShape):
+        if not shape.is_flat:
             return
         mu, kind = dot(beam.direction, shape.normal) * (-1 if self.is_back else 1), type(shape).__name__
         if abs(mu) <= MAX_COSINE_IN_PLANE:
@@ -215,7 +214,7 @@ class Source(Sided):
 
     def _check_drift(self, shape: Shape) -> None:
         speed, kind = self.emission.speed, type(shape).__name__
-        if not isinstance(shape, FlatShape):
+        if not shape.is_flat:
             cure = "take a Rectangle or Disk"
             refuse(self, f"drift needs a flat shape, got {short_repr(speed.drift)} through a {kind}; {cure}")
         # Raise SceneError if the drift is out of range.

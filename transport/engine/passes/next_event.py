@@ -7,6 +7,7 @@ flights are in mis.py, tracing of rays in next_event.py.
 
 import math
 
+import numpy as np
 from numba import uint64
 
 from transport.compile.layout import (
@@ -21,6 +22,7 @@ from transport.compile.layout import (
     SURFACE_MASK,
     SURFACE_SHIFT,
 )
+from transport.engine.bundle import view
 from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, SCORE_BOUND, direction_to
 from transport.engine.registry import lane_pass
 from transport.physics.connections import ball_connection, flat_connection
@@ -126,6 +128,31 @@ def point_on_triangle(b, table, first, live):
         s, share = math.sqrt(b.p0[k]), b.p1[k]
         u, v = s * (1.0 - share), s * share
         b.sx[k], b.sy[k], b.sz[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    return live
+
+
+@lane_pass(EXPECTATION)
+def point_on_polygon(b, table, first, live):
+    """Set a point uniform on a polygon from p0, p1: a triangle by its area, then a point uniform on it.
+
+    Fields: reads `p0`, `p1`; writes `sx, sy, sz`.
+    """
+    count = table.part_count
+    parts = view(table.parts, 10 * count, np.float64)
+    for k in range(first, live):
+        # Binary search in the cumulative shares of the area.
+        chance, found, width = b.p0[k], 0, count
+        while width > 1:
+            half = width >> 1
+            found += half if chance >= parts[10 * (found + half - 1)] else 0
+            width -= half
+        i = 10 * found
+        before = parts[i - 10] if found > 0 else 0.0
+        s, share = math.sqrt((chance - before) / (parts[i] - before)), b.p1[k]
+        u, v = s * (1.0 - share), s * share
+        b.sx[k] = parts[i + 1] + u * parts[i + 4] + v * parts[i + 7]
+        b.sy[k] = parts[i + 2] + u * parts[i + 5] + v * parts[i + 8]
+        b.sz[k] = parts[i + 3] + u * parts[i + 6] + v * parts[i + 9]
     return live
 
 

@@ -9,7 +9,6 @@ from transport.engine.bundle import Bundle
 from transport.engine.passes import emission, mis, next_event, once_more_collided, shadow_rays
 from transport.engine.registry import step, step_by_name, table_of_rows
 from transport.geometry.flat import Disk, Rectangle, Triangle
-from transport.geometry.solid import Sphere
 
 # ---- Steps of point detectors: where shadow rays are cast, and how they are traced.
 
@@ -194,11 +193,13 @@ def count_guarded_flights(plan):
 def _connect(plan, each, row, send, densities=()):
     """Yield the steps of a ray from each lane's event to the sampled point, and of its contribution."""
     shape = plan.scene.shape_of(each.detector)
-    if isinstance(shape, Sphere):
-        yield step(next_event.connect_to_ball, row)
-    else:
-        yield step_by_name((POINT_PASSES[type(shape)], row))
+    if shape.is_flat:
+        is_divided = len(shape.primitives()) > 1
+        name = "point_on_polygon" if is_divided else POINT_PASSES[type(shape)]
+        yield step_by_name((name, row))
         yield step(next_event.connect_to_flat, row)
+    else:
+        yield step(next_event.connect_to_ball, row)
     yield step(send, row)
     yield from map(step_by_name, densities)
     yield step(shadow_rays.list_shadow_rays, layout.row(layout.HIT_WORD, code=row["legs"]))

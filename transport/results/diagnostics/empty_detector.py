@@ -15,19 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile.media import emitting_media
-from transport.geometry.distances import distance_to_shape, is_behind, point_beside
-from transport.geometry.flat import FlatShape
-from transport.geometry.mesh import Mesh
+from transport.geometry.relations import are_on_one_support, is_behind, point_beside
 from transport.geometry.shape import ROUNDING, Point, Shape
-from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import are_on_one_support
 from transport.scene.bodies import surrounding_medium
 from transport.scene.checks.enclosures import ClosedPatches, ClosedShape, finite_enclosures
 from transport.scene.materials import (
     Surface,
     display_name,
 )
-from transport.scene.sheets import pieces_of
 from transport.scene.sides import IS_BACK, OTHER_SIDE
 from transport.validation import join_names
 from transport.vectors import Vector
@@ -96,7 +91,7 @@ def no_light_departs(scene: Scene, shape: Shape, detector: Detector) -> bool:
     if is_on_surface(scene, shape, detector) or any(
         are_on_one_support(one, other)
         for surface in scene.surfaces
-        for one, other in product(pieces_of(shape), pieces_of(surface.shape))
+        for one, other in product(shape.pieces(), surface.shape.pieces())
     ):  # such a surface reflects arrivals
         return False
     return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
@@ -139,7 +134,7 @@ def _has_source_on(scene: Scene, shape: Shape) -> bool:
     return any(
         source.emission.has_side and are_on_one_support(one, other)
         for source, origin in _sources_with_shapes(scene)
-        for one, other in product(pieces_of(shape), pieces_of(origin))
+        for one, other in product(shape.pieces(), origin.pieces())
     )
 
 
@@ -212,7 +207,7 @@ def _is_certainly_inside(room: Room, sided: Sided) -> bool:
         return room.holds(shape)
     if isinstance(room, ClosedShape) and are_on_one_support(room.shapes[0], shape):
         return IS_BACK[side]
-    if not isinstance(shape, FlatShape):
+    if not shape.is_flat:
         return room.holds(shape)
     is_wall = isinstance(room, ClosedPatches) and shape in room.shapes
     return (is_wall or room.holds(shape)) and room.holds(point_beside(shape, IS_BACK[side], room.shapes))
@@ -226,26 +221,14 @@ def _is_certainly_outside(room: Room, sided: Sided) -> bool:
     if isinstance(room, ClosedShape) and are_on_one_support(room.shapes[0], shape):
         return not IS_BACK[side]
     if isinstance(room, ClosedPatches) and shape in room.shapes:
-        return isinstance(shape, FlatShape) and not room.holds(
-            point_beside(shape, IS_BACK[side], room.shapes)
-        )
-    if isinstance(shape, FlatShape) and all(is_behind(wall, shape, side) for wall in room.shapes):
+        return shape.is_flat and not room.holds(point_beside(shape, IS_BACK[side], room.shapes))
+    if all(is_behind(wall, shape, side) for wall in room.shapes):
         return True
     is_round = shape.is_closed and not shape.is_infinite
-    if is_round and all(distance_to_shape(shape, wall.middle) > wall.extent for wall in room.shapes):
-        place = _point_on(shape)
-        return place is not None and not room.holds(place)  # a surface around the room, or beside it
+    if is_round and all(shape.distance(wall.middle) > wall.extent for wall in room.shapes):
+        [place], _ = shape.pieces()[0].sample_area(np.array([[0.5, 0.5]]))
+        return not room.holds(tuple(place.tolist()))  # a surface around the room, or beside it
     return room.excludes(shape)
-
-
-def _point_on(shape: Shape) -> Vector | None:
-    """A point on a closed surface; None for kinds of shapes that need none here."""
-    x, y, z = shape.middle
-    if isinstance(shape, Sphere):
-        return x + shape.radius, y, z
-    if isinstance(shape, Box):
-        return x + shape.size[0] / 2, y, z
-    return tuple(map(float, shape.vertices[0])) if isinstance(shape, Mesh) else None
 
 
 def _rooms_near(scene: Scene, *shapes: Shape) -> list[Room]:
@@ -291,9 +274,8 @@ def _behind_sources_reason(scene: Scene, shape: Shape) -> str | None:
     if not emitting or any(True for _ in _redirecting_shapes(scene)):
         return None
     for origin, side in emitting:
-        is_flat = side is not None and isinstance(origin, FlatShape)
-        is_on_it = any(are_on_one_support(piece, origin) for piece in pieces_of(shape))
-        if not is_flat or is_on_it or not is_behind(shape, origin, side):
+        is_on_it = any(are_on_one_support(piece, origin) for piece in shape.pieces())
+        if is_on_it or not is_behind(shape, origin, side):
             return None
     return (
         "it lies behind every source, and nothing reflects light to it. Reverse the normals of the sources,"
@@ -305,9 +287,7 @@ def _faces_away(scene: Scene, target: Sided) -> bool:
     """Return whether the detector is flat, and all that emits or redirects light lies behind its plane."""
     shape, side = target
     shapes = [*(origin for _, origin in _sources_with_shapes(scene)), *_redirecting_shapes(scene)]
-    return isinstance(shape, FlatShape) and all(
-        other is not None and is_behind(other, shape, side) for other in shapes
-    )
+    return shape.is_flat and all(other is not None and is_behind(other, shape, side) for other in shapes)
 
 
 def _facing_away_message(target: Sided) -> str:

@@ -29,9 +29,9 @@ import numpy as np
 from transport.compile import method_backward
 from transport.compile.adjoint import adjoint_scene, gains_of
 from transport.compile.limits_exceeded import OverrunError
-from transport.geometry.distances import gap_lower_bound, is_behind
-from transport.geometry.flat import Disk, FlatShape, Rectangle, Slab
+from transport.geometry.flat import Slab
 from transport.geometry.line_crossings import crossings
+from transport.geometry.relations import gap_lower_bound, is_behind
 from transport.geometry.shape import ROUNDING, Point, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.renderers import function_for
@@ -106,7 +106,7 @@ def _find_specular_surfaces(scene: Scene, shape: Shape, side: str | None) -> lis
     for number, surface in enumerate(scene.surfaces):
         if not surface.material.is_specular:
             continue
-        if side is not None and isinstance(shape, FlatShape) and is_behind(surface.shape, shape, side):
+        if is_behind(surface.shape, shape, side):
             continue
         if _faces_away(surface.shape, surface.material, shape) or are_separated(
             scene, (shape, side), (surface.shape, None), number
@@ -126,7 +126,7 @@ def surface_names(scene: Scene, numbers: Iterable[int]) -> list[str]:
 
 def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
     """Return whether a flat surface with one specular side turns that side away from all of a shape."""
-    if not isinstance(mirror, FlatShape):
+    if not mirror.is_flat:
         return False
     specular = [
         side for side, each in zip(("front", "back"), material.sides, strict=True) if each.is_specular
@@ -143,8 +143,8 @@ def unconnected_sources(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
             continue
         if not isinstance(emission, Beam) or miss_distance(emitter.shape, emission.direction, shape) > 0:
             continue
-        along = dot(emission.direction, shape.normal) if isinstance(shape, FlatShape) else 0.0
-        if not isinstance(shape, FlatShape) or ((along > 0) == IS_BACK[side] and along != 0):
+        along = dot(emission.direction, shape.normal) if shape.is_flat else 0.0
+        if not shape.is_flat or ((along > 0) == IS_BACK[side] and along != 0):
             yield source_name(plan.scene, emitter.source)
 
 
@@ -173,9 +173,7 @@ def is_hidden(scene: Scene, sensor: object, parts: list[SensorPart], lamp: Shape
         return True
     facing = getattr(sensor, "side", None)
     for part in parts:
-        if facing is not None and isinstance(part.shape, FlatShape) and is_behind(lamp, part.shape, facing):
-            continue
-        if side is not None and isinstance(lamp, FlatShape) and is_behind(part.shape, lamp, side):
+        if is_behind(lamp, part.shape, facing) or is_behind(part.shape, lamp, side):
             continue
         if not are_separated(scene, (part.shape, facing), (lamp, side)):
             return False
@@ -252,26 +250,10 @@ def even_points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.nd
 
     None for other kinds of shapes.
     """
-    u, v = numbers.T
-    if isinstance(shape, Point):
-        return np.broadcast_to(shape.position, (len(u), 3)), np.zeros((len(u), 3))
-    if isinstance(shape, Sphere) and shape.is_closed:
-        z, turn = 2 * u - 1, 2 * math.pi * v
-        rho = np.sqrt(1 - z * z)
-        normals = np.stack([rho * np.cos(turn), rho * np.sin(turn), z], axis=1)
-        return np.array(shape.center) + shape.radius * normals, normals
-    if isinstance(shape, Disk):
-        r, turn = (
-            np.sqrt(shape.inner_radius**2 + u * (shape.radius**2 - shape.inner_radius**2)),
-            2 * math.pi * v,
-        )
-        x, y = r * np.cos(turn), r * np.sin(turn)
-    elif isinstance(shape, Rectangle) and shape.hole is None:
-        x, y = (u - 0.5) * shape.width, (v - 0.5) * shape.height
-    else:
+    is_known = shape.is_flat or isinstance(shape, Point) or (shape.is_convex and len(shape.pieces()) == 1)
+    if not is_known or shape.hole is not None or shape.is_infinite:
         return None
-    e_u, e_v, normal = (np.array(axis) for axis in shape.frame)
-    return np.array(shape.center) + np.outer(x, e_u) + np.outer(y, e_v), np.broadcast_to(normal, (len(u), 3))
+    return shape.sample_area(numbers)
 
 
 def _are_blocked(scene: Scene, start: np.ndarray, rays: np.ndarray, distances: np.ndarray) -> np.ndarray:
@@ -329,11 +311,11 @@ def _least_length_in_body(body: Shape, origin: Shape, shape: Shape, is_straight:
 
     is_straight: whether all paths are straight.
     """
-    if isinstance(body, Slab):
+    if body.is_convex and body.is_infinite:
         (low, high), (least, most) = (_heights_above_slab(body, each) for each in (origin, shape))
         half = body.thickness / 2 * (1 - ROUNDING)
         return body.thickness if (high <= -half and least >= half) or (most <= -half and low >= half) else 0.0
-    if origin.is_infinite or shape.is_infinite or not isinstance(body, Box | Sphere) or not body.is_closed:
+    if origin.is_infinite or shape.is_infinite or not body.is_convex:
         return 0.0
     for inner, outer in ((origin, shape), (shape, origin)):
         if (
@@ -361,15 +343,15 @@ def _least_length_in_body(body: Shape, origin: Shape, shape: Shape, is_straight:
 def _heights_above_slab(body: Slab, shape: Shape) -> tuple[float, float]:
     """Range of heights of a shape above the middle of a slab [m]; infinite if unknown."""
     middle = dot(tuple(p - q for p, q in zip(shape.middle, body.middle, strict=True)), body.normal)
-    is_level = isinstance(shape, FlatShape) and abs(dot(shape.normal, body.normal)) >= 1 - ROUNDING
-    reach = 0.0 if is_level else _bounding_radius(shape)
+    is_level = shape.is_flat and abs(dot(shape.normal, body.normal)) >= 1 - ROUNDING
+    reach = 0.0 if is_level else shape.extent
     return middle - reach, middle + reach
 
 
 def _height_above_surface(body: Box | Sphere, shape: Shape) -> tuple[float, float]:
     """Bounds of the height of a shape above the surface of a body [m]; negative inside it."""
     if isinstance(body, Sphere):
-        apart, reach = math.dist(shape.middle, body.center) - body.radius, _bounding_radius(shape)
+        apart, reach = math.dist(shape.middle, body.center) - body.radius, shape.extent
         return apart - reach, apart + reach
     (low, high), (least, most) = body.bounds, shape.bounds
     lowest = max(
@@ -381,11 +363,6 @@ def _height_above_surface(body: Box | Sphere, shape: Shape) -> tuple[float, floa
         max(p - q for p, q in zip(most, high, strict=True)),
     )
     return lowest, highest
-
-
-def _bounding_radius(shape: Shape) -> float:
-    """Radius of a ball about the centre of a shape that contains it [m]."""
-    return shape.radius if isinstance(shape, Sphere) and shape.is_closed else shape.extent
 
 
 # ---- bounded classes ----

@@ -21,8 +21,7 @@ from transport.compile.layout import GRAZING_CUT
 from transport.compile.method_expected import uses_next_event
 from transport.compile.next_event import min_collision_distance
 from transport.compile.volumes import weights_vary
-from transport.geometry.distances import distance_to_shape, is_behind
-from transport.geometry.flat import FlatShape
+from transport.geometry.relations import is_behind
 from transport.geometry.shape import Point
 from transport.results.tally import Tally
 from transport.scene.materials import display_name
@@ -77,7 +76,7 @@ def unvisited_surface_findings(
         share = 0.0 if _cannot_light(plan, surface, detector) else surface.material.max_diffuse_share
         unseen = unseen_scores(_estimated_visits(plan, batches, number, share, light)) if share > 0 else 0.0
         if unseen > 0:
-            distance = max(distance_to_shape(surface.shape, place), size)
+            distance = max(surface.shape.distance(place), size)
             if distance > 0:
                 added = plan.unit / histories * share / (math.pi * distance**2)
                 found.append((unseen * added, distance, display_name(surface, number)))
@@ -98,7 +97,7 @@ def unvisited_surface_findings(
 def _cannot_light(plan: Plan, surface: Surface, detector: Detector | None) -> bool:
     """Return whether a surface lies behind the active side of a flat detector."""
     shape = None if detector is None else plan.scene.shape_of(detector)
-    return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, detector.side)
+    return is_behind(surface.shape, shape, detector.side)
 
 
 def _estimated_visits(plan: Plan, batches: list[Batch], number: int, share: float, light: float) -> float:

@@ -17,18 +17,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.distances import distance_to_shape
-from transport.geometry.flat import FlatShape
-from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
-from transport.geometry.solid import Sphere
 from transport.scene.bodies import body_bits_at, nested_bodies, surrounding_medium
 from transport.scene.emissions import Beam, Isotropic, Lambertian
 from transport.scene.materials import display_name
-from transport.scene.sheets import pieces_of
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
-from transport.vectors import Vector, dot
+from transport.vectors import Vector
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
@@ -139,7 +134,7 @@ def _small_lamp(
 
     born: score of a birth straight below a spot 1 m away [W m^-2].
     """
-    distance = 0.0 if emitter.shape.is_infinite else distance_to_shape(emitter.shape, point)
+    distance = 0.0 if emitter.shape.is_infinite else emitter.shape.distance(point)
     has_side = emitter.source.emission.has_side
     if not distance > MAX_RELATIVE_DISTANCE * emitter.shape.extent or (
         has_side and _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0)
@@ -160,7 +155,7 @@ def _diffuse_walls(plan: Plan, point: Vector, reach: float) -> Iterator[tuple[st
     for number, surface in enumerate(plan.scene.surfaces):
         if not _is_out_of_reach(surface.shape, point, reach) and surface.material.max_diffuse_share > 0:
             title = display_name(surface, number)
-            yield from ((title, piece, surface.material) for piece in pieces_of(surface.shape))
+            yield from ((title, piece, surface.material) for piece in surface.shape.pieces())
 
 
 def _scattering_media(plan: Plan, point: Vector) -> Iterator[tuple[str, Shape | None, Medium | Grid]]:
@@ -188,8 +183,7 @@ def _scattering_media(plan: Plan, point: Vector) -> Iterator[tuple[str, Shape | 
             if side != about and np.any(medium.scattering):
                 for shape, title in faces:
                     yield from (
-                        (f"the scattering medium {where} {title}", piece, medium)
-                        for piece in pieces_of(shape)
+                        (f"the scattering medium {where} {title}", piece, medium) for piece in shape.pieces()
                     )
 
 
@@ -215,7 +209,7 @@ def _distance(shape: Shape, point: Vector, reach: float, least: float = 0.0) -> 
     reach = min(reach, MAX_RELATIVE_DISTANCE * shape.extent)
     if _is_out_of_reach(shape, point, reach):
         return None
-    distance = max(distance_to_shape(shape, point), least)
+    distance = max(shape.distance(point), least)
     return distance if 0 < distance < reach else None
 
 
@@ -226,24 +220,15 @@ def _is_out_of_reach(shape: Shape, point: Vector, reach: float) -> bool:
 
 def _inverse_square_cosine(shape: Shape, point: Vector, distance: float) -> float:
     """cos / d^2 [m^-2] from the nearest spot; it is small beside a flat shape."""
-    cosine = abs(_height(shape, point)) / distance if isinstance(shape, FlatShape) else 1.0
+    cosine = abs(shape.height_of(point)) / distance if shape.is_flat else 1.0
     return min(cosine, 1.0) / distance**2
-
-
-def _height(shape: FlatShape, point: Vector) -> float:
-    return dot(tuple(p - q for p, q in zip(point, shape.center, strict=True)), shape.normal)
 
 
 def _side(shape: Shape, point: Vector) -> float:
     """+1 in front of a shape, -1 behind or inside it, 0 if neither is known."""
-    match shape:
-        case FlatShape():
-            return math.copysign(1.0, _height(shape, point))
-        case Sphere(is_zone=False):
-            return 1.0 if math.dist(point, shape.center) > shape.radius else -1.0
-        case Mesh(is_closed=True):
-            return -1.0 if shape.holds(point) else 1.0
-    return 0.0
+    if shape.is_flat:
+        return math.copysign(1.0, shape.height_of(point))
+    return (-1.0 if shape.contains(np.array([point]))[0] else 1.0) if shape.is_closed else 0.0
 
 
 def _diffuse_share_of_side(material: Material, side: float) -> float:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.geometry.flat import FlatShape
-from transport.geometry.overlaps import overlap
+from transport.geometry.relations import are_on_one_support, overlap
 from transport.geometry.shape import Shape
-from transport.geometry.supports import are_on_one_support
 from transport.scene.checks.coplanar_meshes import check_coplanar_meshes
 from transport.scene.checks.enclosures import check_lossless_enclosures
 from transport.scene.checks.overlapping_bodies import check_filling
@@ -59,7 +57,7 @@ def check_aims(scene: SceneParts) -> None:
     """Refuse a flat source that aims into its own plane, into which it does not emit."""
     for source in scene.sources:
         shape, aim = scene.shape_of(source), source.aim
-        if isinstance(aim, FlatShape) and isinstance(shape, FlatShape) and are_on_one_support(shape, aim):
+        if aim is not None and aim.is_flat and shape.is_flat and are_on_one_support(shape, aim):
             refuse(
                 source, f"aim must not lie in the source's own plane, got {short_repr(aim)}; aim elsewhere"
             )
@@ -67,7 +65,7 @@ def check_aims(scene: SceneParts) -> None:
 
 def _support_name(shape: Shape) -> str:
     """Kind of support in messages."""
-    return "plane" if isinstance(shape, FlatShape) else type(shape).__name__.lower()
+    return "plane" if shape.is_flat else type(shape).__name__.lower()
 
 
 def _surface_name(scene: SceneParts, surface: Surface) -> str:

@@ -21,7 +21,6 @@ from transport.geometry.line_crossings import (
     scene_size,
     sorted_crossings,
 )
-from transport.geometry.mesh import Mesh
 from transport.scene.bodies import Body, bounds_alone
 from transport.scene.checks.interfaces import surface_name
 from transport.scene.media import canonical_medium
@@ -73,7 +72,7 @@ def _face_crossings(scene: SceneParts, faces: Faces) -> FaceCrossings:
     """Crossings of lines through some faces, with gaps and contradictions."""
     numbers = np.array(list(dict.fromkeys(number for number, _ in faces)))
     shapes = [scene.surfaces[number].shape for number in numbers]
-    facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
+    facets = sum(shape.triangles for shape in shapes)
     count = max(
         4, min(max(DEFAULT_LINES, LINES_PER_SURFACE * len(shapes)), MAX_LINE_FACETS // max(4 * facets, 1))
     )

@@ -13,13 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.flat import Disk, FlatShape, Rectangle, Triangle
 from transport.geometry.mesh import Mesh
+from transport.geometry.relations import rounding_tolerance
 from transport.geometry.shape import Shape
-from transport.geometry.solid import Box
-from transport.geometry.supports import rounding_tolerance
 from transport.scene.materials import display_name
-from transport.scene.sheets import pieces_of
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
@@ -33,15 +30,16 @@ GAP = 1e-9  # suggested gap, relative to the size of both shapes
 def check_coplanar_meshes(scene: SceneParts) -> None:
     """Raise SceneError if a face of a mesh coincides with another shape of the scene."""
     users = list(_named_shapes(scene))
-    if not any(isinstance(shape, Mesh) for _, shape in users):
+    if not any(shape.triangles for _, shape in users):
         return
     seen = set()
     for title, mesh in users:
         for other_title, other in users:
-            if not isinstance(mesh, Mesh) or other == mesh or frozenset((mesh, other)) in seen:
+            if not mesh.triangles or other == mesh or frozenset((mesh, other)) in seen:
                 continue
             seen.add(frozenset((mesh, other)))
-            if any(_is_coplanar(mesh, piece) for piece in pieces_of(other)):
+            parts = [part for piece in other.pieces() for part in piece.primitives()]
+            if any(_is_coplanar(mesh, part) for part in parts):
                 gap = GAP * (mesh.extent + (0.0 if other.is_infinite else other.extent))
                 cure = f"leave a gap such as {gap:.0e} m between them, or make them one Mesh"
                 raise SceneError(
@@ -56,7 +54,7 @@ def _named_shapes(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
     for number, surface in enumerate(scene.surfaces):
         yield display_name(surface, number), surface.shape
     for number, source in enumerate(scene.sources):
-        if isinstance(source.shape, FlatShape | Mesh | Box) and source.emission.has_side:
+        if isinstance(source.shape, Shape) and source.emission.has_side:
             yield f"sources[{number}]", source.shape
     for detector in scene.meters:
         if isinstance(detector.shape, Shape):
@@ -65,9 +63,9 @@ def _named_shapes(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
 
 def _is_coplanar(mesh: Mesh, other: Shape) -> bool:
     """Return whether a facet has more than an edge in common with a flat piece or another mesh."""
-    if isinstance(other, Mesh):
+    if other.triangles:
         return _are_coplanar(mesh, other)
-    if not isinstance(other, FlatShape):
+    if not other.is_flat:
         return False
     tolerance = rounding_tolerance(mesh, other) if not other.is_infinite else rounding_tolerance(mesh, mesh)
     (e_u, e_v, normal), center = np.array(other.frame), np.array(other.center)
@@ -76,17 +74,9 @@ def _is_coplanar(mesh: Mesh, other: Shape) -> bool:
     if len(faces) == 0 or other.is_infinite:
         return len(faces) > 0
     places = (mesh.vertices[faces] - center) @ np.array([e_u, e_v]).T
-    if isinstance(other, Disk):
+    if not other.corners:
         return bool((_distance_from_origin(places) < other.radius - tolerance).any())
-    return bool(_overlap(places, _corners(other), tolerance).any())
-
-
-def _corners(shape: Rectangle | Triangle) -> np.ndarray:
-    """Corners (n, 2) of a flat polygon in its frame."""
-    if isinstance(shape, Triangle):
-        return np.array(shape.corners)
-    half = np.array([shape.width, shape.height]) / 2
-    return half * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
+    return bool(_overlap(places, np.array(other.corners), tolerance).any())
 
 
 def _overlap(facets: np.ndarray, polygon: np.ndarray, tolerance: float) -> np.ndarray:

@@ -14,13 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transport.geometry.containment import contains, coordinate_scale
-from transport.geometry.distances import distance_to_shape, is_behind, point_beside
-from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Slab, Triangle
 from transport.geometry.line_crossings import crossings
-from transport.geometry.revolved import Revolved
+from transport.geometry.relations import are_on_one_support, encloses, is_behind, point_beside
 from transport.geometry.shape import ROUNDING, Shape
-from transport.geometry.supports import are_on_one_support
 from transport.scene.bodies import TEST_DIRECTIONS
 from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
 from transport.scene.materials import (
@@ -54,11 +50,11 @@ class ClosedShape(NamedTuple):
 
     def holds(self, place: ShapeOrPoint) -> bool:
         """Return whether a shape or a point surely lies wholly in the region."""
-        return contains(self.shapes[0], place)
+        return encloses(self.shapes[0], place)
 
     def excludes(self, place: Shape) -> bool:
         """Return whether a shape surely lies wholly outside the region."""
-        distance = distance_to_shape(self.shapes[0], place.middle, filled=True)
+        distance = self.shapes[0].distance(place.middle, filled=True)
         return not place.is_infinite and distance > place.extent
 
     def may_reach(self, shape: Shape) -> bool:
@@ -87,7 +83,7 @@ class ClosedPatches(NamedTuple):
 
     def _are_behind(self, shapes: tuple[Shape, ...]) -> bool:
         """Return whether the walls are flat, and no shape extends beyond one of them."""
-        if not all(isinstance(wall, FlatShape) for wall in self.shapes):
+        if not all(wall.is_flat for wall in self.shapes):
             return False
         outer = [
             "back" if self.holds(point_beside(wall, False, self.shapes)) else "front" for wall in self.shapes
@@ -99,7 +95,7 @@ class ClosedPatches(NamedTuple):
         """Return whether the bounding sphere of a shape touches no patch."""
         if place.is_infinite:
             return False
-        return all(distance_to_shape(shape, place.middle) > place.extent for shape in self.shapes)
+        return all(shape.distance(place.middle) > place.extent for shape in self.shapes)
 
     def may_reach(self, shape: Shape) -> bool:
         """Return whether part of a shape may lie in the region."""
@@ -194,7 +190,7 @@ def _boxes_meet(shape: Shape, others: tuple[Shape, ...]) -> bool:
 
 def _start_point(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vector:
     """Middle of a source; for a flat one, which may lie on a wall, a point just in front of it."""
-    is_sided = source.emission.has_side and isinstance(origin, FlatShape)
+    is_sided = source.emission.has_side and origin.is_flat
     return point_beside(origin, source.is_back, (w.shape for w in walls)) if is_sided else origin.middle
 
 
@@ -208,7 +204,7 @@ def _hits_planes_repeatedly(scene: SceneParts, source: Source) -> bool:
     if direction is None:
         return True
     acting = [s for s in scene.surfaces if s.material != Transparent()]
-    is_alone = len(acting) <= 2 and all(isinstance(s.shape, Plane | Slab) for s in acting)
+    is_alone = len(acting) <= 2 and all(s.shape.is_infinite for s in acting)
     return is_alone and all(abs(dot(s.shape.normal, direction)) > ROUNDING for s in acting)
 
 
@@ -217,8 +213,8 @@ def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
     is_sided = source.emission.has_side
     if is_sided and isinstance(enclosure, ClosedShape) and are_on_one_support(origin, enclosure.shapes[0]):
         return source.is_back
-    is_there = distance_to_shape(origin, origin.middle, filled=not is_sided) == 0
-    if is_sided and isinstance(origin, FlatShape):
+    is_there = origin.distance(origin.middle, filled=not is_sided) == 0
+    if is_sided and origin.is_flat:
         start = point_beside(origin, source.is_back, enclosure.shapes)
         return enclosure.holds(start) and (is_there or enclosure.holds(origin))
     return enclosure.holds(origin.middle if is_there else origin)
@@ -249,7 +245,7 @@ def _is_lossless_inside(room: ClosedShape | ClosedPatches, walls: dict[int, Surf
     """Return whether the walls of a room return all light that arrives from inside."""
     for number, shape in zip(room.numbers, room.shapes, strict=True):
         sides = (True,) if isinstance(room, ClosedShape) else (False, True)
-        if isinstance(shape, FlatShape):
+        if shape.is_flat:
             sides = (not room.holds(point_beside(shape, False, room.shapes)),)
         if any(_is_lossy(walls[number].material, is_back) for is_back in sides):
             return False
@@ -260,10 +256,8 @@ def _cell_of_planes(walls: dict[int, Surface], point: Vector) -> Iterator[Enclos
     """Cell between planes around a point, if light can leave it only exactly along the planes."""
     numbers, sides = [], []
     for number, surface in walls.items():
-        if isinstance(surface.shape, Plane):
-            height = dot(
-                tuple(p - c for p, c in zip(point, surface.shape.center, strict=True)), surface.shape.normal
-            )
+        if surface.shape.is_plane:
+            height = surface.shape.height_of(point)
             if height != 0 and not _is_lossy(surface.material, is_back=height < 0):
                 numbers.append(number)
                 sides.append("front" if height > 0 else "back")
@@ -292,7 +286,7 @@ def _close_all_directions(normals: np.ndarray) -> bool:
 
 def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[ClosedPatches]:
     """Sets of open surfaces without gaps: every rim is shared by exactly one other surface."""
-    found = {number: shape_rims(surface.shape) for number, surface in surfaces.items()}
+    found = {number: surface.shape.rims() for number, surface in surfaces.items()}
     shapes = {number: surfaces[number].shape for number, its in found.items() if its}
     if not shapes:
         return
@@ -303,7 +297,7 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[ClosedPatches]:
         np.array([getattr(rim, name) for rim in rims]).reshape(-1, 3) for name in ("center", "span")
     )
     is_circle = np.array([rim.is_circle for rim in rims], bool)
-    slack = 4 * ROUNDING * np.array([coordinate_scale(shapes[number]) for number in owners.tolist()])
+    slack = 4 * ROUNDING * np.array([shapes[number].coordinate_scale for number in owners.tolist()])
     # Find equal rims of other surfaces; sort by x so that only near ones are compared.
     order = np.argsort(centers[:, 0])
     reach = (slack + slack.max())[:, None] * (-1, 1)
@@ -330,50 +324,3 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[ClosedPatches]:
         if all(len(partners[k]) == 1 for number in joined for k in rows[number]):
             numbers = tuple(sorted(joined))
             yield ClosedPatches(numbers, tuple(shapes[number] for number in numbers))
-
-
-class Rim(NamedTuple):
-    """Edge of an open surface: a segment with half its vector, or a circle with radius times axis [m]."""
-
-    is_circle: bool
-    center: Vector
-    span: Vector
-
-
-def shape_rims(shape: Shape) -> list[Rim]:
-    """Rims of a finite open surface; none if they are not known."""
-    match shape:
-        case Rectangle(hole=None, frame=(e_u, e_v, _), width=width, height=height):
-            corners = [
-                tuple(
-                    c + a * width / 2 * u + b * height / 2 * v
-                    for c, u, v in zip(shape.center, e_u, e_v, strict=True)
-                )
-                for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
-            ]
-            return _segments(corners)
-        case Triangle(vertices=corners):
-            return _segments(list(corners))
-        case Disk(inner_radius=0):
-            return [Rim(True, shape.center, tuple(shape.radius * x for x in shape.normal))]
-        case Revolved(is_closed=False, profile=profile, frame=(_, _, axis)):
-            found = []
-            for height in (profile.low, profile.high):
-                radius = profile.radius_at(height)
-                center = tuple(p + height * n for p, n in zip(profile.origin, axis, strict=True))
-                found += [Rim(True, center, tuple(radius * x for x in axis))] if radius > 0 else []
-            return found
-    return []
-
-
-def _segments(corners: list[Vector]) -> list[Rim]:
-    """Sides of a polygon."""
-    pairs = zip(corners, corners[1:] + corners[:1], strict=True)
-    return [
-        Rim(
-            False,
-            tuple((a + b) / 2 for a, b in zip(p, q, strict=True)),
-            tuple((b - a) / 2 for a, b in zip(p, q, strict=True)),
-        )
-        for p, q in pairs
-    ]

@@ -21,7 +21,6 @@ from transport.geometry.line_crossings import (
     scene_size,
     sorted_crossings,
 )
-from transport.geometry.mesh import Mesh
 from transport.scene.bodies import Body, bits_of_bodies_at, bodies_on_sides, body_solid, surrounding_medium
 from transport.scene.materials import (
     AnyMedium,
@@ -151,7 +150,7 @@ def _interface_crossings(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterato
         return
     # Choose the lines and find all their crossings.
     size = scene_size(shapes)
-    facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
+    facets = sum(shape.triangles for shape in shapes)
     count = max(4, min(max(DEFAULT_LINES, 4 * len(aimed)), MAX_LINE_FACETS // max(4 * facets, 1)))
     origins, directions = lines_through(aimed, count, size)
     places, keys = sorted_crossings(shapes, origins, directions, size)

@@ -11,11 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.containment import HalfSpace
-from transport.geometry.flat import Plane
 from transport.geometry.line_crossings import EDGE_TOLERANCE
+from transport.geometry.relations import HalfSpace
 from transport.geometry.shape import ROUNDING
-from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import (
     Body,
     bodies_overlap,
@@ -73,8 +71,8 @@ def emitting_bodies_as_sources(scene: SceneParts) -> list[tuple[int, Source]]:
         for number, surface in enumerate(scene.surfaces)
         if surface.back is not None
         and surface.back.emission > 0
-        and isinstance(surface.shape, Box | Sphere)
-        and surface.shape.is_closed
+        and surface.shape.is_convex
+        and not surface.shape.is_infinite
     ]
 
 
@@ -148,7 +146,8 @@ def _check_half_spaces(scene: SceneParts, one: Body, other: Body, is_same: bool)
 def _check_layers(scene: SceneParts) -> None:
     """Refuse a plane that does not end a layer: the medium named in front of it continues behind it."""
     for number, surface in enumerate(scene.surfaces):
-        is_one_sided = isinstance(surface.shape, Plane) and surface.front is not None and surface.back is None
+        is_plane = surface.shape.is_plane
+        is_one_sided = is_plane and surface.front is not None and surface.back is None
         if is_one_sided and is_layer(scene, surface):
             raise SceneError(
                 f"Scene: {surface_name(scene, number)}: back must be named below a layer of"
@@ -192,7 +191,8 @@ def _check_emission(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     for k, body in enumerate(bodies):
         if not body.medium.emission:
             continue
-        if not isinstance(body_solid(scene, body), Box | Sphere):
+        solid = body_solid(scene, body)
+        if solid is None or solid.is_infinite:
             got = short_repr(scene.surfaces[body.surfaces[0]].shape)
             cure = "fill a Box or a Sphere with the emitting medium"
             raise SceneError(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-from transport.geometry.containment import coordinate_scale
-from transport.geometry.distances import distance_to_shape
 from transport.geometry.shape import ROUNDING, Point
 from transport.scene.emissions import Beam, Isotropic, Lambertian
 from transport.scene.materials import Surface, display_name
@@ -84,5 +82,5 @@ def _lies_on_ray(detector: PointDetector, origin: Vector, direction: Vector) -> 
 
 
 def _lies_on(detector: PointDetector, shape) -> bool:
-    size = coordinate_scale(shape) + sum(map(abs, detector.position))
-    return distance_to_shape(shape, detector.position) <= ON_SURFACE_TOLERANCE * size
+    size = shape.coordinate_scale + sum(map(abs, detector.position))
+    return shape.distance(detector.position) <= ON_SURFACE_TOLERANCE * size

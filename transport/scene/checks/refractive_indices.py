@@ -27,10 +27,8 @@ from transport.geometry.line_crossings import (
     scene_size,
     with_neighbour_lines,
 )
-from transport.geometry.mesh import Mesh
+from transport.geometry.relations import is_within, solids_overlap
 from transport.geometry.shape import Shape
-from transport.geometry.solid import Box, Sphere
-from transport.geometry.supports import rounding_tolerance
 from transport.scene.materials import Dielectric, Surface, display_name
 from transport.validation import SceneError
 from transport.vectors import Vector
@@ -61,7 +59,7 @@ def check_media(scene: SceneParts) -> None:
     """Raise SceneError for boundaries that contradict one another, within the limits stated above."""
     boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
     glass = [b for b in boundaries if b.glass is not None]
-    if len(glass) < 2 and not any(isinstance(b.shape, Mesh) for b in glass):
+    if len(glass) < 2 and not any(b.shape.triangles for b in glass):
         return
     for one, other in _pairs(glass):
         if one.indices(1) + other.indices(1) != (one.glass.index_inside,) * 4 and _intersect(
@@ -118,25 +116,9 @@ def _pairs(glass: list[Boundary]) -> Iterator[tuple[Boundary, Boundary]]:
 
 def _intersect(a: Shape, b: Shape) -> bool:
     """Return whether the surfaces of two spheres, two boxes or one of each intersect, beyond rounding."""
-    if isinstance(a, Box) and isinstance(b, Sphere):
-        return _intersect(b, a)
-    if not all(isinstance(shape, (Box, Sphere)) and shape.is_closed for shape in (a, b)):
+    if not all(shape.is_convex and not shape.is_infinite for shape in (a, b)):
         return False
-    tolerance = rounding_tolerance(a, b)
-    if isinstance(b, Sphere):
-        apart = math.dist(a.center, b.center)
-        return abs(a.radius - b.radius) + tolerance < apart < a.radius + b.radius - tolerance
-    if isinstance(a, Sphere):
-        offsets = [(abs(p - q), size / 2) for p, q, size in zip(a.center, b.center, b.size, strict=True)]
-        nearest = math.hypot(*(max(offset - half, 0.0) for offset, half in offsets))
-        farthest = math.hypot(*(offset + half for offset, half in offsets))
-        is_within = all(offset + a.radius <= half + tolerance for offset, half in offsets)
-        return nearest < a.radius - tolerance and farthest > a.radius + tolerance and not is_within
-    sides = list(zip(*a.bounds, *b.bounds, strict=True))
-    meet = all(p < s - tolerance and r < q - tolerance for p, q, r, s in sides)
-    holds = all(p <= r + tolerance and s <= q + tolerance for p, q, r, s in sides)
-    is_held = all(r <= p + tolerance and q <= s + tolerance for p, q, r, s in sides)
-    return meet and not holds and not is_held
+    return solids_overlap(a, b) and not is_within(a, b) and not is_within(b, a)
 
 
 # ---- lines through all other shapes ----
@@ -146,7 +128,7 @@ def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
     """Refuse boundaries between which a line finds two different indices."""
     size, facets = (
         _boundaries_size(boundaries),
-        sum(b.shape.triangles for b in boundaries if isinstance(b.shape, Mesh)),
+        sum(b.shape.triangles for b in boundaries),
     )
     count = max(
         4,

@@ -56,7 +56,7 @@ def check_total_internal_reflection(scene: SceneParts) -> None:
         if _interacts(scene.medium if surface.back is None else surface.back):
             continue
         company = _other_surfaces_inside(scene, number)
-        if company and not (isinstance(surface.shape, Slab) and all(map(_is_bounded, company))):
+        if company and not (surface.shape.is_infinite and all(map(_is_bounded, company))):
             continue
         for lamp, cure in _trapped_sources(scene, surface.shape, sine, company):
             title = display_name(surface, number)

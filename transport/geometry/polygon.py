@@ -1,0 +1,309 @@
+"""Flat polygon, not necessarily convex; it is intersected and sampled as triangles.
+
+Tests of its sides are exact: each sign is that of a determinant of doubles, rounded if its error bound allows
+it, else in rational numbers.
+"""
+
+import math
+from collections.abc import Iterable
+from fractions import Fraction
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from transport.geometry.flat import (
+    FlatPolygon,
+    Triangle,
+    Vertices,
+    distance_to_side,
+    even_facets,
+    is_collinear,
+    points_in_triangles,
+    twice_area,
+)
+from transport.geometry.shape import ROUNDING
+from transport.validation import Converted, as_floats, refuse, scene_object, set_fields, short_repr
+from transport.vectors import Vector, dot, unit_vector
+
+MAX_VERTICES = 1000  # the time to divide a polygon grows with the square of their number
+SIGN_ERROR = 8 * 2.0**-53  # relative error of a rounded determinant, with a margin
+
+Points = np.ndarray  # (n, 2) coordinates of vertices along two axes, exactly as given
+
+
+@scene_object(kw_only=True)
+class Polygon(FlatPolygon):
+    """Flat polygon with straight sides that do not cross; convex or not.
+
+    Parameters
+    ----------
+    vertices : three or more points of three floats
+        Vertices [m] in order along the outline, in one plane. Seen from the side that the normal points to,
+        they run counterclockwise.
+
+    Raises
+    ------
+    SceneError
+        If there are fewer than 3 or more than 1000 vertices, if two of them coincide, or if they lie on one
+        line, are not in one plane within rounding, or describe an outline that crosses or touches itself.
+
+    Notes
+    -----
+    It lies on sheets like a `Rectangle`: detectors may be patches of a wall, and polygons on one plane may
+    share sides. Inside the engine it is a set of triangles that share their sides, so that nothing leaks
+    between them.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> corner = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)]
+    >>> tp.Polygon(vertices=corner).area
+    3.0
+    """
+
+    vertices: Converted[Iterable[Iterable[float]], tuple[Vector, ...]]
+
+    def __post_init__(self) -> None:
+        given = self.vertices if isinstance(self.vertices, Iterable) else ()
+        vertices = tuple(as_floats(vertex) for vertex in given)
+        if not 3 <= len(vertices) <= MAX_VERTICES or any(v is None or len(v) != 3 for v in vertices):
+            must = f"vertices must be 3 to {MAX_VERTICES} points of three finite numbers"
+            cure = "write vertices=[(x, y, z), ...]; for more use a Mesh"
+            refuse(self, f"{must}, got {len(vertices)} in {short_repr(self.vertices)}; {cure}")
+        set_fields(self, vertices=vertices)
+        self._check_vertices()
+        self._check_outline()
+        self._check_size("vertices")
+
+    @property
+    def normal(self) -> Vector:
+        """Unit normal."""
+        return _normal(self.vertices)
+
+    @property
+    def center(self) -> Vector:
+        """Centroid of the area [m]."""
+        triangles, areas = self.primitives(), self._areas
+        sums = zip(*(triangle.center for triangle in triangles), strict=True)
+        return tuple(math.fsum(a * x for a, x in zip(areas, axis, strict=True)) / self.area for axis in sums)
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]."""
+        return math.fsum(self._areas)
+
+    @property
+    def least_width(self) -> float:
+        """Twice the area over the length of the outline [m]: its share that lies near the sides decides."""
+        return 2 * self.area / sum(math.dist(p, q) for p, q in pairwise((*self.vertices, self.vertices[0])))
+
+    def primitives(self) -> tuple[Triangle, ...]:
+        """Return the triangles that it is divided into."""
+        return _triangles(self.vertices)
+
+    @property
+    def _areas(self) -> list[float]:
+        return [triangle.area for triangle in self.primitives()]
+
+    def _check_vertices(self) -> None:
+        """Raise for vertices that coincide, lie on one line, or are not in one plane."""
+        vertices = self.vertices
+        if len(set(vertices)) < len(vertices):
+            twice = next(k for k, vertex in enumerate(vertices) if vertex in vertices[:k])
+            must = f"vertices must differ, got {vertices[twice]} as number {vertices.index(vertices[twice])}"
+            refuse(self, f"{must} and {twice}, counted from 0; leave the second out, the last side closes it")
+        largest = _largest_corner(vertices)
+        if is_collinear(largest):
+            got = f"{short_repr(vertices)}, which has no area"
+            refuse(self, f"vertices must not lie on one line, got {got}; move one of them")
+        # Compare the heights over the plane with the rounding of coordinates.
+        normal = unit_vector(_float_vector(twice_area(largest)))
+        sizes = [sum(map(abs, vertex)) for vertex in vertices]
+        heights = [
+            abs(dot(tuple(p - q for p, q in zip(vertex, largest[0], strict=True)), normal))
+            for vertex in vertices
+        ]
+        worst = max(range(len(vertices)), key=lambda k: heights[k])
+        if heights[worst] > ROUNDING * (max(sizes) + math.dist(vertices[worst], largest[0])):
+            got = f"number {worst}, {vertices[worst]}, {heights[worst]:.3g} m off"
+            refuse(
+                self,
+                f"vertices must lie in one plane, got {got} the plane of others;"
+                " move it there, or make it a Mesh of triangles",
+            )
+
+    def _check_outline(self) -> None:
+        """Raise if two sides cross or touch, other than neighbours at their common vertex."""
+        points, count = _in_plane(self.vertices), len(self.vertices)
+        ends = np.roll(points, -1, axis=0)
+        low, high = np.minimum(points, ends), np.maximum(points, ends)
+        for i in range(count):
+            near = ((low[i] <= high[i + 1 :]) & (low[i + 1 :] <= high[i])).all(axis=1)
+            for j in (np.flatnonzero(near) + i + 1).tolist():
+                is_next, is_last = j == i + 1, (j + 1) % count == i
+                sides = (points[i], ends[i]), (points[j], ends[j])
+                if is_next and is_last:
+                    continue
+                if is_next:
+                    meets = _folds(points[i], points[j], ends[j])
+                elif is_last:
+                    meets = _folds(points[j], points[i], ends[i])
+                else:
+                    meets = _meet(*sides)
+                if meets:
+                    got = f"sides {i} and {j}, from {self.vertices[i]} and from {self.vertices[j]}"
+                    refuse(
+                        self,
+                        f"vertices must describe an outline that does not cross or touch itself, got {got};"
+                        " put the vertices in order along the outline, or divide it",
+                    )
+
+    def _covers(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        inside = np.zeros(np.shape(u), bool)
+        for (p, s), (q, t) in pairwise((*self.corners, self.corners[0])):
+            # Count the sides that a line along +u crosses; each contains its lower end only.
+            is_up = t > s
+            turn = (q - p) * (v - s) - (t - s) * (u - p)
+            inside ^= ((s <= v) != (t <= v)) & ((turn > 0) == is_up) & (turn != 0)
+        return inside
+
+    def _gap(self, u: float, v: float) -> tuple[float, ...]:
+        if self._covers(np.float64(u), np.float64(v)):
+            return (0.0,)
+        sides = pairwise((*self.corners, self.corners[0]))
+        return (min(distance_to_side(one, other, (u, v)) for one, other in sides),)
+
+    def _sample(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        facets, left = even_facets(np.array(self._areas), one[:, 0])
+        corners = np.array([triangle.vertices for triangle in self.primitives()])[facets]
+        return points_in_triangles(corners, left, other)
+
+
+# ---- Plane of the vertices.
+
+
+def _largest_corner(vertices: tuple[Vector, ...]) -> Vertices:
+    """Three vertices that define the plane well: the first, the farthest from it, the largest triangle."""
+    first = vertices[0]
+    second = max(vertices, key=lambda vertex: math.dist(first, vertex))
+    sized = [(sum(x * x for x in twice_area((first, second, each))), each) for each in vertices]
+    return first, second, max(sized)[1]
+
+
+@lru_cache(maxsize=1024)
+def _normal(vertices: tuple[Vector, ...]) -> Vector:
+    """Unit normal: direction of the vector area, in rational numbers (Newell)."""
+    terms = [twice_area((vertices[0], p, q)) for p, q in pairwise(vertices[1:])]
+    return unit_vector(_float_vector(tuple(map(sum, zip(*terms, strict=True)))))
+
+
+def _float_vector(vector: tuple[Fraction, ...]) -> Vector:
+    """Vector of the same direction, of length about 1."""
+    largest = max(map(abs, vector))
+    return tuple(float(component / largest) for component in vector)
+
+
+def _in_plane(vertices: tuple[Vector, ...]) -> Points:
+    """Coordinates along the two axes that are best seen from the normal: exact."""
+    normal = _float_vector(twice_area(_largest_corner(vertices)))
+    dropped = max(range(3), key=lambda axis: abs(normal[axis]))
+    return np.array(vertices)[:, [(dropped + 1) % 3, (dropped + 2) % 3]]
+
+
+# ---- Signs of determinants: which way three points turn.
+
+
+def _turns(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Sign of the area of triangles (a, b, c), each (2,) or (n, 2): +1 counterclockwise; exact."""
+    left = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
+    right = (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+    signs = np.atleast_1d(np.sign(left - right))
+    doubtful = np.atleast_1d(np.abs(left - right) <= SIGN_ERROR * (np.abs(left) + np.abs(right)))
+    if doubtful.any():
+        a, b, c = (np.broadcast_to(points, (len(signs), 2)) for points in (a, b, c))
+        for k in np.flatnonzero(doubtful):
+            (p, q), (r, s), (t, u) = (map(Fraction, map(float, points[k])) for points in (a, b, c))
+            area = (r - p) * (u - q) - (s - q) * (t - p)
+            signs[k] = (area > 0) - (area < 0)
+    return signs
+
+
+def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> int:
+    """Sign of the area of one triangle."""
+    return int(_turns(a, b, c)[0])
+
+
+def _is_between(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> bool:
+    """Return whether c, on the line through a and b, lies on the segment."""
+    return bool(((np.minimum(a, b) <= c) & (c <= np.maximum(a, b))).all())
+
+
+def _folds(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> bool:
+    """Return whether the sides from a to b and from b to c overlap."""
+    return _turn(a, b, c) == 0 and (_is_between(a, b, c) or _is_between(b, c, a))
+
+
+def _meet(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> bool:
+    """Return whether two segments have a point in common."""
+    (a, b), (c, d) = one, other
+    turns = _turn(a, b, c), _turn(a, b, d), _turn(c, d, a), _turn(c, d, b)
+    if turns[0] * turns[1] < 0 and turns[2] * turns[3] < 0:
+        return True
+    ends = ((a, b, c), (a, b, d), (c, d, a), (c, d, b))
+    return any(turn == 0 and _is_between(*each) for turn, each in zip(turns, ends, strict=True))
+
+
+# ---- Division into triangles.
+
+
+@lru_cache(maxsize=1024)
+def _triangles(vertices: tuple[Vector, ...]) -> tuple[Triangle, ...]:
+    """Triangles of a polygon by cutting off ears (Meisters 1975), the best shaped first.
+
+    A vertex that lies on a line with its neighbours within rounding is left out: the ear has no area.
+    """
+    points, left, found = _in_plane(vertices), list(range(len(vertices))), []
+    if _signed_area(points) < 0:
+        points = points[:, ::-1]
+    while len(left) > 3:
+        corners = [(left[k - 1], left[k], left[(k + 1) % len(left)]) for k in range(len(left))]
+        before, tip, after = (points[list(column)] for column in zip(*corners, strict=True))
+        turns, quality = _turns(before, tip, after), _quality(before, tip, after)
+        best_first = np.argsort(-quality, kind="stable").tolist()
+        ears = (k for k in best_first if turns[k] > 0 and _is_ear(points, left, corners[k]))
+        ear = next(ears, int(np.abs(quality).argmin()))
+        if not _is_line(vertices, corners[ear]):
+            found.append(corners[ear])
+        left.pop(ear)
+    if not _is_line(vertices, tuple(left)):
+        found.append(tuple(left))
+    return tuple(Triangle(vertices=[vertices[k] for k in corner]) for corner in found)
+
+
+def _signed_area(points: Points) -> Fraction:
+    """Twice the area, negative if the points run clockwise."""
+    exact = [tuple(map(Fraction, point)) for point in points.tolist()]
+    return sum((p * t - q * s for (p, q), (s, t) in pairwise((*exact, exact[0]))), Fraction(0))
+
+
+def _is_line(vertices: tuple[Vector, ...], corner: tuple[int, ...]) -> bool:
+    """Return whether three vertices lie on one line within rounding."""
+    return is_collinear(tuple(vertices[k] for k in corner))
+
+
+def _quality(before: Points, tip: Points, after: Points) -> np.ndarray:
+    """Area over squared longest side of triangles (n, 2): the largest are best shaped."""
+    one, other = tip - before, after - before
+    longest = np.maximum.reduce([(side * side).sum(axis=1) for side in (one, other, other - one)])
+    return (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]) / longest
+
+
+def _is_ear(points: Points, left: list[int], corner: tuple[int, int, int]) -> bool:
+    """Return whether no other vertex lies in the triangle that cuts off a convex vertex."""
+    a, b, c = (points[k] for k in corner)
+    others = points[[k for k in left if k not in corner]]
+    low, high = np.minimum.reduce([a, b, c]), np.maximum.reduce([a, b, c])
+    others = others[((low <= others) & (others <= high)).all(axis=1)]
+    sides = ((a, b), (b, c), (c, a))
+    return not np.logical_and.reduce([_turns(p, q, others) >= 0 for p, q in sides]).any()
