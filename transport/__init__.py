@@ -96,6 +96,7 @@ register(
     },
 )
 register("save", {"Result": "transport.io.runs:save"})
+register("to_dataset", {"Tally": "transport.io.tables:to_dataset"})
 register("to_json", {"Scene": "transport.io.json.documents:scene_text"})
 register("from_json", {"Scene": "transport.io.json.documents:read_scene"})
 register("simulate", {"Scene": "transport.simulate:simulate"})

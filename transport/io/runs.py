@@ -19,7 +19,7 @@ from transport.compile.plan import Plan
 from transport.io import netcdf, npz
 from transport.io.atomic import FileError, atomic_write, check_writable
 from transport.io.columns import BatchPool, Columns, describe_columns, from_json, read_values, to_json
-from transport.io.netcdf import result_tables
+from transport.io.tables import result_tables
 from transport.results.batches import Batch
 from transport.results.result import Result
 from transport.run.programs import plan_for

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from transport.renderers import function_for
+from transport.statistics.axes import axis_places, axis_unit
 from transport.statistics.chunked import release_pages, replicates_of
 from transport.statistics.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
 from transport.statistics.notation import estimate_text, split_format
 from transport.statistics.pooling import Pooled
-from transport.statistics.quantities import AXIS_UNITS, Operand, Quantity
+from transport.statistics.quantities import Operand, Quantity
 from transport.statistics.replicates import Batches, Replicates
 from transport.units import Unit
 from transport.validation import optional_packages
@@ -391,11 +392,10 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         data["doubtful"] = (self.dims, self.is_doubtful)
         coords = {}
         for (name, edges), bins in zip(self.coords.items(), self.shape, strict=True):
-            known = AXIS_UNITS | dict(self.axis_units)
-            of_axis = {"units": known[name]} if name in known else {}
-            places = {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
-            places = {"": edges} if len(edges) == bins else places
-            coords |= {name + end: (name, place, of_axis) for end, place in places.items()}
+            unit = axis_unit(name, self.axis_units)
+            about = {"units": unit} if unit else {}
+            places = axis_places(edges, bins)
+            coords |= {name + end: (name, place, about) for end, place in places.items()}
         return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
 
     def __repr__(self) -> str:
