@@ -118,14 +118,14 @@ def _tally_attributes(tally: Tally) -> dict[str, object]:
 
 
 def _tally_variables(tally: Tally, names: Sequence[str] = ()) -> Iterator[tuple[str, Variable]]:
-    """Yield these quantities of a tally, or all; each is freed before the next is made, if it is new."""
+    """Yield these quantities of a tally, or all; new ones are freed before the next is made."""
     if isinstance(tally, SnapshotReading):
         yield from _sample_variables(tally)
         return
     axes: dict[str, np.ndarray] = {}
-    bounded = set()
+    bounded, kept = set(), set(vars(tally))
     for name in names or tally.available:
-        is_kept, quantity = name in vars(tally), getattr(tally, name)
+        quantity = getattr(tally, name)
         dims = []
         for axis, edges in quantity.coords.items():
             named = _axis_name(axis, edges, axes)
@@ -138,8 +138,8 @@ def _tally_variables(tally: Tally, names: Sequence[str] = ()) -> Iterator[tuple[
                     yield named + end, Variable((named,), place, {"units": unit} if unit else {})
             dims.append(named)
         yield from _with_error(name, tuple(dims), quantity, bounded)
-        if not is_kept:
-            vars(tally).pop(name, None)
+        for new in (vars(tally).keys() & set(tally.known)) - kept:
+            del vars(tally)[new]
 
 
 def _axis_name(axis: str, edges: np.ndarray, axes: dict[str, np.ndarray]) -> str:

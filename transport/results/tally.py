@@ -26,10 +26,11 @@ from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, o
 from transport.statistics.estimates import Batches, Estimate, EstimateArray, EstimateOrArray
 from transport.statistics.findings import Finding
 from transport.units import Unit
-from transport.validation import SceneError, name_hint
+from transport.validation import SceneError, name_hint, optional_packages
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
 
 Column = Callable[[Batch, int, int], np.ndarray]  # the rows of a batch from one number up to another
 Lacks = Mapping[str, tuple[str, str]]  # need: (what is needed, what to type)
@@ -425,6 +426,43 @@ class Tally:
         """Return a measure that is one number, as an exact estimate of this run."""
         measure = self.measures[name]()
         return Estimate(np.full(len(self.run), measure.values), self.run, measure.unit, exact=True)
+
+    def plot(
+        self, quantity: str | None = None, axes: Axes | None = None, decades: float | None = None
+    ) -> Axes:
+        """Draw a quantity over one or two axes of bins (needs matplotlib).
+
+        Parameters
+        ----------
+        quantity : str, optional
+            Name of a quantity with bins [default: such as radiance with bins of direction, irradiance with
+            bins of position, fluence_rate of cells].
+        axes : matplotlib.axes.Axes, optional
+            Where to draw [default: a new figure of pyplot, in which a map stands beside that of its relative
+            standard error].
+        decades : float, optional
+            Range of a logarithmic scale, below the greatest value [default: a linear scale].
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes with the values; ``.figure.savefig("floor.png")`` writes the picture.
+
+        Raises
+        ------
+        ValueError
+            For a quantity without bins, or with more than two axes of them: index or sum that array and plot
+            the result, as in ``result["floor"].radiance.sum("phi").plot()``.
+
+        Notes
+        -----
+        Bars are two standard errors; bins without a known error are hollow points, or hatched on grey, and
+        bins with a doubtful one are hatched above their colour.  `transport.viz` has pictures for one kind of
+        detector, with exact values and cuts.
+        """
+        with optional_packages("plot"):
+            draw = function_for(type(self), "plot")
+        return draw(self, quantity, axes, decades)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

@@ -23,6 +23,7 @@ from transport.validation import optional_packages
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
 
 __all__ = ["Batches", "Estimate", "EstimateArray", "EstimateOrArray"]
 
@@ -397,6 +398,33 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             places = axis_places(edges, bins)
             coords |= {name + end: (name, place, about) for end, place in places.items()}
         return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
+
+    def plot(self, axes: Axes | None = None, decades: float | None = None, label: str = "estimate") -> Axes:
+        """Draw the array over its one or two axes (needs matplotlib).
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes, optional
+            Where to draw [default: a new figure of pyplot, in which a map stands beside that of its relative
+            standard error].
+        decades : float, optional
+            Range of a logarithmic scale, below the greatest value [default: a linear scale].
+        label : str, default "estimate"
+            Name of the quantity; the unit is added.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes with the values.
+
+        Raises
+        ------
+        ValueError
+            If more than two axes have several bins: index or sum the array.
+        """
+        with optional_packages("plot"):
+            draw = function_for(type(self), "plot")
+        return draw(self, axes, decades, label)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))

@@ -142,7 +142,7 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
     picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _in_image_order(numbers, names), colours)
     y, note = TOP + tall, ", log" if is_log else ""
     left, right, view = edges[1][0], edges[1][-1], ""
-    if _is_seen_from_inside(names):
+    if is_seen_from_inside(names):
         left, right, view = right, left, ", seen from inside"
     ramp = png_url(np.arange(255, dtype=np.uint8)[None, :], colours)
     return "".join(
@@ -187,10 +187,10 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
 def _in_image_order(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
     """Arrange rows from the top and columns from the left."""
     upright = numbers if names[0] in TOP_DOWN_AXES else numbers[::-1]
-    return upright[:, ::-1] if _is_seen_from_inside(names) else upright
+    return upright[:, ::-1] if is_seen_from_inside(names) else upright
 
 
-def _is_seen_from_inside(names: tuple[str, str]) -> bool:
+def is_seen_from_inside(names: tuple[str, str]) -> bool:
     """Return whether it is a map of directions, by polar angle and azimuth."""
     return names[0] in POLAR and names[1] == "phi"
 
