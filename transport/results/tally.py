@@ -330,7 +330,7 @@ class Tally:
         >>> data = tp.simulate(scene, particles=1e5, seed=1, progress=False)["floor"].to_dataset()
         >>> flux = (data.irradiance * data.bin_area).sum()
         >>> f"{flux.item():.4f} of {data.flux_in.item():.4f} W"
-        '0.1665 of 0.1665 W'
+        '0.1661 of 0.1661 W'
         """
         return function_for(type(self), "to_dataset")(self, *names)
 
