@@ -173,20 +173,8 @@ def _make_records(fields: dict, lengths: list[int], parts: dict[str, list]) -> l
 # are stored as numbers only: {"batch": 3}.
 
 _STATE_TYPES = (
-    Choice,
-    Cost,
-    Forecast,
-    Limits,
-    Look,
-    Mean,
-    Method,
-    Origin,
-    Pilot,
-    Splitting,
-    Standing,
-    State,
-    Tracking,
-)
+    Choice, Cost, Forecast, Limits, Look, Mean, Method, Origin, Pilot, Splitting, Standing, State, Tracking,
+)  # fmt: skip
 STATE_TYPES = {kind.__name__: kind for kind in _STATE_TYPES}
 
 

@@ -127,7 +127,7 @@ class Reading(Tally):
         "weight in",
         (POSITION,),
         ("time", "area"),
-        ("area", "all directions", "whole shape unless by position"),
+        ("area", "all directions"),
     )
     exitance = Quantity(
         "Flux leaving per area, M [W m^-2 or s^-1 m^-2]; of a wall its radiosity (emitted plus reflected).",

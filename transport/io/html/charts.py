@@ -134,10 +134,10 @@ def bar_chart(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray
         ' font-size="11"'
         f' viewBox="0 0 {WIDTH + 2 * LEFT} {TOP + HEIGHT + BELOW}">',
         f"<title>bars: estimates; whiskers: ± 2 standard errors{blocks}</title>",
-        _text(LEFT, 12, "start", f"{top}{note}"),
+        svg_text(LEFT, 12, "start", f"{top}{note}"),
         *drawn,
         _base(scale),
-        *(_text(x, TOP + HEIGHT + 14, anchor, words) for x, anchor, words in (*ends, middle)),
+        *(svg_text(x, TOP + HEIGHT + 14, anchor, words) for x, anchor, words in (*ends, middle)),
         "</svg>",
     ]
     return "".join(lines)
@@ -191,5 +191,6 @@ def _bar_edges(edges: np.ndarray, bars: int) -> np.ndarray:
     return LEFT + WIDTH * (edges - edges[0]) / (span if span > 0 and math.isfinite(span) else 1.0)
 
 
-def _text(x: float, y: float, anchor: str, words: str) -> str:
+def svg_text(x: float, y: float, anchor: str, words: str) -> str:
+    """A text in an SVG; anchor: "start", "middle" or "end"."""
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{words}</text>'
