@@ -11,6 +11,11 @@ import typer
 import transport as tp
 from transport.cli.commands import app
 from transport.cli.docs import GUIDE_ORDER, build_site, pages, write_sources
+from transport.results.backward import ViewReading
+from transport.results.detectors import Reading
+from transport.results.phase_space import PhaseReading
+from transport.results.points import PointReading
+from transport.results.volumes import VolumeReading
 
 COMMANDS = typer.main.get_command(app)
 
@@ -20,6 +25,19 @@ def test_every_public_name_is_on_one_page():
     assert sorted(names) == sorted(tp.__all__)
     for page in pages():
         assert page.names and all(re.search(rf"\b{name}\b", page.text) for name in page.names)
+
+
+def test_the_quantities_of_each_tally_are_in_a_table_with_their_meaning():
+    (text,) = [page.text for page in pages() if page.file == "results"]
+    for kind in (Reading, VolumeReading, PointReading, PhaseReading, ViewReading):
+        table = text.partition(f"Quantities of `{kind.__name__}`")[2].partition(".. autoclass")[0]
+        cells = [" ".join(cell.split()) for cell in re.split(r"\n   [* ] -(?= |\n)", table)]
+        assert re.findall(r"^   \* - `(\w+)`", table, re.M) == list(kind.known)
+        for name in kind.known:
+            place = cells.index(f"`{name}`")
+            quantity = getattr(kind, name)
+            assert cells[place + 1].startswith(quantity.summary)
+            assert cells[place + 2] == ", ".join(quantity.needs)
 
 
 def test_a_name_of_a_module_without_a_page_is_seen(monkeypatch):

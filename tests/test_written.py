@@ -14,17 +14,17 @@ import transport as tp
 from tests.fuzz.numbered import TURNS, world_of
 from tests.mesh_scenes import mesh
 from tests.round_trips import assert_compiled_alike, assert_runs_alike, read_again, scenes_of_tests
-from transport.io.json.differences import are_identical, differences
-from transport.io.json.numbers import (
+from transport.io.json.codec import (
     MAX_LISTED_NUMBERS,
+    Reader,
     array_from_json,
     array_to_json,
     number_from_json,
     number_to_json,
+    to_json,
 )
-from transport.io.json.reading import Reader
+from transport.io.json.differences import are_identical, differences
 from transport.io.json.text import WIDTH, pretty_print
-from transport.io.json.writing import to_json
 from transport.verification.experiment import cases_of, experiment, experiment_names
 
 SCENES = dict(scenes_of_tests())

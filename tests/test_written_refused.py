@@ -15,9 +15,8 @@ import pytest
 import transport as tp
 from tests.refusals import assert_refused
 from tests.round_trips import faults_of, read_again, scenes_of_tests
-from transport.io.json import numbers
-from transport.io.json.kinds import SCENE_TYPES, UNSUPPORTED
-from transport.io.json.numbers import array_from_json
+from transport.io.json import codec
+from transport.io.json.codec import SCENE_TYPES, UNSUPPORTED, array_from_json
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = """
@@ -196,7 +195,7 @@ def test_a_wrong_array_is_told_with_its_place(array, words):
 
 
 def test_an_array_that_does_not_fit_into_memory_is_refused_before_it_is_made(monkeypatch):
-    monkeypatch.setattr(numbers, "available_memory", lambda: 1_000_000_000)
+    monkeypatch.setattr(codec, "available_memory", lambda: 1_000_000_000)
     with pytest.raises(
         ValueError, match=r"requests 8e\+09 numbers, 128 GB .* but 1 GB of memory are left; take fewer"
     ):

@@ -97,7 +97,12 @@ register(
         "Scene": "transport.io.html.scenes:scene_html",
     },
 )
+register(
+    "plot",
+    {"EstimateArray": "transport.viz.plots:plot_array", "Tally": "transport.viz.plots:plot_tally"},
+)
 register("save", {"Result": "transport.io.runs:save"})
+register("to_dataset", {"Tally": "transport.io.tables:to_dataset"})
 register("to_json", {"Scene": "transport.io.json.documents:scene_text"})
 register("from_json", {"Scene": "transport.io.json.documents:read_scene"})
 register("simulate", {"Scene": "transport.simulate:simulate"})

@@ -13,11 +13,12 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from transport.viz.places import Coordinate, Places, places_of
-from transport.viz.style import BLUE, HOLLOW, INK, POINTS, VERMILLION, axes_at, figure_at, outlined, with_unit
+from transport.viz.style import BLUE, INK, VERMILLION, axes_at, figure_at, outlined, with_unit
 from transport.viz.uncertainty import (
     ERRORS,
     TITLE,
     VALUES,
+    draw_points,
     error_bar,
     error_norm,
     gap_words,
@@ -33,7 +34,6 @@ FINEST = 1.5  # deg, of an arc drawn as one cell
 PANEL, BELOW, CUT = 5.6, 2.3, (6.6, 5.0)  # inches: a map's longer side, what its bar needs, the cut
 MOST_STRETCHED = 3.0  # sides of a map
 SIDES, MARKS = (VERMILLION, BLUE), "os"  # of a cut through a disk
-MANY = 60  # points of a cut, above which they are drawn small
 
 
 def irradiance_map(
@@ -248,7 +248,7 @@ def _draw_cut(
                 steps, edges, baseline=None, color=INK, lw=2.0, label="exact, bin mean" if sign > 0 else None
             )
         words = "± 2 standard errors" if angle is None else f"azimuth {angle:.4g}°, ± 2 std. errors"
-        _draw_points(axes, x, value, error, colour, mark, words)
+        draw_points(axes, x, value, error, colour, mark, words)
     first = places.axes[0]
     axes.set_xlabel(f"{first.words}  [{first.unit}]")
     axes.set_ylabel(with_unit(label, places.unit))
@@ -274,16 +274,6 @@ def _draw_cut(
         columnspacing=1.2,
         handletextpad=0.5,
     )
-
-
-def _draw_points(
-    axes: Axes, x: np.ndarray, value: np.ndarray, error: np.ndarray, colour: str, mark: str, label: str
-) -> None:
-    known = np.isfinite(error)
-    style = POINTS if len(x) <= MANY else POINTS | {"capsize": 0, "lw": 1.4, "mew": 0.0, "ms": 4}
-    axes.errorbar(x[known], value[known], 2 * error[known], fmt=mark, color=colour, label=label, **style)
-    if not known.all():
-        axes.plot(x[~known], value[~known], mark, mec=colour, label="no error known", clip_on=False, **HOLLOW)
 
 
 def _arranged(exact: np.ndarray, places: Places, bins: tuple[int, ...]) -> np.ndarray:

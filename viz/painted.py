@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.scene.axes import POSITION
 from transport.scene.detectors import Detector
+from transport.statistics.axes import POSITION
 from transport.statistics.chunked import over_batches
 from transport.statistics.estimates import Estimate, EstimateArray
 

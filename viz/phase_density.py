@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from transport import EstimateArray
-from transport.scene.phase_space import COORDINATES
+from transport.statistics.axes import COORDINATES
 from transport.viz.style import figure_at, unit_label, with_unit
 from transport.viz.uncertainty import (
     ERRORS,
@@ -115,5 +115,5 @@ def _bars(
 
 
 def _named(coordinate: str) -> str:
-    unit = unit_label(COORDINATES[coordinate])
+    unit = unit_label(COORDINATES[coordinate].unit)
     return f"{WORDS[coordinate]}  [{unit}]" if unit else WORDS[coordinate]

@@ -89,13 +89,13 @@ def places_of(reading: object, quantity: str, at: Mapping[str, int] | None = Non
         raise ValueError(f"{reading.name!r}: {quantity} has no bins of place; {cure}")
     taken = _taken(array, at or {}, f"{reading.name!r}: {quantity}")
     shown, field = array[taken], (array.value, array.error, array.reason == "no score", array.is_doubtful)
-    names = _in_order(shown.dims, _shape_of(reading))
+    names = _in_order(shown.dims, shape_of(reading))
     order = tuple(shown.dims.index(name) for name in names)
     axes = tuple(names.values())
     edges = tuple(shown.coords[name] * axis.scale for name, axis in names.items())
     axes, edges = _in_suitable_units(axes, edges)
     fields = (np.transpose(each[taken], order) for each in field)
-    is_round = isinstance(_shape_of(reading), Disk) and len(names) == 2
+    is_round = isinstance(shape_of(reading), Disk) and len(names) == 2
     return Places(axes, edges, *fields, array.unit, is_round, taken, order)
 
 
@@ -109,6 +109,12 @@ def _in_suitable_units(
     size, unit = unit_of_length(float(largest))
     told = tuple(axis._replace(unit=unit) if axis.is_length else axis for axis in axes)
     return told, tuple(e / size if axis.is_length else e for axis, e in zip(axes, edges, strict=True))
+
+
+def words_of(shape: object) -> dict[str, str]:
+    """What the coordinates u and v of a curved shape or a disk are, such as "azimuth v"; nothing where they are lengths along sides."""
+    found = {} if shape is None else _in_order(("u", "v"), shape)
+    return {name: f"{axis.words} {name}" for name, axis in found.items() if axis.words != name}
 
 
 def _in_order(dims: tuple[str, ...], shape: object) -> dict[str, Coordinate]:
@@ -137,6 +143,6 @@ def _taken(array: EstimateArray, at: Mapping[str, int], whose: str) -> tuple[int
     return tuple(at.get(name, slice(None)) for name in array.dims)
 
 
-def _shape_of(reading: object) -> object:
+def shape_of(reading: object) -> object:
     """The shape that a detector looks at; None of a volume."""
     return None if isinstance(reading, VolumeReading) else getattr(reading, "shape", None)

@@ -12,11 +12,12 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
-from transport.viz.style import HATCHING, MUTED, PALE
+from transport.viz.style import HATCHING, HOLLOW, MUTED, PALE, POINTS
 
 VALUES, ERRORS = "inferno", "cividis"  # both perceptually uniform, and unlike each other
 TITLE = "relative standard error  [%]"
 TRUSTED = 0.25  # relative error; less certain bins do not stretch a scale
+MANY = 60  # points along an axis, above which they are drawn small
 WIDE = 5.0  # times the least error, from which on the scale is logarithmic
 
 
@@ -45,13 +46,28 @@ def on_scale(value: np.ndarray, norm: Normalize) -> np.ndarray:
 
 def value_bar(drawn: ScalarMappable, norm: Normalize, value: np.ndarray, cax: Axes) -> Colorbar:
     """The colour bar of a map of values, with an arrow at each end that some of them lie beyond."""
-    finite = value[np.isfinite(value)]
-    ends = finite.min(initial=norm.vmax) < norm.vmin, finite.max(initial=norm.vmin) > norm.vmax
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
-    bar = cax.figure.colorbar(drawn, cax=cax, orientation="horizontal", extend=extend)
+    bar = cax.figure.colorbar(drawn, cax=cax, orientation="horizontal", extend=beyond(value, norm))
     if not isinstance(norm, LogNorm):
         bar.ax.xaxis.set_major_locator(MaxNLocator(5))
     return bar
+
+
+def beyond(value: np.ndarray, norm: Normalize) -> str:
+    """The ends of a scale that some values lie beyond, as `extend` of a colour bar."""
+    finite = value[np.isfinite(value)]
+    ends = finite.min(initial=norm.vmax) < norm.vmin, finite.max(initial=norm.vmin) > norm.vmax
+    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
+
+
+def draw_points(
+    axes: Axes, x: np.ndarray, value: np.ndarray, error: np.ndarray, colour: str, mark: str, label: str
+) -> None:
+    """Points with bars of two standard errors; hollow where none is known."""
+    known = np.isfinite(error)
+    style = POINTS if len(x) <= MANY else POINTS | {"capsize": 0, "lw": 1.4, "mew": 0.0, "ms": 4}
+    axes.errorbar(x[known], value[known], 2 * error[known], fmt=mark, color=colour, label=label, **style)
+    if not known.all():
+        axes.plot(x[~known], value[~known], mark, mec=colour, label="no error known", clip_on=False, **HOLLOW)
 
 
 def percent_of(value: np.ndarray, error: np.ndarray) -> np.ndarray:

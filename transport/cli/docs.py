@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import importlib.util
+import inspect
 import io
 import re
 import shutil
@@ -14,6 +15,14 @@ from pathlib import Path
 from typing import Any
 
 import transport
+from transport.results.backward import ViewReading
+from transport.results.detectors import Reading
+from transport.results.phase_space import PhaseReading, SnapshotReading
+from transport.results.points import PointReading
+from transport.results.record import Cost
+from transport.results.result import Ledger
+from transport.results.tally import Tally
+from transport.results.volumes import VolumeReading
 from transport.validation import SceneError, pip_install
 
 # ---- Pages of the reference: every public name on the page of its module, with its docstring.
@@ -29,15 +38,8 @@ UNITS = {  # SI units of the conversion factors, as in 650 * tp.nm
     for name in names.split()
 }
 RETURNED_CLASSES = (
-    "results.detectors.Reading",
-    "results.volumes.VolumeReading",
-    "results.points.PointReading",
-    "results.phase_space.PhaseReading",
-    "results.phase_space.SnapshotReading",
-    "results.result.Ledger",
-    "results.backward.ViewReading",
-    "results.record.Cost",
-)
+    Reading, VolumeReading, PointReading, PhaseReading, SnapshotReading, Ledger, ViewReading, Cost,
+)  # fmt: skip
 
 
 @dataclass
@@ -47,16 +49,13 @@ class Page:
     file: str
     title: str
     modules: tuple[str, ...]
-    extra_classes: tuple[str, ...] = ()  # classes that results return
+    extra_classes: tuple[type, ...] = ()  # classes that results return
     names: list[str] = field(default_factory=list)
 
     @property
     def text(self) -> str:
         """The page as MyST Markdown for Sphinx."""
-        entries = [
-            *map(_autodoc_entry, self.names),
-            *(f".. autoclass:: transport.{name}" for name in self.extra_classes),
-        ]
+        entries = [*map(_autodoc_entry, self.names), *map(_class_entry, self.extra_classes)]
         return f"# {self.title}\n\n```{{eval-rst}}\n{chr(10).join(entries)}\n```\n"
 
 
@@ -106,6 +105,28 @@ def _autodoc_entry(name: str) -> str:
     if callable(value):
         return f".. autofunction:: transport.{name}"
     return f".. py:data:: {name}\n   :value: {value!r} {UNITS[name]}"
+
+
+def _class_entry(kind: type) -> str:
+    """A class that results return; the quantities of a tally as a table, from their descriptors."""
+    entry = f".. autoclass:: {kind.__module__}.{kind.__qualname__}"
+    names = kind.known if issubclass(kind, Tally) else ()
+    if not names:
+        return entry
+    table = [
+        f".. list-table:: Quantities of `{kind.__name__}`",
+        "   :header-rows: 1",
+        "   :widths: 22 60 18",
+        "",
+    ]
+    rows = [("quantity", "meaning [unit]", "needs")]
+    for name in names:
+        quantity = getattr(kind, name)
+        rows.append((f"`{name}`", inspect.cleandoc(quantity.__doc__), ", ".join(quantity.needs)))
+    for row in rows:
+        first, *others = (cell.replace("\n", "\n       ") for cell in row)
+        table += [f"   * - {first}", *(f"     - {cell}".rstrip() for cell in others)]
+    return "\n".join([entry, f"   :exclude-members: {', '.join(names)}", "", *table, ""])
 
 
 def command_pages(group: Any) -> Iterator[tuple[str, str]]:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
-from transport.scene.axes import Axis
+from transport.statistics.axes import Axis
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import io
 import itertools
 import os
@@ -81,15 +82,10 @@ def _process_name() -> str:
 def _remove_leftovers(path: Path) -> None:
     """Remove temporary files that killed processes of this machine left."""
     host = socket.gethostname()
-    for left in path.parent.glob(f".{_escape_glob(path.name)}.{_escape_glob(host)}-*-*.part"):
+    for left in path.parent.glob(f".{glob.escape(path.name)}.{glob.escape(host)}-*-*.part"):
         process = left.name.rsplit("-", 2)[1]
         if process.isdigit() and not _is_alive(int(process)):
             left.unlink(missing_ok=True)
-
-
-def _escape_glob(name: str) -> str:
-    """Escape the special characters of a glob pattern."""
-    return "".join(f"[{letter}]" if letter in "[]*?" else letter for letter in name)
 
 
 def _is_alive(process: int) -> bool:

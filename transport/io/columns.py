@@ -1,7 +1,7 @@
 """Batches as columns: each field of all batches is one array, written and read one batch at a time.
 
-A Batch may hold numbers, arrays (of equal or of different lengths), dictionaries of these, and dataclasses of
-these.  The description of the columns is plain JSON; the arrays go into a file by name.
+A Batch may hold numbers, arrays (of equal or of different lengths, and of records), dictionaries and
+dataclasses of these.  The description of the columns is plain JSON; the arrays go into a file by name.
 """
 
 from __future__ import annotations
@@ -41,29 +41,21 @@ Pieces = Callable[[str, Sequence[int]], Iterator[np.ndarray]]  # (name of a colu
 def describe_columns(name: str, values: list, columns: Columns) -> dict[str, object]:
     """Return the description of the values of one field, and add their numbers to `columns`."""
     values = [value.item() if isinstance(value, np.generic) else value for value in values]
-    first, kinds = values[0], {type(value) for value in values}
-    if len(kinds) > 1:
-        return _describe_each(name, values, columns)
-    if isinstance(first, np.ndarray):
-        return _describe_arrays(name, values, columns)
-    if dataclasses.is_dataclass(first):
-        names = [field.name for field in dataclasses.fields(first) if field.init]
-        return {
-            "kind": type(first).__name__,
-            "fields": _describe_parts(name, names, values, getattr, columns),
-        }
-    if isinstance(first, dict) and len({tuple(value) for value in values}) == 1:
-        return {"keys": _describe_parts(name, list(first), values, dict.__getitem__, columns)}
-    if isinstance(first, (list, tuple)) and len({len(value) for value in values}) == 1:
-        parts = [
-            describe_columns(f"{name}.{place}", [value[place] for value in values], columns)
-            for place in range(len(first))
-        ]
-        return {type(first).__name__: parts}
-    if isinstance(first, (int, float)) and not isinstance(first, bool):
-        return _describe_numbers(name, values, columns)
-    if first is None or isinstance(first, (bool, str)):
-        return {"values": values}
+    first = values[0]
+
+    def part(key: str, of: list) -> dict[str, object]:
+        return describe_columns(f"{name}.{key}".lstrip("."), of, columns)
+
+    if len({type(value) for value in values}) == 1:
+        if isinstance(first, np.ndarray):
+            return _describe_arrays(name, values, columns)
+        if dataclasses.is_dataclass(first):
+            fields = {key: part(key, [getattr(value, key) for value in values]) for key in init_names(first)}
+            return {"kind": type(first).__name__, "fields": fields}
+        if isinstance(first, dict) and len({tuple(value) for value in values}) == 1:
+            return {"keys": {key: part(key, [value[key] for value in values]) for key in first}}
+        if type(first) in (int, float):
+            return _describe_numbers(name, values, columns)
     return _describe_each(name, values, columns)
 
 
@@ -76,25 +68,13 @@ def read_values(
         return read_values(of, f"{name}.{named}".lstrip("."), count, pieces, kinds)
 
     match description:
-        case {"values": values}:
-            return values
         case {"each": each}:
             return [read_values(of, f"{name}.{place}", 1, pieces, kinds)[0] for place, of in enumerate(each)]
-        case {"kind": kind, "fields": fields}:
+        case {"fields": fields} | {"keys": fields}:
+            make = kinds[description["kind"]] if "kind" in description else dict
             parts = {key: part(of, key) for key, of in fields.items()}
-            return [
-                kinds[kind](**dict(zip(parts, row, strict=True))) for row in zip(*parts.values(), strict=True)
-            ]
-        case {"keys": keys}:
-            parts = {key: part(of, key) for key, of in keys.items()}
             rows = zip(*parts.values(), strict=True) if parts else [()] * count
-            return [dict(zip(parts, row, strict=True)) for row in rows]
-        case {"list": items} | {"tuple": items}:
-            make = list if "list" in description else tuple
-            parts = [part(of, str(place)) for place, of in enumerate(items)]
-            return (
-                [make(row) for row in zip(*parts, strict=True)] if parts else [make() for _ in range(count)]
-            )
+            return [make(**dict(zip(parts, row, strict=True))) for row in rows]
         case {"record": fields, "lengths": lengths}:
             return _make_records(fields, lengths, {key: part(of, key) for key, (of, _) in fields.items()})
         case {"numbers": dtype}:
@@ -109,6 +89,11 @@ def read_values(
     raise KeyError(f"{name}: {sorted(description)}")
 
 
+def init_names(part: object) -> list[str]:
+    """Return the names of the fields from which a dataclass is made."""
+    return [field.name for field in dataclasses.fields(part) if field.init]
+
+
 def join_small_pieces(pieces: Iterable[np.ndarray], numbers: int) -> Iterator[np.ndarray]:
     """Join small pieces, so that each has at least `numbers` numbers or is a single piece."""
     held, size = [], 0
@@ -121,15 +106,6 @@ def join_small_pieces(pieces: Iterable[np.ndarray], numbers: int) -> Iterator[np
         yield np.concatenate(held)
 
 
-def _describe_parts(
-    name: str, keys: list[str], values: list, get: Callable, columns: Columns
-) -> dict[str, object]:
-    return {
-        key: describe_columns(f"{name}.{key}".lstrip("."), [get(value, key) for value in values], columns)
-        for key in keys
-    }
-
-
 def _describe_each(name: str, values: list, columns: Columns) -> dict[str, object]:
     """Describe values without a common form one by one."""
     if len(values) == 1:
@@ -140,15 +116,10 @@ def _describe_each(name: str, values: list, columns: Columns) -> dict[str, objec
 
 
 def _describe_numbers(name: str, values: list, columns: Columns) -> dict[str, object]:
-    dtype = np.dtype(
-        float if isinstance(values[0], float) else np.int64 if _fits_int64(values) else np.uint64
-    )
-    columns[name] = Column(dtype, (len(values),), [np.array(values, dtype)])
-    return {"numbers": dtype.str}
-
-
-def _fits_int64(values: list[int]) -> bool:
-    return max(values) < 2**63
+    kind = float if isinstance(values[0], float) else np.int64 if max(values) < 2**63 else np.uint64
+    numbers = np.array(values, kind)
+    columns[name] = Column(numbers.dtype, numbers.shape, [numbers])
+    return {"numbers": numbers.dtype.str}
 
 
 def _describe_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[str, object]:
@@ -202,20 +173,8 @@ def _make_records(fields: dict, lengths: list[int], parts: dict[str, list]) -> l
 # are stored as numbers only: {"batch": 3}.
 
 _STATE_TYPES = (
-    Choice,
-    Cost,
-    Forecast,
-    Limits,
-    Look,
-    Mean,
-    Method,
-    Origin,
-    Pilot,
-    Splitting,
-    Standing,
-    State,
-    Tracking,
-)
+    Choice, Cost, Forecast, Limits, Look, Mean, Method, Origin, Pilot, Splitting, Standing, State, Tracking,
+)  # fmt: skip
 STATE_TYPES = {kind.__name__: kind for kind in _STATE_TYPES}
 
 
@@ -256,8 +215,7 @@ def to_json(value: object, pool: BatchPool) -> object:
         raise TypeError(
             f"{kind} cannot be stored in the file of a run: transport.io.columns.STATE_TYPES lists the types"
         )
-    names = [field.name for field in dataclasses.fields(value) if field.init]
-    return {kind: {name: to_json(getattr(value, name), pool) for name in names}}
+    return {kind: {name: to_json(getattr(value, name), pool) for name in init_names(value)}}
 
 
 def from_json(data: object, batches: list[Batch]) -> object:

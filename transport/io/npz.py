@@ -13,7 +13,7 @@ from typing import BinaryIO
 import numpy as np
 
 from transport.io.columns import Column, Columns, Pieces
-from transport.io.netcdf import RUN_GROUP, Table, Variable
+from transport.io.tables import RUN_GROUP, Table, Variable
 
 COMPRESSION_LEVEL = 1  # of compression; higher levels save little and take long
 

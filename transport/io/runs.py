@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import glob
 import json
-import zlib
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from zipfile import BadZipFile
 
 from transport.compile.method_aimed import unaimed_scene
 from transport.compile.plan import Plan
 from transport.io import netcdf, npz
 from transport.io.atomic import FileError, atomic_write, check_writable
 from transport.io.columns import BatchPool, Columns, describe_columns, from_json, read_values, to_json
-from transport.io.netcdf import result_tables
+from transport.io.tables import result_tables
 from transport.results.batches import Batch
 from transport.results.result import Result
 from transport.run.programs import plan_for
@@ -33,20 +31,6 @@ FORMAT, VERSION = "transport run", 1
 NUL = "\0"
 SUFFIXES = (".nc", ".npz")
 COLUMN_TYPES = {"Batch": Batch, "Packed": Packed}  # types stored as columns
-READ_ERRORS = (
-    OSError,
-    KeyError,
-    ValueError,
-    TypeError,
-    EOFError,
-    MemoryError,
-    RuntimeError,
-    OverflowError,
-    AttributeError,
-    IndexError,
-    BadZipFile,
-    zlib.error,
-)
 
 
 def save(result: Result, path: str | PathLike, scene: str | None = None, is_over: bool = True) -> None:
@@ -85,7 +69,7 @@ def load(path: str | PathLike) -> Result:
         raise
     except FileNotFoundError:
         raise FileError(f"no file {path}{_numbered_files(path)}") from None
-    except READ_ERRORS as error:
+    except Exception as error:  # a damaged file raises what its readers never expected
         raise FileError(
             f"{path} is not a complete file of a run ({type(error).__name__}: {error})"
         ) from error

@@ -30,6 +30,7 @@ from transport.results.tally import (
     Column,
     Formula,
     Lacks,
+    Measure,
     Note,
     Quantity,
     Score,
@@ -37,12 +38,12 @@ from transport.results.tally import (
     empty_note,
     energy_unit,
 )
-from transport.scene.axes import DIRECTION, Axis
 from transport.scene.bins import DirectionCone
 from transport.scene.cameras import Camera, PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.parts import SceneParts
 from transport.scene.points import PointDetector
+from transport.statistics.axes import DIRECTION, Axis
 from transport.statistics.chunked import ChunkedArray, batch_totals, is_large
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import Finding
@@ -325,6 +326,15 @@ class ViewReading(Tally):
             ),
             "count": Score(rows, in_run, scored, "1", None, is_mean=True),
         }
+
+    @property
+    def measures(self) -> Mapping[str, Callable[[], Measure]]:
+        """Solid angle of each pixel or bin, over which radiance is a mean."""
+        axes = tuple(axis.name for axis in self.axes)
+        return {"solid angle": lambda: Measure(self.detector.solid_angles(), "sr", axes)}
+
+    def _measures_of(self, quantity: str) -> tuple[str, ...]:
+        return ("solid angle",) if quantity == "radiance" else ()
 
     @staticmethod
     def lacks_of(scene: SceneParts, detector: PointInstrument | PointDetector) -> Lacks:

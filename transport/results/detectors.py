@@ -53,10 +53,10 @@ from transport.results.tally import (
     plain_column,
     seconds_of,
 )
-from transport.scene.axes import DIRECTION, POSITION, Axis
 from transport.scene.detectors import Detector
 from transport.scene.parts import SceneParts
 from transport.scene.scene_speeds import has_several_speeds, missing_mass_message, scene_mass, scene_speeds
+from transport.statistics.axes import DIRECTION, POSITION, Axis
 from transport.statistics.chunked import batch_totals
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import Finding
@@ -126,7 +126,7 @@ class Reading(Tally):
         "weight in",
         (POSITION,),
         ("time", "area"),
-        ("area", "all directions", "whole shape unless by position"),
+        ("area", "all directions"),
     )
     exitance = Quantity(
         "Flux leaving per area, M [W m^-2 or s^-1 m^-2]; of a wall its radiosity (emitted plus reflected).",
@@ -224,7 +224,7 @@ class Reading(Tally):
         """,
         "weight in",
         BINS,
-        ("time", "projected solid angle", "area", "speed"),
+        ("time", "projected solid angle", "area", "cubed speed"),
         ("directions", "area", "speeds"),
     )
     pressure = Quantity(
@@ -328,7 +328,7 @@ class Reading(Tally):
             "area": lambda: _areas(self.detector, self.shape),
             "solid angle": lambda: _solid_angles(self.detector, self.shape, 0),
             "projected solid angle": lambda: _solid_angles(self.detector, self.shape, 1),
-            "speed": lambda: _speeds(self.scene, self.axes),
+            "cubed speed": lambda: _speeds(self.scene, self.axes),
             "half mass": lambda: Measure(scene_mass(self.scene) / 2, "J m^-2 s^2"),
         }
 

@@ -26,10 +26,10 @@ from transport.results.tally import (
     moment_column,
     plain_column,
 )
-from transport.scene.axes import PHASE, Axis
 from transport.scene.parts import SceneParts
-from transport.scene.phase_space import COORDINATES, PhaseSpace, Snapshot
+from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.scene_speeds import missing_mass_message, scene_mass
+from transport.statistics.axes import COORDINATES, PHASE, Axis
 from transport.statistics.chunked import release_pages
 from transport.statistics.estimates import EstimateArray, EstimateOrArray
 from transport.units import BOLTZMANN
@@ -202,7 +202,7 @@ def _extent(phase_space: PhaseSpace) -> Measure:
     lengths = () if box is None else zip("xyz", box.size, strict=True)
     others = [length for name, length in lengths if name not in phase_space.axes]
     extent = widths[0] if len(widths) == 1 else np.multiply.outer(*widths)
-    unit = " ".join([*(COORDINATES[name] for name in phase_space.axes), *["m"] * len(others)])
+    unit = " ".join([*(COORDINATES[name].unit for name in phase_space.axes), *["m"] * len(others)])
     return Measure(np.where(extent > 0, extent, np.nan) * np.prod(others), unit, tuple(phase_space.axes))
 
 
@@ -246,6 +246,7 @@ class SnapshotReading(Tally):
         self.snapshot = self.detector = snapshot
         self.name = snapshot.name
         plan, batches = result.plan, result.batches
+        self.scene = plan.scene
         alike = [k for k, other in enumerate(plan.scene.snapshots) if other.particles == snapshot.particles]
         chance = common_probability([batch.records for batch in batches], alike, snapshot.particles)
         chosen = [chosen_records(batch.records, number, chance) for batch in batches]

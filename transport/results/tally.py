@@ -7,6 +7,7 @@ A kind of detector is a subclass: axes, scores, measures, and one line per quant
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
@@ -19,13 +20,17 @@ from transport.compile.rows import Rows
 from transport.renderers import function_for
 from transport.results.batches import Batch
 from transport.results.choice import more_particles_cure
-from transport.scene.axes import COORDINATES, Axis
+from transport.statistics.axes import Axis
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, over_batches, summed_counts
 from transport.statistics.estimates import Batches, Estimate, EstimateArray, EstimateOrArray
 from transport.statistics.findings import Finding
 from transport.units import Unit
-from transport.validation import SceneError, name_hint
+from transport.validation import SceneError, name_hint, optional_packages
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
 
 Column = Callable[[Batch, int, int], np.ndarray]  # the rows of a batch from one number up to another
 Lacks = Mapping[str, tuple[str, str]]  # need: (what is needed, what to type)
@@ -116,6 +121,11 @@ class _Named:
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
+
+    @property
+    def summary(self) -> str:
+        """The first paragraph of its meaning, in one line."""
+        return " ".join(inspect.cleandoc(self.__doc__ or "").partition("\n\n")[0].split())
 
     if TYPE_CHECKING:
 
@@ -268,13 +278,61 @@ class Tally:
         -------
         dict of str to Estimate or EstimateArray
         """
+        return {name: getattr(self, name) for name in self.available}
+
+    @property
+    def available(self) -> tuple[str, ...]:
+        """Names of the quantities for which scene and detector have the options.
+
+        Returns
+        -------
+        tuple of str
+        """
+        return tuple(name for name in self.known if not self.lacks.keys() & getattr(type(self), name).needs)
+
+    @property
+    def bin_sizes(self) -> dict[str, tuple[tuple[str, ...], np.ndarray, str]]:
+        """Sizes of the bins by which its available quantities are divided: axes, values and unit, by name."""
         found = {}
-        for name in self.known:
-            try:
-                found[name] = getattr(self, name)
-            except SceneError:
-                continue
+        for name in {each: None for quantity in self.available for each in self._measures_of(quantity)}:
+            measure = self.measures[name]()
+            if axes := [axis for axis in self.axes if axis.name in measure.axes]:
+                values = np.reshape(measure.values, [len(axis) for axis in axes])
+                found[name] = tuple(axis.name for axis in axes), values, measure.unit
         return found
+
+    def _measures_of(self, quantity: str) -> tuple[str, ...]:
+        return getattr(getattr(type(self), quantity), "per", ())
+
+    def to_dataset(self, *names: str) -> xarray.Dataset:
+        """Convert to an xarray Dataset (needs xarray).
+
+        Parameters
+        ----------
+        *names : str
+            Names of quantities; without names all that are available.
+
+        Returns
+        -------
+        xarray.Dataset
+            Variables <name> and <name>_error with units, and <name>_doubtful where a bin is doubtful, as in a
+            saved run.  Coordinates are the centres of the bins, <axis>_low and <axis>_high for their edges,
+            and the sizes of bins by which quantities are divided, such as bin_area or
+            bin_projected_solid_angle: a sum of a density times these sizes is its integral.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+        >>> floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=2, height=2), tp.Black(), name="floor")
+        >>> meter = tp.Detector("floor", positions=tp.Positions(u=4, v=4))
+        >>> scene = tp.Scene(lamp, floor, meter)
+        >>> data = tp.simulate(scene, particles=1e5, seed=1, progress=False)["floor"].to_dataset()
+        >>> flux = (data.irradiance * data.bin_area).sum()
+        >>> f"{flux.item():.4f} of {data.flux_in.item():.4f} W"
+        '0.1661 of 0.1661 W'
+        """
+        return function_for(type(self), "to_dataset")(self, *names)
 
     def why_unscored(self) -> Iterable[Finding]:
         """Findings that explain why the detector has no score, if only chance may have missed it."""
@@ -349,7 +407,7 @@ class Tally:
         if not axes:
             return Estimate(values, self.run, unit, exact, int(counts))
         edges = {axis.name: axis.edges for axis in axes}
-        units = {axis.name: axis.unit for axis in axes if axis.unit != COORDINATES[axis.name].unit}
+        units = {axis.name: axis.unit for axis in axes if axis.unit != axis.coordinate.unit}
         return EstimateArray(values, self.run, unit, tuple(edges), edges, counts, exact, units)
 
     def _with_findings(self, made: EstimateOrArray, score: Score, one: np.ndarray | float) -> EstimateOrArray:
@@ -368,6 +426,43 @@ class Tally:
         """Return a measure that is one number, as an exact estimate of this run."""
         measure = self.measures[name]()
         return Estimate(np.full(len(self.run), measure.values), self.run, measure.unit, exact=True)
+
+    def plot(
+        self, quantity: str | None = None, axes: Axes | None = None, decades: float | None = None
+    ) -> Axes:
+        """Draw a quantity over one or two axes of bins (needs matplotlib).
+
+        Parameters
+        ----------
+        quantity : str, optional
+            Name of a quantity with bins [default: such as radiance with bins of direction, irradiance with
+            bins of position, fluence_rate of cells].
+        axes : matplotlib.axes.Axes, optional
+            Where to draw [default: a new figure of pyplot, in which a map stands beside that of its relative
+            standard error].
+        decades : float, optional
+            Range of a logarithmic scale, below the greatest value [default: a linear scale].
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes with the values; ``.figure.savefig("floor.png")`` writes the picture.
+
+        Raises
+        ------
+        ValueError
+            For a quantity without bins, or with more than two axes of them: index or sum that array and plot
+            the result, as in ``result["floor"].radiance.sum("phi").plot()``.
+
+        Notes
+        -----
+        Bars are two standard errors; bins without a known error are hollow points, or hatched on grey, and
+        bins with a doubtful one are hatched above their colour.  `transport.viz` has pictures for one kind of
+        detector, with exact values and cuts.
+        """
+        with optional_packages("plot"):
+            draw = function_for(type(self), "plot")
+        return draw(self, quantity, axes, decades)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

@@ -28,10 +28,10 @@ from transport.results.tally import (
     energy_unit,
     plain_column,
 )
-from transport.scene.axes import DIRECTION, Axis
 from transport.scene.bodies import max_absorption, may_absorb
 from transport.scene.parts import SceneParts
 from transport.scene.volumes import VolumeDetector
+from transport.statistics.axes import DIRECTION, Axis
 from transport.statistics.chunked import ChunkedArray, batch_totals, over_batches
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import MORE_PARTICLES, Finding

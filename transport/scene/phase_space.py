@@ -23,10 +23,8 @@ from transport.validation import (
     short_repr,
 )
 
-COORDINATES = {  # unit of each coordinate of phase space, in the order of the axes of the results
-    "x": "m", "y": "m", "z": "m",
-    "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1", "speed": "m s^-1", "mu": "1",
-}  # fmt: skip
+# Coordinates that a PhaseSpace bins, in the order of the axes of its results.
+COORDINATES = ("x", "y", "z", "vx", "vy", "vz", "speed", "mu")
 MAX_AXES = 2
 MAX_SNAPSHOT_PARTICLES = 10_000_000  # per snapshot, at 64 bytes each
 

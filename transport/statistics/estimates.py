@@ -11,17 +11,19 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from transport.renderers import function_for
+from transport.statistics.axes import axis_places, axis_unit
 from transport.statistics.chunked import release_pages, replicates_of
 from transport.statistics.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
 from transport.statistics.notation import estimate_text, split_format
 from transport.statistics.pooling import Pooled
-from transport.statistics.quantities import AXIS_UNITS, Operand, Quantity
+from transport.statistics.quantities import Operand, Quantity
 from transport.statistics.replicates import Batches, Replicates
 from transport.units import Unit
 from transport.validation import optional_packages
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
 
 __all__ = ["Batches", "Estimate", "EstimateArray", "EstimateOrArray"]
 
@@ -391,12 +393,38 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         data["doubtful"] = (self.dims, self.is_doubtful)
         coords = {}
         for (name, edges), bins in zip(self.coords.items(), self.shape, strict=True):
-            known = AXIS_UNITS | dict(self.axis_units)
-            of_axis = {"units": known[name]} if name in known else {}
-            places = {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
-            places = {"": edges} if len(edges) == bins else places
-            coords |= {name + end: (name, place, of_axis) for end, place in places.items()}
+            unit = axis_unit(name, self.axis_units)
+            about = {"units": unit} if unit else {}
+            places = axis_places(edges, bins)
+            coords |= {name + end: (name, place, about) for end, place in places.items()}
         return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
+
+    def plot(self, axes: Axes | None = None, decades: float | None = None, label: str = "estimate") -> Axes:
+        """Draw the array over its one or two axes (needs matplotlib).
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes, optional
+            Where to draw [default: a new figure of pyplot, in which a map stands beside that of its relative
+            standard error].
+        decades : float, optional
+            Range of a logarithmic scale, below the greatest value [default: a linear scale].
+        label : str, default "estimate"
+            Name of the quantity; the unit is added.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes with the values.
+
+        Raises
+        ------
+        ValueError
+            If more than two axes have several bins: index or sum the array.
+        """
+        with optional_packages("plot"):
+            draw = function_for(type(self), "plot")
+        return draw(self, axes, decades, label)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))

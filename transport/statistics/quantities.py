@@ -11,6 +11,7 @@ from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 
 import numpy as np
 
+from transport.statistics.axes import axis_unit
 from transport.statistics.batches import normal_score, student_quantile
 from transport.statistics.error_bars import error_bars_of
 from transport.statistics.findings import (
@@ -38,10 +39,6 @@ from transport.statistics.pooling import Pooled
 from transport.statistics.replicates import Batches, Replicates, added, power, product, ratio, with_axes
 from transport.units import Unit, UnitError
 
-AXIS_UNITS = {  # of the axes; those of u and v depend on the shape
-    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1",
-    "r": "m", "x": "m", "y": "m", "z": "m", "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
-}  # fmt: skip
 Number = TypeVar("Number", covariant=True)  # a float of an Estimate, an array of an EstimateArray
 Reason = TypeVar("Reason", covariant=True)
 Operand: TypeAlias = "Quantity[Any, Any] | float | np.number | np.ndarray"
@@ -527,7 +524,8 @@ class Quantity(Generic[Number, Reason]):
         """Error, degrees of freedom and doubt of each bin, each ``(*dims)``."""
         if self._bars_from is not None:
             return self._bars_from()
-        return error_bars_of(self._replicates, self.coords, AXIS_UNITS | dict(self.axis_units))
+        units = {name: axis_unit(name, self.axis_units) for name in self.coords}
+        return error_bars_of(self._replicates, self.coords, units)
 
     def _operand(self, other: object) -> Quantity | None:
         """The other operand; a number or array becomes an exact quantity with the same axes."""

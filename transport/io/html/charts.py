@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.io.html.elements import plain_typeset, symbol_of
-from transport.statistics.quantities import AXIS_UNITS
+from transport.io.html.elements import plain_typeset
+from transport.statistics.axes import axis_symbol, axis_unit
 
 # ---- Reduce many bins to the few that fit into a small picture: each block of whole bins is their mean.
 
@@ -73,19 +73,21 @@ def scale_of(reached: np.ndarray, values: np.ndarray) -> Scale:
 
 # ---- Labels of axes and positions of bins, in a few words.
 
-ANGLES = ("theta", "phi")
-
 
 def axis_label(name: str) -> str:
     """The label of an axis, with its unit if it has one: "φ [°]", "time [s]"."""
-    unit = "°" if name in ANGLES else AXIS_UNITS.get(name, "1")
-    return plain_typeset(symbol_of(name)) + (f" [{plain_typeset(unit)}]" if unit != "1" else "")
+    unit = "°" if _is_angle(name) else axis_unit(name, {}) or "1"
+    return plain_typeset(axis_symbol(name)) + (f" [{plain_typeset(unit)}]" if unit != "1" else "")
 
 
 def position_text(name: str, place: float) -> str:
     """A position on the axis as a number; angles in degrees."""
-    number = math.degrees(place) if name in ANGLES else float(place)
+    number = math.degrees(place) if _is_angle(name) else float(place)
     return plain_typeset(f"{number + 0.0:.4g}")
+
+
+def _is_angle(name: str) -> bool:
+    return axis_unit(name, {}) == "rad"
 
 
 def bin_range_text(name: str, edges: np.ndarray, number: int, bins: int) -> str:
@@ -132,10 +134,10 @@ def bar_chart(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray
         ' font-size="11"'
         f' viewBox="0 0 {WIDTH + 2 * LEFT} {TOP + HEIGHT + BELOW}">',
         f"<title>bars: estimates; whiskers: ± 2 standard errors{blocks}</title>",
-        _text(LEFT, 12, "start", f"{top}{note}"),
+        svg_text(LEFT, 12, "start", f"{top}{note}"),
         *drawn,
         _base(scale),
-        *(_text(x, TOP + HEIGHT + 14, anchor, words) for x, anchor, words in (*ends, middle)),
+        *(svg_text(x, TOP + HEIGHT + 14, anchor, words) for x, anchor, words in (*ends, middle)),
         "</svg>",
     ]
     return "".join(lines)
@@ -189,5 +191,6 @@ def _bar_edges(edges: np.ndarray, bars: int) -> np.ndarray:
     return LEFT + WIDTH * (edges - edges[0]) / (span if span > 0 and math.isfinite(span) else 1.0)
 
 
-def _text(x: float, y: float, anchor: str, words: str) -> str:
+def svg_text(x: float, y: float, anchor: str, words: str) -> str:
+    """A text in an SVG; anchor: "start", "middle" or "end"."""
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{words}</text>'

@@ -17,8 +17,6 @@ _MINUS = re.compile(r"(?<![\w.)])-(?=[\d.]|inf)")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])\^(?:\((-?\d+/\d+)\)|(-?\d+))")
 _RAISED = str.maketrans("-0123456789/", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹⸍")
 
-SYMBOLS = {"mu": "μ", "theta": "θ", "phi": "φ"}
-
 
 def escaped(text: object) -> str:
     """Any text as HTML with special characters escaped: a name may be "<b>"."""
@@ -37,11 +35,6 @@ def plain_typeset(text: object) -> str:
     plain = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010{_raised(int(hit[1]))}", escaped(text))
     plain = _EXPONENT.sub(lambda hit: _raised(hit[1] or hit[2]), plain)
     return _MINUS.sub("−", plain)
-
-
-def symbol_of(axis: str) -> str:
-    """The printed symbol of an axis."""
-    return SYMBOLS.get(axis, axis)
 
 
 def _minus(number: object) -> str:

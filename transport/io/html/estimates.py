@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +22,6 @@ from transport.io.html.maps import map_thumbnail, value_and_error_maps
 from transport.results.phase_space import SnapshotReading
 from transport.results.report import title_of
 from transport.statistics.estimates import Estimate, EstimateArray
-from transport.validation import SceneError
 
 if TYPE_CHECKING:
     from transport.results.tally import Tally
@@ -157,14 +155,11 @@ def reading_html(reading: Tally) -> str:
 def quantities_table(reading: Tally) -> str:
     """A row per available quantity; with very many bins only for those that are already computed."""
     rows, named, is_heavy = [], [], False
-    for name in reading.known:
+    for name in reading.available:
         if is_heavy and name not in vars(reading):
             named.append(name)
             continue
-        try:
-            quantity = getattr(reading, name)
-        except SceneError:
-            continue
+        quantity = getattr(reading, name)
         rows.append([_name_with_tooltip(reading, name), *_cells(quantity)])
         is_heavy = is_heavy or _number_count(quantity) > MAX_NUMBERS
     more = f"not computed for so many bins unless read: {', '.join(map(code, named))}" if named else ""
@@ -180,9 +175,7 @@ def _cells(quantity: Estimate | EstimateArray) -> tuple[str, str]:
 
 def _name_with_tooltip(reading: Tally, name: str) -> str:
     """The name, with its meaning as a tooltip."""
-    meaning = inspect.getdoc(inspect.getattr_static(type(reading), name, None)) or ""
-    line = meaning.partition("\n\n")[0].replace("\n", " ")
-    return f'<span title="{escaped(line)}">{code(name)}</span>'
+    return f'<span title="{escaped(getattr(type(reading), name).summary)}">{code(name)}</span>'
 
 
 def _number_count(quantity: Estimate | EstimateArray) -> int:

@@ -11,7 +11,14 @@ import zlib
 
 import numpy as np
 
-from transport.io.html.charts import LOGARITHMIC_RATIO, axis_label, block_edges, block_means, position_text
+from transport.io.html.charts import (
+    LOGARITHMIC_RATIO,
+    axis_label,
+    block_edges,
+    block_means,
+    position_text,
+    svg_text,
+)
 from transport.io.html.elements import plain_typeset
 
 # ---- A raster of numbers as a PNG of a few hundred bytes, written without an image library.
@@ -142,22 +149,22 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
     picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _in_image_order(numbers, names), colours)
     y, note = TOP + tall, ", log" if is_log else ""
     left, right, view = edges[1][0], edges[1][-1], ""
-    if _is_seen_from_inside(names):
+    if is_seen_from_inside(names):
         left, right, view = right, left, ", seen from inside"
     ramp = png_url(np.arange(255, dtype=np.uint8)[None, :], colours)
     return "".join(
         [
-            _text(x, 12, "start", plain_typeset(title + note)),
+            svg_text(x, 12, "start", plain_typeset(title + note)),
             picture,
             f'<rect x="{x}" y="{TOP}" width="{WIDTH}" height="{tall}" fill="none" stroke="currentColor"'
             ' opacity=".35"/>',
-            _text(x, y + 13, "start", position_text(names[1], left)),
-            _text(x + WIDTH / 2, y + 13, "middle", axis_label(names[1]) + view),
-            _text(x + WIDTH, y + 13, "end", position_text(names[1], right)),
+            svg_text(x, y + 13, "start", position_text(names[1], left)),
+            svg_text(x + WIDTH / 2, y + 13, "middle", axis_label(names[1]) + view),
+            svg_text(x + WIDTH, y + 13, "end", position_text(names[1], right)),
             f'<image x="{x}" y="{y + 22}" width="{WIDTH}" height="8" preserveAspectRatio="none"'
             f' href="{ramp}"/>',
-            _text(x, y + 43, "start", plain_typeset(f"{low:.3g}")),
-            _text(x + WIDTH, y + 43, "end", plain_typeset(f"{high:.3g}")),
+            svg_text(x, y + 43, "start", plain_typeset(f"{low:.3g}")),
+            svg_text(x + WIDTH, y + 43, "end", plain_typeset(f"{high:.3g}")),
         ]
     )
 
@@ -187,10 +194,10 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
 def _in_image_order(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
     """Arrange rows from the top and columns from the left."""
     upright = numbers if names[0] in TOP_DOWN_AXES else numbers[::-1]
-    return upright[:, ::-1] if _is_seen_from_inside(names) else upright
+    return upright[:, ::-1] if is_seen_from_inside(names) else upright
 
 
-def _is_seen_from_inside(names: tuple[str, str]) -> bool:
+def is_seen_from_inside(names: tuple[str, str]) -> bool:
     """Return whether it is a map of directions, by polar angle and azimuth."""
     return names[0] in POLAR and names[1] == "phi"
 
@@ -205,9 +212,9 @@ def _vertical_axis(name: str, edges: np.ndarray, tall: float) -> str:
     top, bottom = (edges[0], edges[-1]) if name in TOP_DOWN_AXES else (edges[-1], edges[0])
     return "".join(
         [
-            _text(LEFT - 4, TOP + 9, "end", position_text(name, top)),
-            _text(LEFT - 18, TOP + tall / 2 + 4, "end", words) if len(words) < 3 else turned,
-            _text(LEFT - 4, TOP + tall, "end", position_text(name, bottom)),
+            svg_text(LEFT - 4, TOP + 9, "end", position_text(name, top)),
+            svg_text(LEFT - 18, TOP + tall / 2 + 4, "end", words) if len(words) < 3 else turned,
+            svg_text(LEFT - 4, TOP + tall, "end", position_text(name, bottom)),
         ]
     )
 
@@ -218,7 +225,3 @@ def _map_height(names: tuple[str, str], edges: list[np.ndarray], shape: tuple[in
         return 110.0
     tall, wide = (float(abs(along[-1] - along[0])) for along in edges)
     return min(max(WIDTH * tall / wide, LOW), TALL) if wide > 0 else float(LOW)
-
-
-def _text(x: float, y: float, anchor: str, words: str) -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{words}</text>'

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from transport.io.atomic import atomic_write
-from transport.io.json.reading import Reader
+from transport.io.json.codec import Reader, fields_to_json, shared_objects
 from transport.io.json.text import field_path, parse_json, pretty_print, raise_at, value_text
-from transport.io.json.writing import fields_to_json, shared_objects
 from transport.validation import SceneError, name_hint
 
 if TYPE_CHECKING:

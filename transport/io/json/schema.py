@@ -13,9 +13,8 @@ from dataclasses import MISSING
 import numpy as np
 
 from transport.geometry.shape import Shape
+from transport.io.json.codec import DTYPES, SCENE_TYPES, fields_of
 from transport.io.json.documents import FORMAT, VERSION
-from transport.io.json.kinds import SCENE_TYPES, default_value, init_fields
-from transport.io.json.numbers import DTYPES
 from transport.io.json.text import pretty_print
 from transport.scene.bins import DIRECTION_RANGES
 from transport.scene.emissions import Emission
@@ -106,16 +105,14 @@ def _definitions() -> dict[str, object]:
 
 def _object_schema(kind: type) -> dict[str, object]:
     """Return the schema of one type of object."""
-    hints = typing.get_type_hints(kind)
-    fields = init_fields(kind)
+    fields = fields_of(kind)
     properties = {
-        field.name: SPECIAL_FIELDS.get((kind.__name__, field.name))
-        or _type_schema(hints[field.name], field.name)
+        field.name: SPECIAL_FIELDS.get((kind.__name__, field.name)) or _type_schema(field.hint, field.name)
         for field in fields
     }
     if kind is Scene:
         properties = {name: _list_or_one(inner) for name, inner in properties.items()}
-    required = [field.name for field in fields if default_value(field) is MISSING]
+    required = [field.name for field in fields if field.default is MISSING]
     summary = " ".join(kind.__doc__.partition("\n")[0].split())
     return {
         "description": summary,

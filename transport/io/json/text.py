@@ -15,24 +15,14 @@ SURROGATES = re.compile("[\ud800-\udfff]")  # surrogates of UTF-16; none alone i
 MAY_HOLD_SURROGATES = re.compile(r"[\ud800-\udfff]|\\u[dD][89a-fA-F]")
 
 
-class RepeatedName(dict):
-    """A JSON object with a repeated name."""
-
-    def __init__(self, pairs: list[tuple[str, object]]) -> None:
-        super().__init__(pairs)
-        seen: set[str] = set()
-        self.name = next(name for name, _ in pairs if name in seen or seen.add(name))
-
-
 def parse_json(text: str) -> object:
     """Return the data of a JSON text.  Raises SceneError with the line or the path of the error."""
-    repeated: list[RepeatedName] = []
+    repeated: list[tuple[dict, str]] = []  # objects, and the name that is given twice
 
     def as_object(pairs: list[tuple[str, object]]) -> dict[str, object]:
-        data = dict(pairs)
+        data, seen = dict(pairs), set()
         if len(data) < len(pairs):
-            data = RepeatedName(pairs)
-            repeated.append(data)
+            repeated.append((data, next(name for name, _ in pairs if name in seen or seen.add(name))))
         return data
 
     try:
@@ -44,9 +34,15 @@ def parse_json(text: str) -> object:
     except ValueError:  # the only other error of Python's parser
         raise SceneError("unreadable JSON: an integer of thousands of digits; write 1e30") from None
     if repeated:
-        _raise_repeated(data)
+        twice = {id(part): name for part, name in repeated}
+        path, name = next((path, twice[id(part)]) for path, part in _walk(data, "") if id(part) in twice)
+        raise_at(field_path(path, name), "is given twice in one object; drop one")
     if MAY_HOLD_SURROGATES.search(text):
-        _raise_surrogates(data)
+        for path, part in _walk(data, ""):
+            if isinstance(part, str):
+                check_characters(part, path)
+            for name in part if isinstance(part, dict) else ():
+                check_characters(name, field_path(path, name))
     return data
 
 
@@ -76,20 +72,6 @@ def field_path(path: str, name: str) -> str:
         else short_repr(name[: 2 * MAX_NAME_LENGTH])
     )
     return f"{path}.{name}" if path else name
-
-
-def _raise_repeated(data: object) -> NoReturn:
-    path, part = next((path, part) for path, part in _walk(data, "") if isinstance(part, RepeatedName))
-    raise_at(field_path(path, part.name), "is given twice in one object; drop one")
-
-
-def _raise_surrogates(data: object) -> None:
-    for path, part in _walk(data, ""):
-        if isinstance(part, str):
-            check_characters(part, path)
-        elif isinstance(part, dict):
-            for name in part:
-                check_characters(name, field_path(path, name))
 
 
 def _walk(data: object, path: str) -> Iterator[tuple[str, object]]:

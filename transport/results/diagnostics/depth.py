@@ -19,10 +19,10 @@ import numpy as np
 from transport.compile.plan import Plan
 from transport.geometry.line_crossings import crossings
 from transport.results.batches import Batch
-from transport.scene.axes import DIRECTION, POSITION
 from transport.scene.bodies import has_media, media_at
 from transport.scene.emissions import Isotropic
 from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh
+from transport.statistics.axes import DIRECTION, POSITION
 from transport.statistics.chunked import ChunkedArray, replicates_of
 from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
 from transport.vectors import Vector

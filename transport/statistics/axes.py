@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +17,15 @@ class Coordinate:
 
     group: the group of its axes;  unit: SI unit, "" where it depends on the shape (lengths or angles);
     column: prefix of its columns in the engine's tables;  is_falling: whether the engine's coordinate falls
-    where this one rises, so that rows lie in the opposite order (the engine bins cosines for theta).
+    where this one rises, so that rows lie in the opposite order (the engine bins cosines for theta);
+    symbol: in labels, its name if it is "".
     """
 
     group: str
     unit: str
     column: str
     is_falling: bool = False
+    symbol: str = ""
 
 
 # Every coordinate that can be binned. A new kind of axis is a new line.
@@ -31,9 +34,9 @@ COORDINATES = {
     "speed": Coordinate(SPEED, "m s^-1", "speed"),
     "u": Coordinate(POSITION, "", "u"),
     "v": Coordinate(POSITION, "", "v"),
-    "mu": Coordinate(DIRECTION, "1", "mu"),
-    "theta": Coordinate(DIRECTION, "rad", "mu", is_falling=True),
-    "phi": Coordinate(DIRECTION, "rad", "turn"),
+    "mu": Coordinate(DIRECTION, "1", "mu", symbol="μ"),
+    "theta": Coordinate(DIRECTION, "rad", "mu", is_falling=True, symbol="θ"),
+    "phi": Coordinate(DIRECTION, "rad", "turn", symbol="φ"),
     "x": Coordinate(CELL, "m", "x"),
     "y": Coordinate(CELL, "m", "y"),
     "z": Coordinate(CELL, "m", "z"),
@@ -42,6 +45,23 @@ COORDINATES = {
     "vy": Coordinate(PHASE, "m s^-1", "vy"),
     "vz": Coordinate(PHASE, "m s^-1", "vz"),
 }
+
+
+def axis_unit(name: str, units: Mapping[str, str]) -> str:
+    """Return the unit of an axis: of these units, or that of its coordinate; "" if neither is known."""
+    return units.get(name) or (COORDINATES[name].unit if name in COORDINATES else "")
+
+
+def axis_symbol(name: str) -> str:
+    """Return what a label calls an axis."""
+    return (COORDINATES[name].symbol if name in COORDINATES else "") or name
+
+
+def axis_places(edges: np.ndarray, bins: int) -> dict[str, np.ndarray]:
+    """Return where the bins of an axis lie: centres "", edges "_low" and "_high"; of instants the times."""
+    if len(edges) == bins:
+        return {"": edges}
+    return {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
 
 
 @dataclass(frozen=True, eq=False)
