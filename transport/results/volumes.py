@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile.rows import Rows
 from transport.geometry.solid import Box, Sphere
 from transport.results.batches import Batch
 from transport.results.diagnostics.depth import optical_depth_message, survivor_findings
@@ -28,7 +27,7 @@ from transport.results.tally import (
     energy_unit,
     plain_column,
 )
-from transport.scene.axes import DIRECTION, Axis
+from transport.scene.axes import DIRECTION
 from transport.scene.bodies import max_absorption, may_absorb
 from transport.scene.parts import SceneParts
 from transport.scene.volumes import VolumeDetector
@@ -112,9 +111,10 @@ class VolumeReading(Tally):
         super().__init__(result, detector)
         self._volume = next(volume for volume in self.plan.volumes if volume.detector is detector)
         self.shape = self._volume.shape
-        angles = {} if detector.directions is None else detector.directions.edges()
-        self.cells = tuple(Axis(name, edges) for name, edges in detector.edges(self.shape).items())
-        self.axes = (*self.cells, *(Axis(name, edges) for name, edges in angles.items()))
+        self._rows, self._absorbed_rows = (
+            each.get(self.name) for each in (self.plan.rows_of, self.plan.absorbed_rows_of)
+        )
+        self.cells, self.axes = self._rows.outer, self._rows.axes
 
     @cached_property
     def volumes(self) -> np.ndarray:
@@ -130,9 +130,7 @@ class VolumeReading(Tally):
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """Path lengths times weight, and absorbed weight."""
-        plan, row, energy = self.plan, self._volume.row, energy_unit(self.plan)
-        directions = self.axes[len(self.cells) :]
-        rows = Rows(int(row["first"]), self.cells, directions, int(row["rows"]))
+        plan, rows, energy = self.plan, self._rows, energy_unit(self.plan)
         weights, counts = plain_column("weights"), plain_column("counts")
         path = Score(
             rows,
@@ -143,11 +141,10 @@ class VolumeReading(Tally):
             findings=lambda is_whole: self._missing,
         )
         found = {"path": path, "count": Score(rows, counts, counts, "1", float(self.run.sizes.sum()))}
-        if self._volume.absorbs:
-            kept = Rows(int(row["kept"]), self.cells, (), 1)
-            found["all absorbed"] = Score(kept, weights, counts, energy)
+        if self._absorbed_rows is not None:
+            found["all absorbed"] = Score(self._absorbed_rows, weights, counts, energy)
             found["absorbed"] = Score(
-                kept,
+                self._absorbed_rows,
                 self._absorbed,
                 counts,
                 energy,
@@ -160,7 +157,7 @@ class VolumeReading(Tally):
 
     def _absorbed(self, batch: Batch, first: int, past: int) -> np.ndarray:
         """Absorbed weight in the unit of the run, in the cells where anything absorbs."""
-        base = int(self._volume.row["kept"])
+        base = self._absorbed_rows.first
         which = slice(first - base, past - base)
         return batch.weights[first:past] * np.ravel(self._may_absorb)[which] * self.plan.unit
 
