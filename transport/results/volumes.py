@@ -270,7 +270,7 @@ class VolumeReading(Tally):
     def _mean_chord_score(self) -> float:
         """Score of full weight along a mean chord, 4 V / A (Cauchy), at most absorption [scene lengths]."""
         shape, unit = self.shape, self._volume.unit
-        chord, absorption = 4 * shape.volume / shape.area, max_absorption(self.plan.scene, shape)
+        chord, absorption = shape.mean_chord, max_absorption(self.plan.scene, shape)
         return (-math.expm1(-absorption * chord) / absorption if absorption > 0 else chord) / unit
 
     def _mean_cell_chord(self) -> float:
@@ -278,7 +278,7 @@ class VolumeReading(Tally):
         shape, counts, unit = self.shape, tuple(map(len, self.cells)), self._volume.unit
         if len(counts) == 3:
             return 2 / sum(count / side for side, count in zip(shape.size, counts, strict=True)) / unit
-        return 4 * shape.volume / shape.area / unit / max(math.prod(counts), 1)
+        return shape.mean_chord / unit / max(math.prod(counts), 1)
 
     def _longest_chord(self) -> float:
         """The longest chord of the whole volume [scene lengths]."""
