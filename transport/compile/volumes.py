@@ -14,7 +14,7 @@ from transport.compile.detectors import axis_columns, edge_columns
 from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
 from transport.compile.rows import Rows
 from transport.geometry.shape import Shape
-from transport.geometry.solid import Box
+from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import media_at
 from transport.scene.materials import AnyMedium
 from transport.scene.media import Grid
@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
 
+# By kind of shape: the passes that clip a path to it, and that score collisions in its cells.
+PASSES = {
+    Box: ("clip_to_box", "score_collisions_in_box"),
+    Sphere: ("clip_to_ball", "score_collisions_in_ball"),
+}
 SAMPLES_PER_AXIS = 9  # sample points per axis of a shape at which its media are checked
 
 
@@ -42,9 +47,9 @@ class Volume:
     grids: tuple[np.ndarray, ...]  # of layout.VOLUME_IN_GRID: grids that absorb in it
 
     @property
-    def is_box(self) -> bool:
-        """Whether the detector is a box; otherwise it is a ball."""
-        return isinstance(self.shape, Box)
+    def passes(self) -> tuple[str, str]:
+        """Names of the passes that clip a path to the shape, and that score collisions in its cells."""
+        return PASSES[type(self.shape)]
 
     @property
     def counts_collisions(self) -> bool:
@@ -66,7 +71,7 @@ def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
     values |= _direction_columns(plan, detector, rows) | {"first": rows.first, "rows": rows.block}
     if absorbed is not None:
         values["kept"] = absorbed.first
-    is_hollow = not isinstance(shape, Box) and detector.cells is not None
+    is_hollow = isinstance(shape, Sphere) and detector.cells is not None
     values["is_one"] = rows.count == rows.block and not is_hollow
     values["scale"] = _scale(plan, detector, shape)
     row = layout.row(layout.VOLUME, **values)

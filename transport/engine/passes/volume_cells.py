@@ -12,14 +12,14 @@ from numba import float64, int64, njit
 
 from transport.compile.layout import COLLISION_CLEARANCE, GRID, NO_TABLE, VOLUME, VOLUME_IN_GRID
 from transport.engine.bundle import add_to_row, view
-from transport.engine.passes.detector_bins import find_cell
+from transport.engine.passes.detector_bins import azimuth_cell, find_cell
 from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
 from transport.engine.passes.voxels import axis_start
 from transport.engine.registry import lane_pass
 from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import ARITHMETIC, device
-from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
+from transport.physics.elementary import azimuth_turn, exp_negative
 
 # compiled as a separate function: inlining would only make passes slow to compile
 separate_device = njit(**ARITHMETIC)
@@ -61,19 +61,12 @@ def direction_bin(b, table, k):
     ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
     bin = 0
     if table.rows > 1:
-        found, turn = (
-            find_cell(ux * table.nx + uy * table.ny + uz * table.nz, table.mu_cells, table.mu_edges),
-            0,
-        )
+        cosine, turn = ux * table.nx + uy * table.ny + uz * table.nz, 0
+        found = find_cell(cosine, table.mu_cells, table.mu_edges)
         if table.turn_cells > 0:
             e_u = ux * table.eux + uy * table.euy + uz * table.euz
             e_v = ux * table.evx + uy * table.evy + uz * table.evz
-            angle = azimuth_turn(e_u, e_v) * TWO_PI  # within a turn from the first edge
-            if angle < table.turn_low:
-                angle += TWO_PI
-            elif angle >= table.turn_low + TWO_PI:
-                angle -= TWO_PI
-            turn = find_cell(angle, table.turn_cells, table.turn_edges)
+            turn = azimuth_cell(e_u, e_v, table.turn_low, table.turn_cells, table.turn_edges)
         if (found >= 0) & (turn >= 0):
             bin = 1 + found * table.mu_stride + turn * table.turn_stride
     return bin
