@@ -13,6 +13,7 @@ from transport.compile import layout
 from transport.compile.detectors import axis_columns, edge_columns
 from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
 from transport.compile.rows import Rows
+from transport.geometry.revolved import Cylinder
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import media_at
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 PASSES = {
     Box: ("clip_to_box", "score_collisions_in_box"),
     Sphere: ("clip_to_ball", "score_collisions_in_ball"),
+    Cylinder: ("clip_to_cylinder", "score_collisions_in_cylinder"),
 }
 SAMPLES_PER_AXIS = 9  # sample points per axis of a shape at which its media are checked
 
@@ -94,15 +96,20 @@ def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
 
 
 def _cell_columns(plan: Plan, rows: Rows, shape: Shape) -> dict[str, float]:
-    """Return the columns of the cells of a box, or of the shells of a sphere."""
-    size, cells = plan.space.size, {axis.name: axis for axis in rows.outer}
+    """Return the columns of the cells of a box, the shells of a sphere, or the rings of a cylinder."""
+    size, cells, values = plan.space.size, {axis.name: axis for axis in rows.outer}, {}
     if not isinstance(shape, Box):
         edges = cells["r"].edges if cells else np.array([0.0, shape.radius])
         radii = np.ascontiguousarray(edges / size)
         plan.kept.append(radii)
-        return {"hx": radii[-1], "cells_x": len(radii) - 1, "radii": radii.ctypes.data}
-    values = {}
-    for x, side in zip("xyz", shape.size, strict=True):
+        values = {"hx": radii[-1], "cells_x": len(radii) - 1, "radii": radii.ctypes.data}
+    sides = {}
+    if isinstance(shape, Box):
+        sides = dict(zip("xyz", shape.size, strict=True))
+    elif isinstance(shape, Cylinder):
+        sides = {"z": shape.height}
+        values |= dict(zip(("ax", "ay", "az"), shape.axis, strict=True))
+    for x, side in sides.items():
         count = len(cells[x]) if cells else 1
         width = side / size / count
         values |= {f"h{x}": side / size / 2, f"width_{x}": width, f"per_{x}": 1 / width, f"cells_{x}": count}
@@ -167,6 +174,10 @@ def _sample_points(shape: Shape) -> np.ndarray:
     offsets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
     if isinstance(shape, Box):
         return np.array(shape.center) + offsets * np.array(shape.size) / 2
+    if isinstance(shape, Cylinder):
+        u, v, w = offsets[(offsets[:, :2] ** 2).sum(axis=1) < 1].T
+        across = np.outer(u * shape.radius, shape.frame[0]) + np.outer(v * shape.radius, shape.frame[1])
+        return np.array(shape.center) + across + np.outer(w * shape.height / 2, shape.axis)
     inside = offsets[(offsets**2).sum(axis=1) < 1]
     return np.array(shape.center) + inside * shape.radius
 

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from transport.geometry.revolved import Cylinder
 from transport.geometry.solid import Box, Sphere
 from transport.results.batches import Batch
 from transport.results.diagnostics.depth import optical_depth_message, survivor_findings
@@ -59,8 +60,8 @@ class VolumeReading(Tally):
 
     Notes
     -----
-    With cells each quantity is an EstimateArray with the axes of the cells, (x, y, z) or (r,); without cells
-    it is an Estimate.  Sources of particles give s^-1 in place of W, and 1 in place of J.
+    With cells each quantity is an EstimateArray with the axes of the cells, (x, y, z), (r,) or (r, z);
+    without cells it is an Estimate.  Sources of particles give s^-1 in place of W, and 1 in place of J.
     """
 
     title = "volume detector "
@@ -276,8 +277,9 @@ class VolumeReading(Tally):
     def _mean_cell_chord(self) -> float:
         """Approximate mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
         shape, counts, unit = self.shape, tuple(map(len, self.cells)), self._volume.unit
-        if len(counts) == 3:
-            return 2 / sum(count / side for side, count in zip(shape.size, counts, strict=True)) / unit
+        if len(counts) > 1:
+            sides = shape.size if isinstance(shape, Box) else (shape.radius, shape.height)
+            return 2 / sum(count / side for side, count in zip(sides, counts, strict=True)) / unit
         return shape.mean_chord / unit / max(math.prod(counts), 1)
 
     def _longest_chord(self) -> float:
@@ -310,13 +312,20 @@ class VolumeReading(Tally):
                 found[index] = may_absorb(scene, *self._cell(index))
         return found
 
-    def _cell(self, index: tuple[int, ...]) -> tuple[Box | Sphere, Sphere | None]:
-        """One cell by its index along each axis; a shell as its outer ball and its inner one."""
+    def _cell(self, index: tuple[int, ...]) -> tuple[Box | Sphere | Cylinder, Sphere | None]:
+        """One cell by its index along each axis; a shell as its outer ball and its inner one.
+
+        A ring is held by the cylinder around it.
+        """
         shape = self.shape
         spans = [axis.edges[k : k + 2].tolist() for axis, k in zip(self.cells, index, strict=True)]
         if isinstance(shape, Box):
             sizes = [high - low for low, high in spans]
             return Box(center=[(low + high) / 2 for low, high in spans], size=sizes), None
+        if isinstance(shape, Cylinder):
+            (_, radius), (low, high) = spans
+            center = [c + a * (low + high) / 2 for c, a in zip(shape.center, shape.axis, strict=True)]
+            return Cylinder(center=center, axis=shape.axis, radius=radius, height=high - low), None
         inner, outer = (Sphere(center=shape.center, radius=r) if r > 0 else None for r in spans[0])
         return outer, inner
 
