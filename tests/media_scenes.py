@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from transport.geometry.flat import Disk, Plane, Slab
+from transport.geometry.revolved import Cylinder
 from transport.geometry.shape import Point
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bins import Directions
@@ -191,6 +192,18 @@ def still():
     return Scene(Source("walls", LIGHT, side="inside"), walls, [VolumeDetector(Box(size=1.0), "box")])
 
 
+def rod():
+    """A beam in fog, counted in the rings of cylinders by tracks and by collisions."""
+    shape, all_ways = Cylinder(radius=0.8, height=1.5, axis=(1, 2, 2)), Directions.sphere(**ALL_ROUND)
+    looks = [
+        VolumeDetector(shape, "tracks", (3, 4), all_ways),
+        VolumeDetector(shape, "collisions", (3, 4), all_ways, estimator="collision"),
+        VolumeDetector(shape, "all"),
+    ]
+    sun = Source(Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.8), Beam((0.1, 0.2, -1), power=1.0))
+    return Scene(sun, [], looks, Medium(absorption=0.2, scattering=0.8))
+
+
 STATION = Splitting(start=(0, 0, 0), end=(0, 0, -3), gain=100.0)
 TRACKINGS = {
     "cloud": Tracking(absorption="analog"),
@@ -200,5 +213,5 @@ TRACKINGS = {
 }  # what is not the default
 MEDIA = {
     scene.__name__: scene
-    for scene in (layers, pile, cloud, smoke, thin, deep, hall, seen, flash_in_the_dark, draught, still)
+    for scene in (layers, pile, cloud, smoke, thin, deep, hall, seen, flash_in_the_dark, draught, still, rod)
 }

@@ -64,7 +64,7 @@ def histories(result, value):
 
 def rows(result, name):
     """Histories of a picture, (times, 1 + bins), summed over batches."""
-    first, bins = result.plan.bases[name], result[name].number[0].value.size
+    first, bins = result.plan.rows_of[name].first, result[name].number[0].value.size
     found = [b.counts[first : first + len(TIMES) * (1 + bins)] for b in result.batches]
     return np.sum(found, axis=0).reshape(len(TIMES), 1 + bins)
 

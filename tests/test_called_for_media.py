@@ -28,7 +28,7 @@ from transport.engine.registry import Pass
 
 LAMP = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
 WALLS = tp.Surface(tp.Box(size=4.0), tp.Diffuse(0.5), "walls")
-BOX, BALL = tp.Box(size=1.0), tp.Sphere(radius=0.4)
+BOX, BALL, ROD = tp.Box(size=1.0), tp.Sphere(radius=0.4), tp.Cylinder(radius=0.4, height=1.0)
 SMOKE, WHITE, FOG = tp.Medium(absorption=1.0), tp.Medium(scattering=1.0), tp.Medium(0.1, 1.0)
 VOXELS = 1.0 + np.arange(8.0).reshape(2, 2, 2)
 CLOUD, SOOT = (
@@ -155,6 +155,8 @@ def test_forcing_and_splitting_are_there_only_where_asked_for():
 VOLUMES = {  # what looks -> what clips, and what scores
     tp.VolumeDetector(BOX, "it"): ({"clip_to_box"}, False),
     tp.VolumeDetector(BALL, "it"): ({"clip_to_ball"}, False),
+    tp.VolumeDetector(ROD, "it"): ({"clip_to_cylinder"}, False),
+    tp.VolumeDetector(ROD, "it", (2, 3)): ({"clip_to_cylinder"}, True),
     tp.VolumeDetector(BOX, "it", (2, 2, 2)): ({"clip_to_box"}, True),
     tp.VolumeDetector(BALL, "it", 3, tp.Directions.sphere(2, 2)): ({"clip_to_ball", "find_equal_bins"}, True),
 }

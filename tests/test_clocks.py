@@ -262,7 +262,7 @@ def test_bins_of_time_and_what_is_outside_of_them_are_the_whole(place, side):
 
 def outside(result, reading, kind, side):
     """The row of what falls outside of all bins of time."""
-    row = result.plan.bases[reading.name] + side * result.plan.half
+    row = result.plan.rows_of[reading.name].base + side * result.plan.half
     return sum(getattr(batch, kind)[row] for batch in result.batches)
 
 

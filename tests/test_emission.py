@@ -106,7 +106,7 @@ def assert_ledger_closes(raw, aimed):
 def met(machine, sums, way="both"):
     """Power [W] that crosses the meter towards its front ("in"), away from it ("out") or both ways."""
     plan = machine.program.plan
-    row = plan.bases["meter"] + 1
+    row = plan.rows_of["meter"].base + 1
     rows = {"in": [row], "out": [row + plan.half], "both": [row, row + plan.half]}[way]
     values = [total(one.detectors[rows]) / ONE / one.histories * plan.unit for one in sums]
     return Estimate(np.array(values), Batches(np.full(len(sums), sums[0].histories)), "W")

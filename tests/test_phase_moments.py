@@ -131,7 +131,7 @@ def test_within_a_box_only_its_particles_are_counted_and_the_rest_is_outside():
     low, high = HALF.bounds
     inside = ((shot.positions >= low) & (shot.positions <= high)).all(axis=1)
     in_bins = inside & (shot.positions[:, 1] >= -0.5) & (shot.positions[:, 1] <= 0.6)
-    first = result.plan.bases["within"]
+    first = result.plan.rows_of["within"].first
     counted = np.sum([b.counts[first : first + 3] for b in result.batches], axis=0)
     assert counted[1:].sum() == in_bins.sum() and counted[0] == (~in_bins).sum()
     assert str(found.density.unit) == "m^-3" and str(found.pressure.unit) == "Pa"

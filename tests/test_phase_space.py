@@ -79,7 +79,7 @@ def test_weights_that_walls_and_roulette_have_changed_are_conserved_to_the_last_
     flying = whole(raw.ledger[IN_FLIGHT])
     for picture in PICTURES:
         bins = math.prod(len(edges) - 1 for edges in picture.axes.values())
-        last = plan.bases[picture.name] + (len(TIMES) - 1) * (1 + bins)
+        last = plan.rows_of[picture.name].first + (len(TIMES) - 1) * (1 + bins)
         assert sum(map(whole, raw.detectors[last : last + 1 + bins])) == flying
     assert 0 < flying < 20_000 << 63 and flying % (1 << 31) != 0
 

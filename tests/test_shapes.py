@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from transport.analysis.solid_angle import solid_angle_scene
 from transport.compile.detectors import detector_row
 from transport.compile.plan import Plan
+from transport.compile.rows import side_rows
 from transport.compile.space import make_space
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh
@@ -276,7 +277,7 @@ def test_bins_of_position_are_compiled_in_scene_lengths(shape):
     meter = Detector(shape, "m", positions=Positions(u=2, v=3), side="back")
     scene = Scene(LAMP, (), [meter, Detector(Disk(center=(0, 0, 5), radius=1), "far")])
     plan = Plan(scene, make_space(scene), Tracking())
-    plan.bases = {"m": 1, "far": 20}
+    plan.rows_of = {"m": side_rows(meter, shape, None, 1)}
     member = next(m for sheet in scene_sheets(scene) for m in sheet.members if m.shape == shape)
     row = detector_row(plan, member, meter)
     assert plan.space.size == 8

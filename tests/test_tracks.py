@@ -56,7 +56,7 @@ def test_they_are_the_histories_of_a_run_without_them():
     raw = run_batch(compile_program(build_program(plan)), 7, 0, 500)
     found = tp.tracks(room(), 500, seed=7)
     assert np.count_nonzero(found.meets) == raw.crossings
-    arrivals = raw.detectors[plan.bases["floor"] + 1, COUNT] & ((1 << COUNT_BITS) - 1)
+    arrivals = raw.detectors[plan.rows_of["floor"].base + 1, COUNT] & ((1 << COUNT_BITS) - 1)
     assert np.count_nonzero(found.meets & (np.abs(found.ends(1.0)[:, 2] + 1) < 1e-12)) == arrivals > 50
 
 

@@ -72,6 +72,7 @@ SCALAR_PASSES = {
     "set_collision_paths_in_grid": "gathers from the voxels",
     "score_collisions_in_box": "scatters to the cells' rows",
     "score_collisions_in_ball": "searches among the shells and scatters to their rows",
+    "score_collisions_in_cylinder": "searches among the rings and scatters to their rows",
     "find_phase_of_flights": "gathers from the media",
     "find_phase_at_collisions": "gathers from the media",
     "scale_by_grid_scattering": "gathers from the voxels",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.geometry.revolved import Cylinder
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.volumes import VolumeDetector
@@ -38,6 +39,8 @@ def cuts_of(detector: VolumeDetector, shape: Shape, paint: Paint) -> Facets:
     edges = detector.edges(shape)
     if isinstance(shape, Sphere):
         found = [_rings(shape, edges["r"], axis) for axis in range(3)]
+    elif isinstance(shape, Cylinder):
+        found = [_halves(shape, edges["r"], edges["z"], across) for across in shape.frame[:2]]
     else:
         axes = [edges[name] for name in "xyz"]
         counts = tuple(len(each) - 1 for each in axes)
@@ -88,3 +91,21 @@ def _rings(ball: Sphere, radii: np.ndarray, axis: int) -> Facets:
     faces = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1)
     shells = np.repeat(np.arange(len(radii) - 1), ROUND)
     return Facets(points.reshape(-1, 3) + np.array(ball.center), faces.reshape(-1, 4), shells)
+
+
+def _halves(
+    rod: Cylinder, radii: np.ndarray, heights: np.ndarray, across: tuple[float, float, float]
+) -> Facets:
+    """The rings of a cylinder in a plane through its axis, on both sides of it."""
+    rho = np.concatenate([-radii[::-1], radii])
+    points = (
+        np.array(rod.center) + rho[:, None, None] * np.array(across) + heights[:, None] * np.array(rod.axis)
+    )
+    number = np.arange(points[..., 0].size).reshape(points.shape[:2])
+    faces = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1)
+    rings, layers = len(radii) - 1, len(heights) - 1
+    cells = np.arange(rings * layers).reshape(rings, layers)
+    there = np.arange(2 * rings + 1) != rings  # the faces between both sides have no width
+    return Facets(
+        points.reshape(-1, 3), faces[there].reshape(-1, 4), np.concatenate([cells[::-1], cells]).ravel()
+    )

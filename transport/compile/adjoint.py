@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.detectors import axis_columns
+from transport.compile.detectors import edge_columns
 from transport.compile.media import emitting_media
 from transport.compile.next_event import side_of
 from transport.compile.plan import Emitter, Step
+from transport.compile.rows import Rows
 from transport.compile.sources import medium_row
 from transport.compile.volumes import LARGE_SHARE
 from transport.geometry.flat import Disk, Rectangle
@@ -144,7 +145,7 @@ def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) ->
     scales = {
         k: scale_of[lamp.detector.name] for k, lamp in enumerate(lamps) if lamp.detector.name in scale_of
     }
-    plan.adjoint = Adjoint(scene, lamps, tuple(parts), plan.bases["cells"], first, scales)
+    plan.adjoint = Adjoint(scene, lamps, tuple(parts), plan.rows_of["cells"].first, first, scales)
 
 
 def _emitter(
@@ -175,8 +176,9 @@ def _emitter(
 
 def _fill_rows(plan: Plan, lamps: tuple[DetectedSource, ...], cells: int) -> None:
     """Place the sums by cell after all other rows, and point the detectors to them."""
-    plan.bases["cells"] = first = plan.rows
-    plan.cell_rows = (1 + len(lamps) * (2 if plan.expectations else 1)) * cells
+    first, blocks = plan.rows, 1 + len(lamps) * (2 if plan.expectations else 1)
+    plan.rows_of["cells"] = Rows(first, (), (), blocks * cells)
+    plan.rows = plan.rows_of["cells"].past
     plan.axes.add("cell")
     volumes = iter(plan.volumes)
     for number, lamp in enumerate(lamps, start=1):
@@ -272,13 +274,13 @@ def _camera_columns(plan: Plan, camera: Camera) -> dict[str, float]:
     left, up, forward = camera.frame
     edges = camera.edges()
     columns = layout.frame_columns((tuple(-x for x in left), up, forward))
-    return columns | axis_columns(plan, "turn", edges["v"], 0) | axis_columns(plan, "mu", edges["u"], 0)
+    return columns | edge_columns(plan, "turn", edges["v"]) | edge_columns(plan, "mu", edges["u"])
 
 
 def _uniform_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
     """Return columns of bins over all directions, by the cosine to +z."""
     cosines = np.cos(edges["theta"])[::-1] if "theta" in edges else edges.get("mu", np.array([-1.0, 1.0]))
-    return axis_columns(plan, "mu", cosines, 0) | _azimuth_columns(plan, edges)
+    return edge_columns(plan, "mu", cosines) | _azimuth_columns(plan, edges)
 
 
 def _hemisphere_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
@@ -290,9 +292,9 @@ def _hemisphere_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, f
     else:
         mu = edges.get("mu", np.array([0.0, 1.0]))
         squares, rest = mu * mu, (1 - mu) * (1 + mu)
-    sines = axis_columns(plan, "sine", rest, 0)
+    sines = edge_columns(plan, "sine", rest)
     return (
-        axis_columns(plan, "mu", squares, 0)
+        edge_columns(plan, "mu", squares)
         | {"sine_edges": sines["sine_edges"]}
         | _azimuth_columns(plan, edges)
     )
@@ -300,7 +302,7 @@ def _hemisphere_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, f
 
 def _azimuth_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
     """Return columns of azimuth bins, in turns."""
-    return axis_columns(plan, "turn", edges.get("phi", np.array([0.0, 2 * math.pi])) / (2 * math.pi), 0)
+    return edge_columns(plan, "turn", edges.get("phi", np.array([0.0, 2 * math.pi])) / (2 * math.pi))
 
 
 def _position_columns(plan: Plan, detector: Detector, shape: Shape) -> dict[str, float]:
@@ -321,5 +323,5 @@ def _position_columns(plan: Plan, detector: Detector, shape: Shape) -> dict[str,
             u = np.cos(edges["u"]) if "u" in edges else np.array([shape.mu_max, shape.mu_min])
     if not isinstance(shape, Rectangle):
         v = edges.get("v", np.array([0.0, 2 * math.pi])) / (2 * math.pi)
-    columns = axis_columns(plan, "u", u, 0) | axis_columns(plan, "v", v, 0)
+    columns = edge_columns(plan, "u", u) | edge_columns(plan, "v", v)
     return columns | {"radius": getattr(shape, "radius", 0.0) / size}

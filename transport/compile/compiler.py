@@ -8,21 +8,14 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.adjoint import adjoint_scene, fill_adjoint
-from transport.compile.detectors import (
-    bin_counts,
-    block_rows,
-    detector_row,
-    fill_phase_spaces,
-    fill_snapshots,
-    has_blocks,
-    layer_row,
-)
+from transport.compile.detectors import detector_row, fill_phase_spaces, fill_snapshots, layer_row
 from transport.compile.media import default_tracking, fill_media
 from transport.compile.meshes import mesh_table
 from transport.compile.methods import ANALOG, Method
 from transport.compile.next_event import fill_expected, fill_guards
 from transport.compile.plan import Plan
 from transport.compile.points import fill_points
+from transport.compile.rows import Rows, phase_space_rows, side_rows, volume_rows
 from transport.compile.sources import make_emitters
 from transport.compile.space import make_space
 from transport.compile.surfaces import (
@@ -102,9 +95,9 @@ def _make_plan(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
     if len(scene.visited) > MAX_MARKS:
         raise SceneError(f"Scene: via may name at most {MAX_MARKS} places, got {len(scene.visited)}")
     plan.marks = {name: 1 << bit for bit, name in enumerate(scene.visited)}
-    _number_rows(plan)
+    _deal_out_rows(plan)
     _fill_members(plan, sheets)
-    # Fill the tables whose rows follow those of the detectors; sizes of scores and guards come last.
+    # Fill the tables of the other tallies; sizes of scores and guards come last.
     fill_expected(plan)
     _fill_moments(plan)
     fill_phase_spaces(plan)
@@ -146,18 +139,39 @@ def _fill_sheet(plan: Plan, number: int, sheet: Sheet) -> None:
         row["outward"] = next(filter(None, (outward_sign(member, support) for member in sheet.members)), 0.0)
 
 
-def _number_rows(plan: Plan) -> None:
-    """Give each detector its blocks of rows (detectors.bin_counts); row 0 belongs to no detector."""
-    row = 1
-    for detector in plan.scene.meters:
-        plan.bases[detector.name] = row
-        counts = bin_counts(detector, plan.scene.shape_of(detector), plan.scene.duration)
-        row += block_rows(counts) * counts["time"] * counts["speed"] + has_blocks(detector)
-    plan.half = row
+def _deal_out_rows(plan: Plan) -> None:
+    """Give each tally its rows, one tally after the other; row 0 belongs to no detector.
+
+    Arrivals at detectors come first, then departures, and then both again for shadow rays. Phase spaces,
+    volumes and points follow.
+    """
+    scene, row = plan.scene, 1
+    for detector in scene.meters:
+        rows = side_rows(detector, scene.shape_of(detector), scene.duration, row)
+        plan.rows_of[detector.name], row = rows, rows.past
+    plan.half, row = row, row * (4 if plan.sends_shadow_rays else 2)
+    if any(detector.moments for detector in scene.meters):
+        plan.long_rows = 3 * 2 * plan.half
+    for phase_space in scene.phase_spaces:
+        rows = phase_space_rows(phase_space, row)
+        plan.rows_of[phase_space.name], row = rows, rows.past
+        if phase_space.moments:
+            plan.first_long_rows[phase_space.name] = plan.long_rows
+            plan.long_rows += len(layout.VELOCITY_SUMS) * rows.count
+    for volume in scene.volumes:
+        rows = volume_rows(volume, scene.shape_of(volume), row)
+        plan.rows_of[volume.name], row = rows, rows.past
+        if plan.absorbing_media:
+            plan.absorbed_rows_of[volume.name] = Rows(row, rows.outer, (), 1)
+            row = plan.absorbed_rows_of[volume.name].past
+    for point in scene.points:
+        plan.rows_of[point.name] = Rows(row, (), (), layout.POINT_ROWS)
+        row += layout.POINT_ROWS
+    plan.rows = row
 
 
 def _fill_moments(plan: Plan) -> None:
-    """Reserve three rows of velocity sums per detector row, where any detector records moments."""
+    """Fill the table of the velocity sums of detectors, where any records moments."""
     if not any(detector.moments for detector in plan.scene.meters):
         return
     slowest = min((v for v in scene_speeds(plan.scene) if isinstance(v, float) and v > 0), default=0.0)
@@ -168,7 +182,6 @@ def _fill_moments(plan: Plan) -> None:
         slowest=slowest / plan.speed_unit,
         is_light=is_light,
     )
-    plan.long_rows = 3 * 2 * plan.half
 
 
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:

@@ -1,11 +1,13 @@
 """Rows of detectors on sheets: how the engine finds the bin of a crossing."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from transport.compile import layout
 from transport.compile.plan import Plan
+from transport.compile.rows import Rows
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
@@ -14,45 +16,21 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Emission
 from transport.scene.phase_space import PhaseSpace
 from transport.scene.sheets import SheetMember
+from transport.statistics.axes import DIRECTION, POSITION, Axis
 from transport.vectors import Vector
 
-# Kind of coordinates, and which of them are lengths; the others are heights on surfaces of revolution.
-POSITION_KINDS = {
-    Rectangle: (layout.RECTANGLE_PLACE, ("u", "v")),
-    Disk: (layout.DISK_PLACE, ("u",)),
-    Sphere: (layout.SPHERE_PLACE, ()),
+# Kind of coordinates of a place; on any other shape they are those of a surface of revolution.
+PLACE_KINDS = {
+    Rectangle: layout.RECTANGLE_PLACE,
+    Disk: layout.DISK_PLACE,
+    Sphere: layout.SPHERE_PLACE,
 }
-
-
-def bin_counts(detector: Detector, shape: Shape, duration: float | None) -> dict[str, int]:
-    """Return the number of bins per axis, in memory order: time, speed, u, v, azimuth, cosine (fastest).
-
-    Each time and speed has a block of rows: one row outside all other bins, then those bins.
-    """
-    outer = {"time": detector.time_edges(duration), "speed": detector.speed_edges()}
-    edges = {} if detector.positions is None else detector.positions.edges(shape)
-    directions = {} if detector.directions is None else detector.directions.edges()
-    cosine = directions.get("mu", directions.get("theta"))
-    axes = outer | {"u": edges.get("u"), "v": edges.get("v"), "turn": directions.get("phi"), "mu": cosine}
-    return {name: 1 if e is None else len(e) - 1 for name, e in axes.items()}
-
-
-def block_rows(counts: dict[str, int]) -> int:
-    """Return the rows of one time and speed: one outside all other bins, then those bins."""
-    return 1 + math.prod(counts[name] for name in ("u", "v", "turn", "mu"))
-
-
-def has_blocks(detector: Detector) -> bool:
-    """Return whether there are blocks of times or speeds, and so one more row outside all of them."""
-    return detector.times is not None or detector.speeds is not None
 
 
 def layer_row(plan: Plan, member: SheetMember, detector: Detector, number: int) -> np.ndarray:
     """Return the row by which a lane finds the detector on a sheet, at the first block of its rows."""
-    base = plan.bases[detector.name] + has_blocks(detector)
-    word = (
-        layout.DETECTOR_PRESENT | base | (uniform_cosine_bins(detector) or 1) << layout.DETECTOR_CELLS_SHIFT
-    )
+    first, cosines = plan.rows_of[detector.name].first, uniform_cosine_bins(detector) or 1
+    word = layout.DETECTOR_PRESENT | first | cosines << layout.DETECTOR_CELLS_SHIFT
     if (member.orientation < 0) != detector.is_back:
         word |= layout.DETECTOR_BACK
     return layout.row(
@@ -70,7 +48,7 @@ def uniform_cosine_bins(detector: Detector) -> int | None:
 
 def detector_row(plan: Plan, member: SheetMember, detector: Detector) -> np.ndarray:
     """Return the row of a detector's finer axes, and record their kinds in `plan.axes`."""
-    shape, scene_shape = member.shape, plan.scene.shape_of(detector)
+    shape, rows = member.shape, plan.rows_of[detector.name]
     back = -1.0 if detector.is_back else 1.0
     e_u, e_v, normal = shape.frame
     values = layout.center_columns(
@@ -81,29 +59,15 @@ def detector_row(plan: Plan, member: SheetMember, detector: Detector) -> np.ndar
         values |= dict(zip(("axis_x", "axis_y", "axis_z"), normal, strict=True))
     elif detector.is_back:  # Seen from behind, e_u changes sign, which keeps the frame right-handed.
         values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}
-    # Lay out the axes in memory, the cosine fastest.
-    counts = bin_counts(detector, scene_shape, plan.scene.duration)
-    values |= _block_axes(plan, detector, counts) | _filters(plan, detector)
-    strides = dict(
-        zip(("mu", "turn", "v", "u"), np.cumprod([1, counts["mu"], counts["turn"], counts["v"]]), strict=True)
-    )
-    values |= _direction_axes(plan, detector, shape, strides)
+    values |= {"outside": rows.base} | _filters(plan, detector)
+    for axis in rows.outer:
+        plan.axes.add(axis.name)
+        values |= axis_columns(plan, axis, rows)
+    for axis in rows.inner:
+        values |= _direction_columns(plan, detector, shape, axis, rows) if axis.group == DIRECTION else {}
     if detector.positions is not None:
-        values |= _position_axes(plan, detector, shape, strides)
+        values |= _position_columns(plan, shape, rows)
     return layout.row(layout.DETECTOR, **values)
-
-
-def _block_axes(plan: Plan, detector: Detector, counts: dict[str, int]) -> dict[str, float]:
-    """Return the columns of times and speeds, each bin of which is a block of rows."""
-    block, values = block_rows(counts), {"outside": plan.bases[detector.name]}
-    times, speeds = detector.time_edges(plan.scene.duration), detector.speed_edges()
-    if times is not None:
-        plan.axes.add("time")
-        values |= axis_columns(plan, "time", times / plan.time_unit, counts["speed"] * block)
-    if speeds is not None:
-        plan.axes.add("speed")
-        values |= axis_columns(plan, "speed", speeds / plan.speed_unit, block)
-    return values
 
 
 def _filters(plan: Plan, detector: Detector) -> dict[str, float]:
@@ -119,70 +83,74 @@ def _filters(plan: Plan, detector: Detector) -> dict[str, float]:
     return values
 
 
-def _direction_axes(
-    plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]
+def _direction_columns(
+    plan: Plan, detector: Detector, shape: Shape, axis: Axis, rows: Rows
 ) -> dict[str, float]:
-    """Return the columns of the cosine and azimuth axes."""
-    directions, values = detector.directions, {}
-    if directions is None:
-        return values
-    if isinstance(directions, DirectionCone):
-        plan.axes.add("cosine")
-        values |= dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))
-        edges = np.array([-(math.sin(directions.half_angle) ** 2), 1.0])
-        return values | {"mu_kind": layout.CONE} | axis_columns(plan, "mu", edges, strides["mu"])
-    edges = directions.edges()
-    is_world = directions.frame == "world"
-    if uniform_cosine_bins(detector) is None and ("mu" in edges or "theta" in edges):
-        plan.axes.add("cosine")
-        bounds = edges["mu"] if "mu" in edges else np.cos(edges["theta"])[::-1]
-        if "theta" in edges:
-            bounds = np.where(np.abs(bounds) < 1e-16, 0.0, bounds)
-        values |= {"mu_kind": layout.WORLD_COSINE if is_world else layout.LOCAL_COSINE}
-        values |= axis_columns(plan, "mu", bounds, strides["mu"])
-    if "phi" in edges:
+    """Return the columns of an axis of cosines or azimuths."""
+    directions = detector.directions
+    is_world = not isinstance(directions, DirectionCone) and directions.frame == "world"
+    if axis.name == "phi":
         plan.axes.add("azimuth")
         local = layout.FLAT_AZIMUTH if shape.is_flat else layout.SPHERE_AZIMUTH
         kind = layout.WORLD_AZIMUTH if is_world else local
-        values |= {"turn_kind": kind, "turn_low": edges["phi"][0]}
-        values |= axis_columns(plan, "turn", edges["phi"], strides["turn"])
-    return values
+        return {"turn_kind": kind, "turn_low": axis.edges[0]} | axis_columns(plan, axis, rows)
+    if uniform_cosine_bins(detector) is not None:
+        return {}
+    plan.axes.add("cosine")
+    if isinstance(directions, DirectionCone):  # binned by minus the squared sine
+        values = dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))
+        edges = np.array([-(math.sin(directions.half_angle) ** 2), 1.0])
+        return values | {"mu_kind": layout.CONE} | edge_columns(plan, "mu", edges, rows.strides[axis.name])
+    kind = layout.WORLD_COSINE if is_world else layout.LOCAL_COSINE
+    return {"mu_kind": kind} | axis_columns(plan, axis, rows)
 
 
-def _position_axes(plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]) -> dict[str, float]:
-    """Return the columns of the axes u and v."""
+def _position_columns(plan: Plan, shape: Shape, rows: Rows) -> dict[str, float]:
+    """Return the columns of the axes u and v; one that is not binned is one bin."""
     plan.axes.add("place")
-    place, lengths = POSITION_KINDS.get(type(shape), (layout.REVOLVED_PLACE, ("u",)))
-    values, size = {"place": place}, plan.space.size
-    for name in ("u", "v"):
-        bounds = detector.positions.edges(shape).get(name)
-        if bounds is None:
-            bounds = np.array([-math.inf, math.inf])
-        values |= axis_columns(plan, name, bounds / size if name in lengths else bounds, strides[name])
+    values = {"place": PLACE_KINDS.get(type(shape), layout.REVOLVED_PLACE)}
+    binned = {axis.name: axis for axis in rows.inner}
+    places = [binned.get(name, Axis(name, np.array([-math.inf, math.inf]))) for name in ("u", "v")]
+    others = [axis for axis in rows.inner if axis.group != POSITION]
+    for axis in places:
+        values |= axis_columns(plan, axis, replace(rows, inner=(*places, *others)))
     return values
 
 
-def axis_columns(plan: Plan, name: str, edges: np.ndarray, stride: int) -> dict[str, float]:
-    """Return the columns of one axis; the plan keeps its edges alive."""
+def axis_columns(
+    plan: Plan, axis: Axis, rows: Rows, prefix: str | None = None, origin: float = 0.0
+) -> dict[str, float]:
+    """Return the columns of an axis in the units of the plan: number of bins, edges, stride.
+
+    prefix: of the columns, None for that of the coordinate;  origin: what a position is measured from [m].
+    """
+    if axis.coordinate.is_falling:  # polar angles rise as cosines fall
+        edges = np.cos(axis.edges)[::-1]
+        edges = np.where(np.abs(edges) < 1e-16, 0.0, edges)
+    else:
+        edges = (axis.edges - origin) / plan.units.get(axis.unit, 1.0)
+    return edge_columns(plan, prefix or axis.coordinate.column, edges, rows.strides[axis.name])
+
+
+def edge_columns(plan: Plan, prefix: str, edges: np.ndarray, stride: int = 0) -> dict[str, float]:
+    """Return the columns of bins with these edges; the plan keeps the edges alive."""
     edges = np.ascontiguousarray(edges, np.float64)
     plan.kept.append(edges)
-    return {f"{name}_cells": len(edges) - 1, f"{name}_edges": edges.ctypes.data, f"{name}_stride": stride}
+    return {
+        f"{prefix}_cells": len(edges) - 1,
+        f"{prefix}_edges": edges.ctypes.data,
+        f"{prefix}_stride": stride,
+    }
 
 
 # ---- Rows of phase spaces and snapshots: their times, coordinates and bins.
 
 
 def fill_phase_spaces(plan: Plan) -> None:
-    """Fill a row per time of each PhaseSpace; its sums and moments follow the detectors'."""
+    """Fill a row per time of each PhaseSpace."""
     for phase_space in plan.scene.phase_spaces:
-        plan.bases[phase_space.name] = plan.rows
-        if phase_space.moments:
-            plan.first_long_rows[phase_space.name] = plan.long_rows
-        for time in phase_space.times:
-            row = _phase_space_row(plan, phase_space, time)
-            if phase_space.moments:
-                plan.long_rows += len(layout.VELOCITY_SUMS) * (1 + count_bins(phase_space))
-            plan.phase_spaces.append(row)
+        for number in range(len(phase_space.times)):
+            plan.phase_spaces.append(_phase_space_row(plan, phase_space, number))
 
 
 def fill_snapshots(plan: Plan) -> None:
@@ -191,11 +159,6 @@ def fill_snapshots(plan: Plan) -> None:
         plan.snapshots.append(
             layout.row(layout.SNAPSHOT, time=min(snapshot.time / plan.time_unit, 1.0), number=number)
         )
-
-
-def count_bins(phase_space: PhaseSpace) -> int:
-    """Return the number of bins at one time."""
-    return math.prod(len(edges) - 1 for edges in phase_space.axes.values())
 
 
 def reference_velocity(plan: Plan) -> Vector:
@@ -218,30 +181,27 @@ def _common_velocity(emission: Emission) -> Vector:
     return getattr(speed, "drift", (0.0, 0.0, 0.0))
 
 
-def _phase_space_row(plan: Plan, phase_space: PhaseSpace, time: float) -> np.ndarray:
-    """Return the row (layout.PHASE) of a PhaseSpace at one time: box, reference velocity, bins."""
-    size, speed = plan.space.size, plan.speed_unit
+def _phase_space_row(plan: Plan, phase_space: PhaseSpace, number: int) -> np.ndarray:
+    """Return the row (layout.PHASE) of a PhaseSpace at its time of that number: box, velocity, bins."""
+    size, speed, rows = plan.space.size, plan.speed_unit, plan.rows_of[phase_space.name]
     values = {
-        "time": min(time / plan.time_unit, 1.0),
-        "first": plan.rows,
+        "time": min(phase_space.times[number] / plan.time_unit, 1.0),
+        "first": rows.first + number * rows.block,
         "fastest": max_relative_speed(plan) / speed or 1.0,
         **dict(zip(("vx", "vy", "vz"), (v / speed for v in reference_velocity(plan)), strict=True)),
         "moments": -1,
     }
     if phase_space.moments:
-        values["moments"] = plan.long_rows
+        earlier = len(layout.VELOCITY_SUMS) * number * rows.block
+        values["moments"] = plan.first_long_rows[phase_space.name] + earlier
     low, high = (
         ((-math.inf,) * 3, (math.inf,) * 3) if phase_space.within is None else phase_space.within.bounds
     )
     for k, axis in enumerate("xyz"):
         origin = plan.space.origin[k]
         values |= {f"low_{axis}": (low[k] - origin) / size, f"high_{axis}": (high[k] - origin) / size}
-    strides = (len(list(phase_space.axes.values())[-1]) - 1, 1) if len(phase_space.axes) == 2 else (1, 1)
-    for name, stride, (coordinate, edges) in zip("ab", strides, phase_space.axes.items(), strict=False):
-        values[f"{name}_kind"] = layout.COORDINATES.index(coordinate) + 1
-        if coordinate in ("x", "y", "z"):
-            edges = (edges - plan.space.origin["xyz".index(coordinate)]) / size
-        elif coordinate != "mu":
-            edges = edges / speed
-        values |= axis_columns(plan, name, edges, stride)
+    for prefix, axis in zip("ab", rows.inner, strict=False):
+        values[f"{prefix}_kind"] = layout.COORDINATES.index(axis.name) + 1
+        origin = plan.space.origin["xyz".index(axis.name)] if axis.name in ("x", "y", "z") else 0.0
+        values |= axis_columns(plan, axis, rows, prefix, origin)
     return layout.row(layout.PHASE, **values)

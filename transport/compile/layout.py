@@ -223,13 +223,14 @@ COLLISION_CLEARANCE = (
     2.0**-48
 )  # [scene lengths] distance that collisions keep from the surfaces ahead and behind
 
-# A volume detector: a box of half sides h, or a sphere of radius hx with the radii of its shells.
+# A volume detector: a box of half sides h, or a sphere of radius hx with the radii of its shells, or a
+# cylinder about the axis a, of radius hx and half height hz, with the radii of its rings.
 # scale: 1 over the largest score of weight 1 [1/scene lengths]; per: cells per scene length.
 # first: its first row; rows: per cell, one outside all direction bins, then the bins; kept: first row of
 # absorbed weight by cell, 0 without absorption.
 # is_one: there is one cell only; is_even: all direction bins are equal.
 VOLUME = np.dtype(
-    _floats(FRAME + " hx hy hz width_x width_y width_z per_x per_y per_z scale turn_low")
+    _floats(FRAME + " ax ay az hx hy hz width_x width_y width_z per_x per_y per_z scale turn_low")
     + _integers("first rows kept is_one is_even cells_x cells_y cells_z radii")
     + [column for axis in ("mu", "turn") for column in _axis(axis)]
 )

@@ -8,6 +8,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.methods import ANALOG, Method
+from transport.compile.rows import Rows
 from transport.compile.space import Space
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
@@ -94,7 +95,9 @@ class Plan:
     meshes: dict[Mesh, MeshTable] = field(default_factory=dict)
     layers: list[np.ndarray] = field(default_factory=list)
     detectors: np.ndarray = None
-    bases: dict[str, int] = field(default_factory=dict)  # first row of each detector
+    rows: int = 0  # number of rows of sums (rows.deal_out_rows)
+    rows_of: dict[str, Rows] = field(default_factory=dict)  # rows of each tally; of a detector its arrivals
+    absorbed_rows_of: dict[str, Rows] = field(default_factory=dict)  # absorbed weight in cells of volumes
     half: int = 1  # number of rows from a detector's arrivals to its departures
     # Index in scene.surfaces of each row of `surfaces` after the first.
     surface_numbers: list[int] = field(default_factory=list)
@@ -110,9 +113,7 @@ class Plan:
     long_rows: int = 0  # rows of four limbs: moments of detectors, then of phase spaces
     max_path_segments: int = 0  # number of path segments to record for a picture; 0: none
     volumes: list = field(default_factory=list)  # one compile.volumes.Volume per volume detector
-    volume_rows: int = 0  # rows of their sums, after those of phase spaces
     points: list = field(default_factory=list)  # one compile.points.PointPlan per point detector
-    point_rows: int = 0  # rows of their sums, after those of volumes
     # One next_event.Expectation per detector that events send shadow rays to.
     expectations: list = field(default_factory=list)
     # One next_event.Guard per such detector that specular surfaces may send light to.
@@ -129,7 +130,6 @@ class Plan:
     size_blocks: dict[tuple[str, int], list[int]] = field(default_factory=dict)
     size_cells: int = 0
     adjoint: object = None  # an adjoint.Adjoint in the plan of an adjoint scene
-    cell_rows: int = 0  # rows of sums by cell of birth, after all others
     has_media: bool = False
     bodies: tuple = ()  # of the scene, innermost first
     distinct_media: tuple = ()
@@ -161,6 +161,11 @@ class Plan:
     def speed_unit(self) -> float:
         """Return the unit of speed [m/s]: a scene length per unit of time."""
         return self.space.size / self.time_unit
+
+    @property
+    def units(self) -> dict[str, float]:
+        """Return the size of the units of the engine, by SI unit."""
+        return {"m": self.space.size, "s": self.time_unit, "m s^-1": self.speed_unit}
 
     @cached_property
     def has_speeds(self) -> bool:
@@ -353,21 +358,6 @@ class Plan:
         """Whether crossings need random numbers."""
         is_chancy = bool({layout.DIFFUSE, layout.DIELECTRIC} & self.materials)
         return self.has_roulette or self.needs_more_random_numbers or is_chancy or self.transmits
-
-    @property
-    def rows(self) -> int:
-        """Return the number of rows of sums.
-
-        These are detectors (arrivals and departures, then both expected), phase spaces, volumes, points,
-        cells of birth.
-        """
-        return (
-            2 * self.half * (2 if self.sends_shadow_rays else 1)
-            + self.volume_rows
-            + self.point_rows
-            + self.cell_rows
-            + sum(1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces)
-        )
 
     @property
     def unit(self) -> float:

@@ -55,13 +55,12 @@ class PointPlan:
 
 
 def fill_points(plan: Plan) -> None:
-    """Fill a row per PointDetector; its sums follow those of the volumes."""
+    """Fill a row per PointDetector."""
     if len(plan.scene.points) > MAX_POINTS:
         raise SceneError(f"Scene: at most {MAX_POINTS} PointDetectors, got {len(plan.scene.points)}")
     for number, detector in enumerate(plan.scene.points):
-        plan.bases[detector.name] = plan.rows
         place = dict(zip("xyz", plan.space.place(detector.position), strict=True))
-        places = place | {"first": plan.rows, "number": number}
+        places = place | {"first": plan.rows_of[detector.name].first, "number": number}
         scatterers = _scatterers(plan)
         medium = _medium_row_at(plan, detector)
         medium = medium if medium in scatterers else -1
@@ -75,7 +74,6 @@ def fill_points(plan: Plan) -> None:
         detours = [_scattered_births(emitter, places) if medium >= 0 else None for emitter in plan.emitters]
         row = layout.row(layout.POINT, **places, medium=medium)
         plan.points.append(PointPlan(detector, row, births, detours, by_flights))
-        plan.point_rows += POINT_ROWS
 
 
 def _scatterers(plan: Plan) -> set[int]:

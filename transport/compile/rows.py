@@ -1,6 +1,6 @@
 """Rows: where the sums over some axes lie among the rows of a run.
 
-The engine adds the same strides that the results read by.
+Each tally has its Rows in the plan: the engine adds the same strides that the results read by.
 """
 
 from __future__ import annotations
@@ -13,7 +13,11 @@ from functools import cached_property
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
-from transport.statistics.axes import Axis
+from transport.geometry.shape import Shape
+from transport.scene.detectors import Detector
+from transport.scene.phase_space import PhaseSpace
+from transport.scene.volumes import VolumeDetector
+from transport.statistics.axes import PHASE, Axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +37,8 @@ class Rows:
         Rows in a block.
     span : int, optional
         Rows of a block that a sum over whole blocks takes; None: all, 1: only the row for the outside.
+    before : int, default 0
+        Rows before the first block: 1 where scores may lie outside all bins of the outer axes.
     """
 
     first: int
@@ -40,6 +46,7 @@ class Rows:
     inner: tuple[Axis, ...]
     block: int
     span: int | None = None
+    before: int = 0
 
     @cached_property
     def strides(self) -> dict[str, int]:
@@ -52,14 +59,29 @@ class Rows:
         return strides
 
     @property
+    def axes(self) -> tuple[Axis, ...]:
+        """All axes as they are stored."""
+        return (*self.outer, *self.inner)
+
+    @property
     def count(self) -> int:
         """Rows of all blocks."""
         return self.block * math.prod(map(len, self.outer))
 
     @property
+    def base(self) -> int:
+        """The very first row."""
+        return self.first - self.before
+
+    @property
+    def past(self) -> int:
+        """The row after the last block."""
+        return self.first + self.count
+
+    @property
     def bins(self) -> tuple[int, ...]:
         """Number of bins along each axis, as stored."""
-        return tuple(map(len, (*self.outer, *self.inner)))
+        return tuple(map(len, self.axes))
 
     def sums(
         self,
@@ -110,3 +132,40 @@ def _strided(
     values = rows(low, high + 1)
     steps = (values.strides[0], *(values.itemsize * stride for stride in strides))
     return as_strided(values[:, first - low :], (len(values), *lengths), steps, writeable=False)
+
+
+# ---- The rows of each kind of tally.
+
+
+def side_rows(detector: Detector, shape: Shape, duration: float | None, first: int) -> Rows:
+    """Return the rows of one side of a detector: a block per time and speed; in it u, v, azimuth, cosine."""
+    outer = _axes({"time": detector.time_edges(duration), "speed": detector.speed_edges()})
+    positions, directions = detector.positions, detector.directions
+    inner = () if positions is None else _axes(positions.edges(shape), positions.units(shape))
+    if directions is not None:  # the cosine or polar angle lies fastest
+        edges = directions.edges()
+        inner += _axes({name: edges.get(name) for name in ("phi", "mu", "theta")})
+    before = len(outer) > 0
+    return Rows(first + before, outer, inner, 1 + math.prod(map(len, inner)), before=int(before))
+
+
+def phase_space_rows(phase_space: PhaseSpace, first: int) -> Rows:
+    """Return the rows of a phase space: a block per time."""
+    times = (Axis("time", np.array(phase_space.times), is_instants=True),) if phase_space.is_series else ()
+    bins = tuple(Axis(name, edges, group=PHASE) for name, edges in phase_space.axes.items())
+    return Rows(first, times, bins, 1 + math.prod(map(len, bins)))
+
+
+def volume_rows(detector: VolumeDetector, shape: Shape, first: int) -> Rows:
+    """Return the rows of paths through a volume: a block per cell, of one row without directions."""
+    directions = () if detector.directions is None else _axes(detector.directions.edges())
+    block = 1 + math.prod(map(len, directions)) if directions else 1
+    return Rows(first, _axes(detector.edges(shape)), directions, block)
+
+
+def _axes(edges: dict[str, np.ndarray | None], units: dict[str, str] | None = None) -> tuple[Axis, ...]:
+    """Return the axes that have edges."""
+    units = units or {}
+    return tuple(
+        Axis(name, bounds, units.get(name, "")) for name, bounds in edges.items() if bounds is not None
+    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,10 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.detectors import axis_columns
+from transport.compile.detectors import axis_columns, edge_columns
 from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
+from transport.compile.rows import Rows
+from transport.geometry.revolved import Cylinder
 from transport.geometry.shape import Shape
-from transport.geometry.solid import Box
+from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import media_at
 from transport.scene.materials import AnyMedium
 from transport.scene.media import Grid
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
 
+# By kind of shape: the passes that clip a path to it, and that score collisions in its cells.
+PASSES = {
+    Box: ("clip_to_box", "score_collisions_in_box"),
+    Sphere: ("clip_to_ball", "score_collisions_in_ball"),
+    Cylinder: ("clip_to_cylinder", "score_collisions_in_cylinder"),
+}
 SAMPLES_PER_AXIS = 9  # sample points per axis of a shape at which its media are checked
 
 
@@ -42,9 +49,9 @@ class Volume:
     grids: tuple[np.ndarray, ...]  # of layout.VOLUME_IN_GRID: grids that absorb in it
 
     @property
-    def is_box(self) -> bool:
-        """Whether the detector is a box; otherwise it is a ball."""
-        return isinstance(self.shape, Box)
+    def passes(self) -> tuple[str, str]:
+        """Names of the passes that clip a path to the shape, and that score collisions in its cells."""
+        return PASSES[type(self.shape)]
 
     @property
     def counts_collisions(self) -> bool:
@@ -53,37 +60,26 @@ class Volume:
 
 
 def fill_volumes(plan: Plan) -> None:
-    """Fill a row per VolumeDetector; its sums follow those of phase spaces.
-
-    Per cell: one row outside all direction bins, then the bins. After all cells: the absorbed weight by cell.
-    """
-    for detector in plan.scene.volumes:
-        volume = _volume(plan, detector)
-        plan.volumes.append(volume)
-        plan.bases[detector.name] = int(volume.row["first"])
+    """Fill a row per VolumeDetector."""
+    plan.volumes = [_volume(plan, detector) for detector in plan.scene.volumes]
 
 
 def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
-    """Return a volume detector's Volume, and reserve its rows."""
-    shape, size = plan.scene.shape_of(detector), plan.space.size
+    """Return a volume detector's Volume."""
+    shape, rows = plan.scene.shape_of(detector), plan.rows_of[detector.name]
     _check_media(plan, detector, shape)
-    # Reserve rows: per cell its direction bins, then one per cell for absorbed weight.
-    cells = detector.volumes(shape).size
-    absorbs, first = bool(plan.absorbing_media), plan.rows
-    values = layout.center_columns(plan.space.place(shape.center)) | _cell_columns(plan, detector, shape)
-    values |= _direction_columns(plan, detector) | {"first": first}
-    rows = values.get("rows", 1)
-    plan.volume_rows += cells * rows
-    if absorbs:
-        values["kept"] = plan.rows
-        plan.volume_rows += cells
-    is_hollow = not isinstance(shape, Box) and detector.cells is not None
-    values["is_one"] = cells == 1 and not is_hollow
+    absorbed = plan.absorbed_rows_of.get(detector.name)
+    values = layout.center_columns(plan.space.place(shape.center)) | _cell_columns(plan, rows, shape)
+    values |= _direction_columns(plan, detector, rows) | {"first": rows.first, "rows": rows.block}
+    if absorbed is not None:
+        values["kept"] = absorbed.first
+    is_hollow = isinstance(shape, Sphere) and detector.cells is not None
+    values["is_one"] = rows.count == rows.block and not is_hollow
     values["scale"] = _scale(plan, detector, shape)
-    row = layout.row(layout.VOLUME, **{"rows": 1} | values)
+    row = layout.row(layout.VOLUME, **values)
+    unit, has_cells = plan.space.size / values["scale"], bool(rows.inner) or not values["is_one"]
     grids = tuple(_grids(plan, shape, row))
-    has_cells = rows > 1 or not values["is_one"]
-    return Volume(detector, shape, row, size / values["scale"], has_cells, absorbs, grids)
+    return Volume(detector, shape, row, unit, has_cells, absorbed is not None, grids)
 
 
 def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
@@ -99,38 +95,41 @@ def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
     return plan.space.size / (2 * shape.extent)
 
 
-def _cell_columns(plan: Plan, detector: VolumeDetector, shape: Shape) -> dict[str, float]:
-    """Return the columns of the cells of a box, or of the shells of a sphere."""
-    size, edges = plan.space.size, detector.edges(shape)
+def _cell_columns(plan: Plan, rows: Rows, shape: Shape) -> dict[str, float]:
+    """Return the columns of the cells of a box, the shells of a sphere, or the rings of a cylinder."""
+    size, cells, values = plan.space.size, {axis.name: axis for axis in rows.outer}, {}
     if not isinstance(shape, Box):
-        radii = np.ascontiguousarray(edges.get("r", np.array([0.0, shape.radius])) / size)
+        edges = cells["r"].edges if cells else np.array([0.0, shape.radius])
+        radii = np.ascontiguousarray(edges / size)
         plan.kept.append(radii)
-        return {"hx": radii[-1], "cells_x": len(radii) - 1, "radii": radii.ctypes.data}
-    values = {}
-    for x, side in zip("xyz", shape.size, strict=True):
-        count = len(edges[x]) - 1 if edges else 1
+        values = {"hx": radii[-1], "cells_x": len(radii) - 1, "radii": radii.ctypes.data}
+    sides = {}
+    if isinstance(shape, Box):
+        sides = dict(zip("xyz", shape.size, strict=True))
+    elif isinstance(shape, Cylinder):
+        sides = {"z": shape.height}
+        values |= dict(zip(("ax", "ay", "az"), shape.axis, strict=True))
+    for x, side in sides.items():
+        count = len(cells[x]) if cells else 1
         width = side / size / count
         values |= {f"h{x}": side / size / 2, f"width_{x}": width, f"per_{x}": 1 / width, f"cells_{x}": count}
     return values
 
 
-def _direction_columns(plan: Plan, detector: VolumeDetector) -> dict[str, float]:
-    """Return the columns of the direction bins."""
-    if detector.directions is None:
+def _direction_columns(plan: Plan, detector: VolumeDetector, rows: Rows) -> dict[str, float]:
+    """Return the columns of the direction bins; an axis that is not binned is one bin."""
+    directions, axes = detector.directions, {axis.name: axis for axis in rows.inner}
+    if directions is None:
         return {}
-    edges = detector.directions.edges()
-    turns = len(edges["phi"]) - 1 if "phi" in edges else 1
-    cosines = edges.get("mu", np.array([-2.0, 2.0]))
-    values = layout.frame_columns(local_frame(detector.directions.axis, None))
-    values |= axis_columns(plan, "mu", _widened(cosines), turns)
-    if "phi" in edges:
-        values |= axis_columns(plan, "turn", edges["phi"], 1) | {"turn_low": edges["phi"][0]}
-    are_even = all(
-        bins is None or isinstance(bins, int) for bins in (detector.directions.mu, detector.directions.phi)
-    )
-    if are_even:  # an axis without bins counts as one bin
+    turns = len(axes["phi"]) if "phi" in axes else 1
+    cosines = axes["mu"].edges if "mu" in axes else np.array([-1.0, 1.0])
+    values = layout.frame_columns(local_frame(directions.axis, None))
+    values |= edge_columns(plan, "mu", _widened(cosines), turns)
+    if "phi" in axes:
+        values |= axis_columns(plan, axes["phi"], rows) | {"turn_low": axes["phi"].edges[0]}
+    if all(bins is None or isinstance(bins, int) for bins in (directions.mu, directions.phi)):
         values |= {"turn_cells": turns, "is_even": 1}
-    return values | {"rows": 1 + (len(cosines) - 1) * turns}
+    return values
 
 
 def _widened(cosines: np.ndarray) -> np.ndarray:
@@ -175,6 +174,10 @@ def _sample_points(shape: Shape) -> np.ndarray:
     offsets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
     if isinstance(shape, Box):
         return np.array(shape.center) + offsets * np.array(shape.size) / 2
+    if isinstance(shape, Cylinder):
+        u, v, w = offsets[(offsets[:, :2] ** 2).sum(axis=1) < 1].T
+        across = np.outer(u * shape.radius, shape.frame[0]) + np.outer(v * shape.radius, shape.frame[1])
+        return np.array(shape.center) + across + np.outer(w * shape.height / 2, shape.axis)
     inside = offsets[(offsets**2).sum(axis=1) < 1]
     return np.array(shape.center) + inside * shape.radius
 
@@ -226,10 +229,11 @@ def fill_sizes(plan: Plan) -> None:
         return
     halves = 4 if plan.sends_shadow_rays else 2
     plan.size_numbers, plan.size_cells = np.zeros(halves * plan.half, np.int64), SIZE_CELLS
-    firsts = [*(plan.bases[detector.name] for detector in plan.scene.meters), plan.half]
-    for detector, (first, end) in zip(plan.scene.meters, itertools.pairwise(firsts), strict=True):
+    for detector in plan.scene.meters:
+        rows = plan.rows_of[detector.name]
         for half in range(halves):
-            plan.size_numbers[first + half * plan.half : end + half * plan.half] = plan.size_cells
+            shift = half * plan.half
+            plan.size_numbers[rows.base + shift : rows.past + shift] = plan.size_cells
             plan.size_blocks.setdefault((detector.name, half % 2), []).append(plan.size_cells)
             plan.size_cells += SIZE_CELLS
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from transport.geometry.flat import Disk, FlatPolygon, FlatShape, Plane, Slab
 from transport.geometry.mesh import Mesh
-from transport.geometry.revolved import Revolved
+from transport.geometry.revolved import Cylinder, Revolved
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.vectors import Vector, are_parallel, dot
@@ -211,7 +211,7 @@ class HalfSpace(NamedTuple):
         return points @ np.array(self.normal) <= self.level
 
 
-Solid = HalfSpace | Slab | Box | Sphere
+Solid = HalfSpace | Slab | Box | Sphere | Cylinder  # a cylinder only as what may lie in another
 
 
 def half_space(plane: Plane, is_front: bool) -> HalfSpace:
@@ -287,6 +287,10 @@ def _support_function(solid: Solid, direction: Vector) -> float:
             )
         case Sphere():
             return dot(solid.center, direction) + solid.radius
+        case Cylinder():
+            along = dot(solid.axis, direction)
+            across = math.sqrt(max((1 - along) * (1 + along), 0.0))
+            return dot(solid.center, direction) + abs(along) * solid.height / 2 + across * solid.radius
     for normal, level in _bounding_half_spaces(solid):
         if math.dist(normal, direction) <= ROUNDING:
             return level
@@ -298,6 +302,11 @@ def _max_distance(solid: Solid, point: Vector) -> float:
     match solid:
         case Sphere():
             return math.dist(solid.center, point) + solid.radius
+        case Cylinder():
+            away = tuple(p - c for p, c in zip(point, solid.center, strict=True))
+            along = dot(away, solid.axis)
+            across = math.sqrt(max(dot(away, away) - along * along, 0.0))
+            return math.hypot(across + solid.radius, abs(along) + solid.height / 2)
         case Box():
             sides = zip(point, *solid.bounds, strict=True)
             return math.hypot(*(max(abs(x - low), abs(x - high)) for x, low, high in sides))

@@ -302,6 +302,16 @@ class Cylinder(Revolved):
         """Area of one side [m^2]."""
         return 2 * math.pi * self.radius * self.height
 
+    @property
+    def volume(self) -> float:
+        """Volume between its ends [m^3]."""
+        return math.pi * self.radius * self.radius * self.height
+
+    @property
+    def mean_chord(self) -> float:
+        """Mean chord of the volume between its ends in isotropic light [m], with the ends in the area."""
+        return 2 / (1 / self.radius + 1 / self.height)
+
 
 @scene_object(kw_only=True)
 class Cone(Revolved):

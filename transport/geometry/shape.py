@@ -116,6 +116,11 @@ class Shape:
         """Half diagonal of the bounds [m]."""
         return math.hypot(*self._reach())
 
+    @property
+    def mean_chord(self) -> float:
+        """Mean chord of the volume within in isotropic light [m]: 4 volumes per area (Cauchy)."""
+        return 4 * self.volume / self.area
+
     def _check_size(self, *names: str) -> None:
         """Raise if area, volume or bounds overflow or underflow a double."""
         sizes = {"area": self.area} | ({"volume": self.volume} if self.is_closed else {})

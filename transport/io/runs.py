@@ -204,8 +204,12 @@ def original_scene(result: Result) -> Scene:
 
 def sum_layout(plan: Plan) -> dict[str, object]:
     """Return the layout of a batch's sums."""
-    numbers = ("rows", "half", "long_rows", "volume_rows", "point_rows", "cell_rows", "size_cells")
-    return {name: int(getattr(plan, name)) for name in numbers} | {"bases": dict(plan.bases)}
+    numbers = {name: int(getattr(plan, name)) for name in ("rows", "half", "long_rows", "size_cells")}
+    kinds = {"volume_rows": plan.scene.volumes, "point_rows": plan.scene.points}
+    counts = {name: sum(plan.rows_of[each.name].count for each in found) for name, found in kinds.items()}
+    counts["volume_rows"] += sum(rows.count for rows in plan.absorbed_rows_of.values())
+    counts["cell_rows"] = plan.rows_of["cells"].count if plan.adjoint is not None else 0
+    return numbers | counts | {"bases": {name: rows.base for name, rows in plan.rows_of.items()}}
 
 
 def state_of(result: Result) -> State:

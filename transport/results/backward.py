@@ -15,11 +15,11 @@ from functools import cached_property, partial
 import numpy as np
 
 from transport.compile.adjoint import Adjoint, SensorPart
-from transport.compile.rows import Rows
+from transport.compile.rows import Rows, side_rows
 from transport.compile.volumes import LARGE_SHARE
 from transport.geometry.shape import Shape
 from transport.results.batches import Batch
-from transport.results.detectors import BINS, Reading, surface_rows
+from transport.results.detectors import BINS, Reading
 from transport.results.diagnostics.empty_detector import cannot_arrive, no_light_message
 from transport.results.diagnostics.path_classes import LampScores, sensor_path_findings
 from transport.results.diagnostics.proofs import events_of
@@ -86,13 +86,17 @@ class BackwardReading(Reading):
         super().__init__(result, detector)
         self._result, self._cells = result, CellSums(result, detector, lamps)
 
+    def _arrival_rows(self) -> Rows:
+        """Return the rows of arrivals, a row per cell."""
+        return side_rows(self.detector, self.shape, self.scene.duration, 0)
+
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """Flux in the cells; nothing lies outside of them."""
         values = sum(means * extents for means, extents in zip(self._cells.means, self._extents, strict=True))
         weights = made_column(self.batches, values * self.run.sizes[:, None] / self.plan.unit)
         counts = made_column(self.batches, sum(self._cells.counts))
-        rows, number = surface_rows(0, self.axes), float(self.run.sizes.sum())
+        rows, number = self.rows, float(self.run.sizes.sum())
         dark, missing = partial(self.is_dark, ARRIVALS), partial(self._missing, ARRIVALS)
         weight = Score(
             rows, weights, counts, energy_unit(self.plan), self.plan.unit, 1.0, dark, dark, findings=missing

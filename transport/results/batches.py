@@ -217,7 +217,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
 
 def _grazing_excess(plan: Plan, counts: np.ndarray) -> np.ndarray:
     """Grazing excess of each detector, both sides together, from the upper bits of the counts of scores."""
-    firsts = [plan.bases[detector.name] for detector in plan.scene.meters]
+    firsts = [plan.rows_of[detector.name].base for detector in plan.scene.meters]
     if not firsts:
         return np.zeros(0, np.int64)
     if plan.half > MAX_UNPACKED_ROWS:  # unwritten rows take no memory, but a copy of them would

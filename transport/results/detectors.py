@@ -9,7 +9,6 @@ by direction, (mu or theta, phi).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
@@ -56,7 +55,7 @@ from transport.results.tally import (
 from transport.scene.detectors import Detector
 from transport.scene.parts import SceneParts
 from transport.scene.scene_speeds import has_several_speeds, missing_mass_message, scene_mass, scene_speeds
-from transport.statistics.axes import DIRECTION, POSITION, Axis
+from transport.statistics.axes import COORDINATES, DIRECTION, POSITION, Axis
 from transport.statistics.chunked import batch_totals
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import Finding
@@ -261,10 +260,15 @@ class Reading(Tally):
     def __init__(self, result, detector: Detector) -> None:
         super().__init__(result, detector)
         self.shape = self.scene.shape_of(detector)
-        self.axes = surface_axes(detector, self.shape, self.scene.duration)
+        self.rows = self._arrival_rows()
+        self.axes = tuple(axis for name in COORDINATES for axis in self.rows.axes if axis.name == name)
         self._is_exact_out = _departs_exactly_once(self.plan, detector)
         self._found: dict[int, tuple[list[Finding], list[Finding]]] = {}
         self._dark: dict[int, bool] = {}
+
+    def _arrival_rows(self) -> Rows:
+        """Return the rows of arrivals; those of departures follow after plan.half."""
+        return self.plan.rows_of[self.name]
 
     # ---- scores, measures, and what is lacking ----
 
@@ -272,10 +276,9 @@ class Reading(Tally):
     def scores(self) -> Mapping[str, Score]:
         """The scores of both sides; rows of shadow rays are added to those of flights."""
         plan, number, energy = self.plan, float(self.run.sizes.sum()), energy_unit(self.plan)
-        base, found = plan.bases[self.name], {}
-        counts = self._column("counts")
+        found, counts = {}, self._column("counts")
         for side, of_side in enumerate(SIDES):
-            rows = surface_rows(base + side * plan.half, self.axes)
+            rows = replace(self.rows, first=self.rows.first + side * plan.half)
             sure, dark, missing = (
                 partial(each, side) for each in (self.is_sure, self.is_dark, self._missing)
             )
@@ -521,27 +524,6 @@ class Reading(Tally):
 
 
 # ---- Axes, rows, measures and needs of a detector on a surface.
-
-
-def surface_axes(detector: Detector, shape: Shape, duration: float | None) -> tuple[Axis, ...]:
-    """Return the axes that are binned: of time, speed, u, v, mu or theta, phi."""
-    edges = {"time": detector.time_edges(duration), "speed": detector.speed_edges()}
-    positions, directions = detector.positions, detector.directions
-    places = {} if positions is None else positions.edges(shape)
-    units = {} if positions is None else positions.units(shape)
-    angles = {} if directions is None else directions.edges()
-    edges |= places | {name: angles[name] for name in ("mu", "theta", "phi") if name in angles}
-    return tuple(Axis(name, e, units.get(name, "")) for name, e in edges.items() if e is not None)
-
-
-def surface_rows(first: int, axes: tuple[Axis, ...]) -> Rows:
-    """Return the rows of a side: blocks of time and speed, of u, v, azimuth and cosine (fastest)."""
-    by_column = {axis.coordinate.column: axis for axis in axes}
-    outer, inner = (
-        tuple(by_column[name] for name in names if name in by_column)
-        for names in (("time", "speed"), ("u", "v", "turn", "mu"))
-    )
-    return Rows(first + bool(outer), outer, inner, 1 + math.prod(map(len, inner)))
 
 
 def _surface_lacks(scene: SceneParts, detector: Detector, shape: Shape) -> Lacks:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-from transport.compile.detectors import bin_counts, block_rows
 from transport.compile.layout import RECORD
 from transport.compile.plan import Plan
 from transport.compile.volumes import weights_vary
@@ -90,15 +89,8 @@ def batches_that_fit(plan: Plan) -> int:
 def scoring_rows(plan: Plan) -> int:
     """Number of rows that can have scores: nothing leaves a black wall."""
     silent = (detector for detector in plan.scene.meters if _is_black_without_source(plan.scene, detector))
-    return plan.rows - sum(rows_of(plan.scene, detector) for detector in silent) * (
-        2 if plan.sends_shadow_rays else 1
-    )
-
-
-def rows_of(scene: Scene, detector: Detector) -> int:
-    """Number of rows of one side of a detector."""
-    cells = bin_counts(detector, scene.shape_of(detector), scene.duration)
-    return cells["time"] * cells["speed"] * block_rows(cells)
+    departures = sum(plan.rows_of[detector.name].count for detector in silent)
+    return plan.rows - departures * (2 if plan.sends_shadow_rays else 1)
 
 
 def _is_black_without_source(scene: Scene, detector: Detector) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
@@ -11,7 +10,6 @@ import numpy as np
 
 from transport.compile.detectors import max_relative_speed, reference_velocity
 from transport.compile.layout import VELOCITY_SUMS
-from transport.compile.rows import Rows
 from transport.renderers import function_for
 from transport.results.batches import chosen_records, common_probability, distinct_identities
 from transport.results.tally import (
@@ -29,7 +27,7 @@ from transport.results.tally import (
 from transport.scene.parts import SceneParts
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.scene_speeds import missing_mass_message, scene_mass
-from transport.statistics.axes import COORDINATES, PHASE, Axis
+from transport.statistics.axes import COORDINATES, PHASE
 from transport.statistics.chunked import release_pages
 from transport.statistics.estimates import EstimateArray, EstimateOrArray
 from transport.units import BOLTZMANN
@@ -119,17 +117,13 @@ class PhaseReading(Tally):
     def __init__(self, result, phase_space: PhaseSpace) -> None:
         super().__init__(result, phase_space)
         self.phase_space = phase_space
-        times = np.array(phase_space.times)
-        self.times = (Axis("time", times, is_instants=True),) if phase_space.is_series else ()
-        self.bins = tuple(Axis(name, edges, group=PHASE) for name, edges in phase_space.axes.items())
-        self.axes = (*self.times, *self.bins)
+        self.axes = self.plan.rows_of[self.name].axes
 
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """Weights at each time, and their velocity moments."""
         plan, energy = self.plan, energy_unit(self.plan)
-        base, unit = plan.bases[self.name], plan.unit
-        rows = Rows(base, self.times, self.bins, 1 + math.prod(map(len, self.bins)))
+        rows, unit = plan.rows_of[self.name], plan.unit
         weights, counts = plain_column("weights"), plain_column("counts")
         weight = Score(rows, weights, counts, energy, unit)
         found = {
@@ -149,7 +143,7 @@ class PhaseReading(Tally):
                 power = 2 if name.endswith("2") else 1
                 found[name] = replace(
                     weight,
-                    column=moment_column(place, each, base, first),
+                    column=moment_column(place, each, rows.first, first),
                     unit=f"{energy} m^{power} s^-{power}",
                     factor=max_relative_speed(plan) ** power,
                 )

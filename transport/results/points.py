@@ -7,9 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile.layout import DIFFUSE, POINT_ROWS
+from transport.compile.layout import DIFFUSE
 from transport.compile.points import SCALES, scatters_anywhere
-from transport.compile.rows import Rows
 from transport.geometry.shape import Point
 from transport.results.diagnostics.depth import optical_depth_message
 from transport.results.diagnostics.empty_detector import no_light_message
@@ -57,7 +56,7 @@ class PointReading(Tally):
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """The weights, in a row for each octave of size."""
-        rows, plan = Rows(self.plan.bases[self.name], (), (), POINT_ROWS), self.plan
+        rows, plan = self.plan.rows_of[self.name], self.plan
         weights, counts, first = plain_column("weights"), plain_column("counts"), rows.first
         return {
             "weight": Score(
@@ -104,9 +103,9 @@ class PointReading(Tally):
     @cached_property
     def score_sizes(self) -> Scores:
         """The scores by size."""
-        first, score = self.plan.bases[self.name], self.scores["weight"]
+        score = self.scores["weight"]
         weights, counts = (
-            sum(column(batch, first, first + POINT_ROWS) for batch in self.batches)
+            sum(column(batch, score.rows.first, score.rows.past) for batch in self.batches)
             for column in (score.column, score.counts)
         )
         return point_detector_scores(weights, counts)

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile.rows import Rows
+from transport.geometry.revolved import Cylinder
 from transport.geometry.solid import Box, Sphere
 from transport.results.batches import Batch
 from transport.results.diagnostics.depth import optical_depth_message, survivor_findings
@@ -31,7 +31,7 @@ from transport.results.tally import (
 from transport.scene.bodies import max_absorption, may_absorb
 from transport.scene.parts import SceneParts
 from transport.scene.volumes import VolumeDetector
-from transport.statistics.axes import DIRECTION, Axis
+from transport.statistics.axes import DIRECTION
 from transport.statistics.chunked import ChunkedArray, batch_totals, over_batches
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import MORE_PARTICLES, Finding
@@ -60,8 +60,8 @@ class VolumeReading(Tally):
 
     Notes
     -----
-    With cells each quantity is an EstimateArray with the axes of the cells, (x, y, z) or (r,); without cells
-    it is an Estimate.  Sources of particles give s^-1 in place of W, and 1 in place of J.
+    With cells each quantity is an EstimateArray with the axes of the cells, (x, y, z), (r,) or (r, z);
+    without cells it is an Estimate.  Sources of particles give s^-1 in place of W, and 1 in place of J.
     """
 
     title = "volume detector "
@@ -112,9 +112,10 @@ class VolumeReading(Tally):
         super().__init__(result, detector)
         self._volume = next(volume for volume in self.plan.volumes if volume.detector is detector)
         self.shape = self._volume.shape
-        angles = {} if detector.directions is None else detector.directions.edges()
-        self.cells = tuple(Axis(name, edges) for name, edges in detector.edges(self.shape).items())
-        self.axes = (*self.cells, *(Axis(name, edges) for name, edges in angles.items()))
+        self._rows, self._absorbed_rows = (
+            each.get(self.name) for each in (self.plan.rows_of, self.plan.absorbed_rows_of)
+        )
+        self.cells, self.axes = self._rows.outer, self._rows.axes
 
     @cached_property
     def volumes(self) -> np.ndarray:
@@ -130,9 +131,7 @@ class VolumeReading(Tally):
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """Path lengths times weight, and absorbed weight."""
-        plan, row, energy = self.plan, self._volume.row, energy_unit(self.plan)
-        directions = self.axes[len(self.cells) :]
-        rows = Rows(int(row["first"]), self.cells, directions, int(row["rows"]))
+        plan, rows, energy = self.plan, self._rows, energy_unit(self.plan)
         weights, counts = plain_column("weights"), plain_column("counts")
         path = Score(
             rows,
@@ -143,11 +142,10 @@ class VolumeReading(Tally):
             findings=lambda is_whole: self._missing,
         )
         found = {"path": path, "count": Score(rows, counts, counts, "1", float(self.run.sizes.sum()))}
-        if self._volume.absorbs:
-            kept = Rows(int(row["kept"]), self.cells, (), 1)
-            found["all absorbed"] = Score(kept, weights, counts, energy)
+        if self._absorbed_rows is not None:
+            found["all absorbed"] = Score(self._absorbed_rows, weights, counts, energy)
             found["absorbed"] = Score(
-                kept,
+                self._absorbed_rows,
                 self._absorbed,
                 counts,
                 energy,
@@ -160,7 +158,7 @@ class VolumeReading(Tally):
 
     def _absorbed(self, batch: Batch, first: int, past: int) -> np.ndarray:
         """Absorbed weight in the unit of the run, in the cells where anything absorbs."""
-        base = int(self._volume.row["kept"])
+        base = self._absorbed_rows.first
         which = slice(first - base, past - base)
         return batch.weights[first:past] * np.ravel(self._may_absorb)[which] * self.plan.unit
 
@@ -273,15 +271,16 @@ class VolumeReading(Tally):
     def _mean_chord_score(self) -> float:
         """Score of full weight along a mean chord, 4 V / A (Cauchy), at most absorption [scene lengths]."""
         shape, unit = self.shape, self._volume.unit
-        chord, absorption = 4 * shape.volume / shape.area, max_absorption(self.plan.scene, shape)
+        chord, absorption = shape.mean_chord, max_absorption(self.plan.scene, shape)
         return (-math.expm1(-absorption * chord) / absorption if absorption > 0 else chord) / unit
 
     def _mean_cell_chord(self) -> float:
         """Approximate mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
         shape, counts, unit = self.shape, tuple(map(len, self.cells)), self._volume.unit
-        if len(counts) == 3:
-            return 2 / sum(count / side for side, count in zip(shape.size, counts, strict=True)) / unit
-        return 4 * shape.volume / shape.area / unit / max(math.prod(counts), 1)
+        if len(counts) > 1:
+            sides = shape.size if isinstance(shape, Box) else (shape.radius, shape.height)
+            return 2 / sum(count / side for side, count in zip(sides, counts, strict=True)) / unit
+        return shape.mean_chord / unit / max(math.prod(counts), 1)
 
     def _longest_chord(self) -> float:
         """The longest chord of the whole volume [scene lengths]."""
@@ -313,13 +312,20 @@ class VolumeReading(Tally):
                 found[index] = may_absorb(scene, *self._cell(index))
         return found
 
-    def _cell(self, index: tuple[int, ...]) -> tuple[Box | Sphere, Sphere | None]:
-        """One cell by its index along each axis; a shell as its outer ball and its inner one."""
+    def _cell(self, index: tuple[int, ...]) -> tuple[Box | Sphere | Cylinder, Sphere | None]:
+        """One cell by its index along each axis; a shell as its outer ball and its inner one.
+
+        A ring is held by the cylinder around it.
+        """
         shape = self.shape
         spans = [axis.edges[k : k + 2].tolist() for axis, k in zip(self.cells, index, strict=True)]
         if isinstance(shape, Box):
             sizes = [high - low for low, high in spans]
             return Box(center=[(low + high) / 2 for low, high in spans], size=sizes), None
+        if isinstance(shape, Cylinder):
+            (_, radius), (low, high) = spans
+            center = [c + a * (low + high) / 2 for c, a in zip(shape.center, shape.axis, strict=True)]
+            return Cylinder(center=center, axis=shape.axis, radius=radius, height=high - low), None
         inner, outer = (Sphere(center=shape.center, radius=r) if r > 0 else None for r in spans[0])
         return outer, inner
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from transport.compile.plan import Plan
 from transport.results.footprint import (
     bytes_of_counting,
     bytes_of_records,
     resident_bytes,
-    rows_of,
     total_bytes,
 )
 from transport.run.schedules import MAX_BATCH_SIZE, Schedule
@@ -114,9 +111,8 @@ def _max_stored_batches(schedule: Schedule, saved: int) -> int:
 
 def _fewer_bins_advice(plan: Plan) -> str:
     """Return the advice to use fewer bins, with the detector that has most of them."""
-    rows = {f"detector {detector.name!r}": rows_of(plan.scene, detector) for detector in plan.scene.meters}
-    for volume in plan.volumes:
-        cells = np.size(volume.detector.volumes(volume.shape))
-        rows[f"volume detector {volume.detector.name!r}"] = cells * int(volume.row["rows"])
+    kinds = {"detector": plan.scene.meters, "volume detector": plan.scene.volumes}
+    named = {f"{kind} {each.name!r}": each.name for kind, found in kinds.items() for each in found}
+    rows = {title: plan.rows_of[name].count for title, name in named.items()}
     name = max(rows, key=rows.get, default=None)
     return f"use fewer bins ({name} has {rows[name]:_})" if name else "use fewer bins"

@@ -1,4 +1,4 @@
-"""Volume detectors: means over a box or a sphere, by track length or by collisions."""
+"""Volume detectors: means over a box, a sphere or a cylinder, by track length or by collisions."""
 
 import math
 from collections.abc import Iterable
@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from transport.geometry.flat import Slab
+from transport.geometry.revolved import Cylinder
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bins import DirectionSphere, check_bin_count
@@ -36,13 +37,15 @@ class VolumeDetector(AnyDetector):
 
     Parameters
     ----------
-    shape : Box, Sphere or str
-        A Box, a whole Sphere, or the name of a surface of such a shape.
+    shape : Box, Sphere, Cylinder or str
+        A Box, a whole Sphere, the volume within a Cylinder between its ends, or the name of a surface of such
+        a shape.
     name : str, default the surface's name
         Key of the detector in the result; required with a shape.
     cells : int or sequence, default None
         For a Box: (nx, ny, nz) equal voxels. For a Sphere: a number of equally thick shells, or the
-        increasing radii [m] of the shells within its own (the first may be 0). None: one cell.
+        increasing radii [m] of the shells within its own (the first may be 0). For a Cylinder: (nr, nz)
+        rings, equally thick in the radius r, in layers of equal height z. None: one cell.
     directions : Directions.sphere, default None
         Bins over all directions of flight, for `radiance`.
     estimator : {"track", "collision"}, default "track"
@@ -59,7 +62,8 @@ class VolumeDetector(AnyDetector):
     Notes
     -----
     Track-length and collision estimators: Spanier and Gelbard 1969, section 2.6. A track along a face of the
-    volume counts as inside; a track along the face between two voxels counts in one of them.
+    volume counts as inside; a track along the face between two voxels counts in one of them. The coordinate
+    z of a Cylinder is a height above its center, along its axis.
 
     Examples
     --------
@@ -70,6 +74,10 @@ class VolumeDetector(AnyDetector):
     array([-1.,  0.,  1.])
     >>> core.volumes(box).shape
     (1, 1, 2)
+    >>> rod = tp.Cylinder(radius=2.0, height=3.0)
+    >>> tp.VolumeDetector(rod, name="rod", cells=(2, 1)).volumes(rod).round(4)  # [m^3], rings of one layer
+    array([[ 9.4248],
+           [28.2743]])
     """
 
     shape: Shape | str
@@ -82,7 +90,7 @@ class VolumeDetector(AnyDetector):
 
     def __post_init__(self) -> None:
         coerce_name(self)
-        check_type(self, "shape", (Shape, str), "a Box, a Sphere or the name of a surface")
+        check_type(self, "shape", (Shape, str), "a Box, a Sphere, a Cylinder or the name of a surface")
         if self.name is None:
             if not isinstance(self.shape, str):
                 refuse(self, "name must be given with a shape, got None; write name='inside'")
@@ -96,12 +104,13 @@ class VolumeDetector(AnyDetector):
             self.check_shape(self.shape)
 
     def check_shape(self, shape: Shape) -> None:
-        """Raise SceneError if the shape is no Box or whole Sphere, or if the cells do not fit it."""
-        cure = "use a Box or a Sphere in it"
+        """Raise SceneError if the shape is no Box, whole Sphere or Cylinder, or if cells do not fit it."""
+        cure = "use a Box, a Sphere or a Cylinder in it"
         if isinstance(shape, Slab):
             cure = "use a Box in it, such as one from face to face"
-        if not isinstance(shape, Box | Sphere):
-            refuse(self, f"shape must be a Box or a Sphere, got a {type(shape).__name__}; {cure}")
+        if not isinstance(shape, Box | Sphere | Cylinder):
+            got = type(shape).__name__
+            refuse(self, f"shape must be a Box, a Sphere or a Cylinder, got a {got}; {cure}")
         if isinstance(shape, Sphere) and shape.is_zone:
             refuse(
                 self, f"shape must be a whole Sphere, got {short_repr(shape)}; leave mu_min and mu_max out"
@@ -121,17 +130,24 @@ class VolumeDetector(AnyDetector):
         Returns
         -------
         dict of str to array
-            Edges [m]: "x", "y", "z" of a Box in world coordinates, or "r" of a Sphere; empty without cells.
+            Edges [m]: "x", "y", "z" of a Box in world coordinates, "r" of a Sphere, or "r" and "z" of a
+            Cylinder, z from its center along its axis; empty without cells.
         """
         if self.cells is None:
             return {}
+        if isinstance(shape, Sphere):
+            return {"r": self._radii(shape)}
         if isinstance(shape, Box):
-            if len(self.cells) != 3 or not all(map(_is_cell_count, self.cells)):
-                must = f"three whole numbers for a Box, each from 1 to {MAX_CELLS_PER_AXIS}"
-                refuse(self, f"cells must be {must}, got {short_repr(self.cells)}; write cells=(nx, ny, nz)")
-            spans = zip("xyz", *shape.bounds, self.cells, strict=True)
-            return {name: np.linspace(low, high, count + 1) for name, low, high, count in spans}
-        return {"r": self._radii(shape)}
+            many, names, lows, highs = "three", "xyz", *shape.bounds
+        else:
+            half = shape.height / 2
+            many, names, lows, highs = "two", "rz", (0.0, -half), (shape.radius, half)
+        if len(self.cells) != len(names) or not all(map(_is_cell_count, self.cells)):
+            must = f"{many} whole numbers for a {type(shape).__name__}, each from 1 to {MAX_CELLS_PER_AXIS}"
+            cure = f"write cells=({', '.join(f'n{name}' for name in names)})"
+            refuse(self, f"cells must be {must}, got {short_repr(self.cells)}; {cure}")
+        spans = zip(names, lows, highs, self.cells, strict=True)
+        return {name: np.linspace(low, high, count + 1) for name, low, high, count in spans}
 
     def volumes(self, shape: Shape) -> np.ndarray:
         """Return the volume of each cell.
@@ -147,6 +163,9 @@ class VolumeDetector(AnyDetector):
         if isinstance(shape, Box):
             return np.full([len(e) - 1 for e in edges.values()], shape.volume / math.prod(self.cells))
         a, b = edges["r"][:-1], edges["r"][1:]
+        if isinstance(shape, Cylinder):
+            layers = self.cells[1]
+            return np.outer(math.pi * (b - a) * (a + b), np.full(layers, shape.height / layers))
         return 4 * math.pi / 3 * (b - a) * (a * a + a * b + b * b)  # no difference of cubes, which cancels
 
     def _radii(self, shape: Sphere) -> np.ndarray:
@@ -171,7 +190,10 @@ class VolumeDetector(AnyDetector):
             return
         given = (self.cells,) if is_whole_number(self.cells) else self.cells
         if as_floats(given) is None or len(given) == 0 or min(map(as_float, given)) < 0:
-            must = "(nx, ny, nz) of a Box, or a number of shells or the radii between them of a Sphere"
+            must = (
+                "(nx, ny, nz) of a Box, (nr, nz) of a Cylinder, or a number of shells or the radii between"
+                " them of a Sphere"
+            )
             refuse(self, f"cells must be {must}, got {short_repr(self.cells)}")
         set_fields(
             self, cells=tuple(int(each) if is_whole_number(each) else as_float(each) for each in given)

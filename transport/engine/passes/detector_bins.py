@@ -48,6 +48,20 @@ def find_cell(value, cells, edges):
 
 
 @device
+def azimuth_cell(e_u, e_v, low, cells, edges):
+    """Return the bin of the azimuth of a direction by its components, counted from the first edge on.
+
+    -1: none.
+    """
+    angle = azimuth_turn(e_u, e_v) * TWO_PI
+    if angle < low:
+        angle += TWO_PI
+    elif angle >= low + TWO_PI:
+        angle -= TWO_PI
+    return find_cell(angle, cells, edges)
+
+
+@device
 def row_after(bin, base, found, stride):
     """Return the row `found` cells further along an axis, or the outside row."""
     return bin + found * stride if found >= 0 else base
@@ -165,16 +179,10 @@ def refine_by_azimuth(b, table, first, live):
                     if evx * evx + evy * evy + evz * evz < PARALLEL:  # a facet of a mesh across the axis
                         evx, evy, evz = tangential_part(m.evx, m.evy, m.evz, nx, ny, nz)
                     eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
+                e_u, e_v = ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz
                 if m.turn_kind == WORLD_AZIMUTH:
-                    turn = azimuth_turn(ux, uy)
-                else:
-                    turn = azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz)
-                angle = turn * TWO_PI  # within a turn from the first edge
-                if angle < m.turn_low:
-                    angle += TWO_PI
-                elif angle >= m.turn_low + TWO_PI:
-                    angle -= TWO_PI
-                found = find_cell(angle, m.turn_cells, m.turn_edges)
+                    e_u, e_v = ux, uy
+                found = azimuth_cell(e_u, e_v, m.turn_low, m.turn_cells, m.turn_edges)
                 b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.turn_stride)
     return live
 

@@ -12,14 +12,14 @@ from numba import float64, int64, njit
 
 from transport.compile.layout import COLLISION_CLEARANCE, GRID, NO_TABLE, VOLUME, VOLUME_IN_GRID
 from transport.engine.bundle import add_to_row, view
-from transport.engine.passes.detector_bins import find_cell
-from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
+from transport.engine.passes.detector_bins import azimuth_cell, find_cell
+from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance, slab_crossings
 from transport.engine.passes.voxels import axis_start
 from transport.engine.registry import lane_pass
 from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import ARITHMETIC, device
-from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
+from transport.physics.elementary import azimuth_turn, exp_negative
 
 # compiled as a separate function: inlining would only make passes slow to compile
 separate_device = njit(**ARITHMETIC)
@@ -61,19 +61,12 @@ def direction_bin(b, table, k):
     ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
     bin = 0
     if table.rows > 1:
-        found, turn = (
-            find_cell(ux * table.nx + uy * table.ny + uz * table.nz, table.mu_cells, table.mu_edges),
-            0,
-        )
+        cosine, turn = ux * table.nx + uy * table.ny + uz * table.nz, 0
+        found = find_cell(cosine, table.mu_cells, table.mu_edges)
         if table.turn_cells > 0:
             e_u = ux * table.eux + uy * table.euy + uz * table.euz
             e_v = ux * table.evx + uy * table.evy + uz * table.evz
-            angle = azimuth_turn(e_u, e_v) * TWO_PI  # within a turn from the first edge
-            if angle < table.turn_low:
-                angle += TWO_PI
-            elif angle >= table.turn_low + TWO_PI:
-                angle -= TWO_PI
-            turn = find_cell(angle, table.turn_cells, table.turn_edges)
+            turn = azimuth_cell(e_u, e_v, table.turn_low, table.turn_cells, table.turn_edges)
         if (found >= 0) & (turn >= 0):
             bin = 1 + found * table.mu_stride + turn * table.turn_stride
     return bin
@@ -232,6 +225,103 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
 
 
 @device
+def seen_along_axis(px, py, pz, ux, uy, uz, ax, ay, az):
+    """Return how a ray from p runs about and along an axis through the origin.
+
+    Distance from the axis where it is nearest; the way from there to p across the axis; sine and cosine of
+    the ray to the axis; height of p. A ray along the axis stays at its distance.
+    """
+    cosine, height = ux * ax + uy * ay + uz * az, px * ax + py * ay + pz * az
+    px, py, pz = px - height * ax, py - height * ay, pz - height * az
+    ux, uy, uz = ux - cosine * ax, uy - cosine * ay, uz - cosine * az
+    sine = math.sqrt(ux * ux + uy * uy + uz * uz)
+    inverse = 1.0 / sine if sine > 0.0 else 0.0
+    ux, uy, uz = ux * inverse, uy * inverse, uz * inverse
+    across = px * ux + py * uy + pz * uz
+    qx, qy, qz = px - across * ux, py - across * uy, pz - across * uz
+    return math.sqrt(qx * qx + qy * qy + qz * qz), across, sine, cosine, height
+
+
+@lane_pass(VOLUME)
+def clip_to_cylinder(b, table, first, live):
+    """Find the flight's path length before a cylinder and inside it, between its side and its ends.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `flight_end`; writes `length_before`, `length_inside`.
+    """
+    cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
+    radius, half_height = table.hx, table.hz
+    for k in range(first, live):
+        px, py, pz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
+        q, across, sine, cosine, height = seen_along_axis(px, py, pz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az)
+        bottom, top = slab_crossings(height, cosine, half_height)
+        half, inverse = half_chord(radius, q), 1.0 / sine if sine > 0.0 else math.inf
+        enters, leaves = (-half - across) * inverse, (half - across) * inverse
+        leaves = leaves if q <= radius else -math.inf
+        start, near, far = b.start[k], b.start[k], b.flight_end[k]
+        near = bottom if bottom > near else near
+        near = enters if enters > near else near
+        far = top if top < far else far
+        far = leaves if leaves < far else far
+        inside = near < far
+        b.length_before[k] = near - start if inside else 0.0
+        b.length_inside[k] = far - near if inside else 0.0
+    return live
+
+
+@separate_device
+def walk_rings(b, table, k, bin, t, end, weight, fade, keep):
+    """Walk a flight through the rings of a cylinder: inwards as far as the ray hits them, then outwards.
+
+    Returns the weight left. Rings and layers are crossed at distances computed from their numbers.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    """
+    count, layers = table.cells_x, table.cells_z
+    radii = view(table.radii, count + 1, np.float64)
+    q, across, sine, cosine, height = seen_along_axis(
+        b.x[k] - table.cx,
+        b.y[k] - table.cy,
+        b.z[k] - table.cz,
+        b.ux[k],
+        b.uy[k],
+        b.uz[k],
+        table.ax,
+        table.ay,
+        table.az,
+    )
+    inverse, per_height = 1.0 / sine if sine > 0.0 else 0.0, 1.0 / cosine
+    place, now = height + table.hz, across + t * sine
+    ring = shell_at(math.sqrt(q * q + now * now), count, table.radii)
+    layer = number_along(place + t * cosine, table.per_z, layers)
+    t_z = next_face(place, layer, cosine, per_height, table.width_z, layers)
+    inwards = now < 0.0
+    going = True
+    while going:
+        # Next ring: inwards until the ray's closest point, then outwards.
+        inwards = inwards & (ring > 0)
+        if inwards:
+            inwards = radii[ring] > q
+        t_r = math.inf
+        if inwards:
+            t_r = (-half_chord(radii[ring], q) - across) * inverse
+        elif (ring + 1 < count) & (sine > 0.0):
+            t_r = (half_chord(radii[ring + 1], q) - across) * inverse
+        face = min(t_r, t_z)
+        going = face < end
+        length = (face if going else end) - t
+        if length > 0.0:
+            weight = score_part(b, table, k, ring * layers + layer, bin, length, weight, fade, keep)
+            t = face
+        if going:
+            if face == t_r:
+                ring += -1 if inwards else 1
+            else:
+                layer += 1 if cosine > 0.0 else -1
+                t_z = next_face(place, layer, cosine, per_height, table.width_z, layers)
+    return weight
+
+
+@device
 def walk(b, table, k, bin, t, end, weight, fade, keep):
     """Walk through the cells of a volume from distance t on a flight to `end`; returns the weight left.
 
@@ -239,8 +329,10 @@ def walk(b, table, k, bin, t, end, weight, fade, keep):
     """
     if table.is_one != 0:
         return score_part(b, table, k, 0, bin, end - t, weight, fade, keep)
-    if table.radii != 0:
+    if table.cells_z == 0:
         return walk_shells(b, table, k, bin, t, end, weight, fade, keep)
+    if table.radii != 0:
+        return walk_rings(b, table, k, bin, t, end, weight, fade, keep)
     return walk_voxels(b, table, k, bin, t, end, weight, fade, keep)
 
 
@@ -401,4 +493,26 @@ def score_collisions_in_ball(b, table, first, live):
         if shell >= 0:
             bin = direction_bin(b, table, k)
             score_in_cell(b, table, k, shell, bin, b.weight[k] * b.length_inside[k], b.total_absorption[k], 1)
+    return live
+
+
+@lane_pass(VOLUME)
+def score_collisions_in_cylinder(b, table, first, live):
+    """Score weight times mean free path at each collision in the rings of a cylinder.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `length_inside`,
+    `total_absorption`; updates `scored`.
+    """
+    ax, ay, az, radius, half_height = table.ax, table.ay, table.az, table.hx, table.hz
+    for k in range(first, live):
+        px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        height = px * ax + py * ay + pz * az
+        px, py, pz = px - height * ax, py - height * ay, pz - height * az
+        rho = math.sqrt(px * px + py * py + pz * pz)
+        if (b.collides[k] != 0) & (rho <= radius) & (abs(height) <= half_height):
+            ring = shell_at(rho, table.cells_x, table.radii)
+            layer = number_along(height + half_height, table.per_z, table.cells_z)
+            number, bin = ring * table.cells_z + layer, direction_bin(b, table, k)
+            track = b.weight[k] * b.length_inside[k]
+            score_in_cell(b, table, k, number, bin, track, b.total_absorption[k], 1)
     return live

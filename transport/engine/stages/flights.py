@@ -46,7 +46,7 @@ def score_paths(plan):
     if plan.max_path_segments:
         yield step(snapshots.record_tracks)
     for volume in counting:
-        yield step(volumes.clip_to_box if volume.is_box else volumes.clip_to_ball, volume.row)
+        yield step_by_name((volume.passes[0], volume.row))
         yield from _bin_directions(volume)
         for row in volume.grids:
             yield step(volume_cells.walk_through_grid, row)
@@ -86,8 +86,7 @@ def score_collisions(plan):
         yield step(volume_cells.set_collision_paths_in_grid, row)
     for volume in counting:
         yield from _bin_directions(volume)
-        in_box, in_ball = volume_cells.score_collisions_in_box, volume_cells.score_collisions_in_ball
-        yield step(in_box if volume.is_box else in_ball, volume.row)
+        yield step_by_name((volume.passes[1], volume.row))
 
 
 # ---- The steps of a flight.
