@@ -18,8 +18,8 @@ from unittest.mock import patch
 
 from distributed import Client
 
-from transport.run.dask.client import DaskExecutor
-from transport.run.dask.executor import ClusterExecutor
+from transport.run.dask.executor import DaskExecutor
+from transport.run.dask.worker import RunPlugin
 
 ROOT = Path(__file__).resolve().parents[1]
 SOON = 30.0  # [s] in which each of them must be there
@@ -74,15 +74,6 @@ class DaskCluster:
         worker.kill()
         worker.wait()
 
-    def restart(self, workers: int) -> None:
-        """All are gone, and others come, of another scheduler at the same address."""
-        self.scheduler.kill()
-        while self.workers:
-            self.kill_worker()
-        self.start_scheduler()
-        for _ in range(workers):
-            self.start_worker()
-
     def wait_for(self, workers: int) -> None:
         """Until so many are there."""
         with Client(self.address, set_as_default=False, timeout=SOON) as client:
@@ -110,14 +101,18 @@ def _tasks(dask_scheduler) -> int:
     return len(dask_scheduler.tasks)
 
 
+def runs_kept(dask_worker) -> int:
+    """How many runs a worker keeps."""
+    return sum(isinstance(plugin, RunPlugin) for plugin in dask_worker.plugins.values())
+
+
 # ---- what happens while a run is under way ----
 
 
 @contextmanager
 def disturbed(cluster: DaskCluster, how: str | None) -> Iterator[list[str]]:
     """In the next run something happens to the cluster: "killed", a worker that holds batches, or where it is the only one
-    it, and another comes;  "late", one more comes after the roll call;  "restarted", scheduler and workers once batches have
-    come;  or nothing.  Yields what has happened, once batches have come since."""
+    it, and another comes;  "late", one more comes once the run has begun;  or nothing.  Yields what has happened, once batches have come since."""
     happened: list[str] = []
     begins, comes = _acts(cluster, how)
 
@@ -126,7 +121,7 @@ def disturbed(cluster: DaskCluster, how: str | None) -> Iterator[list[str]]:
         happened.extend([how] * (how is not None))
 
     try:
-        with _first(DaskExecutor, "begin", begins), _first(ClusterExecutor, "_store", come):
+        with _first(DaskExecutor, "_start", begins), _first(DaskExecutor, "_store", come):
             yield happened
     finally:
         if how == "killed" and not happened:  # nothing was to be done
@@ -149,7 +144,6 @@ def _acts(cluster: DaskCluster, how: str | None) -> tuple[Callable[[], None], Ca
         return (cluster.freeze_worker, cluster.kill_worker) if many > 1 else (_nothing, another)
     return {
         "late": (one_more, _nothing),
-        "restarted": (_nothing, lambda: cluster.restart(many)),
         None: (_nothing, _nothing),
     }[how]
 

@@ -17,8 +17,8 @@ import transport as tp
 from tests.ctrl_c import pressing_ctrl_c
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
+from transport.run.executor import Executor
 from transport.run.run import Run
-from transport.run.threads import OrderedResults
 
 pytest.importorskip("distributed")
 from tests.dask_cluster import ROOT, DaskCluster, disturbed
@@ -29,12 +29,7 @@ EACH = 12  # batches of a part
 PARTS = [*itertools.product((*THREADS, *WORKERS), repeat=2), ("four workers", "processes")]
 MANY = {"particles": 150_000, "batches": EACH * len(PARTS), "seed": 3}
 
-pytestmark = [
-    pytest.mark.usefixtures("small_groups"),
-    pytest.mark.filterwarnings(
-        "ignore::transport.run.progress.WaitingWarning"
-    ),  # which a scheduler that restarts is meant to give
-]
+pytestmark = pytest.mark.usefixtures("small_groups")
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +45,7 @@ def whole():
 
 def stopped(monkeypatch, what, after, **options):
     """A run that is interrupted after so many batches, when hardly more are done: a fast machine would have done them all."""
-    take, missing, taken = Run._take, OrderedResults._missing, []
+    take, missing, taken = Run._take, Executor._missing, []
 
     def interrupting(run, batch):
         take(run, batch)
@@ -63,7 +58,7 @@ def stopped(monkeypatch, what, after, **options):
 
     with monkeypatch.context() as patch, pressing_ctrl_c() as press:
         patch.setattr(Run, "_take", interrupting)
-        patch.setattr(OrderedResults, "_missing", begun)
+        patch.setattr(Executor, "_missing", begun)
         return tp.simulate(what, **options)
 
 
@@ -104,11 +99,11 @@ def test_parts_done_in_any_way_are_together_the_whole(cluster, whole, tmp_path, 
     for way, workers in WORKERS.items():
         parts.all_of(parts.begin, 0, way, there, "late" if workers < len(WORKERS) else None)
     for way in reversed(WORKERS):
-        parts.all_of(parts.end, 1, way, there, "killed" if way != "one worker" else "restarted")
+        parts.all_of(parts.end, 1, way, there, "killed")
     for way, threads in THREADS.items():
         parts.all_of(parts.end, 1, way, {"threads": threads})
     parts.all_of(parts.end, 1, "processes", {"cluster": "local", "threads": 2})
-    assert parts.happened == ["late"] * 3 + ["killed"] * 3 + ["restarted"]
+    assert parts.happened == ["late"] * 3 + ["killed"] * 4
     assert len(parts.ended) == len(PARTS)
     assert_same(tp.merge(*reversed(parts.ended)).batches, whole)
 

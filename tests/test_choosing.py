@@ -374,9 +374,9 @@ def test_tracking_is_that_of_all_pilots_and_of_the_run(monkeypatch):
     fog, split = tp.Medium(absorption=0.1, scattering=0.2), tp.Tracking(absorption="analog", roulette=1e-3)
     seen, run = [], sys.modules["transport.simulate"].Run
 
-    def watched(scene, plan, *rest, **more):
-        seen.append(plan.tracking)
-        return run(scene, plan, *rest, **more)
+    def watched(settings, executor, *rest):
+        seen.append(executor.plan.tracking)
+        return run(settings, executor, *rest)
 
     monkeypatch.setattr(sys.modules["transport.simulate"], "Run", watched)
     result = tp.simulate(scene(medium=fog), seconds=0.05, tracking=split)

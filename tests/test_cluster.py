@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import pickle
 import shutil
 import signal
 import subprocess
 import sys
-import threading
 from types import SimpleNamespace
 
 import pytest
@@ -18,34 +16,34 @@ import transport as tp
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
 from transport.compile.methods import ANALOG
-from transport.run import executors
-from transport.run.dask import client as lines
-from transport.run.dask import worker as posts
-from transport.run.dask.executor import ClusterExecutor
-from transport.run.interruption import Interruption
 from transport.run.progress import Progress, WaitingWarning
+from transport.run.provenance import this_origin
+from transport.run.settings import Settings, checked_limits
 
 pytest.importorskip("distributed")
-from tests.dask_cluster import ROOT, DaskCluster
+from tests.dask_cluster import ROOT, SOON, DaskCluster, runs_kept
+from transport.run.dask import cluster as clusters
+from transport.run.dask import executor as executors
+from transport.run.dask import worker as workers
+from transport.run.dask.executor import DaskExecutor
 
 LIMITS = {
     "particles": {"particles": 40_001, "batches": 64},
     "error": {"error": {"ball.flux_in": 0.02}, "estimator": "analog"},
     "nets": {"particles": 30_000, "sampling": "sobol"},
 }
-POSTS = "len(__import__('transport.run.dask.worker', fromlist=['RUNS']).RUNS)"  # that a worker keeps
 KILLING = """
 import os, signal
-from transport.run.dask.worker import WorkerRun as Post
+from transport.run.dask.worker import RunPlugin
 
-work = Post.work
+work = RunPlugin.work
 
 def dask_setup(worker):
-    def killing(post, batches, *arguments):
-        if any(number == 37 for number, _ in batches):
+    def killing(plugin, group, *arguments):
+        if any(number == 37 for number, _ in group):
             os.kill(os.getpid(), signal.SIGKILL)
-        return work(post, batches, *arguments)
-    Post.work = killing
+        return work(plugin, group, *arguments)
+    RunPlugin.work = killing
 """
 MANY = {"particles": 60_000, "batches": 300, "seed": 3}
 
@@ -66,7 +64,7 @@ def whole():
 
 def happening(monkeypatch, act, parcel=5):
     """Something happens when so many parcels have come."""
-    keep, came = ClusterExecutor._store, []
+    keep, came = DaskExecutor._store, []
 
     def kept(self, batches):
         came.append(batches)
@@ -74,7 +72,7 @@ def happening(monkeypatch, act, parcel=5):
             act()
         keep(self, batches)
 
-    monkeypatch.setattr(ClusterExecutor, "_store", kept)
+    monkeypatch.setattr(DaskExecutor, "_store", kept)
     return came
 
 
@@ -86,15 +84,18 @@ def without_transport(folder):
 
 
 def come_late(monkeypatch, cluster, path):
-    """A worker of these sources comes between the roll call and the first batch."""
-    muster = lines.DaskExecutor._start_workers
+    """A worker of these sources comes between the first question to all and the first batch; it ends by itself without transport."""
+    prepare = DaskExecutor.prepare
 
-    async def late(line, client):
-        await muster(line, client)
-        cluster.start_worker(path)
-        cluster.wait_for(2)
+    def late(executor, *arguments):
+        prepare(executor, *arguments)
+        worker = cluster.start_worker(path)
+        if (path / "transport.py").exists():
+            worker.wait(SOON)
+        else:
+            cluster.wait_for(2)
 
-    monkeypatch.setattr(lines.DaskExecutor, "_start_workers", late)
+    monkeypatch.setattr(DaskExecutor, "prepare", late)
 
 
 @pytest.mark.parametrize("name", LIMITS)
@@ -128,43 +129,15 @@ def test_all_workers_killed_and_another_come(cluster, whole, monkeypatch):
     cluster.wait_for(2)
 
 
-@pytest.fixture
-def heard(monkeypatch):
-    """What Dask logs."""
-    records, handler = [], logging.Handler()
-    monkeypatch.setattr(handler, "emit", records.append)
-    logging.getLogger("distributed").addHandler(handler)
-    yield records
-    logging.getLogger("distributed").removeHandler(handler)
-
-
-def test_the_scheduler_is_killed_and_comes_back_with_other_workers(cluster, whole, monkeypatch, heard):
-    def act():
-        cluster.scheduler.kill()
-        for worker in cluster.workers:
-            worker.kill()
-        cluster.start_scheduler()
-        for _ in range(2):
-            cluster.start_worker()
-
-    happening(monkeypatch, act)
-    with pytest.warns(WaitingWarning) as told:
-        assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole.batches)
-    first, *_, last = (str(warning.message) for warning in told)
-    assert first.endswith(f"no scheduler answers at {cluster.address}; the run waits")
-    assert last.endswith("the cluster is back; the run continues")
-    assert [record.getMessage() for record in heard if record.threadName.startswith("transport-")] == []
-
-
 def test_a_parcel_that_comes_twice_counts_once(cluster, whole, monkeypatch):
-    keep, first = ClusterExecutor._store, []
+    keep, first = DaskExecutor._store, []
 
     def kept(self, batches):
         first.append(batches)
         keep(self, batches)
         keep(self, first[0])
 
-    monkeypatch.setattr(ClusterExecutor, "_store", kept)
+    monkeypatch.setattr(DaskExecutor, "_store", kept)
     result = tp.simulate(scene(), **MANY, cluster=cluster.address)
     assert_same(result.batches, whole.batches)
     assert result.state.ahead == {}  # where an interrupted run would have counted them again
@@ -195,30 +168,30 @@ def test_a_client_of_ones_own_does(cluster, whole):
         assert client.status == "running"
 
 
-def test_without_workers_or_scheduler_a_run_ends_with_what_it_has(whole, monkeypatch):
-    monkeypatch.setattr(lines, "WAIT_SECONDS", 1.0)
-    monkeypatch.setattr(lines, "CONNECT_SECONDS", 1.0)
+def test_without_scheduler_a_run_ends_with_what_it_has(whole, monkeypatch):
+    monkeypatch.setattr(clusters, "CONNECT_SECONDS", 1.0)
     with DaskCluster(1) as cluster:
         happening(monkeypatch, cluster.scheduler.kill)
         result = tp.simulate(scene(), **MANY, cluster=cluster.address)
     assert not result.is_complete and 0 < len(result.batches)
-    assert any("no scheduler answers" in warning for warning in result.warnings)
+    assert any(f"the scheduler at {cluster.address} was lost" in warning for warning in result.warnings)
     with pytest.raises(tp.SceneError, match=r"no scheduler answers at tcp.*dask scheduler"):
         tp.simulate(scene(), **MANY, cluster=cluster.address)
 
 
 def test_what_is_waited_for_in_vain_is_told_without_a_terminal_and_by_ctrl_c(monkeypatch):
-    class Nobody:
-        doing = "no workers at tcp://10.0.0.1:8786"
+    calls = iter([False, False])
 
-        def open(self, tell):
-            tell(self.doing)
-            raise KeyboardInterrupt
+    def is_met():
+        try:
+            return next(calls)
+        except StopIteration:
+            raise KeyboardInterrupt from None
 
     monkeypatch.setattr(executors, "SILENT_SECONDS", -1.0)
     told = pytest.warns(WaitingWarning, match=r"no workers at tcp://10\.0\.0\.1:8786; the run starts")
     with told, pytest.raises(KeyboardInterrupt, match="before the run began: no workers at"):
-        executors._wait_for_workers(Nobody(), Progress(), Interruption())
+        executors._Waiting(Progress()).until(is_met, "no workers at tcp://10.0.0.1:8786")
 
 
 def test_a_batch_that_kills_its_workers_is_named_and_no_other(whole, tmp_path, monkeypatch):
@@ -235,7 +208,8 @@ def test_a_batch_that_kills_its_workers_is_named_and_no_other(whole, tmp_path, m
 
 
 def test_a_worker_that_does_not_answer_keeps_nobody_waiting(whole, monkeypatch):
-    monkeypatch.setattr(lines, "CONNECT_SECONDS", 1.0)
+    """Dask gives it up after its worker-ttl."""
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL", "1s")
     with DaskCluster(2) as cluster:
         os.kill(cluster.workers[0].pid, signal.SIGSTOP)
         result = tp.simulate(scene(), **MANY, cluster=cluster.address)
@@ -249,9 +223,10 @@ def test_an_error_travels_without_its_frames(monkeypatch):
             raise ValueError("deep")
         fail(depth - 1)
 
-    post = SimpleNamespace(work=lambda *_: fail(500), compiled_program=lambda: fail(500))
-    monkeypatch.setitem(posts.RUNS, "run", post)
-    for act in (lambda: posts.compile_run("run"), lambda: posts.run_group("run", [(0, 1)], 0, 1)):
+    plugin = SimpleNamespace(work=lambda *_: fail(500), compiled_program=lambda: fail(500), unlike=None)
+    worker = SimpleNamespace(plugins={"run": plugin}, get_current_task=lambda: "task")
+    monkeypatch.setattr(workers, "get_worker", lambda: worker)
+    for act in (lambda: workers.compile_run("run"), lambda: workers.run_group("run", [(0, 1)], 1)):
         with pytest.raises(ValueError, match="deep") as error:
             act()
         assert len(error.traceback) < 10
@@ -260,13 +235,15 @@ def test_an_error_travels_without_its_frames(monkeypatch):
 def test_a_worker_without_the_memory_for_it_says_so(monkeypatch):
     monkeypatch.setattr("transport.run.memory.MIN_FREE", 0)
     monkeypatch.setattr("transport.run.memory.available_memory", lambda: 1000)
-    post = posts.WorkerRun(pickle.dumps((scene(), None, ANALOG)), threads=3)
+    settings = Settings(scene(), ANALOG, checked_limits(scene(), 10, None, None, None))
+    plugin = workers.RunPlugin("run", pickle.dumps(settings), this_origin().sources)
+    plugin.setup(SimpleNamespace(state=SimpleNamespace(nthreads=3), plugins={}))
     for _ in range(2):  # whoever asks
         with pytest.raises(
             tp.SceneError,
             match=r"a worker of the cluster: .* on each of 3 threads, and 0\.001 MB.*fewer threads",
         ):
-            post.compiled_program()
+            plugin.compiled_program()
 
 
 def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, monkeypatch):
@@ -323,10 +300,9 @@ def test_a_script_needs_no_main_guard_and_loads_no_engine(tmp_path):
 
 
 def test_nothing_is_left_behind(cluster):
-    """No thread of a line, no scene at a worker, no task at the scheduler."""
+    """No scene at a worker, no task at the scheduler."""
     from distributed import Client
 
-    assert not [thread.name for thread in threading.enumerate() if thread.name.startswith("transport-")]
     cluster.wait_until_empty()
     with Client(cluster.address, set_as_default=False) as client:
-        assert set(client.run(eval, POSTS).values()) == {0}
+        assert set(client.run(runs_kept).values()) == {0}

@@ -10,25 +10,25 @@ import pytest
 import transport as tp
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
-from transport.run.dask import client as lines
 
 pytest.importorskip("distributed")
 import dask
 import psutil
 
 from tests.test_cluster import happening
+from transport.run.dask import executor as executors
 
 MANY = {"particles": 60_000, "batches": 300, "seed": 3}
 LOCAL = {"cluster": "local", "threads": 2}
 SOON = 30.0  # [s] in which a run must end once its last worker has
 DYING = """
 import os, signal
-from transport.run.dask.worker import WorkerRun
+from transport.run.dask.worker import RunPlugin
 
 def die(*_):
     os.kill(os.getpid(), signal.SIGKILL)
 
-WorkerRun.{method} = die
+RunPlugin.{method} = die
 """
 
 pytestmark = pytest.mark.usefixtures("small_groups")
@@ -78,7 +78,7 @@ def test_a_run_ends_with_what_it_has_when_its_workers_are_killed(monkeypatch):
         ("import os\ndef dask_setup(worker):\n    os._exit(3)\n", "exit status 3"),
         (DYING.format(method="compiled_program"), "killed by SIGKILL"),
         (
-            DYING.format(method="compiled_program") + "WorkerRun._prepare = lambda _: None\n",
+            DYING.format(method="compiled_program") + "RunPlugin._prepare = lambda _: None\n",
             "killed by SIGKILL",
         ),
     ],
@@ -109,8 +109,8 @@ def test_workers_that_are_frozen_are_waited_for_half_a_minute_at_most(monkeypatc
     """Dask gives them up after its worker-ttl; since then no worker is there, though their processes are."""
     frozen = []
     happening(monkeypatch, lambda: signal_workers(signal.SIGSTOP, frozen))
-    assert lines.LOCAL_WAIT_SECONDS <= SOON
-    monkeypatch.setattr(lines, "LOCAL_WAIT_SECONDS", 1.0)
+    assert executors.LOCAL_WAIT_SECONDS <= SOON
+    monkeypatch.setattr(executors, "LOCAL_WAIT_SECONDS", 1.0)
     with dask.config.set({"distributed.scheduler.worker-ttl": "1s"}):
         result = tp.simulate(scene(), **MANY, **LOCAL)
     assert time.monotonic() - frozen[0] < SOON

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import pickle
-import time
 from dataclasses import replace
-from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -21,10 +18,10 @@ from tests.test_saved import SMALL
 from transport.cli.docs import GUIDES
 from transport.compile.limits_exceeded import OverrunError
 from transport.compile.methods import ANALOG
+from transport.engine.driver import Stopped
 from transport.run import run
-from transport.run.dask import client as lines
-from transport.run.dask import worker
 from transport.run.provenance import this_origin
+from transport.run.settings import Settings, checked_limits
 
 pytest.importorskip("distributed")
 from distributed import Client
@@ -32,6 +29,10 @@ from distributed import Client
 from tests.dask_cluster import DaskCluster
 from tests.test_any_way import stopped
 from tests.test_cluster import come_late, happening, without_transport
+from transport.run.dask import cluster as clusters
+from transport.run.dask import executor as executors
+from transport.run.dask import worker
+from transport.run.dask.executor import DaskExecutor
 
 MANY = {"particles": 60_000, "batches": 300, "seed": 3}
 FEW = {"particles": 5_000, "seed": 4}
@@ -54,8 +55,8 @@ def whole():
 
 
 def test_a_stranger_that_ends_over_its_batches_takes_none_along(whole, tmp_path, monkeypatch):
-    """Dask ends a worker that cannot read what it is to do; others get it then."""
-    monkeypatch.setattr(lines, "GROUPS_IN_FLIGHT", 40)  # of which it would get some
+    """Dask ends a worker that cannot read what the run gives to all."""
+    monkeypatch.setattr(executors, "GROUPS_IN_FLIGHT", 40)  # of which it would get some
     with DaskCluster(1) as mixed:
         come_late(monkeypatch, mixed, without_transport(tmp_path / "stranger"))
         result = tp.simulate(scene(), **MANY, cluster=mixed.address)
@@ -67,7 +68,7 @@ def test_a_stranger_that_ends_over_its_batches_takes_none_along(whole, tmp_path,
 
 
 def test_without_workers_a_run_ends_with_what_it_has_and_goes_on_elsewhere(whole, monkeypatch):
-    monkeypatch.setattr(lines, "WAIT_SECONDS", 0.5)
+    monkeypatch.setattr(executors, "WAIT_SECONDS", 0.5)
     with DaskCluster(1) as lonely:
         happening(monkeypatch, lonely.kill_worker)
         result = tp.simulate(scene(), **MANY, cluster=lonely.address)
@@ -120,7 +121,7 @@ def test_the_command_line_sends_it_to_a_cluster_or_to_processes(cluster, call, t
     ],
 )
 def test_the_command_line_refuses_in_a_line(call, tmp_path, monkeypatch, options, said):
-    monkeypatch.setattr(lines, "CONNECT_SECONDS", 1.0)
+    monkeypatch.setattr(clusters, "CONNECT_SECONDS", 1.0)
     SMALL.to_json(tmp_path / "small.json")
     answer = call("run", "small.json", *options)
     assert answer.exit_code == 2 and said in answer.output, answer.output
@@ -155,52 +156,54 @@ def test_a_task_may_run_on_the_cluster_that_it_is_done_by(cluster):
 # ---- what a worker is told, and keeps ----
 
 
-def test_a_worker_that_comes_back_at_its_address_is_told_anew():
-    line, asked = lines.DaskExecutor("tcp://10.0.0.1:8786", 1, ()), []
-    line.is_begun, line.last_contact = True, time.monotonic()
+def test_a_worker_forgets_the_program_of_a_run_whose_client_was_killed():
+    """When another run begins: Dask keeps the plugin, but not what takes memory."""
+    there = SimpleNamespace(state=SimpleNamespace(nthreads=1), plugins={})
+    settings = pickle.dumps(Settings(SMALL, ANALOG, checked_limits(SMALL, 100, None, None, None)))
 
-    async def run(_act, *_, workers, on_error):
-        asked.append(workers)
-        return dict.fromkeys(workers, this_origin())
+    def begin(name):
+        there.plugins[name] = plugin = worker.RunPlugin(name, settings, this_origin().sources)
+        plugin.setup(there)
+        plugin.compiled_program()
+        plugin.work([(0, 100)], 1, "task")
+        return plugin
 
-    async def look_round():
-        for there in ({"a": 2}, {}, {"a": 2}, {"a": 2, "b": 1}):
-            scheduler = SimpleNamespace(address=line.cluster)
-            client = SimpleNamespace(nthreads=partial(asyncio.sleep, 0, there), run=run, scheduler=scheduler)
-            await line._poll_workers(client)
-            await (line.sending or asyncio.sleep(0))
-
-    asyncio.run(look_round())
-    assert asked == [["a"], ["a"], ["b"]] and line.threads == 3
+    killed, other = begin("killed"), begin("other")
+    assert killed.compiled and killed.free and not killed.busy
+    killed.used -= 2 * worker.IDLE_SECONDS
+    begin("next")
+    assert killed.compiled is None and not killed.free and other.compiled
+    again, _ = killed.work([(0, 100)], 1, "task")  # its client was not
+    assert_same(list(again.values()), list(other.work([(0, 100)], 1, "task")[0].values()))
 
 
-def test_a_worker_forgets_runs_whose_client_was_killed_and_late_news_of_others(monkeypatch):
-    monkeypatch.setattr(worker, "RUNS", {})
-    task, sources = pickle.dumps((SMALL, None, ANALOG)), this_origin().sources
-    worker.register_run("killed", task, sources)
-    worker.register_run("other", task, sources)
-    assert list(worker.RUNS) == ["killed", "other"]
-    for post in worker.RUNS.values():
-        post.used -= 2 * worker.IDLE_SECONDS
-    worker.RUNS["other"].work([(0, 100)], 0, 1)
-    worker.register_run("next", task, sources)
-    assert list(worker.RUNS) == ["other", "next"]
-    worker.end_run("next")
-    worker.register_run("next", task, sources)
-    assert list(worker.RUNS) == ["other"]
+def test_a_task_that_is_cancelled_stops_and_no_other():
+    there = SimpleNamespace(state=SimpleNamespace(nthreads=1), plugins={})
+    settings = pickle.dumps(Settings(SMALL, ANALOG, checked_limits(SMALL, 100, None, None, None)))
+    plugin = worker.RunPlugin("run", settings, this_origin().sources)
+    plugin.setup(there)
+    one, other = plugin._take_bundle("one"), plugin._take_bundle("other")
+    plugin.transition("one", "executing", "memory")
+    assert one["stop"] == other["stop"] == 0
+    plugin.transition("one", "executing", "released")
+    assert one["stop"] == 1 and other["stop"] == 0
+    plugin.teardown(there)
+    assert other["stop"] == 1
+    with pytest.raises(Stopped):
+        plugin._take_bundle("next")
 
 
 # ---- pilots ----
 
 
 def test_pilots_run_here_and_the_way_that_they_choose_there(cluster, monkeypatch):
-    opened, begin = [], lines.DaskExecutor.open
+    opened, prepare = [], DaskExecutor.prepare
 
-    def counted(line, tell):
-        opened.append(line)
-        begin(line, tell)
+    def counted(executor, *arguments):
+        opened.append(executor)
+        prepare(executor, *arguments)
 
-    monkeypatch.setattr(lines.DaskExecutor, "open", counted)
+    monkeypatch.setattr(DaskExecutor, "prepare", counted)
     there = tp.simulate(SMALL, **FEW, estimator="auto", cluster=cluster.address)
     assert len(opened) == 1 and len(there.choice.pilots) > 1
     method = there.plan.method

@@ -120,7 +120,7 @@ def test_at_most_a_tenth_of_the_time_goes_into_writing(tmp_path, monkeypatch):
     monkeypatch.setattr(resuming, "save", lambda *_: clock.__setitem__(0, clock[0] + 30.0))
     keep = resuming.Checkpoints(tmp_path / "run.npz", 60.0, SMALL)
     clock[0] = 61.0
-    keep.save_if_due(SimpleNamespace(batches=[1], now=lambda: None), lambda run, is_complete: None)
+    keep.save_if_due(SimpleNamespace(batches=[1], now=lambda: None, result=lambda is_complete: None))
     assert keep.due - clock[0] >= 9 * 30.0
 
 

@@ -1,6 +1,6 @@
 """A run that is saved between any two batches and taken up goes on as if nothing had been: bit for bit, however it is limited."""
 
-from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,11 +9,12 @@ from tests.same_batches import assert_same
 from tests.test_reproducible import scene
 from transport.compile.methods import coerce_method
 from transport.run import schedules
+from transport.run.executor import ThreadExecutor
+from transport.run.interruption import Interruption
 from transport.run.programs import compiled_program_for
 from transport.run.progress import Progress
 from transport.run.run import Run
-from transport.run.settings import checked_limits
-from transport.run.threads import ThreadExecutor
+from transport.run.settings import Settings, checked_limits
 
 LIMITS = {
     "particles": {"particles": 40_001},
@@ -34,20 +35,13 @@ class Watched(Run):
 def run_of(limits, sampling="random", threads=2, saved=None):
     what = scene()
     method = coerce_method(what, "analog", sampling)
-    machine = compiled_program_for(what, None, method, Progress())
     asked = checked_limits(
         what, *(limits.get(name) for name in ("particles", "error", "seconds", "batches")), method
     )
-    run = Watched(
-        what,
-        machine.program.plan,
-        3,
-        asked,
-        threads,
-        Progress(),
-        partial(ThreadExecutor, machine, 3, threads),
-        saved=saved,
-    )
+    settings = Settings(what, method, asked, seed=3)
+    executor = ThreadExecutor(compiled_program_for(settings, Progress()), settings.seed, threads)
+    resumed = None if saved is None else SimpleNamespace(state=saved, cost=None)
+    run = Watched(settings, executor, Progress(), Interruption(), saved=resumed)
     run.go()
     return run
 

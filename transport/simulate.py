@@ -1,31 +1,21 @@
 """The entry point `simulate`: run batches of a scene until a limit is reached, and return a Result."""
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from os import PathLike
 from typing import TYPE_CHECKING
 
 from transport.compile.methods import AUTO, Method, coerce_method
-from transport.results.choice import Choice
-from transport.results.record import Cost
 from transport.results.result import Result
 from transport.run.auto import PILOT_SEED_MASK, choose_method
-from transport.run.executors import Executor, ExecutorSpec, checked_executor, open_executor
+from transport.run.executor import Executor, ThreadExecutor
 from transport.run.interruption import delay_interrupts
+from transport.run.programs import compiled_program_for
 from transport.run.progress import PilotProgress, Progress, open_progress
-from transport.run.provenance import warnings_of
 from transport.run.run import Run
-from transport.run.settings import (
-    Limits,
-    RunRequest,
-    RunSettings,
-    checked_integer,
-    checked_limits,
-    checked_part,
-)
+from transport.run.settings import Settings, checked_integer, checked_limits, checked_part, checked_threads
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
 from transport.validation import SceneError, name_hint, short_repr
@@ -142,19 +132,32 @@ def simulate(
     >>> result["meter"].flux_in
     <Estimate (0.151 ± 0.003) W, 32 batches>
     """
-    return _check_and_run(
+    return _run(
         scene,
-        RunRequest(particles, error, seconds, batches, part, seed, estimator, sampling, tracking),
         threads,
         cluster,
         progress,
         resume,
         checkpoint,
         every,
+        particles=particles,
+        error=error,
+        seconds=seconds,
+        batches=batches,
+        part=part,
+        seed=seed,
+        estimator=estimator,
+        sampling=sampling,
+        tracking=tracking,
     )
 
 
-def simulate_all_quantities(
+def simulate_all_quantities(scene: Scene, particles: float | None = None, **arguments) -> Result:
+    """Run like `simulate`, but any quantity and the energy balance may be read, whatever `error` names."""
+    return _run(scene, particles=particles, reads_all=True, **arguments)
+
+
+def _run(
     scene: Scene,
     threads: int | None = None,
     cluster: object = None,
@@ -162,83 +165,85 @@ def simulate_all_quantities(
     resume: Result | str | PathLike | None = None,
     checkpoint: str | PathLike | None = None,
     every: float = 60.0,
-    **request: object,
+    *,
+    reads_all: bool = False,
+    seed: int | None = None,
+    tracking: Tracking | str | None = None,
+    **request,
 ) -> Result:
-    """Run like `simulate`, but any quantity and the energy balance may be read, whatever `error` names.
+    """Check the arguments, resolve the settings and run.
 
-    asked: fields of RunRequest.
+    reads_all: whether any quantity may be read, although `error` names some only; request: the arguments of
+    `new_settings`.
     """
-    return _check_and_run(
-        scene, RunRequest(**request, reads_all=True), threads, cluster, progress, resume, checkpoint, every
-    )
-
-
-def _check_and_run(
-    scene: Scene,
-    request: RunRequest,
-    threads: int | None,
-    cluster: object,
-    progress: bool | str | None,
-    resume: Result | str | PathLike | None,
-    checkpoint: str | PathLike | None,
-    every: float,
-) -> Result:
-    """Check the parameters and run."""
     if not isinstance(scene, Scene):
         raise SceneError(
             f"simulate: scene must be a Scene, got {short_repr(scene)}; write Scene(sources=[...], ...)"
         )
-    seed = None if request.seed is None else checked_integer("seed", request.seed, 0, 2**64 - 1)
-    request = replace(request, seed=seed, tracking=coerce_tracking(scene, request.tracking))
-    spec = checked_executor(threads, cluster)
+    request["seed"] = None if seed is None else checked_integer("seed", seed, 0, 2**64 - 1)
+    request["tracking"] = coerce_tracking(scene, tracking)
+    threads = _checked_threads(threads, cluster)
     # Lock the file before it is read: another run might be writing it.
     with _checkpoints(checkpoint, every, scene) as keep:
-        return _run(scene, request, _saved_run(resume, checkpoint), spec, keep, progress)
+        saved = _saved_run(resume, checkpoint)
+        begun = time.perf_counter()
+        with open_progress(progress) as bar:
+            if saved is None:
+                settings = _new_settings(scene, bar, reads_all, **request)
+            else:
+                settings = _resumed_settings(saved, scene, **request)
+            return _execute(settings, threads, cluster, bar, begun, saved, keep)
 
 
-def _run(
-    scene: Scene,
-    request: RunRequest,
-    saved: Result | None,
-    spec: ExecutorSpec,
-    keep: "Checkpoints | None",
-    progress: bool | str | Progress | None,
+def _execute(
+    settings: Settings,
+    threads: int,
+    cluster: object,
+    bar: Progress,
+    begun: float,
+    saved: Result | None = None,
+    keep: "Checkpoints | None" = None,
 ) -> Result:
-    """Start a run, or continue the saved one, until a limit is reached."""
-    begun = time.perf_counter()
-    with open_progress(progress) as bar:
-        # Choose the settings (by pilot runs for "auto"), then compile and start the workers.
-        settings = _run_settings(scene, request, saved, bar)
-        with (
-            delay_interrupts() as interruption,
-            open_executor(scene, settings, spec, bar, interruption) as executor,
-        ):
-            ready = time.perf_counter()
-            plan, seed, limits, threads = executor.plan, settings.seed, settings.limits, executor.threads
-            run = Run(
-                scene,
-                plan,
-                seed,
-                limits,
-                threads,
-                bar,
-                executor.make_executor,
-                settings.choice,
-                interruption=interruption,
-            )
-            result_of = partial(_result, settings=settings, executor=executor, begun=begun, ready=ready)
-            # Restore the saved batches, run the rest with checkpoints between batches, and reduce.
-            if saved is not None:
-                run.resume(saved.state, saved.cost, _lasting_warnings(saved))
-            if keep is not None:
-                run.between = lambda run: keep.save_if_due(run, result_of)
-            run.go()
-            if not run.batches:
-                raise KeyboardInterrupt(run.no_result_message())
-            result = result_of(run, run.is_complete)
-            if keep is not None:
-                keep.end(result)
+    """Start a run with these settings, or continue the saved one, until a limit is reached."""
+    with (
+        delay_interrupts() as interruption,
+        _open_executor(settings, threads, cluster, bar) as executor,
+    ):
+        preparation = time.perf_counter() - begun
+        warnings = [] if saved is None else _lasting_warnings(saved)
+        between = None if keep is None else keep.save_if_due
+        run = Run(settings, executor, bar, interruption, preparation, saved, warnings, between)
+        run.go()
+        if not run.batches:
+            raise KeyboardInterrupt(run.no_result_message())
+        result = run.result(run.is_complete)
+        if keep is not None:
+            keep.end(result)
     return result
+
+
+def _checked_threads(threads: object, cluster: object) -> int:
+    """Return the number of threads; None means one per core. Raise SceneError, also for a wrong cluster."""
+    if cluster is not None:
+        from transport.run.dask.cluster import LOCAL, checked_cluster
+
+        checked_cluster(cluster)
+        if threads is not None and not (isinstance(cluster, str) and cluster == LOCAL):
+            cure = "leave it out: the workers of a cluster have their own"
+            raise SceneError(f"simulate: threads must not be given with a cluster, got {threads!r}; {cure}")
+    return checked_threads(threads)
+
+
+@contextmanager
+def _open_executor(settings: Settings, threads: int, cluster: object, bar: Progress) -> Iterator[Executor]:
+    """Yield an executor that is ready to start: threads of this process, or the workers of a cluster."""
+    if cluster is None:
+        yield ThreadExecutor(compiled_program_for(settings, bar), settings.seed, threads)
+        return
+    from transport.run.dask.executor import open_dask
+
+    with open_dask(settings, cluster, threads, bar) as executor:
+        yield executor
 
 
 def _saved_run(resume: Result | str | PathLike | None, checkpoint: str | PathLike | None) -> Result | None:
@@ -257,25 +262,68 @@ def _lasting_warnings(saved: Result) -> list[str]:
     return kept_warnings(saved)
 
 
-def _run_settings(scene: Scene, request: RunRequest, saved: Result | None, bar: Progress) -> RunSettings:
-    """Settings of the run: as requested, or as in the saved run."""
-    if saved is not None:
-        from transport.io.resuming import resumed_settings
+def _resumed_settings(saved: Result, scene: Scene, **request) -> Settings:
+    """Settings of a resumed run: as in the saved run."""
+    from transport.io.resuming import resumed_settings
 
-        return resumed_settings(saved, scene, request)
-    limits = checked_limits(scene, *request.limits, request.batches)  # before any pilot runs
-    part = checked_part(request.part, limits)
-    seed = 0 if request.seed is None else request.seed
-    choice, estimator, sampling = None, request.estimator, request.sampling
-    if estimator is None and limits.is_open:
-        estimator = AUTO
-    if estimator == AUTO:
-        _check_no_part(part)
-        choice = _choose_method(scene, request, limits, seed, bar)
+    return resumed_settings(saved, scene, **request)
+
+
+def _new_settings(
+    scene: Scene,
+    bar: Progress,
+    reads_all: bool,
+    *,
+    particles: float | None = None,
+    error: Mapping[str, float] | None = None,
+    seconds: float | None = None,
+    batches: int | None = None,
+    part: tuple[int, int] | None = None,
+    seed: int | None = None,
+    estimator: str | None = None,
+    sampling: str | None = None,
+    tracking: Tracking | None = None,
+) -> Settings:
+    """Settings of a new run; for "auto", pilot runs choose the method."""
+    limits = checked_limits(scene, particles, error, seconds, batches)  # before any pilot runs
+    one_part = checked_part(part, limits)
+    choice, seed = None, 0 if seed is None else seed
+    if estimator == AUTO or (estimator is None and limits.is_open):
+        _check_no_part(one_part)
+        # Without `error` and `estimator` any quantity may be read.
+        reads_all = reads_all or (estimator is None and not limits.error)
+        choice = choose_method(
+            scene,
+            limits.error,
+            sampling,
+            _pilots(scene, seed, tracking, bar),
+            particles=limits.particles,
+            seconds=limits.seconds,
+            reads_all=reads_all,
+        )
         estimator, sampling = choice.method.estimator, choice.method.sampling
     method = coerce_method(scene, estimator, "random" if sampling is None else sampling)
-    limits = checked_limits(scene, *request.limits, request.batches, method)
-    return RunSettings(method, replace(limits, part=part), seed, request.tracking, choice)
+    limits = checked_limits(scene, particles, error, seconds, batches, method)
+    return Settings(scene, method, replace(limits, part=one_part), seed, tracking, choice)
+
+
+def _pilots(
+    scene: Scene, seed: int, tracking: Tracking | None, bar: Progress
+) -> Callable[[Method, int], Result]:
+    """Return a function that makes a pilot run of a method, with random numbers of its own."""
+    quiet = PilotProgress(bar)
+
+    def pilot(method: Method, particles: int) -> Result:
+        bar.trying(method.title)
+        method = coerce_method(scene, method.estimator, method.sampling)
+        limits = checked_limits(scene, particles, None, None, None, method)
+        settings = Settings(scene, method, limits, seed ^ PILOT_SEED_MASK, tracking)
+        result = _execute(settings, 1, None, quiet, time.perf_counter())
+        if not result.is_complete:
+            raise KeyboardInterrupt("interrupted during pilot runs, so there is no result")
+        return result
+
+    return pilot
 
 
 def _check_no_part(part: tuple[int, int]) -> None:
@@ -302,64 +350,6 @@ def _checkpoints(
     keep = Checkpoints(checkpoint, every, scene)
     with locked(keep.path):
         yield keep
-
-
-def _result(
-    run: Run, is_complete: bool, settings: RunSettings, executor: Executor, begun: float, ready: float
-) -> Result:
-    """Reduce the batches done so far to a Result."""
-    cost = Cost(
-        seconds=time.perf_counter() - ready + run.seconds_before,
-        preparation=ready - begun,
-        particles=run.particles,
-        crossings=run.crossings,
-        collisions=run.collisions,
-        threads=run.threads,
-        workers=executor.workers,
-        slopes=run.slopes,
-        forecast=run.forecast,
-    )
-    warnings = [*run.warnings, *executor.warnings(), *warnings_of(run.state.origins)]
-    return Result(
-        run.plan,
-        run.batches,
-        settings.seed,
-        cost,
-        is_complete,
-        warnings,
-        settings.tracking,
-        settings.choice,
-        run.state,
-    )
-
-
-def _choose_method(scene: Scene, request: RunRequest, limits: Limits, seed: int, bar: Progress) -> Choice:
-    """Choose the cheapest method by pilot runs, which use separate random numbers."""
-    quiet, spec = PilotProgress(bar), ExecutorSpec(1)
-
-    def pilot(method: Method, particles: int) -> Result:
-        bar.trying(method.title)
-        of_method = RunRequest(
-            particles,
-            seed=seed ^ PILOT_SEED_MASK,
-            estimator=method.estimator,
-            sampling=method.sampling,
-            tracking=request.tracking,
-        )
-        result = _run(scene, of_method, None, spec, None, quiet)
-        if not result.is_complete:
-            raise KeyboardInterrupt("interrupted during pilot runs, so there is no result")
-        return result
-
-    return choose_method(
-        scene,
-        limits.error,
-        request.sampling,
-        pilot,
-        particles=limits.particles,
-        seconds=limits.seconds,
-        reads_all=request.reads_all or (request.estimator is None and not limits.error),
-    )
 
 
 def coerce_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:

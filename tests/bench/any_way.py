@@ -4,7 +4,7 @@
 
 What each run goes through is drawn: its kind, how many parts, how often and where each is stopped, the kind of file, who does
 the next leg (threads, workers of a cluster, processes of its own) and what happens to these meanwhile: a worker is killed that
-holds batches, one comes late, the scheduler is restarted.  Every batch must be the same to the last bit; it ends with 1 if one is not.
+holds batches, one comes late.  Every batch must be the same to the last bit; it ends with 1 if one is not.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ KINDS = {
 }
 WAYS = ("1 thread", "2 threads", "cluster", "processes")
 LIKELY_WAYS = (0.22, 0.22, 0.5, 0.06)
-HAPPENS = (None, "killed", "late", "restarted")
-LIKELY = (0.4, 0.35, 0.15, 0.1)
+HAPPENS = (None, "killed", "late")
+LIKELY = (0.4, 0.4, 0.2)
 
 
 def simulated(kind: str, **how) -> tp.Result:

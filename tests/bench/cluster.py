@@ -21,7 +21,7 @@ from distributed import Client
 import transport as tp
 from tests.dask_cluster import DaskCluster
 from tests.test_reproducible import scene
-from transport.run.dask.worker import WorkerRun
+from transport.run.dask.worker import RunPlugin
 
 THREADS = 2
 SPANS: list[tuple[float, float]] = []  # of a worker: when it began a group, and when its batches were done
@@ -62,15 +62,15 @@ def main() -> None:
 
 def watch() -> None:
     """Let this worker remember when it does its groups."""
-    work = WorkerRun.work
+    work = RunPlugin.work
 
-    def watched(post, *arguments):
+    def watched(plugin, *arguments):
         begun = time.time()
-        done = work(post, *arguments)
+        done = work(plugin, *arguments)
         SPANS.append((begun, time.time()))
         return done
 
-    WorkerRun.work = watched
+    RunPlugin.work = watched
 
 
 def forget() -> None:

@@ -25,7 +25,7 @@ from transport.engine.bundle import empty_bundle
 from transport.engine.driver import compile_program, run_batch
 from transport.engine.program import build_program
 from transport.results.batches import Batch, batch_of
-from transport.run.dask.client import GROUPS_IN_FLIGHT, BatchPace, Groups
+from transport.run.dask.executor import GROUPS_IN_FLIGHT, Groups
 from transport.run.schedules import MAX_BATCH_SIZE
 from transport.run.settings import MAX_BATCHES, MAX_PARTICLES
 
@@ -125,10 +125,9 @@ def sent(packed: bytes) -> float:
 def efficiency(workers: int, batches: int, histories: int, costs: Costs, assumed: Assumed) -> float:
     """Seconds of histories over seconds that the workers were there, of a leg that so many threads do."""
     each = costs.batch + histories * costs.history
-    pace = BatchPace()
-    pace.add([(histories, each)], costs.size)
-    pace.batches = batches  # as in the midst of a run, when it knows what batches take
-    groups = Groups(((number, histories) for number in range(batches)), pace)
+    groups = Groups()
+    groups.add([(histories, each)] * batches, costs.size * batches)  # as in the midst of a run
+    groups.put_back((number, histories) for number in range(batches))
     taken_in = costs.unpack + costs.merge + costs.size / assumed.network
     scheduler = client = 0.0  # when they are free again
     free = [0.0] * workers
@@ -139,7 +138,7 @@ def efficiency(workers: int, batches: int, histories: int, costs: Costs, assumed
     while places:
         came, worker, done = heapq.heappop(places)
         client = max(client, came) + done * taken_in
-        if groups:
+        if groups.waiting:
             group = groups.take(workers)
             client += assumed.client
             scheduler = max(scheduler, client) + assumed.scheduler

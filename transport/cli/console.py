@@ -14,7 +14,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from transport.run.threads import WorkersLost
+from transport.run.executor import WorkersLost
 from transport.units import UnitError
 from transport.validation import SceneError
 

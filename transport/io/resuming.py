@@ -9,7 +9,7 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
 
@@ -20,8 +20,9 @@ from transport.io.merging import MISSING_BATCHES
 from transport.io.runs import checked_destination, checked_path, load, original_scene, save, scene_text
 from transport.results.result import Result
 from transport.run.run import Run
-from transport.run.settings import Limits, RunRequest, RunSettings, checked_limits
+from transport.run.settings import Settings, checked_limits
 from transport.scene.scene import Scene
+from transport.scene.tracking import Tracking
 from transport.validation import SceneError, as_float, short_repr
 
 
@@ -50,15 +51,24 @@ def kept_warnings(saved: Result) -> list[str]:
     return [warning for warning in saved._warnings if MISSING_BATCHES in warning]
 
 
-def resumed_settings(saved: Result, scene: Scene, request: RunRequest) -> RunSettings:
-    """Return the settings of a resumed run.  Raises SceneError that names the first argument that differs."""
-    _check_same_setup(saved, scene, request)
-    return RunSettings(
-        saved.plan.method, _resumed_limits(saved, request), saved.seed, saved.asked, saved.choice
-    )
+def resumed_settings(
+    saved: Result,
+    scene: Scene,
+    *,
+    particles: float | None = None,
+    error: Mapping[str, float] | None = None,
+    seconds: float | None = None,
+    batches: int | None = None,
+    part: tuple[int, int] | None = None,
+    seed: int | None = None,
+    estimator: str | None = None,
+    sampling: str | None = None,
+    tracking: Tracking | None = None,
+) -> Settings:
+    """Return the settings of a resumed run; limits are those of the saved run if the call has none.
 
-
-def _check_same_setup(saved: Result, scene: Scene, request: RunRequest) -> None:
+    Raises SceneError that names the first argument that differs.
+    """
     if saved.state is None:
         raise SceneError(
             "simulate: resume must be a run that can continue; pass a result of simulate, load or merge"
@@ -66,26 +76,21 @@ def _check_same_setup(saved: Result, scene: Scene, request: RunRequest) -> None:
     if unlike := differences(scene, original_scene(saved)):
         raise SceneError(f"simulate: the scene differs from that of the saved run: {'; '.join(unlike)}")
     method, limits = saved.plan.method, saved.state.limits
-    _check_same("seed", request.seed, saved.seed)
-    _check_same("estimator", None if request.estimator == AUTO else request.estimator, method.estimator)
-    _check_same("sampling", request.sampling, method.sampling)
-    _check_same("tracking", request.tracking, saved.plan.tracking)
-    _check_same("batches", request.batches, limits.batches)
-    _check_same("part", tuple(request.part) if isinstance(request.part, list) else request.part, limits.part)
-
-
-def _resumed_limits(saved: Result, request: RunRequest) -> Limits:
-    """Return the limits of the resumed run; those of the saved run if the call has none."""
-    was = saved.state.limits
-    if request.particles is None and not request.error and request.seconds is None:
-        return was
-    if was.part != (1, 1):
-        _check_same("particles", request.particles, was.particles)
-        for name in ("error", "seconds"):
-            _check_same(name, getattr(request, name) or None, None)
-    batches = None if was.is_free else was.batches
-    limits = checked_limits(original_scene(saved), *request.limits, batches, saved.plan.method)
-    return replace(limits, is_free=was.is_free, part=was.part)
+    _check_same("seed", seed, saved.seed)
+    _check_same("estimator", None if estimator == AUTO else estimator, method.estimator)
+    _check_same("sampling", sampling, method.sampling)
+    _check_same("tracking", tracking, saved.plan.tracking)
+    _check_same("batches", batches, limits.batches)
+    _check_same("part", tuple(part) if isinstance(part, list) else part, limits.part)
+    if particles is not None or error or seconds is not None:
+        if limits.part != (1, 1):
+            _check_same("particles", particles, limits.particles)
+            _check_same("error", error or None, None)
+            _check_same("seconds", seconds or None, None)
+        batches = None if limits.is_free else limits.batches
+        changed = checked_limits(original_scene(saved), particles, error, seconds, batches, method)
+        limits = replace(changed, is_free=limits.is_free, part=limits.part)
+    return Settings(scene, method, limits, saved.seed, saved.asked, saved.choice)
 
 
 def _check_same(name: str, requested: object, was: object) -> None:
@@ -119,13 +124,13 @@ class Checkpoints:
         self.every = _checked_interval(every)
         self.scene, self.due, self.failures = scene_text(scene), time.perf_counter() + self.every, []
 
-    def save_if_due(self, run: Run, result_of: Callable[[Run, bool], Result]) -> None:
-        """Save the run between two batches if it is due; `result_of(run, is_complete)` returns its result."""
+    def save_if_due(self, run: Run) -> None:
+        """Save the run between two batches if it is due."""
         if time.perf_counter() < self.due or not run.batches:
             return
         begun = time.perf_counter()
         run.state = run.now()
-        self._save(result_of(run, False), is_over=False)
+        self._save(run.result(is_complete=False), is_over=False)
         ended = time.perf_counter()
         self.due = ended + max(self.every, (ended - begun) / MAX_WRITE_FRACTION)
 

@@ -9,6 +9,7 @@ from transport.compile.method_aimed import aimed_scene
 from transport.compile.methods import Method
 from transport.compile.plan import Plan
 from transport.run.progress import Progress
+from transport.run.settings import Settings
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
 
@@ -27,11 +28,11 @@ def program_for(scene: Scene, tracking: Tracking | None, method: Method):
     return build_program(plan_for(scene, tracking, method))
 
 
-def compiled_program_for(scene: Scene, tracking: Tracking | None, method: Method, bar: Progress):
-    """Return the compiled program of a scene, compiled or loaded; cached for scenes that are run again."""
+def compiled_program_for(settings: Settings, bar: Progress):
+    """Return the compiled program of a run, compiled or loaded; cached for scenes that are run again."""
     from transport.engine.driver import compile_program
 
-    program = program_for(scene, tracking, method)
+    program = program_for(settings.scene, settings.tracking, settings.method)
     if program.compiled is None:
         program.compiled = compile_program(program, bar.compiling)
     return program.compiled

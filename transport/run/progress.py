@@ -31,12 +31,16 @@ class Progress:
 
     def compiling(self, done: int, of: int, name: str) -> None:
         """Report that pass `name`, number `done` of `of`, is about to be compiled or loaded."""
+        text = f"compiling {name} (the first time only)"
+        self._show("compile", text, done / of, f", {done} of {of} passes")
 
     def waiting(self, what: str) -> None:
         """Report what a cluster is still waiting for."""
+        self._show("wait", what)
 
     def trying(self, method: str) -> None:
         """Report that a pilot of an estimator starts."""
+        self._show("try", f"trying {method}")
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
         """Report a running simulation.
@@ -44,6 +48,11 @@ class Progress:
         particles: so far; elapsed, end: seconds so far and in total (inf: unknown); worst: the quantity
         furthest from its target error.
         """
+        text = running_text(particles, elapsed, end, worst)
+        self._show("run", text, elapsed / end if end > 0 else 1.0, _ends_at(end - elapsed))
+
+    def _show(self, stage: str, text: str, share: float = 0.0, details: str = "") -> None:
+        """Show the state of a stage and the share that is done (0: unknown); details: for lines alone."""
 
 
 class PilotProgress(Progress):
@@ -60,23 +69,7 @@ class Bar(Progress):
         self.is_forced = is_forced
         self.begun, self.bar, self.task, self.stage = time.perf_counter(), None, None, ""
 
-    def compiling(self, done: int, of: int, name: str) -> None:
-        """Show the pass that is compiled and the share of passes done."""
-        self._show("compile", f"compiling {name} (the first time only)", done / of)
-
-    def waiting(self, what: str) -> None:
-        """Show what a cluster is still waiting for."""
-        self._show("wait", what, 0.0)
-
-    def trying(self, method: str) -> None:
-        """Show the estimator whose pilot starts."""
-        self._show("try", f"trying {method}", 0.0)
-
-    def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
-        """Show particles, elapsed time and time left of a running simulation [s]."""
-        self._show("run", running_text(particles, elapsed, end, worst), elapsed / end if end > 0 else 1.0)
-
-    def _show(self, stage: str, text: str, share: float) -> None:
+    def _show(self, stage: str, text: str, share: float = 0.0, details: str = "") -> None:
         if self.bar is None:
             if time.perf_counter() - self.begun < BAR_DELAY:
                 return
@@ -116,29 +109,13 @@ class Lines(Progress):
         self.begun = time.perf_counter()
         self.pause, self.due = FIRST_INTERVAL, self.begun + FIRST_INTERVAL
 
-    def compiling(self, done: int, of: int, name: str) -> None:
-        """Print the pass that is compiled and the number of passes done, if a line is due."""
-        self._tell(f"compiling {name} (the first time only), {done} of {of} passes")
-
-    def waiting(self, what: str) -> None:
-        """Print what a cluster is still waiting for, if a line is due."""
-        self._tell(what)
-
-    def trying(self, method: str) -> None:
-        """Print the estimator whose pilot starts, if a line is due."""
-        self._tell(f"trying {method}")
-
-    def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
-        """Print particles, elapsed time and expected end of a running simulation, if a line is due."""
-        self._tell(f"{running_text(particles, elapsed, end, worst)}{_ends_at(end - elapsed)}")
-
-    def _tell(self, text: str) -> None:
+    def _show(self, stage: str, text: str, share: float = 0.0, details: str = "") -> None:
         now = time.perf_counter()
         if now < self.due:
             return
         self.pause = min(2 * self.pause, MAX_INTERVAL)
         self.due = now + self.pause
-        print(f"{_clock()}: after {duration(now - self.begun)} {text}", file=sys.stderr, flush=True)
+        print(f"{_clock()}: after {duration(now - self.begun)} {text}{details}", file=sys.stderr, flush=True)
 
 
 def _clock(later: float = 0.0) -> str:

@@ -3,27 +3,24 @@
 import math
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
-from transport.compile.plan import Plan
 from transport.results.batches import Batch
-from transport.results.choice import Choice
 from transport.results.record import Cost, Forecast
 from transport.results.report import other_estimators
 from transport.results.result import Result
+from transport.run.executor import POLL_SECONDS, Executor, WorkersLost
 from transport.run.forecast import Forecaster
 from transport.run.interruption import Interruption
 from transport.run.memory import check_memory
 from transport.run.progress import Progress
-from transport.run.provenance import Origin, distinct_origins, this_origin
+from transport.run.provenance import Origin, distinct_origins, this_origin, warnings_of
 from transport.run.schedules import Leg, batches_in, schedule_for, sizes_of
-from transport.run.settings import MAX_BATCHES, MAX_PARTICLES_UNSCORED, Limits
+from transport.run.settings import MAX_BATCHES, MAX_PARTICLES_UNSCORED, Settings
 from transport.run.state import State, restore_schedule, saved_checks
 from transport.run.stopping import Look, status_of
-from transport.run.threads import POLL_SECONDS, OrderedResults, WorkersLost
-from transport.scene.scene import Scene
 from transport.statistics.notation import duration, ratio_text
 from transport.validation import SceneError
 
@@ -36,57 +33,56 @@ class IdleWarning(UserWarning):
     """Some threads of a run have no batches to compute."""
 
 
-@dataclass
 class Run:
     """A run takes batches in order, and checks errors between legs of batches only.
 
     Its end therefore does not depend on timing.
     """
 
-    scene: Scene
-    plan: Plan
-    seed: int
-    limits: Limits
-    threads: int
-    bar: Progress
-    # makes the executor for so many batches, among which a Snapshot's sample is divided
-    make_executor: Callable[[int], OrderedResults]
-    choice: Choice | None = None  # how the estimator was chosen
-    warnings: list[str] = field(default_factory=list)
-    looks: list[Look] = field(default_factory=list)
-    forecast: Forecast | None = None
-    is_complete: bool = True
-    particles: int = 0  # in all batches, including those replaced by a later round
-    crossings: int = 0
-    collisions: int = 0
-    saved: State | None = None  # the saved run to resume
-    origins: tuple[Origin, ...] = ()  # provenance of its batches, once there are new ones
-    # called after each batch and every threads.POLL_SECONDS, to save the run
-    between: Callable[["Run"], None] | None = None
-    seconds_before: float = 0.0  # wall time of the saved run
-    interruption: Interruption = field(default_factory=Interruption)
-    leg: Leg = field(default_factory=list)  # the present leg
-    done: int = 0  # finished batches of the present leg
-    is_idle_warned: bool = False
+    def __init__(
+        self,
+        settings: Settings,
+        executor: Executor,
+        bar: Progress,
+        interruption: Interruption,
+        preparation: float = 0.0,
+        saved: Result | None = None,
+        warnings: Iterable[str] = (),
+        between: Callable[["Run"], None] | None = None,
+    ) -> None:
+        """Make a run that is new, or continues the saved one.
 
-    def resume(self, saved: State, cost: Cost | None, warnings: list[str]) -> None:
-        """Resume a saved run, with its cost and its warnings."""
-        self.warnings += warnings
-        self.saved, self.origins = saved, saved.origins or (this_origin(),)
-        self.seconds_before, self.forecast = saved.seconds, None if cost is None else cost.forecast
+        preparation: time taken to start the executor [s]; warnings: of the saved run that still hold;
+        between: called after each batch and every POLL_SECONDS, to save the run.
+        """
+        self.settings, self.limits = settings, settings.limits
+        self.executor, self.bar, self.interruption = executor, bar, interruption
+        self.plan, self.preparation, self.between = executor.plan, preparation, between
+        self.threads, self.workers = executor.threads, executor.workers  # when the run begins
+        self.warnings, self.looks = list(warnings), []
+        self.forecast: Forecast | None = None
+        # The totals of all batches, including those replaced by a later round.
+        self.particles = self.crossings = self.collisions = 0
+        self.leg: Leg = []  # the present leg
+        self.done = 0  # finished batches of the present leg
+        self.is_complete, self.is_idle_warned = True, False
+        self.saved: State | None = None
+        self.origins: tuple[Origin, ...] = ()  # provenance of the batches of the saved run
+        if saved is not None:
+            self.saved, self.origins = saved.state, saved.state.origins or (this_origin(),)
+            self.forecast = None if saved.cost is None else saved.cost.forecast
 
     def go(self) -> None:
         """Run until a limit is reached or the run is interrupted; set `state`, `is_complete` and warnings."""
         self.interruption.begin()
-        # Make the schedule and the executor, and refuse what does not fit into memory.
+        # Make the schedule, and refuse what does not fit into memory.
         self.begun = self.last_shown = time.perf_counter()
         self.schedule, self.forecaster = schedule_for(self.limits, self.plan), Forecaster(self.threads)
         if self.saved is not None:
             self.schedule.make_room()
-        self.executor = self.make_executor(self.schedule.count)
         saved = self.saved
         here = 0 if saved is None else len(saved.batches) + len(saved.current) + len(saved.ahead)
-        check_memory(self.plan, self.schedule, self.executor.threads, here)
+        check_memory(self.plan, self.schedule, 0 if self.workers else self.threads, here)
         try:
             # Run leg after leg until the errors are reached.
             if self.saved is None or self._restore():
@@ -121,6 +117,33 @@ class Run:
         found = {name: self.schedule.slope(self.looks, name) for name in self.limits.error}
         return {name: slope for name, slope in found.items() if slope is not None}
 
+    def result(self, is_complete: bool) -> Result:
+        """Return the result of the batches done so far; `state` must be theirs."""
+        cost = Cost(
+            seconds=self._elapsed,
+            preparation=self.preparation,
+            particles=self.particles,
+            crossings=self.crossings,
+            collisions=self.collisions,
+            threads=self.threads,
+            workers=self.workers,
+            slopes=self.slopes,
+            forecast=self.forecast,
+        )
+        settings = self.settings
+        warnings = [*self.warnings, *self.executor.warnings, *warnings_of(self.state.origins)]
+        return Result(
+            self.plan,
+            self.batches,
+            settings.seed,
+            cost,
+            is_complete,
+            warnings,
+            settings.tracking,
+            settings.choice,
+            self.state,
+        )
+
     def _leg(self) -> bool:
         """Run the batches until the next error check; return False if there are none or time is up."""
         begun = time.perf_counter()
@@ -129,8 +152,8 @@ class Run:
         if not self.leg:
             return False
         # Take batches in order. Between them save the run, check Ctrl-C and the time, and show the progress.
-        self.size = self.leg[0][0]
-        with closing(self.executor.work(sizes_of(self.leg, self.done))) as batches:
+        self.size, sizes = self.leg[0][0], list(sizes_of(self.leg, self.done))
+        with closing(self.executor.map(sizes, self.schedule.count)) as batches:
             for batch in batches:
                 if batch is not None:
                     self._take(batch)
@@ -292,7 +315,7 @@ class Run:
 
     def _check_errors(self) -> Look:
         """Return an error check: what is known about the target errors."""
-        result = Result(self.plan, self.batches, self.seed, None, True, [])
+        result = Result(self.plan, self.batches, self.settings.seed, None, True, [])
         standings = [
             status_of(name, result.quantity(name), target) for name, target in self.limits.error.items()
         ]
@@ -323,7 +346,7 @@ class Run:
         if not why:
             return None
         stopped = f"{status.name}: stopped after {self.particles} particles, {', '.join(why)}"
-        others = other_estimators(self.scene, self.plan.method, self.choice)
+        others = other_estimators(self.settings.scene, self.plan.method, self.settings.choice)
         return f"{stopped}. {others}" if others else stopped
 
     def _why_unresolved(self, times: float) -> str:

@@ -1,4 +1,4 @@
-"""Limits of a run (particles, error, seconds, batches) and the checks of these arguments."""
+"""Settings of a run: its scene, method, limits and seed, and the checks of these arguments."""
 
 from __future__ import annotations
 
@@ -145,42 +145,17 @@ def checked_threads(threads: object) -> int:
     return checked_integer("threads", threads, 1, 1024)
 
 
-# ---- Arguments of `simulate`, and the settings that follow from them.
-
-
 @dataclass(frozen=True)
-class RunRequest:
-    """Arguments of `simulate` as given by the user; None for those omitted.
+class Settings:
+    """Settings that determine every batch of a run, resolved from the arguments of `simulate`.
 
-    reads_all: whether any quantity of the result may be read, although `error` names some only.
+    tracking: as passed by the user, None for the default of the scene; choice: how the method was chosen,
+    None where it was given.
     """
 
-    particles: float | None = None
-    error: Mapping[str, float] | None = None
-    seconds: float | None = None
-    batches: int | None = None
-    part: tuple[int, int] | None = None
-    seed: int | None = None
-    estimator: str | None = None
-    sampling: str | None = None
-    tracking: Tracking | str | None = None
-    reads_all: bool = False
-
-    @property
-    def limits(self) -> tuple:
-        """Return the limits as given: particles, error, seconds."""
-        return self.particles, self.error, self.seconds
-
-
-@dataclass(frozen=True)
-class RunSettings:
-    """Settings that determine every batch of a run.
-
-    choice: how the method was chosen, None where it was given.
-    """
-
+    scene: Scene
     method: Method
     limits: Limits
-    seed: int
-    tracking: Tracking | None
-    choice: Choice | None
+    seed: int = 0
+    tracking: Tracking | None = None
+    choice: Choice | None = None

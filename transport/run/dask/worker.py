@@ -1,6 +1,6 @@
-"""Worker side of a run: a process keeps the run's scene, compiles its program once, and computes batches.
+"""Worker side of a run: a plugin holds the run's scene, compiles its program once, and computes batches.
 
-Dask is not needed here: a post is the process's share of a run, found by the run's name.
+Dask gives the plugin to every worker, also to those that join late.
 """
 
 from __future__ import annotations
@@ -8,61 +8,33 @@ from __future__ import annotations
 import pickle
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import wraps
 
-RUNS: dict[str, WorkerRun] = {}  # by name, the runs that this process works for
-FINISHED: deque[str] = deque(maxlen=1000)  # names of finished runs
-# [s] without a batch after which a run is forgotten, as its client may have been killed; a live client sends
-# it again
-IDLE_SECONDS = 600.0
-CHANGED = threading.Condition()  # notified of changes of either
-SCENE_SECONDS = 10.0  # [s] that a batch waits for its run's scene, which late workers soon receive
+from distributed import Reschedule, WorkerPlugin, get_worker
+
+from transport.run.provenance import Origin, this_origin
+
+IDLE_SECONDS = 600.0  # [s] without a batch after which a run's program is forgotten: its client may be gone
+
+Group = list[tuple[int, int]]  # numbers and particles of batches
 
 
 @dataclass(frozen=True)
-class UnknownRun:
-    """Answer of a worker that does not know the run, or knows that it is over."""
+class Refusal:
+    """Answer of a worker that does not compute batches of the run: its address, and the reason."""
 
-    worker: str  # its address
-
-
-def register_run(name: str, task: bytes, sources: str, dask_worker=None):
-    """Make this process work for a run, unless its sources differ. Return its Origin.
-
-    dask_worker: the worker itself, which Dask passes in.
-    """
-    from transport.run.provenance import this_origin
-
-    origin = this_origin()
-    with CHANGED:
-        if origin.sources != sources:
-            FINISHED.append(name)  # over for this process before it began
-        elif name not in RUNS and name not in FINISHED:  # unless a late message of a finished run
-            _forget_idle()
-            RUNS[name] = WorkerRun(task, 1 if dask_worker is None else dask_worker.state.nthreads)
-        CHANGED.notify_all()
-    return origin
+    worker: str
+    why: str
 
 
-def end_run(name: str) -> None:
-    """End a run: stop its batches in progress, and forget it."""
-    with CHANGED:
-        FINISHED.append(name)
-        post = RUNS.pop(name, None)
-        CHANGED.notify_all()
-    if post is not None:
-        post.stop()
-
-
-def _forget_idle() -> None:
-    """Forget runs that have been idle for long."""
-    for name, post in list(RUNS.items()):
-        if post.is_idle:
-            RUNS.pop(name).stop()
+def unlike_sources(origin: Origin, sources: str) -> str | None:
+    """Return why a worker of this origin must not compute batches of these sources; None where it may."""
+    if origin.sources == sources:
+        return None
+    return f"it has transport {origin.version} of sources {origin.sources}, not {sources}"
 
 
 def _without_traceback(work: Callable) -> Callable:
@@ -82,59 +54,69 @@ def _without_traceback(work: Callable) -> Callable:
 
 
 @_without_traceback
-def compile_run(name: str) -> UnknownRun | None:
+def compile_run(name: str) -> None:
     """Compile or load the passes of the run."""
-    post = _run_of(name)
-    if post is None:
-        return _unknown_run()
-    post.compiled_program()
-    return None
+    get_worker().plugins[name].compiled_program()
 
 
 @_without_traceback
-def run_group(name: str, batches: list[tuple[int, int]], seed: int, count: int) -> bytes | UnknownRun:
-    """Compute these batches (number, particles). Return the result of `WorkerRun.work`, pickled."""
+def run_group(name: str, group: Group, count: int) -> bytes | Refusal:
+    """Return the origin of this worker and the result of `RunPlugin.work`, pickled."""
     from transport.engine.driver import Stopped
 
-    post = _run_of(name)
-    with suppress(Stopped):
-        if post is not None:
-            # One byte string, because thousands of small arrays would each travel by themselves.
-            return pickle.dumps(post.work(batches, seed, count), protocol=5)
-    return _unknown_run()
+    worker = get_worker()
+    plugin = worker.plugins.get(name)
+    if plugin is None or plugin.unlike:
+        return Refusal(worker.address, plugin.unlike if plugin else "it does not know the run")
+    try:
+        done = plugin.work(group, count, worker.get_current_task())
+    except Stopped:
+        raise Reschedule from None  # has no effect where the task was cancelled
+    # One byte string, because thousands of small arrays would each travel by themselves.
+    return pickle.dumps((this_origin(), *done), protocol=5)
 
 
-def _run_of(name: str) -> WorkerRun | None:
-    """Return this process's post of a run; wait where the run has not arrived yet.
-
-    The batch thus keeps its place. If the task were given back, the scheduler would forget how many workers
-    have died over it.
-    """
-    with CHANGED:
-        CHANGED.wait_for(lambda: name in RUNS or name in FINISHED, SCENE_SECONDS)
-        return RUNS.get(name)
-
-
-def _unknown_run() -> UnknownRun:
-    from distributed import get_worker
-
-    return UnknownRun(get_worker().address)
-
-
-class WorkerRun:
-    """A run in a worker's process: its threads share the compiled program, and each has a bundle.
+class RunPlugin(WorkerPlugin):
+    """A run on a worker: its threads share the compiled program, and each has a bundle.
 
     The program is compiled at once, in a thread that does not keep the worker from answering.
     """
 
-    def __init__(self, task: bytes, threads: int) -> None:
-        """task: scene, tracking and method, pickled."""
-        self.task, self.threads, self.made, self.is_over = task, threads, None, False
-        self.making, self.lock = threading.Lock(), threading.Lock()
+    def __init__(self, name: str, settings: bytes, sources: str) -> None:
+        """settings: pickled Settings of the run; sources: digest of the client's sources."""
+        self.name, self.settings, self.sources = name, settings, sources
+
+    def setup(self, worker) -> None:
+        """Prepare the run on a worker, and forget idle runs."""
+        self.unlike = unlike_sources(this_origin(), self.sources)
+        self.threads, self.compiled, self.is_over = worker.state.nthreads, None, False
+        self.compiling, self.lock = threading.Lock(), threading.Lock()
         self.free: list = []  # unused bundles
-        self.busy: list = []
+        self.busy: dict = {}  # bundles by task
         self.used = time.monotonic()
-        threading.Thread(target=self._prepare, daemon=True).start()
+        for plugin in worker.plugins.values():
+            if isinstance(plugin, RunPlugin) and plugin is not self:
+                plugin.forget_if_idle()
+        if not self.unlike:
+            threading.Thread(target=self._prepare, daemon=True).start()
+
+    def teardown(self, worker) -> None:
+        """Stop the batches in progress, and accept no others."""
+        with self.lock:
+            self.is_over = True
+            for bundle in self.busy.values():
+                bundle["stop"] = 1
+
+    def transition(self, key, start: str, finish: str, **_: object) -> None:
+        """Stop a task in progress that was cancelled: Dask itself lets it finish."""
+        if finish == "released" and (bundle := self.busy.get(key)) is not None:
+            bundle["stop"] = 1
+
+    def forget_if_idle(self) -> None:
+        """Forget the program and the bundles of a run without a batch for IDLE_SECONDS."""
+        with self.lock:
+            if not self.busy and time.monotonic() - self.used > IDLE_SECONDS:
+                self.compiled, self.free = None, []
 
     def compiled_program(self):
         """Return the compiled program; the first caller makes it, and the others wait.
@@ -145,60 +127,45 @@ class WorkerRun:
         from transport.run.programs import compiled_program_for
         from transport.run.progress import Progress
 
-        with self.making:
-            if self.made is None:
-                made = compiled_program_for(*pickle.loads(self.task), Progress())
-                check_worker_memory(made.program.plan, self.threads)
-                self.made = made
-            return self.made
+        with self.compiling:
+            if self.compiled is None:
+                settings = pickle.loads(self.settings)
+                compiled, self.seed = compiled_program_for(settings, Progress()), settings.seed
+                check_worker_memory(compiled.program.plan, self.threads)
+                self.compiled = compiled
+            return self.compiled
 
-    def work(
-        self, batches: list[tuple[int, int]], seed: int, count: int
-    ) -> tuple[dict, list[tuple[int, float]]]:
-        """Return the batches of these numbers and sizes by number, with particles and seconds of each.
+    def work(self, group: Group, count: int, task) -> tuple[dict, list[tuple[int, float]]]:
+        """Return the batches of a group by number, and particles and seconds of each.
 
-        count: batches of the run, among which the sample of a Snapshot is divided. Raise Stopped where the
-        run is over.
+        count: batches of the run, among which the sample of a Snapshot is divided; task: key of the task.
+        Raise Stopped where the run is over or the task was cancelled.
         """
         from transport.engine.driver import run_batch
         from transport.results.batches import batch_of
 
         compiled, done, times = self.compiled_program(), {}, []
-        bundle = self._take_bundle()
+        bundle = self._take_bundle(task)
         try:
-            for number, size in batches:
+            for number, size in group:
                 begun = time.perf_counter()
                 # Keep no reference to the raw sums: they would double the memory of the next batch.
                 done[number] = batch_of(
-                    compiled.program.plan, run_batch(compiled, seed, number, size, bundle, count), number
+                    compiled.program.plan, run_batch(compiled, self.seed, number, size, bundle, count), number
                 )
                 times.append((size, time.perf_counter() - begun))
         finally:
             with self.lock:
-                self.busy = [other for other in self.busy if other is not bundle]
-                self.free.append(bundle)
+                self.free.append(self.busy.pop(task))
                 self.used = time.monotonic()
         return done, times
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether the run has had no batch for IDLE_SECONDS."""
-        with self.lock:
-            return not self.busy and time.monotonic() - self.used > IDLE_SECONDS
 
     def _prepare(self) -> None:
         """Compile the program in advance."""
         with suppress(Exception):  # raised again to the callers of `compiled_program`
             self.compiled_program()
 
-    def stop(self) -> None:
-        """Stop the batches in progress, and accept no others."""
-        with self.lock:
-            self.is_over = True
-            for bundle in self.busy:
-                bundle["stop"] = 1
-
-    def _take_bundle(self):
+    def _take_bundle(self, task):
         """Return an unused bundle, and mark it as busy. Raise Stopped where the run is over."""
         from transport.engine.bundle import empty_bundle
         from transport.engine.driver import Stopped
@@ -208,5 +175,5 @@ class WorkerRun:
                 raise Stopped
             bundle = self.free.pop() if self.free else empty_bundle()
             bundle["stop"] = 0
-            self.busy.append(bundle)
+            self.busy[task] = bundle
         return bundle
