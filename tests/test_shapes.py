@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.agreement import assert_follows
 from transport.analysis.solid_angle import solid_angle_scene
 from transport.compile.detectors import detector_row
 from transport.compile.plan import Plan
@@ -322,3 +323,95 @@ def test_solid_angles_are_counted_on_a_black_surface_where_rays_may_cross_twice(
     with pytest.raises(SceneError, match="must not lie on the Mesh"):
         solid_angle_scene(CUBE, (0.6, 1, 0.3))
     assert solid_angle_scene(FRAME, (0.4, 0, 0)).sources  # in the hole: edge-on
+
+
+# ---- points on shapes ----
+
+EVEN_NUMBERS = np.random.default_rng(11).random((100_000, 2))
+ROUND = {
+    "cylinder": Cylinder(center=(1, 2, 3), axis=(1, 1, 0), radius=0.5, height=2),
+    "cone": Cone(radius=1, height=2),
+    "pointed far up": Cone(radius=0, top_radius=1, height=0.3),
+    "frustum": Cone(center=(0, 1, 0), axis=(0, 1, 1), radius=1, top_radius=0.2, height=1),
+    "nearly a cylinder": Cone(radius=1, top_radius=1 + 1e-9, height=1),
+    "paraboloid": Paraboloid(focal_length=0.1, radius=1, inner_radius=0.2),
+    "shallow paraboloid": Paraboloid(focal_length=50, radius=1),
+    "sphere": Sphere(center=(0, 0, 5), radius=2),
+    "zone": Sphere(radius=1, axis=(1, 0, 1), mu_min=-0.2, mu_max=0.9),
+}
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_points_on_round_shapes_are_even_over_the_area(name):
+    """As many in each tenth of the height as its area says; they lie on the shape, with its normals."""
+    shape = ROUND[name]
+    points, normals = shape.sample_area(EVEN_NUMBERS)
+    axis, profile = np.array(shape.axis), shape.profile
+    heights = (points - np.array(profile.origin)) @ axis
+    edges = np.linspace(profile.low, profile.high, 11)
+    counts, _ = np.histogram(heights, np.concatenate([[-math.inf], edges[1:-1], [math.inf]]))
+    areas = np.array([profile.area_per_radian(*pair) for pair in zip(edges[:-1], edges[1:], strict=True)])
+    assert_follows(counts, areas / areas.sum())
+    assert max(shape.distance(tuple(point)) for point in points[:100]) < 1e-14 * shape.coordinate_scale
+    out = points + 1e-6 * shape.extent * normals
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(len(normals)), rel=1e-14)
+    moved = [shape.distance(tuple(point)) for point in out[:100]]
+    assert moved == pytest.approx(np.full(100, 1e-6 * shape.extent), rel=1e-6)
+
+
+def test_heights_that_are_even_are_seen_on_a_cone():
+    profile = ROUND["cone"].profile
+    edges = np.linspace(profile.low, profile.high, 11)
+    areas = np.array([profile.area_per_radian(*pair) for pair in zip(edges[:-1], edges[1:], strict=True)])
+    with pytest.raises(AssertionError):
+        assert_follows(np.full(10, 10_000), areas / areas.sum())
+
+
+FLAT = {
+    "rectangle": Rectangle(center=(1, 0, 2), normal=(1, 1, 1), width=2, height=0.5),
+    "holed": Rectangle(width=2, height=2, hole=Disk(center=(0.2, 0, 0), radius=0.7)),
+    "disk": Disk(center=(0, 0, 1), normal=(0, 1, 1), radius=2),
+    "annulus": Disk(radius=2, inner_radius=1.9),
+    "triangle": Triangle(vertices=((0, 0, 0), (3, 0, 0), (0, 1, 1))),
+}
+
+
+@pytest.mark.parametrize("name", FLAT)
+def test_points_on_flat_shapes_are_even_over_the_area(name):
+    """As many within a smaller copy of the shape as its area says."""
+    shape = FLAT[name]
+    points, normals = shape.sample_area(EVEN_NUMBERS)
+    assert (normals == shape.normal).all() and shape.covers(points).all()
+    part = {
+        "rectangle": lambda: dataclasses.replace(shape, width=1, height=0.2),
+        "holed": lambda: dataclasses.replace(shape, width=1.9, height=1.9),
+        "disk": lambda: dataclasses.replace(shape, radius=1.0, inner_radius=0.3),
+        "annulus": lambda: dataclasses.replace(shape, radius=1.95),
+        "triangle": lambda: Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 1))),
+    }[name]()
+    inside = int(part.covers(points).sum())
+    assert_follows(
+        np.array([inside, len(points) - inside]), np.array([part.area, shape.area - part.area]) / shape.area
+    )
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Box(center=(0, 0, 1), size=(1, 2, 1)),
+        Sphere(center=(0, 0, 1), radius=0.7),
+        Slab(center=(0, 0, 1), normal=(0, 1, 2), thickness=0.8),
+        Mesh.sphere(center=(0, 0, 1), radius=0.7, triangles=80),
+    ],
+    ids=lambda shape: type(shape).__name__,
+)
+def test_a_closed_shape_contains_what_has_no_distance_from_its_volume(shape):
+    points = np.random.default_rng(5).uniform((-1, -1, 0), (1, 1, 2), (300, 3))
+    held = shape.contains(points)
+    assert held.any() and not held.all()
+    assert held.tolist() == [shape.distance(tuple(point), filled=True) == 0 for point in points]
+
+
+def test_an_open_shape_contains_nothing():
+    for shape in (ROUND["zone"], ROUND["cylinder"], FLAT["disk"], Point()):
+        assert not shape.contains(np.array([shape.middle, (0.0, 0.0, 0.0)])).any()

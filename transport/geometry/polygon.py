@@ -28,6 +28,7 @@ from transport.vectors import Vector, dot, unit_vector
 
 MAX_VERTICES = 1000  # the time to divide a polygon grows with the square of their number
 SIGN_ERROR = 8 * 2.0**-53  # relative error of a rounded determinant, with a margin
+SMALLEST_PRODUCT = 2.0**-960  # of lengths: smaller ones may have lost digits
 
 Points = np.ndarray  # (n, 2) coordinates of vertices along two axes, exactly as given
 
@@ -84,14 +85,12 @@ class Polygon(FlatPolygon):
     @property
     def center(self) -> Vector:
         """Centroid of the area [m]."""
-        triangles, areas = self.primitives(), self._areas
-        sums = zip(*(triangle.center for triangle in triangles), strict=True)
-        return tuple(math.fsum(a * x for a, x in zip(areas, axis, strict=True)) / self.area for axis in sums)
+        return _center_and_area(self.vertices)[0]
 
     @property
     def area(self) -> float:
         """Area of one side [m^2]."""
-        return math.fsum(self._areas)
+        return _center_and_area(self.vertices)[1]
 
     @property
     def least_width(self) -> float:
@@ -101,10 +100,6 @@ class Polygon(FlatPolygon):
     def primitives(self) -> tuple[Triangle, ...]:
         """Return the triangles that it is divided into."""
         return _triangles(self.vertices)
-
-    @property
-    def _areas(self) -> list[float]:
-        return [triangle.area for triangle in self.primitives()]
 
     def _check_vertices(self) -> None:
         """Raise for vertices that coincide, lie on one line, or are not in one plane."""
@@ -175,8 +170,9 @@ class Polygon(FlatPolygon):
         return (min(distance_to_side(one, other, (u, v)) for one, other in sides),)
 
     def _sample(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        facets, left = even_facets(np.array(self._areas), one[:, 0])
-        corners = np.array([triangle.vertices for triangle in self.primitives()])[facets]
+        triangles = self.primitives()
+        facets, left = even_facets(np.array([triangle.area for triangle in triangles]), one[:, 0])
+        corners = np.array([triangle.vertices for triangle in triangles])[facets]
         return points_in_triangles(corners, left, other)
 
 
@@ -216,10 +212,13 @@ def _in_plane(vertices: tuple[Vector, ...]) -> Points:
 
 def _turns(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Sign of the area of triangles (a, b, c), each (2,) or (n, 2): +1 counterclockwise; exact."""
-    left = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
-    right = (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
-    signs = np.atleast_1d(np.sign(left - right))
-    doubtful = np.atleast_1d(np.abs(left - right) <= SIGN_ERROR * (np.abs(left) + np.abs(right)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        left = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
+        right = (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+        twice = np.atleast_1d(left - right)
+        bound = SIGN_ERROR * (np.abs(left) + np.abs(right)) + SMALLEST_PRODUCT
+        doubtful = ~(np.abs(twice) > bound)  # also products that underflow or overflow
+    signs = np.sign(twice)
     if doubtful.any():
         a, b, c = (np.broadcast_to(points, (len(signs), 2)) for points in (a, b, c))
         for k in np.flatnonzero(doubtful):
@@ -279,6 +278,15 @@ def _triangles(vertices: tuple[Vector, ...]) -> tuple[Triangle, ...]:
     if not _is_line(vertices, tuple(left)):
         found.append(tuple(left))
     return tuple(Triangle(vertices=[vertices[k] for k in corner]) for corner in found)
+
+
+@lru_cache(maxsize=1024)
+def _center_and_area(vertices: tuple[Vector, ...]) -> tuple[Vector, float]:
+    """Centroid [m] and area [m^2] of a polygon, from its triangles."""
+    triangles = _triangles(vertices)
+    areas = [triangle.area for triangle in triangles]
+    area, places = math.fsum(areas), zip(*(triangle.center for triangle in triangles), strict=True)
+    return tuple(math.fsum(a / area * x for a, x in zip(areas, axis, strict=True)) for axis in places), area
 
 
 def _signed_area(points: Points) -> Fraction:
