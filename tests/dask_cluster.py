@@ -106,6 +106,11 @@ def runs_kept(dask_worker) -> int:
     return sum(isinstance(plugin, RunPlugin) for plugin in dask_worker.plugins.values())
 
 
+def executing(dask_worker) -> int:
+    """How many tasks a worker does at present."""
+    return len(dask_worker.state.executing)
+
+
 # ---- what happens while a run is under way ----
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import time
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -26,7 +27,7 @@ from transport.run.settings import Settings, checked_limits
 pytest.importorskip("distributed")
 from distributed import Client
 
-from tests.dask_cluster import DaskCluster
+from tests.dask_cluster import DaskCluster, executing
 from tests.test_any_way import stopped
 from tests.test_cluster import come_late, happening, without_transport
 from transport.run.dask import cluster as clusters
@@ -191,6 +192,24 @@ def test_a_task_that_is_cancelled_stops_and_no_other():
     assert other["stop"] == 1
     with pytest.raises(Stopped):
         plugin._take_bundle("next")
+
+
+def test_a_batch_under_way_stops_when_its_run_ends(cluster, press_ctrl_c, monkeypatch):
+    """Dask itself would let it finish, which takes many seconds here."""
+    start = DaskExecutor._start
+
+    def started(executor, *arguments):
+        start(executor, *arguments)
+        press_ctrl_c(after=0.5)
+
+    monkeypatch.setattr(DaskExecutor, "_start", started)
+    with pytest.raises(KeyboardInterrupt, match="before the first batch"):
+        tp.simulate(scene(), particles=10**9, batches=64, cluster=cluster.address)
+    ended = time.monotonic()
+    with Client(cluster.address, set_as_default=False) as client:
+        while set(client.run(executing).values()) != {0}:
+            assert time.monotonic() - ended < 3.0
+            time.sleep(0.05)
 
 
 # ---- pilots ----

@@ -40,7 +40,7 @@ def run_of(limits, sampling="random", threads=2, saved=None):
     )
     settings = Settings(what, method, asked, seed=3)
     executor = ThreadExecutor(compiled_program_for(settings, Progress()), settings.seed, threads)
-    resumed = None if saved is None else SimpleNamespace(state=saved, cost=None)
+    resumed = None if saved is None else SimpleNamespace(state=saved, cost=None, _warnings=[])
     run = Watched(settings, executor, Progress(), Interruption(), saved=resumed)
     run.go()
     return run

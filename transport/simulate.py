@@ -210,9 +210,8 @@ def _execute(
         _open_executor(settings, threads, cluster, bar) as executor,
     ):
         preparation = time.perf_counter() - begun
-        warnings = [] if saved is None else _lasting_warnings(saved)
         between = None if keep is None else keep.save_if_due
-        run = Run(settings, executor, bar, interruption, preparation, saved, warnings, between)
+        run = Run(settings, executor, bar, interruption, preparation, saved, between)
         run.go()
         if not run.batches:
             raise KeyboardInterrupt(run.no_result_message())
@@ -253,13 +252,6 @@ def _saved_run(resume: Result | str | PathLike | None, checkpoint: str | PathLik
     from transport.io.resuming import run_to_resume
 
     return run_to_resume(resume, checkpoint)
-
-
-def _lasting_warnings(saved: Result) -> list[str]:
-    """Warnings of the saved run that still hold for the continued one."""
-    from transport.io.resuming import kept_warnings
-
-    return kept_warnings(saved)
 
 
 def _resumed_settings(saved: Result, scene: Scene, **request) -> Settings:

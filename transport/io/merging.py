@@ -13,12 +13,12 @@ from transport.results.batches import Batch
 from transport.results.record import Cost, total_cost
 from transport.results.result import Result
 from transport.run.provenance import distinct_origins, warnings_of
+from transport.run.run import MISSING_BATCHES
 from transport.run.schedules import Schedule, batches_in, merge_to_at_most, schedule_for
 from transport.run.settings import Limits
 from transport.run.state import State
 from transport.validation import SceneError, short_repr
 
-MISSING_BATCHES = "are in none of these runs"  # identifies the warning about missing batches
 MERGED_SCHEDULE = "Merged"  # a schedule kind that no run has: the merged run continues from its batches alone
 
 

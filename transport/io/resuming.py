@@ -16,7 +16,6 @@ from os import PathLike
 from transport.compile.methods import AUTO
 from transport.io.atomic import FileError
 from transport.io.json.differences import differences
-from transport.io.merging import MISSING_BATCHES
 from transport.io.runs import checked_destination, checked_path, load, original_scene, save, scene_text
 from transport.results.result import Result
 from transport.run.run import Run
@@ -44,11 +43,6 @@ def run_to_resume(resume: object, checkpoint: object) -> Result | None:
     if not is_file:
         return resume
     return None if is_same and not path.exists() else load(resume)
-
-
-def kept_warnings(saved: Result) -> list[str]:
-    """Return the warnings that a resumed run keeps: those about missing batches of a merged run."""
-    return [warning for warning in saved._warnings if MISSING_BATCHES in warning]
 
 
 def resumed_settings(

@@ -3,7 +3,7 @@
 import math
 import time
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
 
@@ -26,6 +26,7 @@ from transport.validation import SceneError
 
 # Number of particles after which a class of paths without a score is assumed never to score.
 UNSCORED_PARTICLES = 1 << 18
+MISSING_BATCHES = "are in none of these runs"  # identifies the warning about missing batches of a merged run
 RESPONSIVE_SECONDS = 1.0  # [s] that a batch may take in a run that can be interrupted
 
 
@@ -47,19 +48,19 @@ class Run:
         interruption: Interruption,
         preparation: float = 0.0,
         saved: Result | None = None,
-        warnings: Iterable[str] = (),
         between: Callable[["Run"], None] | None = None,
     ) -> None:
         """Make a run that is new, or continues the saved one.
 
-        preparation: time taken to start the executor [s]; warnings: of the saved run that still hold;
-        between: called after each batch and every POLL_SECONDS, to save the run.
+        preparation: time taken to start the executor [s]; between: called after each batch and every
+        POLL_SECONDS, to save the run.
         """
         self.settings, self.limits = settings, settings.limits
         self.executor, self.bar, self.interruption = executor, bar, interruption
         self.plan, self.preparation, self.between = executor.plan, preparation, between
         self.threads, self.workers = executor.threads, executor.workers  # when the run begins
-        self.warnings, self.looks = list(warnings), []
+        self.warnings: list[str] = []
+        self.looks: list[Look] = []
         self.forecast: Forecast | None = None
         # The totals of all batches, including those replaced by a later round.
         self.particles = self.crossings = self.collisions = 0
@@ -71,6 +72,7 @@ class Run:
         if saved is not None:
             self.saved, self.origins = saved.state, saved.state.origins or (this_origin(),)
             self.forecast = None if saved.cost is None else saved.cost.forecast
+            self.warnings += (warning for warning in saved._warnings if MISSING_BATCHES in warning)
 
     def go(self) -> None:
         """Run until a limit is reached or the run is interrupted; set `state`, `is_complete` and warnings."""

@@ -174,7 +174,8 @@ class DaskExecutor(Executor):
         with self.arrivals.thread_condition:
             self.arrivals.thread_condition.wait_for(self.arrivals.has_ready, seconds)
         arrived = self.arrivals.next_batch(block=False)
-        for future, result in arrived:
+        # Store sums before an error ends the run.
+        for future, result in sorted(arrived, key=lambda pair: not isinstance(pair[1], bytes)):
             self._take_in(future, result)
         self._watch_workers()
         self._send()
@@ -215,7 +216,7 @@ class DaskExecutor(Executor):
         if self.suspects:
             self.suspect = [self.suspects.pop(0)]
             return self.suspect
-        waiting, threads = self.groups.waiting, max(1, self._usable_threads)
+        waiting, threads = self.groups.waiting, self._usable_threads
         if not waiting or len(self.in_flight) >= GROUPS_IN_FLIGHT * threads:
             return None
         # Wait where one slow worker could fill this process's memory.
