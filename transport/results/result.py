@@ -14,6 +14,7 @@ from transport.compile.plan import Plan
 from transport.renderers import function_for
 from transport.results.backward import ViewReading, backward_reading
 from transport.results.detectors import Reading
+from transport.results.diagnostics.diagnoses import DIAGNOSES, Diagnosis
 from transport.results.diagnostics.run_findings import findings_of, quality_of_result, warnings_of
 from transport.results.phase_space import PhaseReading, SnapshotReading
 from transport.results.points import PointReading
@@ -114,6 +115,10 @@ class Result(Record):
         if isinstance(detector, Snapshot):
             return SnapshotReading(self, detector, self.scene.snapshots.index(detector))
         return TALLIES[type(detector)](self, detector)
+
+    def diagnosis_of(self, tally: Tally) -> Diagnosis:
+        """Return what the run may have missed of a tally, for the scores of which it is."""
+        return DIAGNOSES[type(tally)](self, tally)
 
     if not TYPE_CHECKING:  # type checkers would accept any name
 

@@ -8,9 +8,9 @@ chance gets no such warning.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,11 +18,12 @@ from transport.compile.media import emitting_media
 from transport.geometry.distances import distance_to_shape, is_behind, point_beside
 from transport.geometry.flat import FlatShape
 from transport.geometry.mesh import Mesh
-from transport.geometry.shape import ROUNDING, Point, Shape
+from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.geometry.supports import are_on_one_support
 from transport.scene.bodies import surrounding_medium
 from transport.scene.checks.enclosures import ClosedPatches, ClosedShape, finite_enclosures
+from transport.scene.detectors import Detector
 from transport.scene.materials import (
     Black,
     Surface,
@@ -37,19 +38,24 @@ from transport.validation import join_names
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
-    from transport.scene.detectors import Detector
     from transport.scene.scene import Scene
+    from transport.scene.sides import AnyDetector
     from transport.scene.sources import Source
 
 Room = ClosedShape | ClosedPatches
 # A shape, and the side at which it counts or emits; None for a volume or a point.
 Sided = tuple[Shape, str | None]
 
-OPAQUE_ROOMS_KEY, BOUNDING_BALLS_KEY = "opaque rooms", "balls about them"  # keys of scene.proofs
+
+def proven(scene: Scene, key: Hashable, find: Callable[[], Any]) -> Any:
+    """Return what `find` returns, computed once per scene and key (`Scene.proofs`)."""
+    if key not in scene.proofs:
+        scene.proofs[key] = find()
+    return scene.proofs[key]
 
 
 def no_light_message(
-    scene: Scene, title: str, place: Shape | Vector, detector: Detector | None = None
+    scene: Scene, title: str, shape: Shape, detector: AnyDetector | None = None
 ) -> str | None:
     """Explain why no light can reach a detector; None if geometry does not prove it.
 
@@ -59,21 +65,24 @@ def no_light_message(
         The scene as the user defined it, for forward and backward runs alike.
     title : str
         Name of the detector in the warning.
-    place : Shape or (x, y, z)
-        The surface of a Detector, the volume of a VolumeDetector, or a point [m].
-    detector : Detector, optional
-        The detector, if it counts at one side of a surface.
+    shape : Shape
+        The surface of a Detector, the volume of a VolumeDetector, or a Point.
+    detector : AnyDetector, optional
+        The detector; one of class Detector counts at one side of its surface.
 
     Returns
     -------
     str or None
         The cause and what to do.
     """
-    shape = place if isinstance(place, Shape) else Point(position=place)
-    target = (shape, None if detector is None else detector.side)
+    is_sided = isinstance(detector, Detector)
+    target = (shape, detector.side if is_sided else None)
     why = _enclosure_reason(scene, target) or _behind_sources_reason(scene, shape)
-    if why is None and detector is not None and _is_opaque(scene, detector) and _faces_away(scene, target):
-        why = f"{_facing_away_message(target)}. Reverse its normal, or write side={_other_side(target)!r}"
+    if why is None and is_sided and _is_opaque(scene, detector) and _faces_away(scene, target):
+        why = (
+            f"its {target[1]} faces away from every source, and nothing in front of it reflects or scatters"
+            f" light. Reverse its normal, or write side={_other_side(target)!r}"
+        )
     return why and f"{title} counted nothing: {why}"
 
 
@@ -255,11 +264,12 @@ def _point_on(shape: Shape) -> Vector | None:
 def _rooms_near(scene: Scene, *shapes: Shape) -> list[Room]:
     """The opaque rooms whose bounding balls meet those of any of the shapes."""
     rooms = _opaque_rooms(scene)
-    if BOUNDING_BALLS_KEY not in scene.proofs:
+
+    def find_balls() -> tuple[np.ndarray, np.ndarray]:
         balls = [_bounding_ball(room.shapes) for room in rooms]
-        middles, reaches = [middle for middle, _ in balls], [reach for _, reach in balls]
-        scene.proofs[BOUNDING_BALLS_KEY] = np.reshape(middles, (-1, 3)), np.array(reaches)
-    middles, reaches = scene.proofs[BOUNDING_BALLS_KEY]
+        return np.reshape([middle for middle, _ in balls], (-1, 3)), np.array([reach for _, reach in balls])
+
+    middles, reaches = proven(scene, "balls about opaque rooms", find_balls)
     near = np.zeros(len(rooms), bool)
     for shape in shapes:
         if shape.is_infinite:
@@ -280,10 +290,8 @@ def _bounding_ball(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 
 def _opaque_rooms(scene: Scene) -> list[Room]:
     """The rooms that opaque surfaces enclose; computed once per scene."""
-    if OPAQUE_ROOMS_KEY not in scene.proofs:
-        opaque = {number: s for number, s in enumerate(scene.surfaces) if not is_transmissive(s.material)}
-        scene.proofs[OPAQUE_ROOMS_KEY] = finite_enclosures(opaque)
-    return scene.proofs[OPAQUE_ROOMS_KEY]
+    opaque = {number: s for number, s in enumerate(scene.surfaces) if not is_transmissive(s.material)}
+    return proven(scene, "opaque rooms", lambda: finite_enclosures(opaque))
 
 
 # ---- planes ----
@@ -311,12 +319,6 @@ def _faces_away(scene: Scene, target: Sided) -> bool:
     shapes = [*(origin for _, origin in _sources_with_shapes(scene)), *_redirecting_shapes(scene)]
     return isinstance(shape, FlatShape) and all(
         other is not None and is_behind(other, shape, side) for other in shapes
-    )
-
-
-def _facing_away_message(target: Sided) -> str:
-    return (
-        f"its {target[1]} faces away from every source, and nothing in front of it reflects or scatters light"
     )
 
 

@@ -10,7 +10,7 @@ reached it; geometry gives the score of one of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -23,82 +23,58 @@ from transport.compile.next_event import max_phase_density, min_collision_distan
 from transport.compile.volumes import weights_vary
 from transport.geometry.distances import distance_to_shape, is_behind
 from transport.geometry.flat import FlatShape
-from transport.geometry.shape import Point
 from transport.results.tally import Tally
 from transport.scene.materials import Diffuse, display_name, elementary_materials
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, student_quantile
 from transport.statistics.chunked import batch_totals
-from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
+from transport.statistics.findings import Finding, doubtful, unseen_scores
 
 if TYPE_CHECKING:
-    from transport.compile.plan import Plan
-    from transport.results.batches import Batch
-    from transport.scene.detectors import Detector
     from transport.scene.materials import Surface
-    from transport.scene.media import Medium
     from transport.statistics.estimates import Estimate
-    from transport.vectors import Vector
 
 
 def detector_unvisited_findings(tally: Tally, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
-    plan, detector, shape = tally.plan, tally.detector, tally.shape
-    if not (
-        plan.sends_shadow_rays
-        and plan.adjoint is None
-        and uses_next_event(plan.scene, detector)
-        and total.error > 0
-    ):
-        return
-    light = total.value * plan.unit / shape.area
-    for finding in unvisited_surface_findings(
-        plan, tally.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light, detector
-    ):
-        yield replace(finding, bound=finding.bound * shape.area / plan.unit)
+    plan, shape = tally.plan, tally.shape
+    if _has_rays(tally) and total.error > 0:
+        light = total.value * plan.unit / shape.area
+        for finding in unvisited_surface_findings(tally, shape.extent, light):
+            yield replace(finding, bound=finding.bound * shape.area / plan.unit)
 
 
-def unvisited_surface_findings(
-    plan: Plan,
-    batches: list[Batch],
-    title: str,
-    place: Vector,
-    size: float,
-    light: float,
-    detector: Detector | None = None,
-) -> Iterator[Finding]:
+def _has_rays(tally: Tally) -> bool:
+    """Return whether next-event estimation finds light for a detector in a forward run."""
+    plan = tally.plan
+    return plan.sends_shadow_rays and plan.adjoint is None and uses_next_event(plan.scene, tally.detector)
+
+
+def unvisited_surface_findings(tally: Tally, size: float, light: float) -> Iterator[Finding]:
     """The wall that may add most, if any; the bound is an irradiance or fluence rate [W m^-2].
 
-    place: centre of the detector [m];  size: its extent [m], the least distance of a wall;  light: its
-    irradiance, or a quarter of its fluence rate [W m^-2].
+    size: extent of the detector [m], the least distance of a wall;  light: its irradiance, or a quarter of
+    its fluence rate [W m^-2].
     """
-    histories = sum(batch.histories for batch in batches)
-    found = []
+    plan, found = tally.plan, []
     for number, surface in enumerate(plan.scene.surfaces):
-        share = 0.0 if _cannot_light(plan, surface, detector) else _max_diffuse_share(surface)
-        unseen = unseen_scores(_estimated_visits(plan, batches, number, share, light)) if share > 0 else 0.0
+        share = 0.0 if _cannot_light(tally, surface) else _max_diffuse_share(surface)
+        unseen = unseen_scores(_estimated_visits(tally, number, share, light)) if share > 0 else 0.0
         if unseen > 0:
-            distance = max(distance_to_shape(surface.shape, place), size)
+            distance = max(distance_to_shape(surface.shape, tally.shape.middle), size)
             if distance > 0:
-                added = plan.unit / histories * share / (math.pi * distance**2)
+                added = plan.unit / tally.particles * share / (math.pi * distance**2)
                 found.append((unseen * added, distance, display_name(surface, number)))
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
     if most > 0:
         what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has reached it"
-        yield Finding(
-            DOUBTFUL,
-            title,
-            "",
-            what,
-            most,
-            method_backward.more_particles_or_backward(plan.scene),
-            name="unvisited surface",
-        )
+        cure = method_backward.more_particles_or_backward(plan.scene)
+        yield doubtful("unvisited surface", what, most, cure)
 
 
-def _cannot_light(plan: Plan, surface: Surface, detector: Detector | None) -> bool:
+def _cannot_light(tally: Tally, surface: Surface) -> bool:
     """Return whether a surface lies behind the active side of a flat detector."""
-    shape = None if detector is None else plan.scene.shape_of(detector)
-    return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, detector.side)
+    shape = tally.shape
+    return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, tally.detector.side)
 
 
 def _max_diffuse_share(surface: Surface) -> float:
@@ -107,16 +83,16 @@ def _max_diffuse_share(surface: Surface) -> float:
     return max((part.albedo + part.transmission for part in parts), default=0.0)
 
 
-def _estimated_visits(plan: Plan, batches: list[Batch], number: int, share: float, light: float) -> float:
+def _estimated_visits(tally: Tally, number: int, share: float, light: float) -> float:
     """Approximate number of histories of full weight that reached a surface, from its absorbed weight.
 
     A surface that absorbs nothing is assumed to receive the irradiance of the detector.
     """
-    shape, histories = plan.scene.surfaces[number].shape, sum(batch.histories for batch in batches)
+    plan, shape = tally.plan, tally.plan.scene.surfaces[number].shape
     if share >= 1:
-        return math.inf if shape.is_infinite else shape.area * light * histories / plan.unit
+        return math.inf if shape.is_infinite else shape.area * light * tally.particles / plan.unit
     rows = [row for row, owner in enumerate(plan.surface_numbers) if owner == number]
-    return sum(float(batch.absorbed[rows].sum()) for batch in batches) / (1 - share)
+    return sum(float(batch.absorbed[rows].sum()) for batch in tally.batches) / (1 - share)
 
 
 # ---- Diagnostic "grazing": whether a fluence rate depends on grazing light unlike constant radiance.
@@ -129,7 +105,7 @@ def _estimated_visits(plan: Plan, batches: list[Batch], number: int, share: floa
 MAX_CHANCE_AGREEMENT = 1e-6  # probability that so many batches agree by chance under constant radiance
 
 
-def grazing_findings(tally: Tally, title: str) -> Iterator[Finding]:
+def grazing_findings(tally: Tally) -> Iterator[Finding]:
     """The finding about a fluence rate that depends on such light.
 
     No bound is known for how much it is too low.
@@ -141,7 +117,7 @@ def grazing_findings(tally: Tally, title: str) -> Iterator[Finding]:
             f" {2 / GRAZING_CUT:g} instead of 1/|mu|, which holds only for constant radiance"
         )
         cure = "use a VolumeDetector, or turn the detector towards the light"
-        yield Finding(DOUBTFUL, title, "", what, cure=cure, name="grazing")
+        yield doubtful("grazing", what, cure=cure)
 
 
 def grazing_share(tally: Tally) -> float:
@@ -193,51 +169,39 @@ def _is_significant(excess: np.ndarray) -> bool:
 
 def detector_forward_peaks(tally: Tally, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
-    plan, detector, shape = tally.plan, tally.detector, tally.shape
-    has_rays = plan.sends_shadow_rays and plan.adjoint is None and uses_next_event(plan.scene, detector)
-    if not (has_rays and plan.scatters and total.error > 0):
-        return
-    gap, histories = min_collision_distance(plan, shape), int(tally.run.sizes.sum())
-    worst = _largest_collision_score(plan, gap, lambda density: min(1.0, density * shape.area))
-    yield from _forward_peak_finding(
-        worst,
-        1 / histories,
-        f"detector {detector.name!r}",
-        method_backward.more_particles_or_backward(plan.scene),
-    )
+    if _has_rays(tally) and total.error > 0:
+        cure = method_backward.more_particles_or_backward(tally.plan.scene)
+        area = tally.shape.area
+        yield from _forward_peaks(tally, lambda density: min(1.0, density * area), 1 / tally.particles, cure)
 
 
-def point_forward_peaks(plan: Plan, name: str, place: Vector, histories: int) -> Iterator[Finding]:
+def point_forward_peaks(tally: Tally) -> Iterator[Finding]:
     """Findings for a point, with bounds as fluence rates [W m^-2]."""
-    if plan.scatters:
-        worst = _largest_collision_score(plan, min_collision_distance(plan, Point(position=place)), float)
-        cure = "use more particles, or a small VolumeDetector"
-        yield from _forward_peak_finding(worst, plan.unit / histories, f"point detector {name!r}", cure)
+    cure = "use more particles, or a small VolumeDetector"
+    yield from _forward_peaks(tally, float, tally.plan.unit / tally.particles, cure)
 
 
-def _largest_collision_score(plan: Plan, gap: float, score) -> tuple[float, Medium | None]:
-    """The largest score of one collision, and the medium of it; gap: least distance of collisions [m]."""
-    found = []
+def _forward_peaks(
+    tally: Tally, score: Callable[[float], float], each: float, cure: str
+) -> Iterator[Finding]:
+    """The finding about the medium whose collision may score most.
+
+    score: of a collision, from the density of directions per area;  each: weight of a history.  The bound
+    assumes no such score, since the error would show one.
+    """
+    plan = tally.plan
+    if not plan.scatters:
+        return
+    gap, found = min_collision_distance(plan, tally.shape), []  # least distance of collisions [m]
     for medium in plan.distinct_media:
-        scattering = float(np.max(getattr(medium, "scattering", 0.0)))
-        if scattering > 0:
+        if float(np.max(getattr(medium, "scattering", 0.0))) > 0:
             path = max(1.0 / float(np.max(medium.extinction)), gap)
             found.append((score(max_phase_density(medium.phase) / path**2), medium))
-    return max(found, key=lambda one: one[0], default=(0.0, None))
-
-
-def _forward_peak_finding(
-    worst: tuple[float, Medium | None], each: float, title: str, cure: str
-) -> Iterator[Finding]:
-    """The finding; each: weight of a history.
-
-    The bound assumes no such score, since the error would show one.
-    """
-    score, medium = worst
-    if score > 0:
+    largest, medium = max(found, key=lambda one: one[0], default=(0.0, None))
+    if largest > 0:
         angle = math.sqrt(1 / (math.pi * max_phase_density(medium.phase)))
         what = (
             f"light scattered by the {type(medium).__name__} within {angle:.2g} rad of the forward direction"
             " hardly sampled"
         )
-        yield Finding(DOUBTFUL, title, "", what, unseen_scores(0) * score * each, cure, name="forward peak")
+        yield doubtful("forward peak", what, unseen_scores(0) * largest * each, cure)

@@ -27,19 +27,20 @@ from transport.scene.emissions import Beam, Isotropic, Lambertian
 from transport.scene.materials import Diffuse, TwoSided, display_name, elementary_materials
 from transport.scene.sheets import pieces_of
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
-from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
+from transport.statistics.findings import Finding, doubtful, unseen_scores
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
+    from transport.results.tally import Tally
     from transport.scene.materials import Material
     from transport.scene.media import Grid, Medium
+    from transport.scene.sources import Source
     from transport.statistics.estimates import Estimate
 
 
-MAX_RELATIVE_DISTANCE = (
-    0.25  # of a wall's extent: from farther away the wall cannot matter unless the run has no light at all
-)
+# Of a wall's extent: from farther away the wall cannot matter unless the run has no light at all.
+MAX_RELATIVE_DISTANCE = 0.25
 
 
 @dataclass(frozen=True)
@@ -56,16 +57,11 @@ class NearEmitter:
     is_small: bool = False
 
 
-def near_emitter_findings(
-    plan: Plan, name: str, point: Vector, fluence: Estimate, particles: int
-) -> Iterator[Finding]:
+def near_emitter_findings(tally: Tally, fluence: Estimate) -> Iterator[Finding]:
     """The wall that may add most to a point detector, if any; the bound is a fluence rate [W m^-2]."""
     if not fluence.value > 0:
         return
-    found = [
-        (unseen_scores(wall.expected) * wall.added, wall)
-        for wall in _near_emitters(plan, point, fluence, particles)
-    ]
+    found = [(unseen_scores(wall.expected) * wall.added, wall) for wall in _near_emitters(tally, fluence)]
     bound, wall = max(found, key=lambda one: one[0], default=(0.0, None))
     if not bound > 0:
         return
@@ -92,11 +88,12 @@ def near_emitter_findings(
         )
         cure = f"move the point to at least {clear:.2g} m from it, "
     cure += "use more particles, or use a small VolumeDetector"
-    yield Finding(DOUBTFUL, f"point detector {name!r}", "", what, bound, cure, name="near emitter")
+    yield doubtful("near emitter", what, bound, cure)
 
 
-def _near_emitters(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> Iterator[NearEmitter]:
+def _near_emitters(tally: Tally, fluence: Estimate) -> Iterator[NearEmitter]:
     """Diffuse walls, media, emitters with fewer than MIN_SCORES_FOR_ERROR expected histories at the foot."""
+    plan, point, particles = tally.plan, tally.detector.position, tally.particles
     born = plan.unit / (math.pi * particles)  # added by one history straight above a spot 1 m away
     one = born / _splitting_factor(plan, point)
     reach = math.sqrt(4 * MIN_SCORES_FOR_ERROR * one / fluence.value)  # from farther away enough are expected
@@ -208,10 +205,12 @@ def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, Emitter]]:
     sources = plan.scene.sources
     for emitter in plan.emitters:
         if isinstance(emitter.source.emission, Lambertian | Isotropic):
-            shape = emitter.source.shape
             number = next(k for k, source in enumerate(sources) if source is emitter.source)
-            title = f"the source on {shape!r}" if isinstance(shape, str) else f"sources[{number}]"
-            yield title, emitter
+            yield _source_title(sources[number], number), emitter
+
+
+def _source_title(source: Source, number: int) -> str:
+    return f"the source on {source.shape!r}" if isinstance(source.shape, str) else f"sources[{number}]"
 
 
 def _distance(shape: Shape, point: Vector, reach: float, least: float = 0.0) -> float | None:
@@ -289,12 +288,9 @@ def faint_sources(plan: Plan, particles: int) -> list[str]:
     for number, source in enumerate(plan.scene.sources):
         share = math.fsum(emitter.bound for emitter in plan.emitters if emitter.source is source) / total
         if share < 0.5 and particles * share < MIN_SCORES_FOR_ERROR:
-            title = (
-                f"the source on {source.shape!r}" if isinstance(source.shape, str) else f"sources[{number}]"
-            )
             found.append(
-                f"{title} has {share:.2g} of the total power and so about {particles * share:.2g} of"
-                f" {particles} histories: light that only it provides is not resolved; simulate it in a"
-                " separate scene and add the results"
+                f"{_source_title(source, number)} has {share:.2g} of the total power and so about"
+                f" {particles * share:.2g} of {particles} histories: light that only it provides is not"
+                " resolved; simulate it in a separate scene and add the results"
             )
     return found
