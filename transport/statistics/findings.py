@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -129,6 +129,23 @@ class Finding:
         what = f"{of}: {self.what}{self.worth}" if of else self.what
         what += f" ({self.seen})" if self.seen else ""
         return f"{what}. {capitalized(self.cure)}" if self.cure else what
+
+
+class Check(NamedTuple):
+    """An entry of the table of checks and diagnostics (`transport checks`).
+
+    name: of its findings;  detects, cannot_detect: what it finds and what it misses;  run: of a scene it
+    raises an error, of a result it returns the texts of notes; None for what single tallies are examined for.
+    """
+
+    name: str
+    detects: str
+    cannot_detect: str = ""
+    run: Callable[[Any], Iterable[str] | None] | None = None
+
+    def record(self) -> dict[str, str]:
+        """Return the words as a dictionary of JSON types."""
+        return {"name": self.name, "detects": self.detects, "cannot_detect": self.cannot_detect}
 
 
 def doubtful(name: str, what: str, bound: Any = np.nan, cure: str = USE_MORE, **evidence: Any) -> Finding:

@@ -26,6 +26,14 @@ from transport.results.diagnostics.empty_detector import (
     no_light_departs,
     no_light_message,
 )
+from transport.results.diagnostics.nearby import (
+    detector_forward_peaks,
+    detector_unvisited_findings,
+    grazing_findings,
+    near_emitter_findings,
+    point_forward_peaks,
+    unvisited_surface_findings,
+)
 from transport.results.diagnostics.path_classes import (
     ALL_LIGHT,
     PathClass,
@@ -33,20 +41,12 @@ from transport.results.diagnostics.path_classes import (
     detector_path_findings,
 )
 from transport.results.diagnostics.proofs import max_transmitted_weight
-from transport.results.diagnostics.rays import (
-    detector_forward_peaks,
-    detector_unvisited_findings,
-    grazing_findings,
-    point_forward_peaks,
-    unvisited_surface_findings,
-)
 from transport.results.diagnostics.score_sizes import (
     detector_scores,
     equal_scores,
     point_detector_scores,
     single_cell_scores,
 )
-from transport.results.diagnostics.sources import near_emitter_findings
 from transport.results.phase_space import PhaseReading
 from transport.results.points import PointReading
 from transport.results.tally import Quantity, Tally

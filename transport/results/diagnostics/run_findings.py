@@ -7,14 +7,13 @@ finding names, and errors of the scene itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from transport.results.choice import more_particles_cure
-from transport.results.diagnostics.empty_detector import no_arrival_warning
-from transport.results.diagnostics.sources import faint_sources
+from transport.results.diagnostics.table import DIAGNOSTICS
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import (
     DOUBTFUL,
@@ -45,15 +44,11 @@ def quality_of_result(result: Record, name: str | EstimateOrArray) -> Quality:
 
 
 def findings_of(result: Record) -> tuple[Finding, ...]:
-    """All findings to read before the numbers are used: of sources and particles, then of each detector."""
+    """All findings to read before the numbers are used: of the whole run, then of each detector."""
     scene = result.scene
-    found = [note("lost particles", what) for what in _particle_messages(result)]
-    found += [note("faint source", what) for what in faint_sources(result.plan, result.particles)]
+    found = [note(check.name, what) for check in DIAGNOSTICS if check.run for what in check.run(result)]
     for detector in (*scene.meters, *scene.volumes, *scene.points, *scene.instruments, *scene.phase_spaces):
         found += result[detector.name].diagnosis.findings()
-    if away := [other for other in scene.meters if result[other.name].diagnosis.cannot_arrive]:
-        found.append(note("enclosed detector", no_arrival_warning(away)))
-    found += [note("aim", what) for what in _aim_messages(result)]
     return tuple(found)
 
 
@@ -104,44 +99,3 @@ def _cure_with_number(cure: str, particles: float) -> str:
         "more particles",
         f"about {math.ceil(particles / power) * power:.0e} particles".replace("e+0", "e").replace("e+", "e"),
     )
-
-
-def _particle_messages(result: Record) -> Iterator[str]:
-    """Messages about lost particles and contradictory media, and about aims without births."""
-    batches = result.batches
-    if lost := sum(batch.lost for batch in batches):
-        yield (
-            f"{lost} histories were lost, and their weight is in the ledger as `lost`: a history in a finite"
-            " body of a medium had no surface ahead (the surfaces leave a gap, or a ray ran along an edge),"
-            " or had more than 2^24 events"
-        )
-    if unseen := sum(batch.unseen for batch in batches):
-        yield (
-            f"{unseen} times a particle left a body of a medium without having entered it: its surfaces"
-            " leave a gap, or rays ran along an edge"
-        )
-    if astray := sum(batch.astray for batch in batches):
-        yield (
-            f"{astray} times light reached a Dielectric from a medium of another index than the surface"
-            " separates: close its gaps, or give adjacent media the same index"
-        )
-    is_aimed = result.plan.adjoint is None and any(
-        emitter.target is not None for emitter in result.plan.emitters
-    )
-    if is_aimed and sum(batch.born for batch in batches) == 0:
-        yield "nothing is emitted towards the aim: it lies behind its source"
-
-
-def _aim_messages(result: Record) -> Iterator[str]:
-    """The detectors for which an aim does not cover every path."""
-    scene = result.scene
-    aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.adjoint is None]
-    for detector in scene.meters if aims else ():
-        on_the_way = [
-            other for other in scene.meters if other is detector or other.name in (detector.via or ())
-        ]
-        if any(aim not in [scene.shape_of(other) for other in on_the_way] for aim in aims):
-            yield f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
-    for volume in scene.volumes if aims else ():
-        if any(aim != scene.shape_of(volume) for aim in aims):
-            yield f"volume detector {volume.name!r} sees an aimed source only in the directions of its aim"

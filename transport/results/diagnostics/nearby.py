@@ -1,23 +1,20 @@
-"""Diagnostic "near emitter": whether a run misses light of a wall, emitter or thick medium near a point.
-
-Half of the light that reaches a point at the small distance d from a diffuse wall leaves the wall within
-about d of the nearest spot (the foot).  If hardly any history leaves there, all of its light is missing, and
-so is its variance: neither scores nor errors show it.  Geometry shows it: a single history at the foot would
-add w cos / (pi d^2), which must not matter.  With n histories per area pi d^2 it is sqrt(2 / n) errors of the
-wall's light, whose scores s then have (sum of s^2)^2 / (sum of s^4) = 5 n / 4.  A scattering medium counts as
-such a wall, as rough as its mean free path is long.
-"""
+"""Diagnostics of light from near a detector, which few histories carry, and of light at grazing angles."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.distances import distance_to_shape
+from transport.compile import method_backward
+from transport.compile.layout import GRAZING_CUT
+from transport.compile.method_expected import uses_next_event
+from transport.compile.next_event import max_phase_density, min_collision_distance
+from transport.compile.volumes import weights_vary
+from transport.geometry.distances import distance_to_shape, is_behind
 from transport.geometry.flat import FlatShape
 from transport.geometry.mesh import Mesh
 from transport.geometry.shape import Shape
@@ -26,18 +23,28 @@ from transport.scene.bodies import body_bits_at, nested_bodies, surrounding_medi
 from transport.scene.emissions import Beam, Isotropic, Lambertian
 from transport.scene.materials import Diffuse, TwoSided, display_name, elementary_materials
 from transport.scene.sheets import pieces_of
-from transport.statistics.batches import MIN_SCORES_FOR_ERROR
+from transport.statistics.batches import MIN_SCORES_FOR_ERROR, student_quantile
+from transport.statistics.chunked import batch_totals
 from transport.statistics.findings import Finding, doubtful, unseen_scores
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
     from transport.results.tally import Tally
-    from transport.scene.materials import Material
+    from transport.scene.materials import Material, Surface
     from transport.scene.media import Grid, Medium
     from transport.scene.sources import Source
     from transport.statistics.estimates import Estimate
 
+
+# ---- Diagnostic "near emitter": whether a run misses light of a wall, emitter or thick medium near a point.
+#
+# Half of the light that reaches a point at the small distance d from a diffuse wall leaves the wall within
+# about d of the nearest spot (the foot).  If hardly any history leaves there, all of its light is missing,
+# and so is its variance: neither scores nor errors show it.  Geometry shows it: a single history at the foot
+# would add w cos / (pi d^2), which must not matter.  With n histories per area pi d^2 it is sqrt(2 / n)
+# errors of the wall's light, whose scores s then have (sum of s^2)^2 / (sum of s^4) = 5 n / 4.  A scattering
+# medium counts as such a wall, as rough as its mean free path is long.
 
 # Of a wall's extent: from farther away the wall cannot matter unless the run has no light at all.
 MAX_RELATIVE_DISTANCE = 0.25
@@ -99,9 +106,7 @@ def _near_emitters(tally: Tally, fluence: Estimate) -> Iterator[NearEmitter]:
     reach = math.sqrt(4 * MIN_SCORES_FOR_ERROR * one / fluence.value)  # from farther away enough are expected
     # Diffuse walls.
     for title, piece, material in _diffuse_walls(plan, point, reach):
-        share = _diffuse_share_of_side(
-            material, _side(piece, point) if isinstance(material, TwoSided) else 0.0
-        )
+        share = _diffuse_share(material, _side(piece, point) if isinstance(material, TwoSided) else 0.0)
         distance = _distance(piece, point, reach)
         if distance is not None and not _is_negligible(plan, share, fluence):
             arrivals = distance**2 * fluence.value / 4 / one  # as in isotropic light
@@ -206,10 +211,11 @@ def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, Emitter]]:
     for emitter in plan.emitters:
         if isinstance(emitter.source.emission, Lambertian | Isotropic):
             number = next(k for k, source in enumerate(sources) if source is emitter.source)
-            yield _source_title(sources[number], number), emitter
+            yield source_title(sources[number], number), emitter
 
 
-def _source_title(source: Source, number: int) -> str:
+def source_title(source: Source, number: int) -> str:
+    """Name of a source in messages."""
     return f"the source on {source.shape!r}" if isinstance(source.shape, str) else f"sources[{number}]"
 
 
@@ -249,7 +255,7 @@ def _side(shape: Shape, point: Vector) -> float:
     return 0.0
 
 
-def _diffuse_share_of_side(material: Material, side: float) -> float:
+def _diffuse_share(material: Material, side: float = 0.0) -> float:
     """Largest share of a history's weight that leaves a wall diffusely on a side; side 0.0: on any."""
     sides = (material, material)
     if isinstance(material, TwoSided):
@@ -271,26 +277,177 @@ def _is_negligible(plan: Plan, share: float, fluence: Estimate) -> bool:
     return not has_beams and 2 * share * fluence.value < fluence.error / 2
 
 
-# ---- Diagnostic "faint source".
+# ---- Diagnostic "unvisited surface": whether any history reached a small wall close to a detector.
 #
-# Sources with so small a share of the power that hardly any history is born on them.
+# A detector with next-event estimation knows the light from afar after a few histories.  The light of a small
+# wall close to it comes from the few histories that reach that wall, each with a score larger by the inverse
+# square of the distance.  Before the first of them the mean is too low, and nothing in the scores shows it.
+# The energy balance does: it has the absorbed weight of each surface, and so the number of histories that
+# reached it; geometry gives the score of one of them.
 
 
-def faint_sources(plan: Plan, particles: int) -> list[str]:
-    """Return a warning for each source with fewer than MIN_SCORES_FOR_ERROR expected histories.
+def detector_unvisited_findings(tally: Tally, total: Estimate) -> Iterator[Finding]:
+    """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
+    plan, shape = tally.plan, tally.shape
+    if _has_rays(tally) and total.error > 0:
+        light = total.value * plan.unit / shape.area
+        for finding in unvisited_surface_findings(tally, shape.extent, light):
+            yield replace(finding, bound=finding.bound * shape.area / plan.unit)
 
-    Births are drawn in proportion to power.
+
+def _has_rays(tally: Tally) -> bool:
+    """Return whether next-event estimation finds light for a detector in a forward run."""
+    plan = tally.plan
+    return plan.sends_shadow_rays and plan.adjoint is None and uses_next_event(plan.scene, tally.detector)
+
+
+def unvisited_surface_findings(tally: Tally, size: float, light: float) -> Iterator[Finding]:
+    """The wall that may add most, if any; the bound is an irradiance or fluence rate [W m^-2].
+
+    size: extent of the detector [m], the least distance of a wall;  light: its irradiance, or a quarter of
+    its fluence rate [W m^-2].
     """
-    if plan.adjoint is not None:
-        return []
-    total = math.fsum(emitter.bound for emitter in plan.emitters)
-    found = []
-    for number, source in enumerate(plan.scene.sources):
-        share = math.fsum(emitter.bound for emitter in plan.emitters if emitter.source is source) / total
-        if share < 0.5 and particles * share < MIN_SCORES_FOR_ERROR:
-            found.append(
-                f"{_source_title(source, number)} has {share:.2g} of the total power and so about"
-                f" {particles * share:.2g} of {particles} histories: light that only it provides is not"
-                " resolved; simulate it in a separate scene and add the results"
-            )
-    return found
+    plan, found = tally.plan, []
+    for number, surface in enumerate(plan.scene.surfaces):
+        share = 0.0 if _cannot_light(tally, surface) else _diffuse_share(surface.material)
+        unseen = unseen_scores(_estimated_visits(tally, number, share, light)) if share > 0 else 0.0
+        if unseen > 0:
+            distance = max(distance_to_shape(surface.shape, tally.shape.middle), size)
+            if distance > 0:
+                added = plan.unit / tally.particles * share / (math.pi * distance**2)
+                found.append((unseen * added, distance, display_name(surface, number)))
+    most, distance, wall = max(found, default=(0.0, 0.0, ""))
+    if most > 0:
+        what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has reached it"
+        cure = method_backward.more_particles_or_backward(plan.scene)
+        yield doubtful("unvisited surface", what, most, cure)
+
+
+def _cannot_light(tally: Tally, surface: Surface) -> bool:
+    """Return whether a surface lies behind the active side of a flat detector."""
+    shape = tally.shape
+    return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, tally.detector.side)
+
+
+def _estimated_visits(tally: Tally, number: int, share: float, light: float) -> float:
+    """Approximate number of histories of full weight that reached a surface, from its absorbed weight.
+
+    A surface that absorbs nothing is assumed to receive the irradiance of the detector.
+    """
+    plan, shape = tally.plan, tally.plan.scene.surfaces[number].shape
+    if share >= 1:
+        return math.inf if shape.is_infinite else shape.area * light * tally.particles / plan.unit
+    rows = [row for row, owner in enumerate(plan.surface_numbers) if owner == number]
+    return sum(float(batch.absorbed[rows].sum()) for batch in tally.batches) / (1 - share)
+
+
+# ---- Diagnostic "forward peak": whether next-event estimation has sampled sharply forward scattering.
+#
+# Each collision scores at a detector by the density of its phase function, which for g near 1 is next to
+# nothing outside a narrow cone.  The scattered light comes from the few collisions whose cone contains the
+# detector, each with a score as large as the cone is narrow.  Until some have come the mean is too low, and
+# nothing in the scores shows it.  The score of one is known: the largest density of the phase function over
+# the square of a free path.
+
+
+def detector_forward_peaks(tally: Tally, total: Estimate) -> Iterator[Finding]:
+    """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
+    if _has_rays(tally) and total.error > 0:
+        cure = method_backward.more_particles_or_backward(tally.plan.scene)
+        area = tally.shape.area
+        yield from _forward_peaks(tally, lambda density: min(1.0, density * area), 1 / tally.particles, cure)
+
+
+def point_forward_peaks(tally: Tally) -> Iterator[Finding]:
+    """Findings for a point, with bounds as fluence rates [W m^-2]."""
+    cure = "use more particles, or a small VolumeDetector"
+    yield from _forward_peaks(tally, float, tally.plan.unit / tally.particles, cure)
+
+
+def _forward_peaks(
+    tally: Tally, score: Callable[[float], float], each: float, cure: str
+) -> Iterator[Finding]:
+    """The finding about the medium whose collision may score most.
+
+    score: of a collision, from the density of directions per area;  each: weight of a history.  The bound
+    assumes no such score, since the error would show one.
+    """
+    plan = tally.plan
+    if not plan.scatters:
+        return
+    gap, found = min_collision_distance(plan, tally.shape), []  # least distance of collisions [m]
+    for medium in plan.distinct_media:
+        if float(np.max(getattr(medium, "scattering", 0.0))) > 0:
+            path = max(1.0 / float(np.max(medium.extinction)), gap)
+            found.append((score(max_phase_density(medium.phase) / path**2), medium))
+    largest, medium = max(found, key=lambda one: one[0], default=(0.0, None))
+    if largest > 0:
+        angle = math.sqrt(1 / (math.pi * max_phase_density(medium.phase)))
+        what = (
+            f"light scattered by the {type(medium).__name__} within {angle:.2g} rad of the forward direction"
+            " hardly sampled"
+        )
+        yield doubtful("forward peak", what, unseen_scores(0) * largest * each, cure)
+
+
+# ---- Diagnostic "grazing": whether a fluence rate depends on grazing light unlike constant radiance.
+#
+# Below the grazing cut a crossing scores its mean under constant radiance, 2/cut, instead of 1/|mu|.  Diffuse
+# light agrees with that, and brings a thousandth of its fluence there; a beam at that angle does not.  Under
+# constant radiance as many crossings are nearer to grazing than cut/sqrt(2) as are farther, and batches count
+# the difference (engine/tally.py).
+
+MAX_CHANCE_AGREEMENT = 1e-6  # probability that so many batches agree by chance under constant radiance
+
+
+def grazing_findings(tally: Tally) -> Iterator[Finding]:
+    """The finding about a fluence rate that depends on such light.
+
+    No bound is known for how much it is too low.
+    """
+    share = grazing_share(tally)
+    if share > 0:
+        what = (
+            f"{share:.2g} or more of it is crossings of |mu| < {GRAZING_CUT:g}, each scored as"
+            f" {2 / GRAZING_CUT:g} instead of 1/|mu|, which holds only for constant radiance"
+        )
+        cure = "use a VolumeDetector, or turn the detector towards the light"
+        yield doubtful("grazing", what, cure=cure)
+
+
+def grazing_share(tally: Tally) -> float:
+    """Approximate least share of the fluence rate from asymmetric crossings beyond the cut; 0 if uncertain.
+
+    A certain asymmetry matters: an excess above five square roots of a number of crossings is that many of
+    the standard errors that they make.
+    """
+    weights, slants = (
+        sum(batch_totals(tally.sums(f"{kind} {side}")) for side in ("in", "out"))
+        for kind in ("weight", "slant")
+    )
+    counts = sum(tally.number_of(f"weight {side}") for side in ("in", "out"))
+    if not slants.any():
+        return 0.0
+    inverse = slants.sum() / weights.sum()  # mean of 1/|mu|
+    if weights_vary(tally.plan):  # counts do not measure weights
+        return 1.0 if inverse > 1 / GRAZING_CUT else 0.0
+    number = [detector.name for detector in tally.scene.meters].index(tally.name)
+    excess = np.array([batch.grazing[number] for batch in tally.batches], float)
+    if abs(excess.sum()) < MIN_SCORES_FOR_ERROR or not _is_significant(excess):
+        return 0.0
+    return min(1.0, 2 / GRAZING_CUT / inverse * abs(excess.sum()) / counts)
+
+
+def _is_significant(excess: np.ndarray) -> bool:
+    """Return whether batches agree that the mean is not zero.
+
+    A history may graze many times, but only in its batch.
+    """
+    if len(excess) < 2:  # an interrupted run: nothing to compare
+        return False
+    limit = (
+        student_quantile(1 - MAX_CHANCE_AGREEMENT / 2, len(excess) - 1)
+        * excess.std(ddof=1)
+        / math.sqrt(len(excess))
+    )
+    return abs(excess.mean()) > limit
