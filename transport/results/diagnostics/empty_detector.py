@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from itertools import product
+from itertools import product, starmap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -106,12 +106,8 @@ def no_light_departs(scene: Scene, shape: Shape, detector: Detector) -> bool:
 
     No light reaches its other side, and it is no surface.
     """
-    if is_on_surface(scene, shape, detector) or any(
-        are_on_one_support(one, other)
-        for surface in scene.surfaces
-        for one, other in product(pieces_of(shape), pieces_of(surface.shape))
-    ):  # such a surface reflects arrivals
-        return False
+    if is_on_surface(scene, shape, detector) or any(_share_support(shape, s.shape) for s in scene.surfaces):
+        return False  # such a surface reflects arrivals
     return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
 
 
@@ -150,10 +146,14 @@ def _is_opaque(scene: Scene, detector: Detector) -> bool:
 def _has_source_on(scene: Scene, shape: Shape) -> bool:
     """Return whether a source lies on a shape, so that particles depart from the shape at birth."""
     return any(
-        source.emission.has_side and are_on_one_support(one, other)
+        source.emission.has_side and _share_support(shape, origin)
         for source, origin in _sources_with_shapes(scene)
-        for one, other in product(pieces_of(shape), pieces_of(origin))
     )
+
+
+def _share_support(shape: Shape, other: Shape) -> bool:
+    """Return whether any pieces of two shapes lie on one plane or quadric."""
+    return any(starmap(are_on_one_support, product(pieces_of(shape), pieces_of(other))))
 
 
 # ---- opaque rooms ----
@@ -304,8 +304,7 @@ def _behind_sources_reason(scene: Scene, shape: Shape) -> str | None:
         return None
     for origin, side in emitting:
         is_flat = side is not None and isinstance(origin, FlatShape)
-        is_on_it = any(are_on_one_support(piece, origin) for piece in pieces_of(shape))
-        if not is_flat or is_on_it or not is_behind(shape, origin, side):
+        if not is_flat or _share_support(shape, origin) or not is_behind(shape, origin, side):
             return None
     return (
         "it lies behind every source, and nothing reflects light to it. Reverse the normals of the sources,"

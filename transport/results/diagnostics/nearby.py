@@ -100,8 +100,8 @@ def near_emitter_findings(tally: Tally, fluence: Estimate) -> Iterator[Finding]:
 
 def _near_emitters(tally: Tally, fluence: Estimate) -> Iterator[NearEmitter]:
     """Diffuse walls, media, emitters with fewer than MIN_SCORES_FOR_ERROR expected histories at the foot."""
-    plan, point, particles = tally.plan, tally.detector.position, tally.particles
-    born = plan.unit / (math.pi * particles)  # added by one history straight above a spot 1 m away
+    plan, point = tally.plan, tally.detector.position
+    born = plan.unit / (math.pi * tally.particles)  # added by one history straight above a spot 1 m away
     one = born / _splitting_factor(plan, point)
     reach = math.sqrt(4 * MIN_SCORES_FOR_ERROR * one / fluence.value)  # from farther away enough are expected
     # Diffuse walls.
@@ -122,36 +122,20 @@ def _near_emitters(tally: Tally, fluence: Estimate) -> Iterator[NearEmitter]:
             yield NearEmitter(title, distance, one * share / distance**2, arrivals, extent, shape is None)
     # Emitters, small ones as a whole and large ones by the foot.
     for title, emitter in _diffuse_emitters(plan):
-        if (lamp := _small_lamp(plan, title, emitter, point, particles, born)) is not None:
-            yield lamp
-        if lamp is not None or not isinstance(emitter.source.emission, Lambertian):
+        shape, has_side = emitter.shape, emitter.source.emission.has_side
+        if has_side and _side(shape, point) == (1.0 if emitter.source.is_back else -1.0):  # it faces away
             continue
-        exitance = emitter.amount / emitter.shape.area
-        distance = _distance(emitter.shape, point, math.sqrt(MIN_SCORES_FOR_ERROR * born / exitance))
-        if distance is None or _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0):
-            continue
-        births = distance**2 * exitance / born
-        if 2 * exitance > fluence.error / 2:
-            added = born * _inverse_square_cosine(emitter.shape, point, distance)
-            yield NearEmitter(title, distance, added, births, emitter.shape.extent)
-
-
-def _small_lamp(
-    plan: Plan, title: str, emitter: Emitter, point: Vector, particles: int, born: float
-) -> NearEmitter | None:
-    """A source so small as seen from the point that births score alike; None if large or facing away.
-
-    born: score of a birth straight below a spot 1 m away [W m^-2].
-    """
-    distance = 0.0 if emitter.shape.is_infinite else distance_to_shape(emitter.shape, point)
-    has_side = emitter.source.emission.has_side
-    if not distance > MAX_RELATIVE_DISTANCE * emitter.shape.extent or (
-        has_side and _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0)
-    ):
-        return None
-    births = particles * emitter.bound / math.fsum(each.bound for each in plan.emitters)
-    added = born / distance**2 if has_side else born / 4 / distance**2
-    return NearEmitter(title, distance, added, births, emitter.shape.extent, is_small=True)
+        distance = 0.0 if shape.is_infinite else distance_to_shape(shape, point)
+        if distance > MAX_RELATIVE_DISTANCE * shape.extent:  # births on it score alike
+            births = tally.particles * emitter.bound / math.fsum(each.bound for each in plan.emitters)
+            added = born / distance**2 if has_side else born / 4 / distance**2
+            yield NearEmitter(title, distance, added, births, shape.extent, is_small=True)
+        elif isinstance(emitter.source.emission, Lambertian):
+            exitance = emitter.amount / shape.area
+            distance = _distance(shape, point, math.sqrt(MIN_SCORES_FOR_ERROR * born / exitance))
+            if distance is not None and 2 * exitance > fluence.error / 2:
+                added, births = born * _inverse_square_cosine(shape, point, distance), distance**2 * exitance
+                yield NearEmitter(title, distance, added, births / born, shape.extent)
 
 
 def _splitting_factor(plan: Plan, point: Vector) -> float:
