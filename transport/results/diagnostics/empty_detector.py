@@ -290,8 +290,12 @@ def _bounding_ball(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 
 def _opaque_rooms(scene: Scene) -> list[Room]:
     """The rooms that opaque surfaces enclose; computed once per scene."""
-    opaque = {number: s for number, s in enumerate(scene.surfaces) if not is_transmissive(s.material)}
-    return proven(scene, "opaque rooms", lambda: finite_enclosures(opaque))
+    surfaces = enumerate(scene.surfaces)
+    return proven(
+        scene,
+        "opaque rooms",
+        lambda: finite_enclosures({k: s for k, s in surfaces if not is_transmissive(s.material)}),
+    )
 
 
 # ---- planes ----
