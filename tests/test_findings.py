@@ -22,9 +22,8 @@ from transport.cli.commands import app
 from transport.compile.layout import SIZE_CELLS
 from transport.compile.next_event import _bound_by_angles
 from transport.compile.volumes import EDGES
-from transport.results.backward import missing_of_cells
 from transport.results.diagnostics import proofs
-from transport.results.diagnostics.path_classes import ALL_LIGHT
+from transport.results.diagnostics.path_classes import ALL_LIGHT, cell_path_findings
 from transport.results.diagnostics.proofs import DirectView, Probe, specular_surfaces_of
 from transport.results.diagnostics.table import DIAGNOSTICS
 from transport.statistics import findings
@@ -511,9 +510,9 @@ def test_alike_bins_are_judged_as_no_bins_are():
         detector = tp.Detector(tp.Disk(radius=0.01), "m", directions=bins)
         scene = tp.Scene([lamp], [tp.Surface(panel, tp.Mirror(1.0), "mirror")], [detector])
         result = tp.simulate(scene, 1e4, seed=1, estimator="backward", threads=1, progress=False)
-        cells = result["m"]._cells
-        bounds.append([each.bound for each in missing_of_cells(cells, detector, "", result["m"]._extents)])
-        assert bounds[-1] == [each.bound for each in missing_of_cells(cells, detector, "")]
+        reading = result["m"]
+        bounds.append([each.bound for each in cell_path_findings(reading, reading.extents)])
+        assert bounds[-1] == [each.bound for each in cell_path_findings(reading)]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-12) and bounds[0]
 
 
