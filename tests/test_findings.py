@@ -22,10 +22,9 @@ from transport.cli.commands import app
 from transport.compile.layout import SIZE_CELLS
 from transport.compile.next_event import _bound_by_angles
 from transport.compile.volumes import EDGES
-from transport.results.backward import missing_of_cells
 from transport.results.diagnostics import proofs
-from transport.results.diagnostics.path_classes import ALL_LIGHT
-from transport.results.diagnostics.proofs import bound_by_lines, bound_by_probe, specular_surfaces_of
+from transport.results.diagnostics.path_classes import ALL_LIGHT, cell_path_findings
+from transport.results.diagnostics.proofs import DirectView, Probe, specular_surfaces_of
 from transport.results.diagnostics.table import DIAGNOSTICS
 from transport.statistics import findings
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
@@ -270,7 +269,7 @@ MIRRORED = 0.824336  # [W m^-2], by the lamp's image
 @pytest.mark.parametrize("material", [tp.Mirror(1.0), tp.Mirror(1e-6), tp.Mirror(0.3, 0.6)])
 def test_a_probe_finds_what_a_mirror_sends_and_bounds_it(material):
     exact = MIRRORED * material.reflectance * math.pi * 1e-6
-    bound, found = proofs._backward_probe(mirror(material), EYE, [0], 1 << 22)
+    bound, found = Probe(mirror(material), EYE, [0])._measure(1 << 22)
     assert abs(found - exact) < 2 * (bound - found) < 0.2 * exact  # four standard errors
 
 
@@ -280,7 +279,7 @@ def test_a_probe_from_the_lamp_finds_what_a_mirror_sends_on_to_diffuse_walls():
     screen = tp.Surface(tp.Disk(center=(0.5, 0, 1.2), normal=(0.6, 0, 0.8), radius=0.5), tp.Black(), "screen")
     meter = tp.Detector(tp.Disk(center=(1.5, 0, 0), normal=(0, 0, -1), radius=0.2), "m")
     scene = tp.Scene(LAMP, [tp.Surface(PANEL, tp.Mirror(0.9), "mirror"), wall, screen], meter)
-    by_lamp = bound_by_probe(scene, meter, [0], 1e6, 0.0, scene.sources[0])
+    by_lamp = Probe(scene, meter, [0], scene.sources[0]).bound(1e6, 0.0)
     with_mirror, without = (
         tp.simulate(each, 1e6, seed=1, estimator="expected", progress=False)["m"].flux_in
         for each in (scene, tp.Scene(LAMP, [tp.Surface(PANEL, tp.Black()), wall, screen], meter))
@@ -298,7 +297,7 @@ def test_no_probe_is_below_what_specular_surfaces_send(name):
     scene, sensor = case.scene(radius), case.scene(radius).detectors[0]
     surfaces = specular_surfaces_of(scene, scene.shape_of(sensor), sensor.side)
     assert surfaces
-    bound, found = bound_by_probe(scene, sensor, surfaces, 1e6, 0.0)
+    bound, found = Probe(scene, sensor, surfaces).bound(1e6, 0.0)
     mirrored = sum(
         light.value for light in case.lights(radius) if light.rates.get("expected", math.inf) < math.inf
     )
@@ -311,13 +310,13 @@ def test_a_probe_of_long_histories_is_as_short_as_its_run(monkeypatch, tmp_path)
     eye = tp.Detector(tp.Disk(center=(0.1, 0.2, -0.3), radius=1e-5), "m")
     scene = tp.Scene(lamp, tp.Surface(tp.Box(size=1.0), tp.Mirror(0.999), "box"), eye)
     result = tp.simulate(scene, 500, seed=1, estimator="expected", threads=1, progress=False)
-    probes, run_probe = [], proofs._run_probe
+    probes, run_probe = [], Probe.run
 
     def recorded(*args):
         probes.append(run_probe(*args))
         return probes[-1]
 
-    monkeypatch.setattr(proofs, "_run_probe", recorded)
+    monkeypatch.setattr(Probe, "run", recorded)
     finding = result["m"].irradiance.findings[0]
     events = sum(probe.cost.crossings + probe.cost.collisions for probe in probes)
     assert 1e6 < events < 2**23 * 1.25
@@ -511,9 +510,9 @@ def test_alike_bins_are_judged_as_no_bins_are():
         detector = tp.Detector(tp.Disk(radius=0.01), "m", directions=bins)
         scene = tp.Scene([lamp], [tp.Surface(panel, tp.Mirror(1.0), "mirror")], [detector])
         result = tp.simulate(scene, 1e4, seed=1, estimator="backward", threads=1, progress=False)
-        cells = result["m"]._cells
-        bounds.append([each.bound for each in missing_of_cells(cells, detector, "", result["m"]._extents)])
-        assert bounds[-1] == [each.bound for each in missing_of_cells(cells, detector, "")]
+        reading = result["m"]
+        bounds.append([each.bound for each in cell_path_findings(reading, reading.extents)])
+        assert bounds[-1] == [each.bound for each in cell_path_findings(reading)]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-12) and bounds[0]
 
 
@@ -697,7 +696,7 @@ def test_the_table_of_diagnostics_is_printed_and_knows_every_finding():
     code = "".join(
         path.read_text() for room in ("statistics", "results") for path in (library / room).rglob("*.py")
     )
-    written = set(re.findall(r"""(?:\bname=|_note\()"(.+?)\"""", code))
+    written = set(re.findall(r"""(?:\bname=|\b(?:note|doubtful)\()"(.+?)\"""", code))
     assert len(written) > 12 and written <= names
     assert {findings.FEW_CARRIERS, findings.UNKNOWN, ALL_LIGHT} <= names
 
@@ -783,9 +782,8 @@ def test_lines_between_plates_know_how_near_these_are(gap):
     mask = tp.Disk(center=(0, 0, gap / 2), radius=size, inner_radius=hole)
     plate = tp.Detector(tp.Disk(radius=size), name="plate")
     scene = tp.Scene(lamp, tp.Surface(mask, tp.Diffuse(0.0)), detectors=plate)
-    bound, is_shown = bound_by_lines(
-        scene, plate, 0, [SimpleNamespace(shape=plate.shape)], lamp.shape, "front", 0.0
-    )
+    parts = [SimpleNamespace(shape=plate.shape)]
+    bound, is_shown = DirectView(scene, plate, parts, 0, lamp.shape, "front").bound(0.0)
     most = (hole / size) ** 2  # of what all of the plate sees through the hole, nearly all of it
     assert not is_shown and 0.9 * most < bound <= 1.0
 

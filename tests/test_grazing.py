@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.results.diagnostics.rays import _is_significant
+from transport.results.diagnostics.nearby import _is_significant
 
 DISK = tp.Disk(radius=0.5)
 METER = tp.Detector(DISK, "meter")

@@ -128,14 +128,14 @@ def test_histories_that_run_backwards_are_counted_by_size():
     """Of one cell: as many as met a source, and what they brought lies between the cells' edges."""
     scene, _ = hidden(0.01)
     result = run(scene, 20_000, 1, estimator="backward")
-    scores = result["meter"].scores_on(0)
+    scores = result["meter"].diagnosis.score_sizes("weight in")
     brought = result["meter"].irradiance.value / math.pi * result.particles
     assert scores.number == round(result["meter"].counts.value) == scores.counts.sum()
     least, most = (scores.counts @ edges for edges in (scores.low, scores.high))
     assert least < brought < most < 1.26 * least  # a quarter of an octave
     bins = tp.Detector(scene.detectors[0].shape, "meter", directions=tp.Directions(mu=2))
     result = run(tp.Scene(scene.sources, scene.surfaces, [bins]), 20_000, 1, estimator="backward")
-    assert len(result["meter"].scores_on(0).counts) == 1
+    assert len(result["meter"].diagnosis.score_sizes("weight in").counts) == 1
 
 
 def test_quasi_random_points_leave_nothing_to_come():

@@ -14,7 +14,7 @@ from tests.test_grazing import METER, flat_beam
 from tests.test_quality import quality_of_draws
 from transport.compile.methods import Method
 from transport.results.choice import Pilot
-from transport.results.diagnostics.proofs import bound_by_probe
+from transport.results.diagnostics.proofs import Probe
 from transport.results.diagnostics.run_findings import warnings_of
 from transport.run.auto import cheapest, choose_method, select_method
 from transport.statistics.estimates import Estimate, EstimateArray
@@ -168,7 +168,7 @@ def test_a_wide_bin_among_narrow_ones_has_fewer_histories_to_find_strong_rays():
 def test_a_probe_of_a_dark_gloss_finds_its_share_of_a_bright_one():
     """Probes brighten what is dark, and count the less."""
     bright, dark = (
-        bound_by_probe(mirror(tp.Glossy(0.05, albedo)), EYE, [0], 1e6, 0.0)[1] for albedo in (1.0, 0.01)
+        Probe(mirror(tp.Glossy(0.05, albedo)), EYE, [0]).bound(1e6, 0.0)[1] for albedo in (1.0, 0.01)
     )
     assert 0.7 < dark / (0.01 * bright) < 1.4
 

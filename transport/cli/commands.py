@@ -46,7 +46,7 @@ from transport.cli.run import checked_experiment, is_complete, outcomes_record
 from transport.cli.show import docs, gallery, schema, view
 from transport.cli.verify import verify_hard, verify_laws, verify_long
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
-from transport.results.diagnostics.table import DIAGNOSTICS
+from transport.results.diagnostics.table import CHECKS
 from transport.validation import SceneError, name_hint
 from transport.verification.experiment import experiment, experiment_names, iterate_outcomes
 
@@ -279,7 +279,7 @@ def checks(json: Json = False) -> None:
       transport checks --json
     """
     if json:
-        print_json([diagnostic._asdict() for diagnostic in DIAGNOSTICS])
+        print_json([check.record() for check in CHECKS])
     else:
         print_checks()
 

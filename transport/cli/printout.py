@@ -13,7 +13,7 @@ from transport.cli.console import NO_BREAK_SPACE, console, print_labelled, print
 from transport.cli.costs import Costs
 from transport.cli.run import draw_experiment, is_complete, verdict_on, warnings_of
 from transport.cli.tables import bins_table, case_table, cost_table, effect_table, ledger_line
-from transport.results.diagnostics.table import DIAGNOSTICS
+from transport.results.diagnostics.table import CHECKS
 from transport.results.record import total_cost
 from transport.results.report import cost_lines, method_lines, tracking_lines
 from transport.verification.experiment import Outcome, experiment, experiment_name, experiment_names
@@ -46,12 +46,12 @@ def print_menu(with_commands: bool = True) -> None:
 
 
 def print_checks() -> None:
-    """Print the table of diagnostics."""
-    for diagnostic in DIAGNOSTICS:
-        print_rich(diagnostic.name, style="bold")
-        print_labelled("  detects  ", diagnostic.detects, style="cyan")
-        if diagnostic.cannot_detect:
-            print_labelled("  misses   ", diagnostic.cannot_detect, style="cyan")
+    """Print the table of checks and diagnostics."""
+    for check in CHECKS:
+        print_rich(check.name, style="bold")
+        print_labelled("  detects  ", check.detects, style="cyan")
+        if check.cannot_detect:
+            print_labelled("  misses   ", check.cannot_detect, style="cyan")
 
 
 def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:

@@ -9,33 +9,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 from functools import cached_property, partial
 
 import numpy as np
 
 from transport.compile.adjoint import Adjoint, SensorPart
 from transport.compile.rows import Rows, side_rows
-from transport.compile.volumes import LARGE_SHARE
-from transport.geometry.shape import Shape
+from transport.geometry.shape import Point, Shape
 from transport.results.batches import Batch
 from transport.results.detectors import BINS, Reading
-from transport.results.diagnostics.empty_detector import cannot_arrive, no_light_message
-from transport.results.diagnostics.path_classes import LampScores, sensor_path_findings
-from transport.results.diagnostics.proofs import events_of
-from transport.results.score_sizes import equal_scores, single_cell_scores
 from transport.results.solid_angles import solid_angles_of
 from transport.results.tally import (
-    ARRIVALS,
     Column,
     Formula,
     Lacks,
     Measure,
-    Note,
     Quantity,
     Score,
     Tally,
-    empty_note,
     energy_unit,
 )
 from transport.scene.bins import DirectionCone
@@ -46,13 +37,10 @@ from transport.scene.points import PointDetector
 from transport.statistics.axes import DIRECTION, Axis
 from transport.statistics.chunked import ChunkedArray, batch_totals, is_large
 from transport.statistics.estimates import Estimate, EstimateOrArray
-from transport.statistics.findings import Finding
-from transport.statistics.quality import Scores
 from transport.units import Unit
 from transport.validation import SceneError, short_repr
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
-EQUAL_WEIGHTS_TOLERANCE = 1e-9  # relative difference below which weights of cells are equal
 PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
 
 
@@ -81,10 +69,11 @@ class BackwardReading(Reading):
     """
 
     known = BACKWARD_QUANTITIES
+    main = ("weight in",)
 
     def __init__(self, result, detector: Detector, lamps: tuple[int, ...] | None = None) -> None:
         super().__init__(result, detector)
-        self._result, self._cells = result, CellSums(result, detector, lamps)
+        self._result, self.cell_sums = result, CellSums(result, detector, lamps)
 
     def _arrival_rows(self) -> Rows:
         """Return the rows of arrivals, a row per cell."""
@@ -93,11 +82,15 @@ class BackwardReading(Reading):
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """Flux in the cells; nothing lies outside of them."""
-        values = sum(means * extents for means, extents in zip(self._cells.means, self._extents, strict=True))
+        values = sum(
+            means * extents for means, extents in zip(self.cell_sums.means, self.extents, strict=True)
+        )
         weights = made_column(self.batches, values * self.run.sizes[:, None] / self.plan.unit)
-        counts = made_column(self.batches, sum(self._cells.counts))
+        counts = made_column(self.batches, sum(self.cell_sums.counts))
         rows, number = self.rows, float(self.run.sizes.sum())
-        dark, missing = partial(self.is_dark, ARRIVALS), partial(self._missing, ARRIVALS)
+        dark, missing = (
+            partial(each, "weight in") for each in (self.diagnosis.is_dark, self.diagnosis.missing)
+        )
         weight = Score(
             rows, weights, counts, energy_unit(self.plan), self.plan.unit, 1.0, dark, dark, findings=missing
         )
@@ -140,78 +133,11 @@ class BackwardReading(Reading):
             for k, lamp in enumerate(self.plan.adjoint.sources)
         }
 
-    @property
-    def is_blind(self) -> bool:
-        """Whether the detector has no score."""
-        return not any(counts.any() for counts in self._cells.counts)
-
     @cached_property
-    def cannot_arrive(self) -> bool:
-        """Whether geometry proves that no light arrives at this side.
-
-        Returns
-        -------
-        bool
-        """
-        scene, shape = self._result.scene, self.shape
-        return (
-            self.is_blind
-            and not self._dark_reason
-            and cannot_arrive(scene, shape, self.detector, is_blind=True)
-        )
-
-    @cached_property
-    def note(self) -> Note | None:
-        """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
-        if not self.is_blind:
-            return thin_batches_note(self._cells, self.name)
-        return empty_note(self._dark_reason)
-
-    def _path_findings(self, side: int) -> Iterator[Finding]:
-        """Findings about sources that histories reach only by chance."""
-        if side != ARRIVALS or self.is_dark(side):
-            return
-        unit = self._total_extent / self.plan.unit
-        for finding in missing_of_cells(self._cells, self.detector, self._title, self._extents):
-            yield replace(finding, bound=finding.bound * unit)
-
-    @cached_property
-    def _total_extent(self) -> float:
-        """Area times projected solid angle of all cells [m^2 sr]."""
-        return sum(float(extents.sum()) for extents in self._extents)
-
-    @cached_property
-    def _extents(self) -> list[np.ndarray]:
+    def extents(self) -> list[np.ndarray]:
         """Area times projected solid angle of each cell of each part [m^2 sr]."""
-        parts = self._cells.parts
+        parts = self.cell_sums.parts
         return [_cell_extents(self.detector, self.shape, part, self.axes) for part in parts]
-
-    def scores_on(self, side: int) -> Scores | None:
-        """Scores by size, the same for both sides; counted as if of one size if their sizes are not known."""
-        number = int(sum(counts.sum() for counts in self._cells.counts))
-        is_whole = len(self._cells.lamps) == len(self.plan.adjoint.sources)
-        found = single_cell_scores(self.plan, self.batches, number) if is_whole else None
-        return equal_scores(number) if found is None else found
-
-    @cached_property
-    def _dark_reason(self) -> str | None:
-        return no_light_message(self._result.scene, f"detector {self.name!r}", self.shape, self.detector)
-
-    def _score_findings(self, side: int) -> Iterator[Finding]:
-        """Findings from the sizes of the scores and from the batches; departures are not estimated."""
-        return super()._score_findings(side) if side == ARRIVALS else iter(())
-
-    def grazing_findings(self) -> Iterator[Finding]:
-        """No findings: fluence rates are not estimated."""
-        return iter(())
-
-    def has_scores(self, side: int) -> bool:
-        """Return whether a history reached a source; departures are not estimated."""
-        return side == ARRIVALS and super().has_scores(side)
-
-    def has_weight(self, side: int) -> bool:
-        """Return whether a history brought light; departures are not estimated."""
-        return side == ARRIVALS and super().has_weight(side)
 
 
 def _covers_directions(detector: Detector) -> bool:
@@ -289,7 +215,8 @@ class ViewReading(Tally):
         self, result, sensor: PointInstrument | PointDetector, lamps: tuple[int, ...] | None = None
     ) -> None:
         super().__init__(result, sensor)
-        self._result, self._cells = result, CellSums(result, sensor, lamps)
+        self.shape = Point(position=sensor.position)
+        self._result, self.cell_sums = result, CellSums(result, sensor, lamps)
         edges = {} if isinstance(sensor, PointDetector) else sensor.edges()
         self.axes = tuple(Axis(name, each, PLANE.get(name, "")) for name, each in edges.items())
 
@@ -305,15 +232,15 @@ class ViewReading(Tally):
             v, u = self.detector.edges().values()
             gain = np.ravel(float((v[1] - v[0]) * (u[1] - u[0])) / self.detector.solid_angles())
             gain = np.pad(gain, (1, 0))  # row 0, for the outside, is no pixel
-        number, part = sizes.sum(), self._cells.parts[0]
+        number, part = sizes.sum(), self.cell_sums.parts[0]
         sizes_of = dict(zip(map(id, self.batches), sizes.tolist(), strict=True))
 
         def radiance(batch: Batch, first: int, past: int) -> np.ndarray:
-            means = self._cells.means_in(batch, part, first - 1, past - 1)
+            means = self.cell_sums.means_in(batch, part, first - 1, past - 1)
             return means * (gain[first:past] if np.ndim(gain) else gain)
 
         def scored(batch: Batch, first: int, past: int) -> np.ndarray:
-            return self._cells.counts_in(batch, part, first - 1, past - 1)
+            return self.cell_sums.counts_in(batch, part, first - 1, past - 1)
 
         def in_run(batch: Batch, first: int, past: int) -> np.ndarray:
             return scored(batch, first, past) * (number / sizes_of[id(batch)])
@@ -326,7 +253,7 @@ class ViewReading(Tally):
                 "W m^-2 sr^-1",
                 None,
                 is_mean=True,
-                findings=lambda is_whole: self._missing,
+                findings=partial(self.diagnosis.missing, "radiance"),
             ),
             "count": Score(rows, in_run, scored, "1", None, is_mean=True),
         }
@@ -353,8 +280,8 @@ class ViewReading(Tally):
 
     def _fluence_rate(self) -> Estimate:
         """The sum of radiance times solid angle over all cells."""
-        unit, run, means = Unit.parse("W m^-2"), self.run, self._cells.means[0]
-        counts = int(grand_total(self._cells.counts[0]))
+        unit, run, means = Unit.parse("W m^-2"), self.run, self.cell_sums.means[0]
+        counts = int(grand_total(self.cell_sums.counts[0]))
         if isinstance(self.detector, PointDetector):
             values = 4 * math.pi * means[:, 0]
         else:
@@ -398,7 +325,7 @@ class ViewReading(Tally):
         dict of str to ViewReading
             By the name of the source's surface, or "sources[k]" or "glow[k]".
         """
-        lamps = self._cells.adjoint.sources
+        lamps = self.cell_sums.adjoint.sources
         return {lamp.name: ViewReading(self._result, self.detector, (k,)) for k, lamp in enumerate(lamps)}
 
     @property
@@ -409,45 +336,12 @@ class ViewReading(Tally):
         -------
         bool
         """
-        return not self._cells.counts[0].any()
-
-    @cached_property
-    def note(self) -> Note | None:
-        """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
-        if not self.is_blind:
-            return thin_batches_note(self._cells, self.name)
-        return empty_note(no_light_message(self._result.scene, self._title, self.detector.position))
-
-    @cached_property
-    def _missing(self) -> list[Finding]:
-        """Findings, with bounds as mean radiances over all cells [W m^-2 sr^-1]."""
-        if self.is_blind and self.note:
-            return []
-        found = missing_of_cells(self._cells, self.detector, self._title)
-        return [replace(finding, adds=True) for finding in found]
+        return not self.cell_sums.counts[0].any()
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
         """Yield the radiance by pixel or bin."""
-        if self._cells.is_view:
+        if self.cell_sums.is_view:
             yield "radiance", self.radiance
-
-    def totals(self) -> Iterator[tuple[str, Estimate]]:
-        """Yield the mean over all its cells, with findings."""
-        means = self._cells.means[0]
-        mean = batch_totals(means) / means.shape[1] if isinstance(means, ChunkedArray) else means.mean(axis=1)
-        name = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
-        yield (
-            name,
-            self._with_findings(
-                Estimate(mean, self.run, Unit(), counts=int(grand_total(self._cells.counts[0]))),
-                self.scores["radiance"],
-                1.0,
-            ),
-        )
-
-    @property
-    def _title(self) -> str:
-        return f"{self.title}{self.name!r}"
 
     def __repr__(self) -> str:
         what = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
@@ -455,73 +349,6 @@ class ViewReading(Tally):
 
     def _top_row_first(self, rows: np.ndarray) -> np.ndarray:
         return rows[::-1] if isinstance(self.detector, Camera) else rows
-
-
-def thin_batches_note(sums: CellSums, name: str) -> Note | None:
-    """A note about a sensor with too few histories for its cells."""
-    if not sums.is_thin:
-        return None
-    return "thin batches", (
-        f"batches are smaller than the {sum(part.cells for part in sums.parts)} bins of {name!r}, which adds"
-        " noise; use more particles or fewer batches"
-    )
-
-
-def missing_of_cells(
-    sums: CellSums, sensor: object, title: str, extents: list[np.ndarray] | None = None
-) -> list[Finding]:
-    """Findings for a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
-
-    extents: of each part's cells, as weights of the mean; None for equal weights.
-    """
-    histories = sum(part.share for part in sums.parts) * sums.run.sizes.sum()
-    heaviest, chosen = 1.0, [None] * len(sums.parts)
-    if extents is not None:
-        weights = _relative_cell_weights(sums, extents)
-        most = max(float(each.max()) for each in weights)
-        if most > 1 + EQUAL_WEIGHTS_TOLERANCE:  # scores in small cells do not represent those in large ones
-            heaviest, chosen = most, [each >= LARGE_SHARE * most for each in weights]
-    met = {lamp: _lamp_scores(sums, lamp, chosen) for lamp in sums.lamps}
-    error = 0.0
-    if not sums.is_view:
-        each = sum(part.share * mean.mean(axis=1) for part, mean in zip(sums.parts, sums.means, strict=True))
-        error = float(np.std(each) / np.sqrt(len(each))) / sum(part.share for part in sums.parts)
-    events = events_of(sums.batches)
-    return list(
-        sensor_path_findings(
-            sums.plan, title, sensor, sums.parts, met, histories, error, heaviest, events=events
-        )
-    )
-
-
-def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> LampScores:
-    """Number of flights and rays of the chosen cells (None: all) that reached a source.
-
-    Rays only if it has any.
-    """
-
-    def number(kind: str, block: int) -> int:
-        rows = (sums.rows_of(part, kind, block) for part in sums.parts)
-        return round(
-            sum(
-                grand_total(each if which is None else each[:, which])
-                for each, which in zip(rows, chosen, strict=True)
-            )
-        )
-
-    flights, block = number("counts", 1 + lamp), sums.block_of(lamp)
-    if lamp not in sums.adjoint.scales:
-        return LampScores(flights, 0, 0)
-    return LampScores(flights, number("counts", block), number("slants", block))
-
-
-def _relative_cell_weights(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
-    """For each part's cells, the effect of a score on the mean over all, relative to equal cells."""
-    shares, whole = sum(part.share for part in sums.parts), sum(float(each.sum()) for each in extents)
-    return [
-        each / whole * part.cells * shares / part.share
-        for part, each in zip(sums.parts, extents, strict=True)
-    ]
 
 
 # ---- Sums over the cells of a sensor in a backward run, per batch; very many cells are computed in chunks.

@@ -12,29 +12,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
 from transport.compile.rows import Rows
 from transport.geometry.shape import Shape
-from transport.results.diagnostics.depth import detector_survivor_findings, optical_depth_message
-from transport.results.diagnostics.empty_detector import (
-    cannot_arrive,
-    is_on_surface,
-    no_light_departs,
-    no_light_message,
-)
-from transport.results.diagnostics.path_classes import detector_path_findings
-from transport.results.diagnostics.rays import (
-    detector_forward_peaks,
-    detector_unvisited_findings,
-    grazing_findings,
-)
-from transport.results.score_sizes import detector_scores
 from transport.results.solid_angles import solid_angles_of
 from transport.results.tally import (
-    ARRIVALS,
-    DEPARTURES,
     NO_CLOCK,
     SIDES,
     Column,
@@ -42,11 +27,9 @@ from transport.results.tally import (
     Lacks,
     Mean,
     Measure,
-    Note,
     Quantity,
     Score,
     Tally,
-    empty_note,
     energy_unit,
     moment_column,
     plain_column,
@@ -56,11 +39,7 @@ from transport.scene.detectors import Detector
 from transport.scene.parts import SceneParts
 from transport.scene.scene_speeds import has_several_speeds, missing_mass_message, scene_mass, scene_speeds
 from transport.statistics.axes import COORDINATES, DIRECTION, POSITION, Axis
-from transport.statistics.chunked import batch_totals
-from transport.statistics.estimates import Estimate, EstimateOrArray
-from transport.statistics.findings import Finding
-from transport.statistics.quality import Scores, findings_of_error, with_cure
-from transport.units import Unit
+from transport.statistics.estimates import EstimateOrArray
 
 BINS = (POSITION, DIRECTION)
 MOMENTS = ("momentum", "speed", "square")  # the three rows of velocity sums behind each row of scores
@@ -108,6 +87,7 @@ class Reading(Tally):
     """
 
     title = "detector "
+    main = ("weight in", "weight out")
 
     # ---- through the whole shape, and per area ----
 
@@ -262,9 +242,6 @@ class Reading(Tally):
         self.shape = self.scene.shape_of(detector)
         self.rows = self._arrival_rows()
         self.axes = tuple(axis for name in COORDINATES for axis in self.rows.axes if axis.name == name)
-        self._is_exact_out = _departs_exactly_once(self.plan, detector)
-        self._found: dict[int, tuple[list[Finding], list[Finding]]] = {}
-        self._dark: dict[int, bool] = {}
 
     def _arrival_rows(self) -> Rows:
         """Return the rows of arrivals; those of departures follow after plan.half."""
@@ -279,21 +256,22 @@ class Reading(Tally):
         found, counts = {}, self._column("counts")
         for side, of_side in enumerate(SIDES):
             rows = replace(self.rows, first=self.rows.first + side * plan.half)
+            diagnosis, name = self.diagnosis, f"weight {of_side}"
             sure, dark, missing = (
-                partial(each, side) for each in (self.is_sure, self.is_dark, self._missing)
+                partial(each, name) for each in (diagnosis.is_sure, diagnosis.is_dark, diagnosis.missing)
             )
             weight = Score(
                 rows, self._column("weights"), counts, energy, plan.unit, 1.0, dark, sure, findings=missing
             )
             share = replace(weight, unit="1", scale=1.0, is_dark=_never, is_sure=_never)
             found |= {
-                f"weight {of_side}": weight,
+                name: weight,
                 f"slant {of_side}": replace(
                     weight,
                     column=self._column("slants"),
                     is_sure=_never,
                     largest=MEAN_INVERSE_COSINE,
-                    notes=self.grazing_findings,
+                    notes=diagnosis.grazing,
                 ),
                 f"count {of_side}": Score(rows, counts, counts, "1", number),
                 f"share {of_side}": share,
@@ -314,13 +292,17 @@ class Reading(Tally):
                 }
         return found
 
+    @property
+    def expectation(self) -> Any:
+        """Return what next-event estimation knows of the detector; None without it."""
+        return next((each for each in self.plan.expectations if each.detector.name == self.name), None)
+
     def _column(self, name: str) -> Column:
         """A column of flights, plus that of shadow rays, whose sums are too large by a factor."""
         read = moment_column(MOMENTS.index(name), len(MOMENTS)) if name in MOMENTS else plain_column(name)
-        scale = next((each.scale for each in self.plan.expectations if each.detector.name == self.name), None)
-        if scale is None:
+        if self.expectation is None:
             return read
-        shift, much = 2 * self.plan.half, 1 if name == "counts" else scale
+        shift, much = 2 * self.plan.half, 1 if name == "counts" else self.expectation.scale
         return lambda batch, a, b: read(batch, a, b) + read(batch, a + shift, b + shift) / much
 
     @cached_property
@@ -369,158 +351,24 @@ class Reading(Tally):
         self.require("the area", ("area",))
         return self.shape.area
 
-    # ---- what has scored, and what may be missing ----
-
-    @property
-    def is_blind(self) -> bool:
-        """Whether the detector has no score.
-
-        Returns
-        -------
-        bool
-        """
-        return not any(self.has_scores(side) for side in (ARRIVALS, DEPARTURES))
-
-    def has_scores(self, side: int) -> bool:
-        """Return whether anything arrived (side 0) or departed (1)."""
-        return bool(self.counts_of(f"weight {SIDES[side]}").any())
-
-    def has_weight(self, side: int) -> bool:
-        """Return whether any weight arrived (side 0) or departed (1)."""
-        return bool(self.sums(f"weight {SIDES[side]}").any())
-
-    def is_sure(self, side: int) -> bool:
-        """Return whether arrivals (side 0) or departures (1) are equal for all histories or surely absent."""
-        return (self._is_exact_out and side == DEPARTURES) or self.is_dark(side)
-
-    @cached_property
-    def note(self) -> Note | None:
-        """The reason why the detector has no score: (name of the diagnostic, text).
-
-        Returns
-        -------
-        tuple of str or None
-            None if it has scores or no reason is known.
-        """
-        if any(self.has_weight(side) for side in (ARRIVALS, DEPARTURES)):
-            return None
-        deep = optical_depth_message(self.plan, self._title, self.shape, int(self.run.sizes.sum()))
-        return empty_note(self._dark_reason, deep)
-
-    @cached_property
-    def cannot_arrive(self) -> bool:
-        """Whether geometry proves that no light arrives at this side, while some may depart.
-
-        Returns
-        -------
-        bool
-        """
-        if self.has_scores(ARRIVALS) or (self.is_blind and self._dark_reason):
-            return False
-        return cannot_arrive(self.scene, self.shape, self.detector, self.is_blind)
-
-    @cached_property
-    def may_arrive(self) -> bool:
-        """Whether light may arrive and arrivals are what a user reads.
-
-        On a surface or on a source a user may read departures alone.
-        """
-        is_on = is_on_surface(self.scene, self.shape, self.detector)
-        return not is_on and not self.is_dark(ARRIVALS)
-
-    @cached_property
-    def _dark_reason(self) -> str | None:
-        return no_light_message(self.scene, f"detector {self.name!r}", self.shape, self.detector)
-
     def __repr__(self) -> str:
         return f"<{self.name}: flux_in {self.flux_in}, flux_out {self.flux_out}>"
-
-    # ---- findings ----
-
-    def _missing(self, side: int, is_whole: bool = True) -> list[Finding]:
-        """Findings on a side, with bounds as mean weights of a history; is_whole: for all bins together."""
-        if side not in self._found:
-            found = self._path_findings(side), self._score_findings(side)
-            self._found[side] = tuple([*with_cure(each, self._more)] for each in found)
-        classes, of_scores = self._found[side]
-        return classes + of_scores if is_whole else classes
-
-    def _path_findings(self, side: int) -> Iterator[Finding]:
-        """Findings about classes of paths found by chance, and from geometry and the energy balance."""
-        if self.is_sure(side):
-            return
-        total, scores = self._total(side), self.number_of(f"weight {SIDES[side]}")
-        yield from detector_path_findings(
-            self.plan, self.batches, self._title, self.name, side, scores, total.value, total.error
-        )
-        yield from detector_survivor_findings(self, f"weight {SIDES[side]}", total)
-        if side == ARRIVALS:
-            yield from detector_unvisited_findings(self, total)
-            yield from detector_forward_peaks(self, total)
-
-    def _score_findings(self, side: int) -> Iterator[Finding]:
-        """Findings from the sizes of the scores and from the batches."""
-        total = self._total(side)
-        if not self.is_sure(side) and total.error > 0:
-            particles = int(self.run.sizes.sum())
-            yield from findings_of_error(self._title, total, self.scores_on(side), particles)
-
-    def grazing_findings(self) -> Iterator[Finding]:
-        """Findings about the fluence rate alone."""
-        return grazing_findings(self, self._title)
-
-    def total(self, side: int) -> Estimate:
-        """Mean weight that arrives (side 0) or departs (1) per history, over all bins, with findings."""
-        return self._total(side)._with_findings(lambda: self._missing(side), self._allowed)
-
-    def _total(self, side: int) -> Estimate:
-        name = f"weight {SIDES[side]}"
-        weights = batch_totals(self.sums(name))
-        return Estimate(weights / self.run.sizes, self.run, Unit(), self.is_sure(side), self.number_of(name))
-
-    def is_dark(self, side: int) -> bool:
-        """Return whether geometry proves that nothing arrives (side 0) or departs (1)."""
-        if side not in self._dark:
-            self._dark[side] = self._is_dark(side)
-        return self._dark[side]
-
-    def _is_dark(self, side: int) -> bool:
-        if self.has_scores(side):
-            return False
-        if side == DEPARTURES and no_light_departs(self.scene, self.shape, self.detector):
-            return True
-        return (self.is_blind and bool(self._dark_reason)) or (side == ARRIVALS and self.cannot_arrive)
-
-    def why_unscored(self) -> Iterator[Finding]:
-        """Findings that explain why the detector has no score."""
-        return (finding for side in (ARRIVALS, DEPARTURES) for finding in self._missing(side))
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
         """Yield radiance by direction, or irradiance and exitance by position, or flux by time or speed."""
         groups = [axis.group for axis in self.axes]
-        for side, names in (
-            (ARRIVALS, ("radiance", "irradiance", "flux_in")),
-            (DEPARTURES, ("radiance_out", "exitance", "flux_out")),
+        for score, names in zip(
+            self.main,
+            (("radiance", "irradiance", "flux_in"), ("radiance_out", "exitance", "flux_out")),
+            strict=False,  # a backward run knows arrivals alone
         ):
             has = DIRECTION in groups, POSITION in groups, bool(groups)
             name = next((name for name, of_it in zip(names, has, strict=True) if of_it), None)
             is_of_area = DIRECTION in groups or POSITION in groups
             if name not in self.known or (is_of_area and self.shape.is_infinite):
                 continue
-            if self.has_weight(side):
+            if self.has_weight(score):
                 yield name, getattr(self, name)
-
-    def scores_on(self, side: int) -> Scores | None:
-        """Scores of one side by size; None if their sizes are not known."""
-        found = detector_scores(self, side)
-        # Sobol points leave no gaps: the error is far below the spacing of single scores; no larger score is
-        # due.
-        is_even = self.plan.method.sampling == "sobol"
-        return replace(found, most=0.0) if found is not None and is_even else found
-
-    @property
-    def _title(self) -> str:
-        return f"{self.title}{self.name!r}"
 
 
 # ---- Axes, rows, measures and needs of a detector on a surface.
@@ -572,23 +420,3 @@ def _speeds(scene: SceneParts, axes: tuple[Axis, ...]) -> Measure:
 
 def _never() -> bool:
     return False
-
-
-def _departs_exactly_once(plan, detector: Detector) -> bool:
-    """Return whether by construction every history leaves the detector's side exactly once."""
-    scene, shape = plan.scene, plan.scene.shape_of(detector)
-    is_picky = any(getattr(detector, name) is not None for name in ("times", "speeds", "via", "events"))
-    return (
-        not is_picky
-        and not plan.has_acting_surfaces
-        and not plan.has_media
-        and not shape.triangles
-        and all(
-            scene.shape_of(source) == shape
-            and source.emission.has_side
-            and source.is_back == detector.is_back
-            and source.aim is None
-            and (not shape.is_closed or not source.is_back)
-            for source in scene.sources
-        )
-    )

@@ -14,6 +14,7 @@ from transport.compile.plan import Plan
 from transport.renderers import function_for
 from transport.results.backward import ViewReading, backward_reading
 from transport.results.detectors import Reading
+from transport.results.diagnostics.diagnoses import DIAGNOSES, Diagnosis
 from transport.results.diagnostics.run_findings import findings_of, quality_of_result, warnings_of
 from transport.results.phase_space import PhaseReading, SnapshotReading
 from transport.results.points import PointReading
@@ -29,7 +30,7 @@ from transport.scene.sides import AnyDetector
 from transport.scene.volumes import VolumeDetector
 from transport.statistics.batches import rounding_error
 from transport.statistics.estimates import Estimate
-from transport.statistics.findings import Finding
+from transport.statistics.findings import Finding, note
 from transport.statistics.quality import Quality
 from transport.units import Unit
 from transport.validation import SceneError, name_hint
@@ -115,6 +116,10 @@ class Result(Record):
             return SnapshotReading(self, detector, self.scene.snapshots.index(detector))
         return TALLIES[type(detector)](self, detector)
 
+    def diagnosis_of(self, tally: Tally) -> Diagnosis:
+        """Return what the run may have missed of a tally, for the scores of which it is."""
+        return DIAGNOSES[type(tally)](self, tally)
+
     if not TYPE_CHECKING:  # type checkers would accept any name
 
         def __getattr__(self, name: str):
@@ -198,14 +203,18 @@ class Result(Record):
         """The energy balance of its own histories, forward or backward."""
         return Ledger(self)
 
-    @cached_property
+    @property
     def findings(self) -> tuple[Finding, ...]:
-        """Findings on the totals of each detector, the worst first: what the run may have missed, and notes.
+        """Findings of the run, then on the totals of each detector: what may be missing, and notes.
 
         Returns
         -------
         tuple of Finding
         """
+        return *(note("run", what) for what in self._warnings), *self._diagnosed
+
+    @cached_property
+    def _diagnosed(self) -> tuple[Finding, ...]:
         return findings_of(self)
 
     @property
@@ -217,7 +226,7 @@ class Result(Record):
         list of str
             Each says what may be wrong, by how much, and what to do.
         """
-        return [*self._warnings, *warnings_of(self.findings, self.particles)]
+        return warnings_of(self.findings, self.particles)
 
     def price(self, name: str, error: float) -> float:
         """Predict the time that a whole run takes to reach a relative error of a quantity.

@@ -19,7 +19,6 @@ import numpy as np
 from transport.compile.rows import Rows
 from transport.renderers import function_for
 from transport.results.batches import Batch
-from transport.results.choice import more_particles_cure
 from transport.statistics.axes import Axis
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, over_batches, summed_counts
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 
 Column = Callable[[Batch, int, int], np.ndarray]  # the rows of a batch from one number up to another
 Lacks = Mapping[str, tuple[str, str]]  # need: (what is needed, what to type)
-Note = tuple[str, str]  # name of a diagnostic, and its text
 ARRIVALS, DEPARTURES = 0, 1  # sides of a surface ...
 SIDES = ("in", "out")  # ... and how their scores and quantities end
 NO_CLOCK = ("a clock", "write Scene(..., duration=...)")
@@ -207,6 +205,10 @@ class Tally:
         Name of the detector.
     known : tuple of str
         Names of its quantities.
+    main : tuple of str
+        Names of the scores whose totals are diagnosed.
+    diagnosis : Diagnosis
+        What the run may have missed of it.
     title : str
         Kind of detector, in front of its name in messages.
     axes : tuple of Axis
@@ -217,16 +219,11 @@ class Tally:
         What the scene or the detector was not set up for, by need.
     has_equal_means : bool
         Whether all particles have one speed, so that means do not depend on missing ones.
-    cannot_arrive : bool
-        Whether geometry proves that no light arrives at its side.
-    note : tuple of str or None
-        Why it has no score, if known: (name of the diagnostic, text).
-    is_blind : bool
-        Whether it has no score.
     """
 
     name: str
     known: ClassVar[tuple[str, ...]] = ()
+    main: ClassVar[tuple[str, ...]] = ()
     title = ""
     axes: tuple[Axis, ...] = ()
     scores: Mapping[str, Score]
@@ -237,16 +234,14 @@ class Tally:
     scene: Any
     shape: Any
     detector: Any
+    diagnosis: Any
     has_equal_means = False
-    cannot_arrive = False
-    note: Note | None = None
-    is_blind = False
 
     def __init__(self, result: Any, detector: Any) -> None:
         self.plan, self.scene = result.plan, result.plan.scene
         self.detector, self.name = detector, detector.name
         self.batches, self.run = result.batches, result.run
-        self._allowed, self._more = result.allowed_of(detector.name), more_particles_cure(result.choice)
+        self.diagnosis = result.diagnosis_of(self)
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -334,12 +329,36 @@ class Tally:
         """
         return function_for(type(self), "to_dataset")(self, *names)
 
-    def why_unscored(self) -> Iterable[Finding]:
-        """Findings that explain why the detector has no score, if only chance may have missed it."""
-        return ()
+    @property
+    def particles(self) -> int:
+        """Number of histories of the run.
+
+        Returns
+        -------
+        int
+        """
+        return int(self.run.sizes.sum())
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether the detector has no score.
+
+        Returns
+        -------
+        bool
+        """
+        return bool(self.main) and not any(map(self.has_scores, self.main))
+
+    def has_scores(self, score: str) -> bool:
+        """Return whether anything scored."""
+        return score in self.scores and bool(self.counts_of(score).any())
+
+    def has_weight(self, score: str) -> bool:
+        """Return whether a score has a sum."""
+        return score in self.scores and bool(self.sums(score).any())
 
     def binned(self) -> Iterable[tuple[str, EstimateOrArray]]:
-        """The quantities with bins, by name, in which findings about single bins are searched."""
+        """The quantities by bin, of which a report counts the doubtful bins."""
         return ()
 
     # ---- sums ----
@@ -420,7 +439,7 @@ class Tally:
                 yield replace(finding, bound=np.abs(finding.bound * each))
             yield from score.notes()
 
-        return made._with_findings(findings, self._allowed)
+        return self.diagnosis.judged(made, findings)
 
     def constant(self, name: str) -> Estimate:
         """Return a measure that is one number, as an exact estimate of this run."""
@@ -491,11 +510,6 @@ def moment_column(place: int, each: int, base: int = 0, shift: int = 0) -> Colum
         return batch.moments[rows].reshape(-1, each)[:, place]
 
     return column
-
-
-def empty_note(dark: str | None, deep: str | None = None) -> Note | None:
-    """Return the note about a detector that no light reaches, or behind too much optical depth."""
-    return ("enclosed detector", dark) if dark else ("optical depth", deep) if deep else None
 
 
 def energy_unit(plan: Any) -> str:

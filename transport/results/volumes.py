@@ -2,41 +2,30 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from transport.geometry.revolved import Cylinder
 from transport.geometry.solid import Box, Sphere
 from transport.results.batches import Batch
-from transport.results.diagnostics.depth import optical_depth_message, survivor_findings
-from transport.results.diagnostics.empty_detector import no_light_message
-from transport.results.diagnostics.path_classes import ALL_LIGHT, PathClass
-from transport.results.diagnostics.proofs import max_transmitted_weight
-from transport.results.score_sizes import equal_scores
 from transport.results.tally import (
     NO_CLOCK,
     Lacks,
     Measure,
-    Note,
     Quantity,
     Score,
     Tally,
-    empty_note,
     energy_unit,
     plain_column,
 )
-from transport.scene.bodies import max_absorption, may_absorb
+from transport.scene.bodies import may_absorb
 from transport.scene.parts import SceneParts
 from transport.scene.volumes import VolumeDetector
 from transport.statistics.axes import DIRECTION
-from transport.statistics.chunked import ChunkedArray, batch_totals, over_batches
-from transport.statistics.estimates import Estimate, EstimateOrArray
-from transport.statistics.findings import MORE_PARTICLES, Finding
-from transport.statistics.quality import Scores, findings_of_error, with_cure
-from transport.units import Unit
+from transport.statistics.chunked import over_batches
+from transport.statistics.estimates import EstimateOrArray
 
 # Absorbed share of what a cell of the most absorbing medium would absorb; below it, geometry decides whether
 # it absorbs.
@@ -65,6 +54,7 @@ class VolumeReading(Tally):
     """
 
     title = "volume detector "
+    main = ("path",)
 
     fluence_rate = Quantity(
         "Mean of ∫ L dω over each cell, φ [W m^-2 or s^-1 m^-2]; with a clock also over its duration.",
@@ -133,14 +123,8 @@ class VolumeReading(Tally):
         """Path lengths times weight, and absorbed weight."""
         plan, rows, energy = self.plan, self._rows, energy_unit(self.plan)
         weights, counts = plain_column("weights"), plain_column("counts")
-        path = Score(
-            rows,
-            weights,
-            counts,
-            f"{energy} m",
-            self._volume.unit * plan.unit,
-            findings=lambda is_whole: self._missing,
-        )
+        missing = partial(self.diagnosis.missing, "path")
+        path = Score(rows, weights, counts, f"{energy} m", self.unit * plan.unit, findings=missing)
         found = {"path": path, "count": Score(rows, counts, counts, "1", float(self.run.sizes.sum()))}
         if self._absorbed_rows is not None:
             found["all absorbed"] = Score(self._absorbed_rows, weights, counts, energy)
@@ -151,7 +135,7 @@ class VolumeReading(Tally):
                 energy,
                 None,
                 is_dark=lambda: not self._may_absorb.any(),
-                findings=lambda is_whole: self._missing,
+                findings=missing,
                 largest=max(float(np.max(medium.absorption)) for medium in plan.distinct_media) * path.scale,
             )
         return found
@@ -188,66 +172,8 @@ class VolumeReading(Tally):
         }
         return {need: why for need, why in lacks.items() if why}
 
-    @cached_property
-    def note(self) -> Note | None:
-        """The reason why the detector has no score: (name of the diagnostic, text).
-
-        Returns
-        -------
-        tuple of str or None
-            None if it has scores or no reason is known.
-        """
-        title, shape, particles = (
-            f"volume detector {self.name!r}",
-            self.shape,
-            int(self.run.sizes.sum()),
-        )
-        if self.is_blind or not self.sums("path").any():
-            return empty_note(
-                no_light_message(self.plan.scene, title, shape),
-                optical_depth_message(self.plan, title, shape, particles),
-            )
-        return None
-
-    @cached_property
-    def _missing(self) -> list[Finding]:
-        """Findings, with bounds as a mean path length times weight [scene lengths]."""
-        title, particles = f"volume detector {self.name!r}", int(self.run.sizes.sum())
-        if self.is_blind and self.note:
-            return []
-        number, largest = self.number_of("path"), self._longest_chord()
-        what = "light"
-        if self.plan.attenuates and not self.plan.scatters:
-            passes = max_transmitted_weight(self.plan, self.shape)
-            largest *= passes
-            # Many paths of small weight do not represent those of full weight.
-            heavy = (
-                int(batch_totals(self.sums("path")).sum() / (self._mean_chord_score * passes))
-                if passes > 0
-                else number
-            )
-            if heavy < number:
-                what, number = "light that media hardly attenuate", heavy
-        few = PathClass(what, number, largest, MORE_PARTICLES, name=ALL_LIGHT).finding(title, particles)
-        found = [] if few is None else [few]
-        middle, most = self.shape.middle, self._mean_cell_chord()
-        cells = self.sums("path") if self.cells else None
-        cells = None if isinstance(cells, ChunkedArray) else cells
-        found += survivor_findings(self.plan, self.batches, title, self.whole, middle, cells, most)
-        if self.whole.error > 0:
-            found += findings_of_error(title, self.whole, self.score_sizes, particles)
-        return [*with_cure(found, self._more)]
-
-    @cached_property
-    def whole(self) -> Estimate:
-        """Mean path length times weight through the whole volume [scene lengths], without findings."""
-        return Estimate(
-            batch_totals(self.sums("path")) / self.run.sizes, self.run, Unit(), counts=self.score_sizes.number
-        )
-
-    def why_unscored(self) -> list[Finding]:
-        """Findings that explain why the detector has no score."""
-        return self._missing
+    def __repr__(self) -> str:
+        return f"<{self.name}: fluence_rate {self.fluence_rate!r}>"
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
         """Yield the fluence rate by cell."""
@@ -255,49 +181,9 @@ class VolumeReading(Tally):
             yield "fluence_rate", self.fluence_rate
 
     @property
-    def total(self) -> Estimate:
-        """The mean path length times weight through the whole volume, with its findings."""
-        return Estimate(self.whole.values, self.run, Unit())._with_findings(
-            lambda: self._missing, self._allowed
-        )
-
-    @cached_property
-    def score_sizes(self) -> Scores:
-        """The scores in all cells, counted as if they had one size."""
-        number = self.number_of("path")
-        return equal_scores(number)
-
-    @property
-    def _mean_chord_score(self) -> float:
-        """Score of full weight along a mean chord, 4 V / A (Cauchy), at most absorption [scene lengths]."""
-        shape, unit = self.shape, self._volume.unit
-        chord, absorption = shape.mean_chord, max_absorption(self.plan.scene, shape)
-        return (-math.expm1(-absorption * chord) / absorption if absorption > 0 else chord) / unit
-
-    def _mean_cell_chord(self) -> float:
-        """Approximate mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
-        shape, counts, unit = self.shape, tuple(map(len, self.cells)), self._volume.unit
-        if len(counts) > 1:
-            sides = shape.size if isinstance(shape, Box) else (shape.radius, shape.height)
-            return 2 / sum(count / side for side, count in zip(sides, counts, strict=True)) / unit
-        return shape.mean_chord / unit / max(math.prod(counts), 1)
-
-    def _longest_chord(self) -> float:
-        """The longest chord of the whole volume [scene lengths]."""
-        return 2 * self.shape.extent / self._volume.unit
-
-    @property
-    def is_blind(self) -> bool:
-        """Whether the detector has no score.
-
-        Returns
-        -------
-        bool
-        """
-        return not self.counts_of("path").any()
-
-    def __repr__(self) -> str:
-        return f"<{self.name}: fluence_rate {self.fluence_rate!r}>"
+    def unit(self) -> float:
+        """Length of a sum of 1 [m]."""
+        return self._volume.unit
 
     @cached_property
     def _may_absorb(self) -> np.ndarray:
@@ -333,7 +219,7 @@ class VolumeReading(Tally):
     def _has_negligible_absorption(self) -> np.ndarray:
         """The cells that absorb less than NEGLIGIBLE_ABSORPTION of the share of the most absorbing medium."""
         kept = over_batches(self.sums("all absorbed"))
-        lengths = over_batches(self.sums("path")) * self._volume.unit
+        lengths = over_batches(self.sums("path")) * self.unit
         most = max(float(np.max(medium.absorption)) for medium in self.plan.distinct_media)
         return (kept > 0) & (kept <= NEGLIGIBLE_ABSORPTION * most * lengths)
 

@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.notation import ratio_text
 
+USE_MORE = "use more particles"
 MORE_PARTICLES = "use more particles, or estimator='auto', which compares the estimators that suit the scene"
 CONFIDENCE = 0.95  # of the bounds of unseen contributions
 FEW_CARRIERS, UNKNOWN = "few carriers", "unknown error"  # entries of the table of diagnostics
@@ -120,19 +121,44 @@ class Finding:
             Keys "name", "severity", "object", "quantity", "what", "bound", "seen" and "cure".
         """
         bound = self.bound.tolist() if isinstance(self.bound, np.ndarray) else float(self.bound)
-        words = {
-            "severity": self.severity,
-            "object": self.object,
-            "quantity": self.quantity,
-            "what": self.what,
-        }
-        return {"name": self.name, **words, "bound": bound, "seen": self.seen, "cure": self.cure}
+        names = ("name", "severity", "object", "quantity", "what", "bound", "seen", "cure")
+        return {name: getattr(self, name) for name in names} | {"bound": bound}
 
     def __str__(self) -> str:
         of = " of ".join(filter(None, (self.quantity, self.object)))
         what = f"{of}: {self.what}{self.worth}" if of else self.what
         what += f" ({self.seen})" if self.seen else ""
         return f"{what}. {capitalized(self.cure)}" if self.cure else what
+
+
+class Check(NamedTuple):
+    """An entry of the table of checks and diagnostics (`transport checks`).
+
+    name: of its findings;  detects, cannot_detect: what it finds and what it misses;  run: of a scene it
+    raises an error, of a result it returns the texts of notes; None for what single tallies are examined for.
+    """
+
+    name: str
+    detects: str
+    cannot_detect: str = ""
+    run: Callable[[Any], Iterable[str] | None] | None = None
+
+    def record(self) -> dict[str, str]:
+        """Return the words as a dictionary of JSON types."""
+        return {"name": self.name, "detects": self.detects, "cannot_detect": self.cannot_detect}
+
+
+def doubtful(name: str, what: str, bound: Any = np.nan, cure: str = USE_MORE, **evidence: Any) -> Finding:
+    """Return a finding that counts against a number until it is judged (`severities`).
+
+    name: of its entry in the table of diagnostics;  evidence: further fields, such as `seen` or `times`.
+    """
+    return Finding(DOUBTFUL, "", "", what, bound, cure, name=name, **evidence)
+
+
+def note(name: str, what: str) -> Finding:
+    """Return a finding that informs and counts against no number; name: of its entry in the table."""
+    return Finding(NOTE, "", "", what, name=name)
 
 
 def unseen_scores(scores: float | np.ndarray) -> Any:
@@ -173,7 +199,7 @@ def few_scores_findings(scores: float, value: float, error: float, is_sum: bool)
         )
     bound = max(unseen, error_uncertainty(independent) * error) if is_sum and error > 0 else unseen
     times = MIN_SCORES_FOR_ERROR / max(independent, 1)
-    return (Finding(DOUBTFUL, "", "", what, bound, "use more particles", name=FEW_CARRIERS, times=times),)
+    return (doubtful(FEW_CARRIERS, what, bound, times=times),)
 
 
 def even_scores_findings(
@@ -192,9 +218,7 @@ def even_scores_findings(
         return ()
     what = "all batches have equally many scores, so their spread does not measure the error"
     bound = bound.item() if bound.ndim == 0 else bound
-    return tuple(
-        Finding(DOUBTFUL, "", "", what, each, "use more particles", name=UNKNOWN) for each in (bound, -bound)
-    )
+    return doubtful(UNKNOWN, what, bound), doubtful(UNKNOWN, what, -bound)
 
 
 def weak_denominator_findings(value: np.ndarray, error: np.ndarray) -> tuple[Finding, ...]:
@@ -211,14 +235,13 @@ def weak_denominator_findings(value: np.ndarray, error: np.ndarray) -> tuple[Fin
         f"the denominator is uncertain by more than {100 / np.sqrt(MIN_SCORES_FOR_ERROR):.0f} %, too much"
         " to know the error of a ratio"
     )
-    return (_unbounded_finding(is_weak, what, FEW_CARRIERS),)
+    return (_unbounded_finding(FEW_CARRIERS, what, is_weak),)
 
 
-def _unbounded_finding(where: np.ndarray, what: str, name: str, seen: str = "") -> Finding:
+def _unbounded_finding(name: str, what: str, where: np.ndarray, seen: str = "") -> Finding:
     """A finding without a bound about the numbers of an array where `where`, (*dims) of bool, is true."""
     bound = np.where(where, np.nan, 0.0)
-    bound = float(bound) if bound.ndim == 0 else bound
-    return Finding(DOUBTFUL, "", "", what, bound, "use more particles", name=name, seen=seen)
+    return doubtful(name, what, float(bound) if bound.ndim == 0 else bound, seen=seen)
 
 
 def error_uncertainty(carriers: float) -> float:
@@ -292,17 +315,7 @@ def unknown_error_findings(reasons: np.ndarray, limits: np.ndarray) -> tuple[Fin
     what = what.get(known[0]) or f"the error is unknown: {known[0]}"
     many = f" in {len(known)} of {np.size(reasons)} bins" if np.ndim(reasons) else ""
     bound = np.asarray(limits)
-    return (
-        Finding(
-            DOUBTFUL,
-            "",
-            "",
-            what + many,
-            float(bound) if bound.ndim == 0 else bound,
-            "use more particles",
-            name=UNKNOWN,
-        ),
-    )
+    return (doubtful(UNKNOWN, what + many, float(bound) if bound.ndim == 0 else bound),)
 
 
 def bin_findings(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
@@ -315,7 +328,7 @@ def bin_findings(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
         return ()
     what = "too few or too unequal scores, even with those of neighbouring bins"
     seen = f"in {many} of {np.size(is_doubtful)} bins" if np.ndim(is_doubtful) else ""
-    return (_unbounded_finding(is_doubtful, what, "bins", seen),)
+    return (_unbounded_finding("bins", what, is_doubtful, seen),)
 
 
 def worst_verdicts(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:

@@ -26,6 +26,7 @@ from transport.statistics.findings import (
     NOTE,
     SOUND,
     Finding,
+    doubtful,
     error_uncertainty,
 )
 
@@ -35,11 +36,8 @@ from transport.statistics.findings import (
 # Sizes are known by cells, a quarter of an octave or sixteen times as wide; their edges give the tail and
 # their means the moments.
 
-MAX_TAIL_SCORES, MIN_TAIL_SCORES, TAIL_SHARE = (
-    200,
-    40,
-    10,
-)  # scores in the tail: one in TAIL_SHARE of all, between these limits
+# Scores in the tail: one in TAIL_SHARE of all, between these limits.
+MAX_TAIL_SCORES, MIN_TAIL_SCORES, TAIL_SHARE = 200, 40, 10
 MAX_SLOPE = 10.0  # slopes above it are not distinguished (as in MCNP)
 MIN_TAIL_INDEX, MAX_TAIL_INDEX = 0.05, 1000.0
 MIN_CELL_WIDTH = 1e-9  # least width of a cell, as a logarithm
@@ -175,10 +173,8 @@ class Scores:
 # ---- The quality of a number.
 
 MAX_CHANCE_EXCESS = 4.0  # excess of a number of scores, in its square roots, that chance may cause
-TREND_CHANCE, OUTLIER_CHANCE = (
-    1e-6,
-    1e-8,
-)  # probabilities below which batches have a trend, or one of them is an outlier
+# Probabilities below which batches have a trend, or one of them is an outlier.
+TREND_CHANCE, OUTLIER_CHANCE = 1e-6, 1e-8
 
 
 @dataclass(frozen=True)
@@ -283,7 +279,7 @@ def quality_of(
     if is_known and scores is not None:
         known = estimate._raw_findings
         names = {each.name for each in known}
-        found = with_cure(findings_of_error("", estimate, scores, particles), more)
+        found = with_cure(findings_of_error(estimate, scores, particles), more)
         more_found = (*known, *(each for each in found if each.name not in names))
         estimate = copy(estimate)._with_findings(more_found, estimate.allowed)
     if np.ndim(relative):
@@ -313,50 +309,27 @@ def verdict_of(estimate: Estimate) -> str:
     return BOUNDED if (verdicts == BOUNDED).any() else SOUND
 
 
-def findings_of_error(
-    title: str, total: Estimate, scores: Scores | None, particles: int
-) -> Iterator[Finding]:
-    """Findings from the sizes of scores and from the batches, with bounds in the unit of the number.
-
-    title: name of the detector;  total: its total.
-    """
+def findings_of_error(total: Estimate, scores: Scores | None, particles: int) -> Iterator[Finding]:
+    """Findings about a total from the sizes of its scores and from its batches, with bounds in its unit."""
     carriers, _, slope, unseen, trend = _score_statistics(total, scores, particles)
-    if scores is not None and scores.number >= MIN_SCORES_FOR_ERROR:
-        if carriers < MIN_SCORES_FOR_ERROR:
-            what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
-            bound = error_uncertainty(carriers) * total.error
-            yield Finding(
-                DOUBTFUL,
-                title,
-                "",
-                what,
-                bound,
-                MORE_PARTICLES,
-                name=FEW_CARRIERS,
-                times=MIN_SCORES_FOR_ERROR / max(carriers, 1),
-            )
-        if unseen > 0:
-            index = slope - 1
-            is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if index > 0 else False
-            what = f"rare larger scores not sampled: the density of the largest falls as size^-{slope:.2g}"
-            what += ", whose variance is infinite" if is_infinite else ""
-            yield Finding(
-                DOUBTFUL,
-                title,
-                "",
-                what,
-                (2 if is_infinite else 1) * unseen * total.error,
-                MORE_PARTICLES,
-                name="tail",
-            )
-    elif scores is not None:  # `Quantity.findings` reports that
-        return
+    if scores is not None and scores.number < MIN_SCORES_FOR_ERROR:
+        return  # `Quantity.findings` reports that
+    if scores is not None and carriers < MIN_SCORES_FOR_ERROR:
+        what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
+        bound, times = error_uncertainty(carriers) * total.error, MIN_SCORES_FOR_ERROR / max(carriers, 1)
+        yield doubtful(FEW_CARRIERS, what, bound, MORE_PARTICLES, times=times)
+    if scores is not None and unseen > 0:
+        index = slope - 1
+        is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if index > 0 else False
+        what = f"rare larger scores not sampled: the density of the largest falls as size^-{slope:.2g}"
+        what += ", whose variance is infinite" if is_infinite else ""
+        yield doubtful("tail", what, (2 if is_infinite else 1) * unseen * total.error, MORE_PARTICLES)
     if trend < TREND_CHANCE:
         what = f"the batches have a trend, which chance produces once in {1 / max(trend, 1e-99):.1g} runs"
-        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE_PARTICLES, name="batches")
+        yield doubtful("batches", what, cure=MORE_PARTICLES)
     if outlier_probability(_comparable_batches(total)) < OUTLIER_CHANCE and _is_above_chance(total, scores):
         what = "one batch is far above all others: rare histories with large scores carry the error"
-        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE_PARTICLES, name="batches")
+        yield doubtful("batches", what, cure=MORE_PARTICLES)
 
 
 def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:

@@ -25,6 +25,7 @@ from transport.statistics.findings import (
     UNKNOWN,
     Finding,
     bin_findings,
+    doubtful,
     even_scores_findings,
     few_scores_findings,
     propagated_findings,
@@ -299,10 +300,7 @@ class Quantity(Generic[Number, Reason]):
         """
         if self.coords or self.reason != NO_SCORE or not np.isinf(self._unknown_error_limits):
             return self._raw_findings
-        unknown = Finding(
-            DOUBTFUL, "", "", "a part of it has no score", np.inf, "use more particles", name=UNKNOWN
-        )
-        return *self._raw_findings, unknown
+        return *self._raw_findings, doubtful(UNKNOWN, "a part of it has no score", np.inf)
 
     @property
     def _all_findings(self) -> tuple[Finding, ...]:

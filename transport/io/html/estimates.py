@@ -145,10 +145,9 @@ MAX_NUMBERS = (
 
 def reading_html(reading: Tally) -> str:
     """The reading, with the reason for a missing score if it is known."""
-    warning = reading.note and reading.note[1]
-    title = title_of(reading.detector, reading)
+    note, title = reading.diagnosis.note, title_of(reading.detector, reading)
     return framed(
-        heading(escaped(title)), warning_boxes([warning] if warning else []), quantities_table(reading)
+        heading(escaped(title)), warning_boxes([note.what] if note else []), quantities_table(reading)
     )
 
 

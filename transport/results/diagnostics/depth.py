@@ -16,29 +16,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile.plan import Plan
 from transport.geometry.line_crossings import crossings
-from transport.results.batches import Batch
+from transport.geometry.shape import Point, Shape
+from transport.results.diagnostics.proofs import source_name
 from transport.scene.bodies import has_media, media_at
 from transport.scene.emissions import Isotropic
 from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh
-from transport.statistics.axes import DIRECTION, POSITION
 from transport.statistics.chunked import ChunkedArray, replicates_of
-from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
+from transport.statistics.findings import Finding, doubtful, unseen_scores
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
-    from transport.compile.plan import Emitter
-    from transport.geometry.shape import Shape
+    from transport.compile.plan import Emitter, Plan
+    from transport.results.batches import Batch
     from transport.results.tally import Tally
     from transport.scene.media import Grid, Medium
     from transport.scene.scene import Scene
     from transport.statistics.estimates import Estimate
 
 
-SMALLEST_WEIGHT = (
-    2.0**-63
-)  # of the largest birth weight: the unit of sums; smaller scores are counted by chance
+SMALLEST_WEIGHT = 2.0**-63  # of the largest birth weight: the unit of sums; smaller ones count by chance
 MAX_OPTICAL_DEPTH = -math.log(SMALLEST_WEIGHT)
 
 
@@ -64,23 +61,24 @@ class StraightPath:
         return chance > math.log(particles) or self.depth > MAX_OPTICAL_DEPTH
 
 
-def optical_depth_message(plan: Plan, title: str, place: Shape | Vector, particles: int) -> str | None:
+def optical_depth_message(tally: Tally, title: str) -> str | None:
     """Message about a detector without a score if all straight paths to it cross thick media; None otherwise.
 
-    title: name of the detector in the message;  place: its shape, or a point [m].
+    title: name of the detector in the message.
     """
+    plan = tally.plan
     if plan.adjoint is not None or not has_media(plan.scene):
         return None
-    paths = [(straight_path_to(plan.scene, emitter, place), emitter) for emitter in plan.emitters]
+    paths = [(straight_path_to(plan.scene, emitter, tally.shape), emitter) for emitter in plan.emitters]
     path, emitter = min(paths, key=lambda found: found[0].depth)
     is_hopeless = max(path.absorbed, path.decay) > MAX_OPTICAL_DEPTH
-    if not (is_hopeless if plan.splits else path.is_too_deep(plan, particles)):
+    if not (is_hopeless if plan.splits else path.is_too_deep(plan, tally.particles)):
         return None
-    where = (
-        f"the straight path from {_emitter_name(plan, emitter)} to it crosses {path.depth:.3g} mean free"
-        " paths of media"
+    source, cure = source_name(plan.scene, emitter.source), _depth_cure(plan, emitter, path)
+    return (
+        f"no particle has reached {title}: the straight path from {source} to it crosses {path.depth:.3g}"
+        f" mean free paths of media; {cure}"
     )
-    return f"no particle has reached {title}: {where}; {_depth_cure(plan, emitter, path)}"
 
 
 def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath) -> str:
@@ -108,14 +106,13 @@ def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath) -> str:
     )
 
 
-def straight_path_to(scene: Scene, emitter: Emitter, place: Shape | Vector) -> StraightPath:
+def straight_path_to(scene: Scene, emitter: Emitter, place: Shape) -> StraightPath:
     """The straight path from the centre of an emitter to a detector: to its centre, or to its surface."""
     start = np.array(emitter.shape.middle, float)
-    is_point = isinstance(place, tuple)
-    ahead = np.array(place if is_point else place.middle, float) - start
+    ahead = np.array(place.middle, float) - start
     distance = float(np.linalg.norm(ahead))
     direction = ahead / distance if distance > 0 else np.array([0.0, 0.0, 1.0])
-    if not is_point:
+    if not isinstance(place, Point):
         met = crossings(place, start, direction).distances
         distance = float(np.min(met[met > 0], initial=math.inf if (met > 0).any() else distance))
     return _path_through_media(scene, start, direction, distance)
@@ -152,11 +149,6 @@ def _asymmetry(medium: Medium | Grid) -> float:
     return 1.0
 
 
-def _emitter_name(plan: Plan, emitter: Emitter) -> str:
-    numbers = [number for number, source in enumerate(plan.scene.sources) if source is emitter.source]
-    return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
-
-
 # ---- Diagnostic "roulette survivors": whether survivors may be missing from a number and its error.
 #
 # Roulette ends light histories and makes a few of them heavier.  If all arrivals at a detector are far
@@ -167,65 +159,40 @@ def _emitter_name(plan: Plan, emitter: Emitter) -> str:
 MIN_RELATIVE_NOISE = 1e-6  # relative error below which scores have not passed a medium by chance
 
 
-def detector_survivor_findings(tally: Tally, score: str, total: Estimate) -> Iterator[Finding]:
-    """Findings for a detector's side, with bounds as mean weights of a history.
-
-    score: the weights of that side;  total: their mean.
-    """
-    detector, plan = tally.detector, tally.plan
-    if detector.events is None or detector.events[1] > 0:
-        bins = None
-        if _plays_roulette_in_media(plan) and tally.scores[score].rows.inner:
-            bins = tally.sums(score, (POSITION, DIRECTION))
-            bins = None if isinstance(bins, ChunkedArray) else bins
-        title = f"detector {detector.name!r}"
-        yield from survivor_findings(plan, tally.batches, title, total, tally.shape.middle, bins)
-
-
 def survivor_findings(
-    plan: Plan,
-    batches: list[Batch],
-    title: str,
-    total: Estimate,
-    place: Vector,
-    bins: np.ndarray | None = None,
-    most: float = 1.0,
+    tally: Tally, total: Estimate, score: str, by: tuple[str, ...] | None, most: float = 1.0
 ) -> Iterator[Finding]:
-    """Survivors of roulette of which none may have come, near a place [m].
+    """Survivors of roulette of which none may have come.
 
-    total: mean score of histories there;  bins: the sums of its bins, (B, *dims), if any;  most: score in one
-    of them of a history of the largest birth weight.  The bound, in the unit of `total`, covers survivors
-    that did not come, or all weight for which roulette was played if that is less.  Nothing if no medium
-    played roulette.
+    total: mean score of histories;  by: groups of axes of the bins, None without bins;  most: score in one of
+    them of a history of the largest birth weight.  The bound, in the unit of `total`, covers survivors that
+    did not come, or all weight for which roulette was played if that is less.  Nothing if no medium played
+    roulette.
     """
-    if not _plays_roulette_in_media(plan) or total.error <= MIN_RELATIVE_NOISE * total.value:
+    plan, batches = tally.plan, tally.batches
+    plays_roulette = plan.has_roulette_in_flight or plan.splits
+    if not plays_roulette or total.error <= MIN_RELATIVE_NOISE * total.value:
         return
-    histories = sum(batch.histories for batch in batches)
+    histories = tally.particles
     born = sum(batch.born for batch in batches) / histories
     if born == 0:  # an aim behind its source: nothing can be missing
         return
     # Bound the weight of missing survivors.
-    heaviest = born * _max_relative_weight(plan, place)
+    heaviest = born * _max_relative_weight(plan, tally.shape.middle)
     is_by_share = plan.splits or plan.absorbs_weighted
     played = math.inf if is_by_share else _roulette_weight(batches, histories, heaviest)
     bound = min(unseen_scores(0) * heaviest / histories, played) * most
     if bound > 0:
         # Suggest a threshold at which one survivor adds less than the error.
         error = total.error if total.error > 0 else math.inf
-        if bins is not None:
+        bins = None if by is None else tally.sums(score, by)
+        if bins is not None and not isinstance(bins, ChunkedArray):
             errors = replicates_of(
                 bins / total.run.sizes.reshape(-1, *(1,) * (bins.ndim - 1)), total.run, False, None
             ).error
             error = float(np.min(errors, where=errors > 0, initial=error))
         roulette = (error / most if math.isfinite(error) else heaviest / histories) / born
-        yield Finding(
-            DOUBTFUL, title, "", *_survivor_message(plan, roulette, bound), name="roulette survivors"
-        )
-
-
-def _plays_roulette_in_media(plan: Plan) -> bool:
-    """Return whether media end light histories by chance."""
-    return plan.has_roulette_in_flight or plan.splits
+        yield _survivor_finding(plan, roulette, bound)
 
 
 def _max_relative_weight(plan: Plan, place: Vector) -> float:
@@ -252,27 +219,17 @@ def _roulette_weight(batches: list[Batch], histories: int, heaviest: float) -> f
     return max(abs(balance.sum()), (balance**2).sum() / heaviest) / histories
 
 
-def _survivor_message(plan: Plan, roulette: float, bound: float) -> tuple[str, float, str]:
-    """The missing light, its bound, and the cure; roulette: a threshold that would suffice."""
+def _survivor_finding(plan: Plan, roulette: float, bound: float) -> Finding:
+    """The finding about missing light and its cure; roulette: a threshold that would suffice."""
     if plan.splits:
-        gain = plan.tracking.splitting.gain
-        cure = (
-            f"let the Splitting rise towards it, and raise its gain, got {gain:g}, to about 1 / transmission"
-        )
-        return "rare heavy histories that the Splitting thins out not sampled", bound, cure
-    if plan.absorbs_weighted:
+        what = "rare heavy histories that the Splitting thins out not sampled"
+        gain = f"{plan.tracking.splitting.gain:g}"
+        cure = f"let the Splitting rise towards it, and raise its gain, got {gain}, to about 1 / transmission"
+    elif plan.absorbs_weighted:
         what = "uncollided particles through voxels not sampled"
-        return what, bound, "use more particles, or a Splitting"
-    what = (
-        f"rare survivors of Russian roulette, at {plan.tracking.roulette:g} of the birth weight, not sampled"
-    )
-    return (
-        what,
-        bound,
-        f"pass tracking=Tracking(roulette={_floor_power_of_ten(roulette)}), or use a Splitting",
-    )
-
-
-def _floor_power_of_ten(share: float) -> str:
-    """Round down to a power of ten."""
-    return f"1e{math.floor(math.log10(share)):03d}"
+        cure = "use more particles, or a Splitting"
+    else:
+        share, threshold = f"{plan.tracking.roulette:g}", math.floor(math.log10(roulette))
+        what = f"rare survivors of Russian roulette, at {share} of the birth weight, not sampled"
+        cure = f"pass tracking=Tracking(roulette=1e{threshold:03d}), or use a Splitting"
+    return doubtful("roulette survivors", what, bound, cure)

@@ -8,17 +8,18 @@ chance gets no such warning.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import product
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from itertools import product, starmap
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from transport.compile.media import emitting_media
 from transport.geometry.relations import are_on_one_support, is_behind, point_beside
-from transport.geometry.shape import ROUNDING, Point, Shape
+from transport.geometry.shape import ROUNDING, Shape
 from transport.scene.bodies import surrounding_medium
 from transport.scene.checks.enclosures import ClosedPatches, ClosedShape, finite_enclosures
+from transport.scene.detectors import Detector
 from transport.scene.materials import (
     Surface,
     display_name,
@@ -28,19 +29,24 @@ from transport.validation import join_names
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
-    from transport.scene.detectors import Detector
     from transport.scene.scene import Scene
+    from transport.scene.sides import AnyDetector
     from transport.scene.sources import Source
 
 Room = ClosedShape | ClosedPatches
 # A shape, and the side at which it counts or emits; None for a volume or a point.
 Sided = tuple[Shape, str | None]
 
-OPAQUE_ROOMS_KEY, BOUNDING_BALLS_KEY = "opaque rooms", "balls about them"  # keys of scene.proofs
+
+def proven(scene: Scene, key: Hashable, find: Callable[[], Any]) -> Any:
+    """Return what `find` returns, computed once per scene and key (`Scene.proofs`)."""
+    if key not in scene.proofs:
+        scene.proofs[key] = find()
+    return scene.proofs[key]
 
 
 def no_light_message(
-    scene: Scene, title: str, place: Shape | Vector, detector: Detector | None = None
+    scene: Scene, title: str, shape: Shape, detector: AnyDetector | None = None
 ) -> str | None:
     """Explain why no light can reach a detector; None if geometry does not prove it.
 
@@ -50,21 +56,24 @@ def no_light_message(
         The scene as the user defined it, for forward and backward runs alike.
     title : str
         Name of the detector in the warning.
-    place : Shape or (x, y, z)
-        The surface of a Detector, the volume of a VolumeDetector, or a point [m].
-    detector : Detector, optional
-        The detector, if it counts at one side of a surface.
+    shape : Shape
+        The surface of a Detector, the volume of a VolumeDetector, or a Point.
+    detector : AnyDetector, optional
+        The detector; one of class Detector counts at one side of its surface.
 
     Returns
     -------
     str or None
         The cause and what to do.
     """
-    shape = place if isinstance(place, Shape) else Point(position=place)
-    target = (shape, None if detector is None else detector.side)
+    is_sided = isinstance(detector, Detector)
+    target = (shape, detector.side if is_sided else None)
     why = _enclosure_reason(scene, target) or _behind_sources_reason(scene, shape)
-    if why is None and detector is not None and _is_opaque(scene, detector) and _faces_away(scene, target):
-        why = f"{_facing_away_message(target)}. Reverse its normal, or write side={_other_side(target)!r}"
+    if why is None and is_sided and _is_opaque(scene, detector) and _faces_away(scene, target):
+        why = (
+            f"its {target[1]} faces away from every source, and nothing in front of it reflects or scatters"
+            f" light. Reverse its normal, or write side={_other_side(target)!r}"
+        )
     return why and f"{title} counted nothing: {why}"
 
 
@@ -88,12 +97,8 @@ def no_light_departs(scene: Scene, shape: Shape, detector: Detector) -> bool:
 
     No light reaches its other side, and it is no surface.
     """
-    if is_on_surface(scene, shape, detector) or any(
-        are_on_one_support(one, other)
-        for surface in scene.surfaces
-        for one, other in product(shape.pieces(), surface.shape.pieces())
-    ):  # such a surface reflects arrivals
-        return False
+    if is_on_surface(scene, shape, detector) or any(_share_support(shape, s.shape) for s in scene.surfaces):
+        return False  # such a surface reflects arrivals
     return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
 
 
@@ -132,10 +137,14 @@ def _is_opaque(scene: Scene, detector: Detector) -> bool:
 def _has_source_on(scene: Scene, shape: Shape) -> bool:
     """Return whether a source lies on a shape, so that particles depart from the shape at birth."""
     return any(
-        source.emission.has_side and are_on_one_support(one, other)
+        source.emission.has_side and _share_support(shape, origin)
         for source, origin in _sources_with_shapes(scene)
-        for one, other in product(shape.pieces(), origin.pieces())
     )
+
+
+def _share_support(shape: Shape, other: Shape) -> bool:
+    """Return whether any pieces of two shapes lie on one plane or quadric."""
+    return any(starmap(are_on_one_support, product(shape.pieces(), other.pieces())))
 
 
 # ---- opaque rooms ----
@@ -234,11 +243,12 @@ def _is_certainly_outside(room: Room, sided: Sided) -> bool:
 def _rooms_near(scene: Scene, *shapes: Shape) -> list[Room]:
     """The opaque rooms whose bounding balls meet those of any of the shapes."""
     rooms = _opaque_rooms(scene)
-    if BOUNDING_BALLS_KEY not in scene.proofs:
+
+    def find_balls() -> tuple[np.ndarray, np.ndarray]:
         balls = [_bounding_ball(room.shapes) for room in rooms]
-        middles, reaches = [middle for middle, _ in balls], [reach for _, reach in balls]
-        scene.proofs[BOUNDING_BALLS_KEY] = np.reshape(middles, (-1, 3)), np.array(reaches)
-    middles, reaches = scene.proofs[BOUNDING_BALLS_KEY]
+        return np.reshape([middle for middle, _ in balls], (-1, 3)), np.array([reach for _, reach in balls])
+
+    middles, reaches = proven(scene, "balls about opaque rooms", find_balls)
     near = np.zeros(len(rooms), bool)
     for shape in shapes:
         if shape.is_infinite:
@@ -259,10 +269,12 @@ def _bounding_ball(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 
 def _opaque_rooms(scene: Scene) -> list[Room]:
     """The rooms that opaque surfaces enclose; computed once per scene."""
-    if OPAQUE_ROOMS_KEY not in scene.proofs:
-        opaque = {number: s for number, s in enumerate(scene.surfaces) if not s.material.is_transmissive}
-        scene.proofs[OPAQUE_ROOMS_KEY] = finite_enclosures(opaque)
-    return scene.proofs[OPAQUE_ROOMS_KEY]
+    surfaces = enumerate(scene.surfaces)
+    return proven(
+        scene,
+        "opaque rooms",
+        lambda: finite_enclosures({k: s for k, s in surfaces if not s.material.is_transmissive}),
+    )
 
 
 # ---- planes ----
@@ -274,8 +286,7 @@ def _behind_sources_reason(scene: Scene, shape: Shape) -> str | None:
     if not emitting or any(True for _ in _redirecting_shapes(scene)):
         return None
     for origin, side in emitting:
-        is_on_it = any(are_on_one_support(piece, origin) for piece in shape.pieces())
-        if is_on_it or not is_behind(shape, origin, side):
+        if _share_support(shape, origin) or not is_behind(shape, origin, side):
             return None
     return (
         "it lies behind every source, and nothing reflects light to it. Reverse the normals of the sources,"
@@ -288,12 +299,6 @@ def _faces_away(scene: Scene, target: Sided) -> bool:
     shape, side = target
     shapes = [*(origin for _, origin in _sources_with_shapes(scene)), *_redirecting_shapes(scene)]
     return shape.is_flat and all(other is not None and is_behind(other, shape, side) for other in shapes)
-
-
-def _facing_away_message(target: Sided) -> str:
-    return (
-        f"its {target[1]} faces away from every source, and nothing in front of it reflects or scatters light"
-    )
 
 
 def _other_side(sided: Sided) -> str:

@@ -20,36 +20,38 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import method_backward
-from transport.compile.layout import SIZE_CELLS
 from transport.compile.next_event import side_of
-from transport.compile.volumes import EDGES, LARGE_SHARE
+from transport.compile.volumes import LARGE_SHARE
+from transport.results.backward import grand_total
 from transport.results.diagnostics.proofs import (
-    bound_by_lines,
-    bound_by_probe,
+    DirectView,
+    Probe,
     events_of,
-    is_hidden,
     max_transmitted_weight,
     miss_distance,
-    no_probe_reason,
     specular_surfaces_of,
     surface_names,
     unconnected_sources,
 )
+from transport.results.diagnostics.score_sizes import count_large_scores
+from transport.results.tally import ARRIVALS, DEPARTURES
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Lambertian
 from transport.scene.sides import IS_BACK, OTHER_SIDE
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
-from transport.statistics.findings import DOUBTFUL, MORE_PARTICLES, Finding, unseen_scores
+from transport.statistics.findings import MORE_PARTICLES, USE_MORE, Finding, doubtful, unseen_scores
 from transport.validation import join_names
 
 if TYPE_CHECKING:
-    from transport.compile.adjoint import SensorPart
     from transport.compile.plan import Plan
-    from transport.results.batches import Batch
+    from transport.results.backward import BackwardReading, CellSums, ViewReading
+    from transport.results.detectors import Reading
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
+    from transport.statistics.estimates import Estimate
 
 ALL_LIGHT = "all light"  # the class of all light of a detector, if it arrives only by chance
+EQUAL_WEIGHTS_TOLERANCE = 1e-9  # relative difference below which weights of cells are equal
 
 
 @dataclass(frozen=True)
@@ -62,107 +64,87 @@ class PathClass:
     what: str
     scores: int
     largest: float
-    cure: str
+    cure: str = USE_MORE
     seen: str = ""  # evidence from a guard around the detector
     surfaces: tuple[int, ...] = ()  # where all of it comes from, besides direct light of a lamp
     straight: float = 0.0  # bound of the direct light in the sum, from lines of sight; infinite if unknown
+    gain: float = 1.0  # of `largest` and `straight`, in the unit of the bound
     name: str = "path class"  # of its entry in the table of diagnostics
 
-    def finding(self, title: str, histories: float) -> Finding | None:
-        """The finding for a run of so many histories; None if its error already includes the class."""
+    def findings(self, histories: float) -> tuple[Finding, ...]:
+        """The finding for a run of so many histories; none if its error already includes the class."""
         if self.scores >= MIN_SCORES_FOR_ERROR or self.largest == 0:
-            return None
+            return ()
         few = (
             f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}"
             if self.scores
             else f"{self.what} not sampled"
         )
-        bound = unseen_scores(self.scores) * self.largest / histories
+        bound = unseen_scores(self.scores) * self.largest / histories * self.gain
         times = MIN_SCORES_FOR_ERROR / self.scores if self.scores else math.nan
-        return Finding(
-            DOUBTFUL, title, "", few, bound, self.cure, name=self.name, times=times, seen=self.seen
-        )
+        return (doubtful(self.name, few, bound, self.cure, times=times, seen=self.seen),)
 
 
 @dataclass(frozen=True)
-class LampScores:
-    """Numbers of flights and rays that reached a source, and of rays near the largest score (LARGE_SHARE)."""
+class ProbedRun:
+    """A run whose findings about path classes probes may bound.
 
-    flights: int
-    rays: int
-    strong_rays: int
-
-
-def detector_path_findings(
-    plan: Plan, batches: list[Batch], title: str, name: str, side: int, scores: int, mean: float, error: float
-) -> Iterator[Finding]:
-    """Findings for a detector that histories arrive at, with bounds as mean weights of a history.
-
-    side: 0 for arrivals;  scores: total number;  mean, error: of the mean weight of arrivals per history.
+    detector: with the side concerned;  histories, events: of the run;  error: of the mean that the bounds
+    concern;  unit: of that mean [W].
     """
-    histories = sum(batch.histories for batch in batches)
-    is_probed = all(emitter.target is None for emitter in plan.emitters)  # probes cannot use aims
-    detector = _detector(plan, name)
-    sided = Detector(detector.shape, name, side=OTHER_SIDE[detector.side] if side else detector.side)
-    for each in _classes_of_detector(plan, batches, name, side, scores, mean):
-        finding = each.finding(title, histories)
-        if finding is not None and is_probed:
-            finding = _with_probe_bound(
-                plan.scene, sided, each, finding, histories, error, plan.unit, events=events_of(batches)
-            )
-        if finding is not None:
-            yield finding
-    expectation = next((each for each in plan.expectations if each.detector.name == name), None)
-    if expectation is not None and expectation.scattered is not None:
-        yield _near_collision_finding(plan, batches, title, name, side, mean, expectation.scattered)
+
+    scene: Scene
+    detector: Detector
+    histories: float
+    events: int
+    error: float
+    unit: float
+
+    def bounded(self, finding: Finding, light: PathClass, lamp: Source | None = None) -> Finding:
+        """The finding with the bound from lines of sight and a probe, if that is smaller and matters."""
+        straight = light.straight * light.gain
+        if not (light.surfaces or straight) or finding.bound <= self.error or straight >= finding.bound:
+            return finding
+        if not light.surfaces:
+            return replace(finding, bound=straight)
+        if lamp is not None and not isinstance(lamp.emission, Lambertian):
+            return finding
+        probe = Probe(self.scene, self.detector, light.surfaces, lamp)
+        bound, found = probe.bound(self.histories, self.error * self.unit, self.events)
+        if math.isinf(bound) and (why := probe.refusal):
+            why = f"no probe bounds it: {why}"
+            return replace(finding, seen=f"{finding.seen}; {why}" if finding.seen else why)
+        bound += straight * self.unit
+        if not bound < finding.bound * self.unit:
+            return finding
+        scores = found / self.unit / (light.largest * light.gain) * self.histories
+        if light.scores or not scores > 0:
+            return replace(finding, bound=bound / self.unit)
+        times = max(MIN_SCORES_FOR_ERROR / scores, 1.0)
+        return replace(finding, bound=bound / self.unit, times=times, about=found / bound)
 
 
-def _with_probe_bound(
-    scene: Scene,
-    detector: Detector,
-    light: PathClass,
-    finding: Finding,
-    histories: float,
-    error: float,
-    unit: float,
-    gain: float = 1.0,
-    lamp: Source | None = None,
-    events: float = 0.0,
-) -> Finding:
-    """The finding with the bound from lines of sight and a probe, if that is smaller and matters.
+# ---- Forward runs: classes of a detector that histories arrive at.
 
-    unit: of the bound [W];  gain: of a score.
+
+def detector_path_findings(tally: Reading, side: int, total: Estimate) -> Iterator[Finding]:
+    """Findings for arrivals at a detector, or departures, with bounds as mean weights of a history.
+
+    total: the mean weight of that side per history.
     """
-    straight = light.straight * gain
-    if not (light.surfaces or straight) or finding.bound <= error or straight >= finding.bound:
-        return finding
-    if not light.surfaces:
-        return replace(finding, bound=straight)
-    if lamp is not None and not isinstance(lamp.emission, Lambertian):
-        return finding
-    bound, found = bound_by_probe(scene, detector, light.surfaces, histories, error * unit, lamp, events)
-    if math.isinf(bound) and (why := no_probe_reason(scene, light.surfaces, lamp)):
-        why = f"no probe bounds it: {why}"
-        return replace(finding, seen=f"{finding.seen}; {why}" if finding.seen else why)
-    bound += straight * unit
-    if not bound < finding.bound * unit:
-        return finding
-    scores = found / unit / (light.largest * gain) * histories
-    if light.scores or not scores > 0:
-        return replace(finding, bound=bound / unit)
-    return replace(
-        finding, bound=bound / unit, times=max(MIN_SCORES_FOR_ERROR / scores, 1.0), about=found / bound
-    )
+    plan, detector = tally.plan, tally.detector
+    sided = Detector(detector.shape, tally.name, side=OTHER_SIDE[detector.side] if side else detector.side)
+    run = ProbedRun(plan.scene, sided, tally.particles, events_of(tally.batches), total.error, plan.unit)
+    is_aimed = any(emitter.target is not None for emitter in plan.emitters)  # probes cannot use aims
+    for light in _classes_of_detector(tally, side, total.value):
+        for finding in light.findings(tally.particles):
+            yield finding if is_aimed else run.bounded(finding, light)
+    if tally.expectation is not None and tally.expectation.scattered is not None:
+        yield _near_collision_finding(tally, side, total.value, tally.expectation.scattered)
 
 
 def _near_collision_finding(
-    plan: Plan,
-    batches: list[Batch],
-    title: str,
-    name: str,
-    side: int,
-    mean: float,
-    share: Callable[[float], float],
+    tally: Reading, side: int, mean: float, share: Callable[[float], float]
 ) -> Finding:
     """The finding about collisions near a detector in a medium, whose flights score up to their full weight.
 
@@ -171,8 +153,8 @@ def _near_collision_finding(
     times the score from so near.  From farther away a score has a limit.  The chosen distance gives the
     smallest bound.
     """
+    plan, shape = tally.plan, tally.shape
     scattering = max(float(np.max(getattr(medium, "scattering", 0.0))) for medium in plan.distinct_media)
-    shape, histories = plan.scene.shape_of(_detector(plan, name)), sum(batch.histories for batch in batches)
     beams = [
         (emitter.bound / plan.unit, miss_distance(emitter.shape, emitter.source.emission.direction, shape))
         for emitter in plan.emitters
@@ -181,34 +163,21 @@ def _near_collision_finding(
     bounds = []
     for distance in np.geomspace(1e-2, 1e4, 61) * shape.extent:
         largest = share(distance)
-        unseen = unseen_scores(count_large_scores(plan, batches, name, side, largest, 0))
+        unseen = unseen_scores(count_large_scores(tally, side, largest, 0))
         passing = math.fsum(2 * amount * share(apart) for amount, apart in beams if apart < distance)
         near = scattering * distance * (mean + passing)
-        bounds.append(near + unseen * largest / histories)
-    what = "light scattered very near not sampled"
-    return Finding(
-        DOUBTFUL,
-        title,
-        "",
-        what,
-        min(bounds),
-        method_backward.more_particles_or_backward(plan.scene),
-        name="path class",
-    )
+        bounds.append(near + unseen * largest / tally.particles)
+    cure = method_backward.more_particles_or_backward(plan.scene)
+    return doubtful("path class", "light scattered very near not sampled", min(bounds), cure)
 
 
-def _detector(plan: Plan, name: str) -> Detector:
-    return next(detector for detector in plan.scene.meters if detector.name == name)
-
-
-def _classes_of_detector(
-    plan: Plan, batches: list[Batch], name: str, side: int, scores: int, mean: float
-) -> Iterator[PathClass]:
+def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[PathClass]:
     """The classes of a detector; `largest` in units of the largest birth weight."""
-    expectation = next((each for each in plan.expectations if each.detector.name == name), None)
+    plan, scores = tally.plan, tally.number_of(tally.main[side])
     is_aimed = all(emitter.target is not None for emitter in plan.emitters)
-    heaviest = max(batch.heaviest for batch in batches) if is_aimed else 1.0
+    heaviest = max(batch.heaviest for batch in tally.batches) if is_aimed else 1.0
     # Without next-event estimation, all light arrives by chance.
+    expectation = tally.expectation
     if expectation is None:
         if plan.scatters and (plan.reduces_weights or plan.splits or plan.forces_collisions):
             # Scattering reduces weights along the path, down to the limits of roulette and splitting
@@ -216,187 +185,57 @@ def _classes_of_detector(
             yield PathClass("light", scores, heaviest, MORE_PARTICLES, name=ALL_LIGHT)
             if not is_aimed:
                 return
-            born = sum(batch.born for batch in batches)
-            heaviest *= min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0
+            born = sum(batch.born for batch in tally.batches)
+            heaviest *= min(mean * tally.particles / born, 1.0) if born > 0 else 0.0
         else:
-            heaviest *= max_transmitted_weight(plan, plan.scene.shape_of(_detector(plan, name)))
-        number = count_large_scores(plan, batches, name, side, heaviest, scores)
+            heaviest *= max_transmitted_weight(plan, tally.shape)
+        number = count_large_scores(tally, side, heaviest, scores)
         what = "the heaviest births of an aimed source" if is_aimed else "light"
         if number < min(scores, MIN_SCORES_FOR_ERROR) and plan.attenuates and not is_aimed:
             what = "light that media hardly attenuate"
         yield PathClass(what, number, heaviest, MORE_PARTICLES, name=ALL_LIGHT)
         return
-    scene, detector = plan.scene, expectation.detector
-    side_seen = detector.side if side == 0 else OTHER_SIDE[detector.side]
+    scene, detector, shape = plan.scene, expectation.detector, tally.shape
+    side_seen = detector.side if side == ARRIVALS else OTHER_SIDE[detector.side]
     face = "back" if IS_BACK[side_seen] else "front"
-    shape = scene.shape_of(detector)
-    if side == 1 and isinstance(detector.shape, str):  # departures from a surface are counted by flights
-        number = count_large_scores(plan, batches, name, side, 1.0, scores)
+    if side == DEPARTURES and isinstance(detector.shape, str):  # counted by flights
+        number = count_large_scores(tally, side, 1.0, scores)
         yield PathClass("light", number, 1.0, MORE_PARTICLES, name=ALL_LIGHT)
         return
     # Flights: light that no ray connects.
-    mirrors, beams = (
-        specular_surfaces_of(scene, shape, side_seen),
-        list(unconnected_sources(plan, shape, side_seen)),
-    )
+    mirrors = specular_surfaces_of(scene, shape, side_seen)
+    beams = list(unconnected_sources(plan, shape, side_seen))
     unconnected = [*surface_names(scene, mirrors), *beams]
     largest = heaviest if unconnected else expectation.largest_flight_share[face]
-    number = count_large_scores(plan, batches, name, side, largest, scores)
+    number = count_large_scores(tally, side, largest, scores)
     what = f"light via {join_names(unconnected)}" if unconnected else "light from very near"
-    seen, radius = _guard_counts(plan, batches, name) if unconnected and not number else ({}, 0.0)
+    seen, radius = _guard_counts(tally) if unconnected and not number else ({}, 0.0)
     if seen:
         what = f"light via {join_names(list(seen))}"
     flights = " and ".join(
         f"{passed} flight{'s' * (passed > 1)} from {title}" for title, passed in seen.items()
     )
-    yield PathClass(
-        what,
-        number,
-        largest,
-        _estimator_advice(scene),
-        f"{flights} passed within {radius:.2g} m" if seen else "",
-        () if beams else tuple(mirrors),
-    )
+    evidence = f"{flights} passed within {radius:.2g} m" if seen else ""
+    advice = _estimator_advice(scene)
+    yield PathClass(what, number, largest, advice, evidence, () if beams else tuple(mirrors))
     # Rays from walls and sources so near that a few of them matter.
     strongest = expectation.largest_score[face]
-    rays = count_large_scores(plan, batches, name, side, strongest * expectation.scale, scores, block=1)
-    yield PathClass(
-        "light from near walls or sources", rays, strongest, "use more particles", name="strong rays"
-    )
+    rays = count_large_scores(tally, side, strongest * expectation.scale, scores, block=1)
+    yield PathClass("light from near walls or sources", rays, strongest, name="strong rays")
 
 
-def sensor_path_findings(
-    plan: Plan,
-    title: str,
-    sensor: object,
-    parts: list[SensorPart],
-    met: dict[int, LampScores],
-    histories: float,
-    error: float,
-    heaviest: float = 1.0,
-    events: float = 0.0,
-) -> Iterator[Finding]:
-    """Findings for a detector at which histories start; bounds are mean radiances of cells [W m^-2 sr^-1].
-
-    met: scores by source, in cells with a large weight in the mean;  histories: that started there;  error:
-    of the mean radiance;  heaviest: weight of a cell, relative to equal cells;  events: of the run.
-    """
-    scene = plan.adjoint.scene
-    for number, each in _classes_of_sources(plan, sensor, parts, met, error, heaviest):
-        finding = each.finding(title, histories) if isinstance(each, PathClass) else each
-        if finding is None:
-            continue
-        gain = max(part.gains[number] for part in parts)
-        finding = replace(finding, object=title, bound=finding.bound * gain)
-        if isinstance(each, PathClass) and isinstance(sensor, Detector):
-            lamp = plan.adjoint.sources[number].source
-            unit = math.pi * scene.shape_of(sensor).area
-            finding = _with_probe_bound(
-                scene, sensor, each, finding, histories, error, unit, gain, lamp, events
-            )
-        yield finding
-
-
-def _classes_of_sources(
-    plan: Plan,
-    sensor: object,
-    parts: list[SensorPart],
-    met: dict[int, LampScores],
-    error: float,
-    heaviest: float,
-) -> Iterator[tuple[int, PathClass | Finding]]:
-    """The path classes of each source by its index.
-
-    `largest`, `straight` in units of a sum of 1 over one history.
-    """
-    scene = plan.adjoint.scene
-    expected = {each.detector.name: each for each in plan.expectations}
-    with_rays = {
-        k: expected[lamp.detector.name]
-        for k, lamp in enumerate(plan.adjoint.sources)
-        if lamp.detector.name in expected
-    }
-    for number, lamp in enumerate(plan.adjoint.sources):
-        if number not in met:
-            continue
-        # Flights: direct light of the lamp, and light via specular surfaces.
-        shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
-        mirrors = specular_surfaces_of(scene, shape, side)
-        seen = not is_hidden(scene, sensor, parts, shape, side)
-        straight = 0.0
-        if seen and met[number].flights < MIN_SCORES_FOR_ERROR:
-            gain = max(part.gains[number] for part in parts)
-            straight, is_shown = bound_by_lines(scene, sensor, number, parts, shape, side, error / gain)
-            if not is_shown and not met[number].flights:
-                seen = False
-                what = f"direct light from {lamp.name!r}, which no sampled line of sight shows"
-                yield (
-                    number,
-                    Finding(DOUBTFUL, "", "", what, straight, "use more particles", name="path class"),
-                )
-                straight = 0.0
-        if mirrors or seen:
-            origins = [f"from {lamp.name!r}"] * seen
-            origins += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
-            yield (
-                number,
-                PathClass(
-                    f"light {' or '.join(origins)}",
-                    met[number].flights,
-                    heaviest,
-                    "use more particles",
-                    surfaces=tuple(mirrors),
-                    straight=straight,
-                ),
-            )
-        if number not in with_rays:
-            continue
-        # Rays to the lamp: from collisions and from diffuse walls.
-        each, rays, strong = with_rays[number], met[number].rays, met[number].strong_rays
-        if each.collisions is not None:  # collisions may be so near that their rays have no other limit
-            what = f"light from {lamp.name!r} via diffuse walls or scattering"
-            yield number, PathClass(what, rays, heaviest / each.scale, "use more particles")
-        if each.walls is not None:
-            near = "walls near it" if rays else "diffuse walls"
-            yield (
-                number,
-                PathClass(
-                    f"light from {lamp.name!r} via {near}",
-                    strong,
-                    heaviest * each.largest_score[side_of(lamp.detector)],
-                    "use more particles",
-                    name="strong rays",
-                ),
-            )
-
-
-def _guard_counts(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int], float]:
+def _guard_counts(tally: Reading) -> tuple[dict[str, int], float]:
     """Number of flights from each surface that passed a guard around a detector, and its radius [m]."""
-    guard = next((each for each in plan.guards if each.detector == name), None)
+    guard = next((each for each in tally.plan.guards if each.detector == tally.name), None)
     if guard is None:
         return {}, 0.0
     first, seen = int(guard.row["first"]), {}
     for sheet, number in guard.surfaces.items():
-        passed = int(sum(batch.sizes[first + sheet] for batch in batches))
-        (title,) = surface_names(plan.scene, [number])
+        passed = int(sum(batch.sizes[first + sheet] for batch in tally.batches))
+        (title,) = surface_names(tally.plan.scene, [number])
         if passed:
             seen[title] = seen.get(title, 0) + passed
     return seen, guard.radius
-
-
-def count_large_scores(
-    plan: Plan, batches: list[Batch], name: str, side: int, largest: float, scores: int, block: int = 0
-) -> int:
-    """Number of scores of at least a quarter (LARGE_SHARE) of the largest possible; all if they are alike.
-
-    block: 0 for flights, 1 for rays, in their own unit.
-    """
-    blocks = plan.size_blocks.get((name, side))
-    if blocks is None:
-        return scores
-    first = blocks[block]
-    counts = sum(batch.sizes[first : first + SIZE_CELLS] for batch in batches)
-    return int(counts[EDGES[:-1] >= LARGE_SHARE * largest].sum())
 
 
 def _estimator_advice(scene: Scene) -> str:
@@ -404,3 +243,120 @@ def _estimator_advice(scene: Scene) -> str:
     if method_backward.refusal(scene) is None:
         return "use estimator='backward'"
     return "use estimator='analog' with more particles or a larger detector"
+
+
+# ---- Backward runs: classes of each source, which histories from a detector reach.
+
+
+def cell_path_findings(
+    tally: BackwardReading | ViewReading, extents: list[np.ndarray] | None = None
+) -> Iterator[Finding]:
+    """Findings for a detector at which histories start; bounds are mean radiances of cells [W m^-2 sr^-1].
+
+    extents: of each part's cells, as weights of the mean; None for equal weights.
+    """
+    sums, plan, sensor = tally.cell_sums, tally.plan, tally.detector
+    scene, share = plan.adjoint.scene, sum(part.share for part in sums.parts)
+    histories = share * sums.run.sizes.sum()
+    # Choose the cells with a large weight in the mean.
+    heaviest, chosen = 1.0, [None] * len(sums.parts)
+    if extents is not None:
+        weights = _relative_cell_weights(sums, extents)
+        most = max(float(each.max()) for each in weights)
+        if most > 1 + EQUAL_WEIGHTS_TOLERANCE:  # scores in small cells do not represent those in large ones
+            heaviest, chosen = most, [each >= LARGE_SHARE * most for each in weights]
+    error = 0.0
+    if not sums.is_view:
+        each = sum(part.share * mean.mean(axis=1) for part, mean in zip(sums.parts, sums.means, strict=True))
+        error = float(np.std(each) / np.sqrt(len(each))) / share
+    # Compare the bound of each source's classes with those of lines of sight and probes.
+    is_probed = isinstance(sensor, Detector)
+    unit = math.pi * scene.shape_of(sensor).area if is_probed else math.nan
+    run = ProbedRun(scene, sensor, histories, events_of(sums.batches), error, unit)
+    for number in sums.lamps:
+        lamp, met = plan.adjoint.sources[number].source, _lamp_scores(sums, number, chosen)
+        for light in _classes_of_source(plan, sums, sensor, number, met, error, heaviest):
+            if isinstance(light, Finding):
+                yield light
+                continue
+            for finding in light.findings(histories):
+                yield run.bounded(finding, light, lamp) if is_probed else finding
+
+
+@dataclass(frozen=True)
+class LampScores:
+    """Numbers of flights and rays that reached a source, and of rays near the largest score (LARGE_SHARE)."""
+
+    flights: int
+    rays: int = 0
+    strong_rays: int = 0
+
+
+def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> LampScores:
+    """Number of flights and rays of the chosen cells (None: all) that reached a source.
+
+    Rays only if it has any.
+    """
+
+    def number(kind: str, block: int) -> int:
+        rows = [sums.rows_of(part, kind, block) for part in sums.parts]
+        pairs = zip(rows, chosen, strict=True)
+        return round(sum(grand_total(each if which is None else each[:, which]) for each, which in pairs))
+
+    flights, block = number("counts", 1 + lamp), sums.block_of(lamp)
+    if lamp not in sums.adjoint.scales:
+        return LampScores(flights)
+    return LampScores(flights, number("counts", block), number("slants", block))
+
+
+def _relative_cell_weights(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
+    """For each part's cells, the effect of a score on the mean over all, relative to equal cells."""
+    shares, whole = sum(part.share for part in sums.parts), sum(float(each.sum()) for each in extents)
+    return [
+        each / whole * part.cells * shares / part.share
+        for part, each in zip(sums.parts, extents, strict=True)
+    ]
+
+
+def _classes_of_source(
+    plan: Plan, sums: CellSums, sensor: object, number: int, met: LampScores, error: float, heaviest: float
+) -> Iterator[PathClass | Finding]:
+    """The path classes of a source, `largest` and `straight` in units of a sum of 1 over one history.
+
+    error: of the mean radiance;  heaviest: weight of a cell, relative to equal cells.
+    """
+    scene, lamp = plan.adjoint.scene, plan.adjoint.sources[number]
+    gain = max(part.gains[number] for part in sums.parts)
+    # Flights: direct light of the lamp, and light via specular surfaces.
+    shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
+    mirrors = specular_surfaces_of(scene, shape, side)
+    view = DirectView(scene, sensor, sums.parts, number, shape, side)
+    is_seen, straight = not view.is_hidden, 0.0
+    if is_seen and met.flights < MIN_SCORES_FOR_ERROR:
+        straight, is_shown = view.bound(error / gain)
+        if not is_shown and not met.flights:
+            what = f"direct light from {lamp.name!r}, which no sampled line of sight shows"
+            yield doubtful("path class", what, straight * gain)
+            is_seen, straight = False, 0.0
+    if mirrors or is_seen:
+        origins = [f"from {lamp.name!r}"] * is_seen
+        origins += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
+        yield PathClass(
+            f"light {' or '.join(origins)}",
+            met.flights,
+            heaviest,
+            surfaces=tuple(mirrors),
+            straight=straight,
+            gain=gain,
+        )
+    # Rays to the lamp: from collisions and from diffuse walls.
+    rays = next((each for each in plan.expectations if each.detector.name == lamp.detector.name), None)
+    if rays is None:
+        return
+    if rays.collisions is not None:  # collisions may be so near that their rays have no other limit
+        what = f"light from {lamp.name!r} via diffuse walls or scattering"
+        yield PathClass(what, met.rays, heaviest / rays.scale, gain=gain)
+    if rays.walls is not None:
+        what = f"light from {lamp.name!r} via {'walls near it' if met.rays else 'diffuse walls'}"
+        strongest = heaviest * rays.largest_score[side_of(lamp.detector)]
+        yield PathClass(what, met.strong_rays, strongest, gain=gain, name="strong rays")

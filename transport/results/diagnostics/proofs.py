@@ -20,9 +20,10 @@ these counts alone, so the same run always has the same findings.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,8 +36,7 @@ from transport.geometry.relations import gap_lower_bound, is_behind
 from transport.geometry.shape import ROUNDING, Point, Shape
 from transport.geometry.solid import Box, Sphere
 from transport.renderers import function_for
-from transport.results.diagnostics.empty_detector import are_separated
-from transport.results.tally import ARRIVALS
+from transport.results.diagnostics.empty_detector import are_separated, proven
 from transport.scene.bodies import nested_bodies, surrounding_medium
 from transport.scene.cameras import Camera
 from transport.scene.detectors import Detector
@@ -59,27 +59,21 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.results.batches import Batch
     from transport.results.record import Record
+    from transport.scene.cameras import PointInstrument
     from transport.scene.scene import Scene
 
 MIN_LINES, MAX_LINES = 1 << 13, 1 << 17  # lines of sight between a sensor and a lamp
 LARGE_LINE_SCORE = 0.25  # of the largest score of a line
 END_TOLERANCE = 1e-9  # of a line, at its ends: the surfaces at its ends do not block it
 MIN_PROBE_HISTORIES, GROWTH = 1 << 16, 4  # histories of a probe, and their growth
-MAX_PROBE_HISTORIES, MAX_SHARE_OF_RUN = (
-    1 << 22,
-    1.25,
-)  # histories of the longest probe, and relative to the run concerned
-MIN_EVENT_BUDGET = (
-    MIN_PROBE_HISTORIES * 128
-)  # crossings and collisions allowed to any probe; else MAX_SHARE_OF_RUN of those of the run ...
-MIN_EVENTS_PER_HISTORY = 32  # ... in which a history counts as having at least this many
+MAX_PROBE_HISTORIES, MAX_SHARE_OF_RUN = 1 << 22, 1.25  # of the longest probe, and relative to the run
+# Crossings and collisions allowed to any probe; else MAX_SHARE_OF_RUN of those of the run, in which a history
+# counts as having at least MIN_EVENTS_PER_HISTORY.
+MIN_EVENT_BUDGET, MIN_EVENTS_PER_HISTORY = MIN_PROBE_HISTORIES * 128, 32
 PILOT_HISTORIES = 8, 128  # histories of the pilots that measure the events per history
 SHORT_PROBE_BATCH = 128  # histories per batch of a short probe: with fewer a crossing costs more time
-SHORT_PROBE_HISTORIES, MIN_SHORT_PROBE_BATCHES, MAX_SHORT_PROBE_BATCHES = (
-    256,
-    8,
-    32,
-)  # histories of a probe, and batches of a short one
+SHORT_PROBE_HISTORIES = 256  # histories of the shortest probe
+MIN_SHORT_PROBE_BATCHES, MAX_SHORT_PROBE_BATCHES = 8, 32  # batches of a short probe
 MAX_PROBE_SURFACES = 16  # surfaces of one probe, each of which needs passes of its own
 CLOSE_BOUND_RATIO = 1.15  # times the measured value: a bound so near to it needs no improvement
 MIN_PROBE_REFLECTANCE = 0.5  # reflectance that replaces that of darker mirrors
@@ -94,11 +88,9 @@ def specular_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[i
 
     side: None for all.
     """
-    key = "mirrors", id(shape), side
-    if key not in scene.proofs:
-        # Keep the shape, so that no other object takes its id.
-        scene.proofs[key] = shape, _find_specular_surfaces(scene, shape, side)
-    return scene.proofs[key][1]
+    # Keep the shape, so that no other object takes its id.
+    find = partial(_find_specular_surfaces, scene, shape, side)
+    return proven(scene, ("mirrors", id(shape), side), lambda: (shape, find()))[1]
 
 
 def _find_specular_surfaces(scene: Scene, shape: Shape, side: str | None) -> list[int]:
@@ -167,82 +159,87 @@ def source_name(scene: Scene, source: Source) -> str:
     return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
 
 
-def is_hidden(scene: Scene, sensor: object, parts: list[SensorPart], lamp: Shape, side: str | None) -> bool:
-    """Return whether geometry proves that no direct light of a source reaches a sensor."""
-    if isinstance(sensor, Camera) and not sensor.may_see(lamp):
-        return True
-    facing = getattr(sensor, "side", None)
-    for part in parts:
-        if is_behind(lamp, part.shape, facing) or is_behind(part.shape, lamp, side):
-            continue
-        if not are_separated(scene, (part.shape, facing), (lamp, side)):
-            return False
-    return True
+@dataclass(frozen=True, eq=False)
+class DirectView:
+    """A lamp as seen from a detector at which histories start.
 
-
-def bound_by_lines(
-    scene: Scene,
-    sensor: object,
-    number: int,
-    parts: list[SensorPart],
-    lamp: Shape,
-    side: str | None,
-    enough: float,
-) -> tuple[float, bool]:
-    """Bound (95 % confidence) of a lamp's share of a sensor's view, and whether any line of sight is clear.
-
-    Lines connect even points on both, with as many lines as it takes to get below `enough` or close to the
-    measured share.  Returns (infinite, True) for shapes without points.  number: index of the lamp.
+    number: index of the lamp;  parts: of the detector, to which lines of sight lead;  side: on which the lamp
+    emits, None for all.
     """
-    bound, is_shown, lines = math.inf, True, MIN_LINES
-    while lines <= MAX_LINES:
-        key = sensor.name, number, lines  # cached per scene: a run with a requested error calls this often
-        if key not in scene.proofs:
-            scene.proofs[key] = _visible_share(scene, sensor, parts, lamp, side, lines)
-        bound, found, is_shown = scene.proofs[key]
-        if bound <= max(enough, CLOSE_BOUND_RATIO * found) or math.isinf(bound):
-            break
-        lines *= GROWTH
-    return bound, is_shown
 
+    scene: Scene
+    sensor: Detector | PointDetector | PointInstrument
+    parts: Sequence[SensorPart]
+    number: int
+    lamp: Shape
+    side: str | None
 
-def _visible_share(
-    scene: Scene, sensor: object, parts: list[SensorPart], lamp: Shape, side: str | None, lines: int
-) -> tuple[float, float, bool]:
-    """Bound and estimate of the share of a sensor's view that a lamp fills, and whether any line is clear."""
-    rng, bound, found, is_shown = np.random.default_rng(0), 0.0, 0.0, False
-    is_directed = isinstance(sensor, Detector)
-    if not (is_directed or isinstance(sensor, PointDetector)) or side is None:
-        return math.inf, 0.0, True
-    for part in parts:
-        # Draw the ends of the lines, and compute the score of each line.
-        ends = [even_points_on(shape, rng.random((lines, 2))) for shape in (part.shape, lamp)]
-        if any(end is None for end in ends):
-            return math.inf, 0.0, True
-        (start, facing), (end, emitting) = ends
-        rays = end - start
-        distances = np.linalg.norm(rays, axis=1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rays = rays / distances[:, None]
-            there = np.maximum(-(rays * emitting).sum(axis=1) * (-1.0 if IS_BACK[side] else 1.0), 0.0)
-            here = np.maximum(
-                (rays * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
-            )
-            kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
-        # Keep the lines that no opaque surface blocks.
-        free = np.flatnonzero(kernel > 0)
-        free = free[~_are_blocked(scene, start[free], rays[free], distances[free])]
-        shown = kernel[free]
-        mean = float(shown.sum()) / lines
-        spread = 2 * math.sqrt(max(float((shown**2).sum()) / lines - mean**2, 0.0) / lines)
-        # The shortest lines score most, and none of them may have been drawn.
-        gap, full = gap_lower_bound(part.shape, lamp), 1 / math.pi if is_directed else 0.25 / math.pi
-        limit = lamp.area * full / gap**2 if gap > 0 else math.inf
-        strong = int((shown >= LARGE_LINE_SCORE * limit).sum())
-        unseen = unseen_scores(strong) * limit / lines
-        bound = max(bound, min(mean + spread + unseen, 1.0))
-        found, is_shown = max(found, mean), is_shown or len(free) > 0
-    return bound, found, is_shown
+    @property
+    def is_hidden(self) -> bool:
+        """Whether geometry proves that no direct light of the lamp reaches the detector."""
+        lamp, side = self.lamp, self.side
+        if isinstance(self.sensor, Camera) and not self.sensor.may_see(lamp):
+            return True
+        facing = getattr(self.sensor, "side", None)
+        for part in self.parts:
+            if is_behind(lamp, part.shape, facing) or is_behind(part.shape, lamp, side):
+                continue
+            if not are_separated(self.scene, (part.shape, facing), (lamp, side)):
+                return False
+        return True
+
+    def bound(self, enough: float) -> tuple[float, bool]:
+        """Bound (95 % confidence) of the lamp's share of the view, and whether any line of sight is clear.
+
+        Lines connect even points on both, with as many lines as it takes to get below `enough` or close to
+        the measured share.  Returns (infinite, True) for shapes without points.
+        """
+        bound, is_shown, lines = math.inf, True, MIN_LINES
+        while lines <= MAX_LINES:
+            # A run with a requested error asks often.
+            key = self.sensor.name, self.number, lines
+            bound, found, is_shown = proven(self.scene, key, partial(self._visible_share, lines))
+            if bound <= max(enough, CLOSE_BOUND_RATIO * found) or math.isinf(bound):
+                break
+            lines *= GROWTH
+        return bound, is_shown
+
+    def _visible_share(self, lines: int) -> tuple[float, float, bool]:
+        """Bound and estimate of the share of the view that the lamp fills, and whether any line is clear."""
+        rng, bound, found, is_shown = np.random.default_rng(0), 0.0, 0.0, False
+        sensor, lamp, unknown = self.sensor, self.lamp, (math.inf, 0.0, True)
+        is_directed = isinstance(sensor, Detector)
+        if not (is_directed or isinstance(sensor, PointDetector)) or self.side is None:
+            return unknown
+        full = 1 / math.pi if is_directed else 0.25 / math.pi
+        for part in self.parts:
+            # Draw the ends of the lines, and compute the score of each line.
+            ends = [even_points_on(shape, rng.random((lines, 2))) for shape in (part.shape, lamp)]
+            if any(end is None for end in ends):
+                return unknown
+            (start, facing), (end, emitting) = ends
+            rays = end - start
+            distances = np.linalg.norm(rays, axis=1)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                rays = rays / distances[:, None]
+                there, here = (rays * emitting).sum(axis=1), (rays * facing).sum(axis=1)
+                there = np.maximum(there if IS_BACK[self.side] else -there, 0.0)
+                here = np.maximum(-here if is_directed and IS_BACK[sensor.side] else here, 0.0)
+                kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else full)
+            # Keep the lines that no opaque surface blocks.
+            free = np.flatnonzero(kernel > 0)
+            free = free[~_are_blocked(self.scene, start[free], rays[free], distances[free])]
+            shown = kernel[free]
+            mean = float(shown.sum()) / lines
+            spread = 2 * math.sqrt(max(float((shown**2).sum()) / lines - mean**2, 0.0) / lines)
+            # The shortest lines score most, and none of them may have been drawn.
+            gap = gap_lower_bound(part.shape, lamp)
+            limit = lamp.area * full / gap**2 if gap > 0 else math.inf
+            strong = int((shown >= LARGE_LINE_SCORE * limit).sum())
+            unseen = unseen_scores(strong) * limit / lines
+            bound = max(bound, min(mean + spread + unseen, 1.0))
+            found, is_shown = max(found, mean), is_shown or len(free) > 0
+        return bound, found, is_shown
 
 
 def even_points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -275,11 +272,12 @@ def max_transmitted_weight(plan: Plan, shape: Shape) -> float:
     Absorption along a path reduces weights by exp(-absorption * length).  The length is proven if a single
     body of one medium separates a source from the shape, or contains one of them.
     """
-    key = "passes", id(plan), id(shape)
-    if key not in plan.scene.proofs:
-        share = max(_max_transmission(plan, emitter.shape, shape) for emitter in plan.emitters)
-        plan.scene.proofs[key] = plan, shape, share  # keep both, so that no other objects take their ids
-    return plan.scene.proofs[key][2]
+
+    def find() -> float:
+        return max(_max_transmission(plan, emitter.shape, shape) for emitter in plan.emitters)
+
+    # Keep both, so that no other objects take their ids.
+    return proven(plan.scene, ("passes", id(plan), id(shape)), lambda: (plan, shape, find()))[2]
 
 
 def _max_transmission(plan: Plan, origin: Shape, shape: Shape) -> float:
@@ -368,203 +366,171 @@ def _height_above_surface(body: Box | Sphere, shape: Shape) -> tuple[float, floa
 # ---- bounded classes ----
 
 
-def bound_by_probe(
-    scene: Scene,
-    detector: Detector,
-    surfaces: Sequence[int],
-    histories: float,
-    enough: float,
-    lamp: Source | None = None,
-    events: float = 0.0,
-) -> tuple[float, float]:
-    """Bound (95 % confidence) and estimate of light at a detector [W]; infinite if unknown.
-
-    It is the light that comes last from `surfaces` or, with a lamp, the light that the lamp sends first to
-    them.  surfaces: indices;  histories, events: of the run concerned;  enough: a bound [W] that needs no
-    improvement.
-    """
-    bound, value = math.inf, 0.0
-    for length in _probe_sizes(scene, detector, surfaces, lamp, histories, events):
-        key = _probe_key(scene, detector, surfaces, lamp), length
-        if key not in scene.proofs:
-            try:
-                if lamp is None:
-                    scene.proofs[key] = _backward_probe(scene, detector, surfaces, length)
-                else:
-                    scene.proofs[key] = _forward_probe(scene, detector, lamp, surfaces, length)
-            except (SceneError, MemoryError):
-                scene.proofs[key] = math.inf, 0.0
-        bound, value = scene.proofs[key]
-        if bound <= max(enough, CLOSE_BOUND_RATIO * value) or math.isinf(
-            bound
-        ):  # a longer probe would not improve it
-            break
-    return bound, value
-
-
-def no_probe_reason(scene: Scene, surfaces: Sequence[int], lamp: Source | None) -> str:
-    """Reason why no probe can bound light of these surfaces, if known without running one; else ""."""
-    if len(surfaces) > MAX_PROBE_SURFACES:
-        return f"more than {MAX_PROBE_SURFACES} surfaces"
-    endless = [number for number in surfaces if scene.surfaces[number].shape.is_infinite]
-    if endless:
-        return f"{join_names(surface_names(scene, endless))} is infinite"
-    try:
-        if lamp is None:
-            _adjoint_scene(scene)
-    except SceneError as error:
-        return str(error)
-    return ""
-
-
-def _probe_key(scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None) -> tuple:
-    return detector.name, detector.side, lamp and scene.sources.index(lamp), tuple(surfaces)
-
-
-def _probe_sizes(
-    scene: Scene,
-    detector: Detector,
-    surfaces: Sequence[int],
-    lamp: Source | None,
-    histories: float,
-    events: float,
-) -> list[int]:
-    """Numbers of histories of the probes for a run, to be tried one after the other."""
-    # Measure the events per history by pilots.
-    most = max(MIN_EVENT_BUDGET, MAX_SHARE_OF_RUN * max(events, MIN_EVENTS_PER_HISTORY * histories))
-    each = 1.0
-    for length in PILOT_HISTORIES:
-        if each * length <= most:
-            each = _events_per_history(scene, detector, surfaces, lamp, length)
-    # Choose the numbers of histories within the limits of histories and events.
-    longest = min(max(MIN_PROBE_HISTORIES, MAX_SHARE_OF_RUN * histories), MAX_PROBE_HISTORIES, most / each)
-    if (
-        longest < MIN_PROBE_HISTORIES
-    ):  # take one that fits, out of a few lengths, so that similar runs share it
-        lengths = [MIN_PROBE_HISTORIES // GROWTH**k for k in range(1, 5)]
-        return [length for length in lengths if SHORT_PROBE_HISTORIES <= length <= longest][:1]
-    lengths = [MIN_PROBE_HISTORIES]
-    while GROWTH * lengths[-1] <= longest:
-        lengths.append(GROWTH * lengths[-1])
-    return lengths
-
-
-def _events_per_history(
-    scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None, length: int
-) -> float:
-    """Crossings and collisions per history of a probe, measured by a pilot; infinite if there is none."""
-    key = "events", *_probe_key(scene, detector, surfaces, lamp), length
-    if key not in scene.proofs:
-        try:
-            if lamp is None:
-                turned, _ = _adjoint_scene(scene)
-                result = _run_probe(scene, _source_on_detector(detector), surfaces, turned.detectors, length)
-            else:
-                result = _run_probe(scene, _diffuse_source(scene, lamp), surfaces, [detector], length)
-            scene.proofs[key] = max(events_of(result.batches) / length, 1.0)
-        except (SceneError, MemoryError):
-            scene.proofs[key] = math.inf
-    return scene.proofs[key]
-
-
 def events_of(batches: Iterable[Batch]) -> int:
     """Number of crossings and collisions of a run."""
     return sum(batch.crossings + batch.collisions for batch in batches)
 
 
-def _adjoint_scene(scene: Scene):
-    """The scene for backward histories, and its sources.  Raises SceneError if there is none."""
-    if (why := method_backward.refusal(scene)) is not None:
-        raise SceneError(str(why))
-    turned, lamps = adjoint_scene(scene)
-    if not all(isinstance(lamp.detector, Detector) for lamp in lamps):
-        raise SceneError("a source emits from a volume")
-    return turned, lamps
+@dataclass(frozen=True, eq=False)
+class Probe:
+    """Light at a detector that comes last from some surfaces, measured by histories towards each of them.
+
+    With a lamp it is the light that the lamp sends first to these surfaces.  surfaces: indices.
+    """
+
+    scene: Scene
+    detector: Detector
+    surfaces: Sequence[int]
+    lamp: Source | None = None
+
+    def bound(self, histories: float, enough: float, events: float = 0.0) -> tuple[float, float]:
+        """Bound (95 % confidence) and estimate of the light [W]; infinite if unknown.
+
+        histories, events: of the run concerned;  enough: a bound [W] that needs no improvement.
+        """
+        bound, value = math.inf, 0.0
+        for length in self._sizes(histories, events):
+            bound, value = self._measured((), length, self._measure, (math.inf, 0.0))
+            if bound <= max(enough, CLOSE_BOUND_RATIO * value) or math.isinf(bound):
+                break  # a longer probe would not improve it
+        return bound, value
+
+    @property
+    def refusal(self) -> str:
+        """Reason why no probe can bound this light, if known without running one; else ""."""
+        if len(self.surfaces) > MAX_PROBE_SURFACES:
+            return f"more than {MAX_PROBE_SURFACES} surfaces"
+        if endless := self._infinite_surfaces:
+            return f"{join_names(surface_names(self.scene, endless))} is infinite"
+        try:
+            if self.lamp is None:
+                _ = self._adjoint
+        except SceneError as error:
+            return str(error)
+        return ""
+
+    @property
+    def _infinite_surfaces(self) -> list[int]:
+        return [number for number in self.surfaces if self.scene.surfaces[number].shape.is_infinite]
+
+    def _measured(self, kind: tuple[str, ...], length: int, measure: Callable, unknown: Any) -> Any:
+        """The result of a probe of so many histories, run once per scene; `unknown` if it cannot be run."""
+        lamp = self.lamp and self.scene.sources.index(self.lamp)
+        place = self.detector.name, self.detector.side, lamp, tuple(self.surfaces)
+
+        def find() -> Any:
+            try:
+                return measure(length)
+            except (SceneError, MemoryError):
+                return unknown
+
+        return proven(self.scene, (*kind, place, length), find)
+
+    def _sizes(self, histories: float, events: float) -> list[int]:
+        """Numbers of histories of the probes for a run, to be tried one after the other."""
+        # Measure the events per history by pilots.
+        most = max(MIN_EVENT_BUDGET, MAX_SHARE_OF_RUN * max(events, MIN_EVENTS_PER_HISTORY * histories))
+        each = 1.0
+        for length in PILOT_HISTORIES:
+            if each * length <= most:
+                each = self._measured(("events",), length, self._events_per_history, math.inf)
+        # Choose the numbers of histories within the limits of histories and events.
+        longest = max(MIN_PROBE_HISTORIES, MAX_SHARE_OF_RUN * histories)
+        longest = min(longest, MAX_PROBE_HISTORIES, most / each)
+        if longest < MIN_PROBE_HISTORIES:
+            # Take one that fits, out of a few lengths, so that similar runs share it.
+            lengths = [MIN_PROBE_HISTORIES // GROWTH**k for k in range(1, 5)]
+            return [length for length in lengths if SHORT_PROBE_HISTORIES <= length <= longest][:1]
+        lengths = [MIN_PROBE_HISTORIES]
+        while GROWTH * lengths[-1] <= longest:
+            lengths.append(GROWTH * lengths[-1])
+        return lengths
+
+    def _events_per_history(self, length: int) -> float:
+        """Crossings and collisions per history, at least 1."""
+        return max(events_of(self.run(length).batches) / length, 1.0)
+
+    def _measure(self, length: int) -> tuple[float, float]:
+        """Bound and estimate of the light [W]."""
+        scene, detector = self.scene, self.detector
+        result = self.run(length)
+        unit = result.plan.unit
+        if self.lamp is None:
+            _, lamps = self._adjoint
+            gains = gains_of(result.plan, scene, lamps, result.plan.emitters[0])
+            found = [_bound_of_total(result, lamp.detector) for lamp in lamps]
+            scale = math.pi * scene.shape_of(detector).area * unit
+            return tuple(
+                scale * math.fsum(gain * each[k] for gain, each in zip(gains, found, strict=True))
+                for k in (0, 1)
+            )
+        mirrors = specular_surfaces_of(scene, scene.shape_of(detector), detector.side)
+        last = Probe(scene, detector, mirrors)
+        straight = last.bound(length, 0.0, events_of(result.batches))[0] if mirrors else 0.0
+        return tuple(unit * each for each in _bound_of_total(result, detector, straight / unit))
+
+    @property
+    def _adjoint(self) -> tuple:
+        """The scene for backward histories, and its sources.  Raises SceneError if there is none."""
+        if (why := method_backward.refusal(self.scene)) is not None:
+            raise SceneError(str(why))
+        turned, lamps = adjoint_scene(self.scene)
+        if not all(isinstance(lamp.detector, Detector) for lamp in lamps):
+            raise SceneError("a source emits from a volume")
+        return turned, lamps
+
+    def run(self, length: int) -> Record:
+        """Run histories from the detector, or from the lamp, towards each of the surfaces."""
+        scene, lamp = self.scene, self.lamp
+        if lamp is None:
+            detectors = self._adjoint[0].detectors
+            start = Source(self.detector.shape, Lambertian(power=1.0), side=self.detector.side)
+        else:
+            detectors = [self.detector]
+            start = replace(lamp, emission=Lambertian(power=lamp.amount(scene.shape_of(lamp), None)))
+        if len(self.surfaces) > MAX_PROBE_SURFACES or self._infinite_surfaces:
+            raise SceneError("cannot aim histories at an infinite surface, or at so many surfaces")
+        # Aim one source at each surface, and brighten dark mirrors.
+        born, there = [], list(scene.surfaces)
+        for number in self.surfaces:
+            surface = scene.surfaces[number]
+            material, share = surface.material.brightened(MIN_PROBE_REFLECTANCE)
+            there[number] = replace(surface, material=material)
+            power = Lambertian(power=share * start.emission.power)
+            born.append(replace(start, emission=power, aim=surface.shape))
+        # Use next-event estimation if the scene allows it.
+        probe = type(scene)(born, there, detectors, scene.medium)
+        simulate = partial(function_for(type(scene), "simulate"), probe, length)
+        how = {"seed": PROBE_SEED, "threads": 1, "progress": False}
+        if length < SHORT_PROBE_HISTORIES:
+            how["batches"] = 2
+        elif length < MIN_PROBE_HISTORIES:
+            batches = max(length // SHORT_PROBE_BATCH, MIN_SHORT_PROBE_BATCHES)
+            how["batches"] = min(batches, MAX_SHORT_PROBE_BATCHES)
+        try:
+            result = simulate(estimator="expected", **how)
+        except OverrunError:
+            raise
+        except SceneError:  # the scene has no lamp or detector for rays
+            result = simulate(estimator="analog", **how)
+        if not result.is_complete:
+            raise KeyboardInterrupt
+        return result
 
 
-def _source_on_detector(detector: Detector) -> Source:
-    return Source(detector.shape, Lambertian(power=1.0), side=detector.side)
-
-
-def _diffuse_source(scene: Scene, lamp: Source) -> Source:
-    return replace(lamp, emission=Lambertian(power=lamp.amount(scene.shape_of(lamp), None)))
-
-
-def _backward_probe(
-    scene: Scene, detector: Detector, surfaces: Sequence[int], length: int
-) -> tuple[float, float]:
-    """Bound and estimate of light via surfaces to a detector [W], from histories that start there."""
-    turned, lamps = _adjoint_scene(scene)
-    result = _run_probe(scene, _source_on_detector(detector), surfaces, turned.detectors, length)
-    gains = gains_of(result.plan, scene, lamps, result.plan.emitters[0])
-    scale = math.pi * scene.shape_of(detector).area * result.plan.unit
-    found = [_probe_result(result, lamp.detector) for lamp in lamps]
-    return tuple(
-        scale * math.fsum(gain * each[k] for gain, each in zip(gains, found, strict=True)) for k in (0, 1)
-    )
-
-
-def _forward_probe(
-    scene: Scene, detector: Detector, lamp: Source, surfaces: Sequence[int], length: int
-) -> tuple[float, float]:
-    """Bound and estimate of light from a lamp via surfaces [W], from histories that start at the lamp."""
-    result = _run_probe(scene, _diffuse_source(scene, lamp), surfaces, [detector], length)
-    unit, mirrors = result.plan.unit, specular_surfaces_of(scene, scene.shape_of(detector), detector.side)
-    events = events_of(result.batches)
-    straight = bound_by_probe(scene, detector, mirrors, length, 0.0, events=events)[0] if mirrors else 0.0
-    return tuple(unit * each for each in _probe_result(result, detector, straight / unit))
-
-
-def _run_probe(
-    scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequence[Detector], length: int
-):
-    """Run histories from a shape towards each of the surfaces."""
-    simulate = function_for(type(scene), "simulate")
-    if len(surfaces) > MAX_PROBE_SURFACES or any(
-        scene.surfaces[number].shape.is_infinite for number in surfaces
-    ):
-        raise SceneError("cannot aim histories at an infinite surface, or at so many surfaces")
-    # Aim one source at each surface, and brighten dark mirrors.
-    born, there = [], list(scene.surfaces)
-    for number in surfaces:
-        surface = scene.surfaces[number]
-        material, share = surface.material.brightened(MIN_PROBE_REFLECTANCE)
-        there[number] = replace(surface, material=material)
-        power = Lambertian(power=share * start.emission.power)
-        born.append(replace(start, emission=power, aim=surface.shape))
-    # Use next-event estimation if the scene allows it.
-    probe = type(scene)(born, there, detectors, scene.medium)
-    how = {"seed": PROBE_SEED, "threads": 1, "progress": False}
-    if length < MIN_PROBE_HISTORIES:
-        how["batches"] = (
-            min(max(length // SHORT_PROBE_BATCH, MIN_SHORT_PROBE_BATCHES), MAX_SHORT_PROBE_BATCHES)
-            if length >= SHORT_PROBE_HISTORIES
-            else 2
-        )
-    try:
-        result = simulate(probe, length, estimator="expected", **how)
-    except OverrunError:
-        raise
-    except SceneError:  # the scene has no lamp or detector for rays
-        result = simulate(probe, length, estimator="analog", **how)
-    if not result.is_complete:
-        raise KeyboardInterrupt
-    return result
-
-
-def _probe_result(result: Record, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
-    """Bound and estimate of the mean weight per history at a detector.
+def _bound_of_total(result: Record, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
+    """Bound and estimate of the mean weight per history that arrives at a detector.
 
     straight: bound of the part whose last vertex was not a diffuse wall.
     """
-    total = result[detector.name].total(ARRIVALS)
-    findings = total._raw_findings
-    if any(math.isnan(each.bound) for each in findings) or (math.isnan(total.error) and total.value > 0):
-        return math.inf, float(total.value)
+    total = result[detector.name].diagnosis.total("weight in")
+    value, findings = float(total.value), total._raw_findings
+    if any(math.isnan(each.bound) for each in findings) or (math.isnan(total.error) and value > 0):
+        return math.inf, value
     unseen = [
         min(float(each.bound), straight if each.name == "path class" else math.inf)
         for each in findings
         if each.bound > 0
     ]
     spread = float(student_quantile(0.975, total.dof) * total.error) if total.error > 0 else 0.0
-    return float(total.value) + spread + math.fsum(unseen), float(total.value)
+    return value + spread + math.fsum(unseen), value

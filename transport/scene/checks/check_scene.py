@@ -1,4 +1,4 @@
-"""Checks of a whole scene: one acting surface per point, feasible aims, finite histories, fitting media."""
+"""Checks of a whole scene, in a table: one acting surface per point, finite histories, fitting media."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from transport.scene.checks.refractive_indices import check_media
 from transport.scene.checks.trapping import check_total_internal_reflection
 from transport.scene.materials import Surface, display_name
 from transport.scene.sheets import scene_sheets
+from transport.statistics.findings import Check
 from transport.validation import SceneError, refuse, short_repr
 
 if TYPE_CHECKING:
@@ -22,14 +23,8 @@ if TYPE_CHECKING:
 
 def check_scene(scene: SceneParts) -> None:
     """Raise SceneError if the parts of a scene do not fit together."""
-    check_point_detectors(scene)
-    check_supports(scene)
-    check_coplanar_meshes(scene)
-    check_aims(scene)
-    check_lossless_enclosures(scene)
-    check_total_internal_reflection(scene)
-    check_media(scene)
-    check_filling(scene)
+    for check in SCENE_CHECKS:
+        check.run(scene)
 
 
 def check_supports(scene: SceneParts) -> None:
@@ -71,3 +66,48 @@ def _support_name(shape: Shape) -> str:
 def _surface_name(scene: SceneParts, surface: Surface) -> str:
     """Name of a surface in messages."""
     return display_name(surface, scene.surfaces.index(surface))
+
+
+# The checks of a scene, in their order.
+SCENE_CHECKS = (
+    Check(
+        "scene: point detectors",
+        "Point detectors beside mirrors, glass or gloss, on a surface, or with sources that send no ray to"
+        " them.",
+        run=check_point_detectors,
+    ),
+    Check("scene: surfaces", "Two acting surfaces at one point of a plane or quadric.", run=check_supports),
+    Check(
+        "scene: meshes",
+        "Mesh faces that coincide with other shapes, so that rounding would decide which is hit first.",
+        run=check_coplanar_meshes,
+    ),
+    Check("scene: aims", "A flat source that aims into its own plane.", run=check_aims),
+    Check(
+        "scene: enclosures",
+        "Closed shapes, and open surfaces that join without a gap, in which light can neither be absorbed nor"
+        " escape.",
+        "Other endless histories, which the run stops.",
+        check_lossless_enclosures,
+    ),
+    Check(
+        "scene: total internal reflection",
+        "Light trapped in clear spheres, boxes and slabs, or in an infinite medium that hardly absorbs.",
+        "Light trapped in other shapes.",
+        check_total_internal_reflection,
+    ),
+    Check(
+        "scene: refractive indices",
+        "Boundaries of dielectrics that contradict one another about the index between them.",
+        "What is smaller than the spacing of some hundred lines through the surfaces, lies behind an opaque"
+        " surface, or at the end of the scene.",
+        check_media,
+    ),
+    Check(
+        "scene: media",
+        "Bodies of media that overlap, have gaps or reversed normals, or differ from the media that their"
+        " surfaces name.",
+        "Overlaps and gaps smaller than the spacing of the points and lines that probe them.",
+        check_filling,
+    ),
+)
