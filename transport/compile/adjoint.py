@@ -114,7 +114,7 @@ def _detected_source(scene: Scene, source: Source, place: str) -> DetectedSource
     """Return a source with the detector that replaces it, and its strength."""
     shape, label = scene.shape_of(source), f"lamp {place}"
     power = source.amount(shape, None)
-    if isinstance(source.emission, Isotropic):
+    if source.emission.fills_volume:
         return DetectedSource(
             place, source, VolumeDetector(shape, name=label), power / (4 * math.pi * shape.volume)
         )
@@ -218,7 +218,7 @@ def gains_of(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], emitte
 def _pieces_of(scene: Scene, source: Source) -> tuple[Shape, ...]:
     """Return the pieces of a source, each in one medium: a volume is one piece."""
     shape = scene.shape_of(source)
-    return (shape,) if isinstance(source.emission, Isotropic) else shape.pieces()
+    return (shape,) if source.emission.fills_volume else shape.pieces()
 
 
 def _refractive_index(medium: np.ndarray | None, source: Source) -> float:

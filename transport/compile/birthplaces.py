@@ -8,7 +8,6 @@ import numpy as np
 
 from transport.geometry.shape import Point, Shape
 from transport.geometry.solid import Box, Sphere
-from transport.scene.emissions import Beam
 from transport.scene.sources import Source
 
 SURFACE_OFFSET = 1e-9  # of a source's extent: distance of the points from an emitting surface
@@ -22,7 +21,7 @@ KRONECKER_STRIDES = 2.0 ** -(
 def birth_points(source: Source, piece: Shape, size: float) -> np.ndarray:
     """Return points of one piece of a source [m], shape (n, 3). size: size of the scene [m]."""
     if isinstance(piece, Point):
-        direction = np.array(source.emission.direction) if isinstance(source.emission, Beam) else np.zeros(3)
+        direction = np.array(source.emission.direction) if source.emission.law == "beam" else np.zeros(3)
         return np.array(piece.position)[None] + POINT_OFFSET * size * direction
     u = np.modf((np.arange(1, POINTS_PER_SOURCE + 1)[:, None]) * KRONECKER_STRIDES)[0]
     if not source.emission.has_side:

@@ -34,7 +34,6 @@ from transport.geometry.shape import Point
 from transport.geometry.solid import Sphere
 from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
 from transport.scene.detectors import Detector
-from transport.scene.emissions import Beam
 from transport.scene.materials import (
     Surface,
     display_name,
@@ -105,7 +104,7 @@ def _detector_refusal(scene: Scene, detector: object) -> str | None:
 def _source_refusal(scene: Scene, source: Source, number: int) -> str | None:
     """Reason why no history reaches a source; None if histories do."""
     title = f"sources[{number}]"
-    if isinstance(source.emission, Beam):
+    if source.emission.law == "beam":
         return f"no history can hit the Beam of {title}; write estimator='analog'"
     if isinstance(scene.shape_of(source), Point):
         return f"no history can hit the Point of {title}; write estimator='expected', or use a small Sphere"

@@ -24,7 +24,7 @@ from transport.geometry.relations import are_on_one_support, is_behind, least_he
 from transport.geometry.shape import Point, Shape
 from transport.scene.bodies import body_bits_at
 from transport.scene.detectors import Detector
-from transport.scene.emissions import Isotropic, Lambertian
+from transport.scene.emissions import DIRECTION_DENSITIES
 from transport.scene.sides import IS_BACK
 from transport.validation import SceneError, refuse, short_repr
 
@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
 from transport.scene.sheets import Sheet
 
-# [sr^-1] greatest densities of Lambertian and of isotropic directions
-LAMBERTIAN_DENSITY, ISOTROPIC_DENSITY = 1 / math.pi, 0.25 / math.pi
+LAMBERTIAN_DENSITY = DIRECTION_DENSITIES["lambertian"]  # [sr^-1] greatest density of directions
 MAX_SPHERE_SCORE = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
 ALL_SCORED, FLAT_SHARE, SPHERE_SHARE = 1, 2, 3  # values of `how` in layout.MIS_SHARE
 GRID_SAFETY = 1.1  # safety factor over the maximum on a grid of points
@@ -186,7 +185,7 @@ def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, floa
     """
     emitters = [] if plan.method.estimator == "backward" else plan.emitters
     places = [
-        (emitter.shape, 1.0, max(law.values()), isinstance(emitter.source.emission, Isotropic))
+        (emitter.shape, 1.0, max(law.values()), emitter.source.emission.fills_volume)
         for emitter in emitters
         if (law := _law(emitter))
     ]
@@ -302,20 +301,13 @@ def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
     law = _law(emitter)
     if not law:
         return None
-    is_filled = isinstance(emitter.source.emission, Isotropic)
+    is_filled = emitter.source.emission.fills_volume
     return max(law.values()), _min_distance(emitter.shape, shape, is_filled)
 
 
 def _law(emitter: Emitter) -> dict[str, float]:
     """Return the density of directions at birth that shadow rays use; empty for births with a target."""
-    if emitter.target is not None:
-        return {}
-    match emitter.source.emission:
-        case Lambertian():
-            return {"lambertian": LAMBERTIAN_DENSITY}
-        case Isotropic():
-            return {"isotropic": ISOTROPIC_DENSITY}
-    return {}
+    return {} if emitter.target is not None else emitter.source.emission.ray_densities
 
 
 def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:

@@ -17,7 +17,6 @@ from transport.compile import layout
 from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import body_bits_at
-from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.media import Medium
 from transport.scene.phase_functions import Tabulated
 from transport.scene.points import PointDetector
@@ -91,30 +90,20 @@ def _births(
     plan: Plan, emitter: Emitter, detector: PointDetector, places: dict[str, float]
 ) -> RayPass | None:
     """Return the pass and row of direct rays from births to the point; None for beams."""
-    shape = emitter.shape
-    match emitter.source.emission:
-        case Lambertian():
-            return "cast_from_births", layout.row(layout.POINT_EMISSION, **places, lambertian=1 / math.pi)
-        case Isotropic():
-            is_near = math.dist(detector.position, shape.middle) < NEAR_EXTENTS * shape.extent
-            if is_near and isinstance(shape, Box | Sphere):
-                return _volume_births(plan, shape, dict(places))
-            return "cast_from_births", layout.row(layout.POINT_EMISSION, **places, isotropic=0.25 / math.pi)
-    return None
+    shape, emission = emitter.shape, emitter.source.emission
+    is_near = math.dist(detector.position, shape.middle) < NEAR_EXTENTS * shape.extent
+    if emission.fills_volume and is_near and isinstance(shape, Box | Sphere):
+        return _volume_births(plan, shape, dict(places))
+    if not (density := emitter.source.emission.ray_densities):
+        return None
+    return "cast_from_births", layout.row(layout.POINT_EMISSION, **places, **density)
 
 
 def _scattered_births(emitter: Emitter, places: dict[str, float]) -> RayPass:
     """Return the pass and row of rays from births that are scattered once before the point."""
-    match emitter.source.emission:
-        case Lambertian():
-            return "first_leg_from_births", layout.row(
-                layout.POINT_EMISSION, **places, lambertian=1 / math.pi
-            )
-        case Isotropic():
-            return "first_leg_from_births", layout.row(
-                layout.POINT_EMISSION, **places, isotropic=0.25 / math.pi
-            )
-    return "first_leg_along_beams", layout.row(layout.POINT_EMISSION, **places)
+    density = emitter.source.emission.ray_densities
+    name = "first_leg_from_births" if density else "first_leg_along_beams"
+    return name, layout.row(layout.POINT_EMISSION, **places, **density)
 
 
 def _volume_births(plan: Plan, shape, values: dict[str, float]) -> RayPass:

@@ -22,7 +22,7 @@ from transport.geometry.revolved import Paraboloid, Revolved
 from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Box
 from transport.scene.checks.refractive_indices import index_around
-from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
+from transport.scene.emissions import DIRECTION_DENSITIES
 from transport.scene.scene import Scene
 from transport.scene.sources import Source
 from transport.validation import refuse, short_repr
@@ -50,7 +50,7 @@ def make_emitters(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: s
             place = _place(plan, source, piece)
             law = speeds.drifting_law(plan, source, piece) or _law(source, piece)
             weight, target = _target(source, piece, space)
-            volume = isinstance(source.emission, (Gas, Isotropic)) and not isinstance(piece, Point)
+            volume = source.emission.fills_volume and not isinstance(piece, Point)
             birth = _birth(source, piece, [] if volume else sheets_of(piece), acting)
             amount = source.amount(shape, scene.duration) * share
             moment, speed = speeds.birth_time_pass(source, scene.duration), speeds.speed_passes(plan, source)
@@ -103,7 +103,7 @@ def _birth_bodies(plan: Plan, source: Source, piece: Shape) -> tuple[np.ndarray 
     """
     if not plan.has_bodies:
         return None, []
-    if isinstance(piece, Point) and not isinstance(source.emission, Beam):
+    if isinstance(piece, Point) and source.emission.law != "beam":
         found = boundary_rows(plan, piece.position)
         if found is None:
             refuse(
@@ -144,11 +144,11 @@ def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) ->
 def _pieces_with_shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
     """Yield the pieces of a source with their shares of its amount."""
     faces = [part for piece in shape.pieces() for part in piece.primitives()]
-    if len(faces) == 1 or (isinstance(source.emission, (Gas, Isotropic)) and not shape.is_flat):
+    if len(faces) == 1 or (source.emission.fills_volume and not shape.is_flat):
         yield shape, 1.0
         return
     sizes = [face.area for face in faces]
-    if isinstance(source.emission, Beam):
+    if source.emission.law == "beam":
         side = -1.0 if source.is_back else 1.0
         sizes = [face.area * max(0.0, side * dot(face.normal, source.emission.direction)) for face in faces]
     for face, size in zip(faces, sizes, strict=True):
@@ -194,12 +194,11 @@ def _place(plan: Plan, source: Source, shape: Shape) -> tuple[str, np.ndarray]:
                 layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w
             )
     values |= {"half_u": shape.radius / size}
-    match source.emission:
-        case Isotropic() | Gas():
-            return "born_in_sphere", layout.row(layout.PATCH, **values)
-        case Beam(direction=direction):
-            values |= dict(zip(("nx", "ny", "nz"), direction, strict=True))
-            return "born_on_sphere_cross_section", layout.row(layout.PATCH, **values)
+    if source.emission.fills_volume:
+        return "born_in_sphere", layout.row(layout.PATCH, **values)
+    if source.emission.law == "beam":
+        values |= dict(zip(("nx", "ny", "nz"), source.emission.direction, strict=True))
+        return "born_on_sphere_cross_section", layout.row(layout.PATCH, **values)
     return "born_on_sphere", layout.row(layout.PATCH, **values)
 
 
@@ -233,7 +232,7 @@ def _normal_row(source: Source, shape: Shape) -> np.ndarray | None:
     """Return the row of the normal by which a target weighs directions; all 0 for isotropic emission."""
     if shape.is_flat:
         return _plane_patch(source, shape)
-    return None if isinstance(source.emission, Lambertian | Effusive) else layout.row(layout.PATCH)
+    return None if source.emission.law == "lambertian" else layout.row(layout.PATCH)
 
 
 def _plane_patch(source: Source, shape: FlatShape) -> np.ndarray:
@@ -243,17 +242,13 @@ def _plane_patch(source: Source, shape: FlatShape) -> np.ndarray:
 
 def _law(source: Source, shape: Shape) -> tuple[str, np.ndarray]:
     """Return the pass and the row by which directions are sampled."""
-    nothing = layout.row(layout.NO_TABLE)
-    match source.emission:
-        case Lambertian() | Effusive():
-            if shape.is_flat:
-                return "emit_lambertian_from_plane", _plane_patch(source, shape)
-            return "emit_lambertian", nothing
-        case Isotropic() | Gas(direction=None):
-            return "emit_isotropic", nothing
-    return "emit_beam", layout.row(
-        layout.BEAM, **dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True))
-    )
+    law = source.emission.law
+    if law == "lambertian" and shape.is_flat:
+        return "emit_lambertian_from_plane", _plane_patch(source, shape)
+    if law == "beam":
+        columns = dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True))
+        return "emit_beam", layout.row(layout.BEAM, **columns)
+    return f"emit_{law}", layout.row(layout.NO_TABLE)
 
 
 def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[Step, ...] | None]:
@@ -261,10 +256,10 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     aim = source.aim
     if aim is None:
         return 1.0, None
-    lambertian = isinstance(source.emission, (Lambertian, Effusive))
-    values = {"lambertian": 1.0 / math.pi} if lambertian else {"isotropic": 0.25 / math.pi}
-    peak = max(values.values())  # [sr^-1] largest density of directions
-    is_volume = shape.is_closed and not lambertian
+    law = source.emission.law
+    peak = DIRECTION_DENSITIES[law]  # [sr^-1] largest density of directions
+    values = {law: peak}
+    is_volume = shape.is_closed and law == "isotropic"
     distance = shape.distance(aim.middle, filled=is_volume) / space.size
     values |= layout.center_columns(space.place(aim.middle))
     if not (aim.is_flat or isinstance(aim, Box)) or len(aim.primitives()) > 1:

@@ -35,6 +35,9 @@ from transport.validation import (
 SURFACE_SHAPES = (Rectangle, Disk, Triangle, Polygon, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh)
 
 
+DIRECTION_DENSITIES = {"lambertian": 1 / math.pi, "isotropic": 0.25 / math.pi}  # [sr^-1] greatest, by law
+
+
 class Emission:
     """Base class of emissions; not instantiated directly."""
 
@@ -46,6 +49,8 @@ class Emission:
     has_side = False  # whether it leaves from one side of a surface
     needs_whole = False  # whether a Sphere must be all of it
     can_aim = False
+    law = ""  # of the directions: "lambertian", "isotropic", or "beam" for a single one
+    fills_volume = False  # whether it leaves from all points of a volume
     mass: float | None = None  # of a particle [kg]
 
     @property
@@ -99,6 +104,17 @@ class Emission:
         if duration is None:
             return rate
         return rate * (duration if pulse is None else pulse.length)
+
+    @property
+    def ray_densities(self) -> dict[str, float]:
+        """Greatest density of directions [sr^-1] by its law, if shadow rays can connect births; else empty.
+
+        Returns
+        -------
+        dict of str to float
+        """
+        is_connected = self.measured_in == "watts" and self.law in DIRECTION_DENSITIES
+        return {self.law: DIRECTION_DENSITIES[self.law]} if is_connected else {}
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
         """Return the rate at which one side of a shape emits.
@@ -173,6 +189,7 @@ class Lambertian(Emission):
     speed: float | None = None
 
     rates = ("radiance", "exitance", "power")
+    law = "lambertian"
     shapes = SURFACE_SHAPES
     cure = "use Isotropic for a Point"
     has_side = can_aim = True
@@ -237,6 +254,7 @@ class Isotropic(Emission, Phase):
     cure = "use Lambertian for a surface"
     can_aim = needs_whole = True
     g, law, max_density = 0.0, "isotropic", ISOTROPIC_DENSITY
+    fills_volume = True
 
     def __post_init__(self) -> None:
         if not self.is_phase:
@@ -346,6 +364,7 @@ class Beam(Emission):
     speed: float | None = field(default=None, kw_only=True)
 
     rates = ("power", "irradiance")
+    law = "beam"
     shapes = (Point, Rectangle, Disk, Triangle, Polygon, Sphere, Box)
     cure = "choose one of them"
     has_side = needs_whole = True
@@ -438,6 +457,11 @@ class Gas(ParticleEmission):
     shapes = (Box, Sphere, Cloud, Point)
     cure = "enclose it in a Box"
     needs_whole = True
+    fills_volume = True
+
+    @property
+    def law(self) -> str:
+        return "isotropic" if self.direction is None else "beam"
 
     def __post_init__(self) -> None:
         self._coerce_particles()
@@ -526,6 +550,7 @@ class Effusive(ParticleEmission):
     mass: float | None = None
 
     rates = ("density", "exitance")
+    law = "lambertian"
     shapes = SURFACE_SHAPES
     cure = "use Gas for a Point"
     has_side = can_aim = True

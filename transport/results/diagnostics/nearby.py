@@ -17,7 +17,6 @@ from transport.compile.volumes import weights_vary
 from transport.geometry.relations import is_behind
 from transport.geometry.shape import Shape
 from transport.scene.bodies import body_bits_at, nested_bodies, surrounding_medium
-from transport.scene.emissions import Beam, Isotropic, Lambertian
 from transport.scene.materials import display_name
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, student_quantile
 from transport.statistics.chunked import batch_totals
@@ -126,7 +125,7 @@ def _near_emitters(tally: Tally, fluence: Estimate) -> Iterator[NearEmitter]:
             births = tally.particles * emitter.bound / math.fsum(each.bound for each in plan.emitters)
             added = born / distance**2 if has_side else born / 4 / distance**2
             yield NearEmitter(title, distance, added, births, shape.extent, is_small=True)
-        elif isinstance(emitter.source.emission, Lambertian):
+        elif emitter.source.emission.law == "lambertian":
             exitance = emitter.amount / shape.area
             distance = _distance(shape, point, math.sqrt(MIN_SCORES_FOR_ERROR * born / exitance))
             if distance is not None and 2 * exitance > fluence.error / 2:
@@ -186,7 +185,7 @@ def _free_path(medium: Medium | Grid) -> tuple[float, float]:
 def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, Emitter]]:
     sources = plan.scene.sources
     for emitter in plan.emitters:
-        if isinstance(emitter.source.emission, Lambertian | Isotropic):
+        if emitter.source.emission.ray_densities:
             number = next(k for k, source in enumerate(sources) if source is emitter.source)
             yield source_title(sources[number], number), emitter
 
@@ -236,7 +235,7 @@ def _is_negligible(plan: Plan, share: float, fluence: Estimate) -> bool:
 
     At most its irradiance, which the point sees, unless there are beams.
     """
-    has_beams = any(isinstance(source.emission, Beam) for source in plan.scene.sources)
+    has_beams = any(source.emission.law == "beam" for source in plan.scene.sources)
     return not has_beams and 2 * share * fluence.value < fluence.error / 2
 
 

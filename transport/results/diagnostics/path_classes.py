@@ -36,7 +36,6 @@ from transport.results.diagnostics.proofs import (
 from transport.results.diagnostics.score_sizes import count_large_scores
 from transport.results.tally import ARRIVALS, DEPARTURES
 from transport.scene.detectors import Detector
-from transport.scene.emissions import Beam, Lambertian
 from transport.scene.sides import IS_BACK, OTHER_SIDE
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.findings import MORE_PARTICLES, USE_MORE, Finding, doubtful, unseen_scores
@@ -107,7 +106,7 @@ class ProbedRun:
             return finding
         if not light.surfaces:
             return replace(finding, bound=straight)
-        if lamp is not None and not isinstance(lamp.emission, Lambertian):
+        if lamp is not None and lamp.emission.law != "lambertian":
             return finding
         probe = Probe(self.scene, self.detector, light.surfaces, lamp)
         bound, found = probe.bound(self.histories, self.error * self.unit, self.events)
@@ -158,7 +157,7 @@ def _near_collision_finding(
     beams = [
         (emitter.bound / plan.unit, miss_distance(emitter.shape, emitter.source.emission.direction, shape))
         for emitter in plan.emitters
-        if isinstance(emitter.source.emission, Beam)
+        if emitter.source.emission.law == "beam"
     ]
     bounds = []
     for distance in np.geomspace(1e-2, 1e4, 61) * shape.extent:

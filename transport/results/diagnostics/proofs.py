@@ -40,7 +40,7 @@ from transport.results.diagnostics.empty_detector import are_separated, proven
 from transport.scene.bodies import nested_bodies, surrounding_medium
 from transport.scene.cameras import Camera
 from transport.scene.detectors import Detector
-from transport.scene.emissions import Beam, Lambertian
+from transport.scene.emissions import Lambertian
 from transport.scene.materials import (
     Material,
     display_name,
@@ -133,7 +133,7 @@ def unconnected_sources(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
         if emitter.target is not None and plan.adjoint is None:
             yield source_name(plan.scene, emitter.source)
             continue
-        if not isinstance(emission, Beam) or miss_distance(emitter.shape, emission.direction, shape) > 0:
+        if emission.law != "beam" or miss_distance(emitter.shape, emission.direction, shape) > 0:
             continue
         along = dot(emission.direction, shape.normal) if shape.is_flat else 0.0
         if not shape.is_flat or ((along > 0) == IS_BACK[side] and along != 0):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from transport.geometry.shape import ROUNDING, Point
-from transport.scene.emissions import Beam, Isotropic, Lambertian
 from transport.scene.materials import Surface, display_name
 from transport.scene.parts import SceneParts
 from transport.scene.points import PointDetector
@@ -47,7 +46,7 @@ def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface)
 
 def _check_source(scene: SceneParts, detector: PointDetector, source: Source) -> None:
     emission, shape = source.emission, scene.shape_of(source)
-    if not isinstance(emission, Isotropic | Lambertian | Beam):
+    if emission.measured_in != "watts":
         got = type(emission).__name__
         refuse(detector, f"needs Isotropic, Lambertian or Beam emission, got {got}; use a VolumeDetector")
     if source.aim is not None:
@@ -57,19 +56,19 @@ def _check_source(scene: SceneParts, detector: PointDetector, source: Source) ->
             f"needs sources without an aim, got aim={short_repr(source.aim)}; {cure}",
         )
     is_point = isinstance(shape, Point)
-    if isinstance(emission, Isotropic) and is_point and detector.position == shape.position:
+    if emission.law == "isotropic" and is_point and detector.position == shape.position:
         refuse(
             detector,
             f"position must differ from that of a point source, got {short_repr(detector.position)}; move it",
         )
-    if isinstance(emission, Beam) and is_point and _lies_on_ray(detector, shape.position, emission.direction):
+    if emission.law == "beam" and is_point and _lies_on_ray(detector, shape.position, emission.direction):
         cure = "move it off, or use a small VolumeDetector"
         refuse(
             detector,
             "position must not lie on a pencil beam, where the fluence rate is infinite,"
             f" got {short_repr(detector.position)}; {cure}",
         )
-    if isinstance(emission, Lambertian) and _lies_on(detector, shape):
+    if emission.law == "lambertian" and _lies_on(detector, shape):
         cure = "move the point off it"
         refuse(detector, f"position must not lie on a source, got {short_repr(detector.position)}; {cure}")
 

@@ -20,7 +20,6 @@ from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import surrounding_medium
 from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
-from transport.scene.emissions import Beam
 from transport.scene.materials import (
     AnyMedium,
     Material,
@@ -167,7 +166,7 @@ def _scatters(surface: Surface) -> bool:
 
 def _is_unaimed(source: Source) -> bool:
     """Return whether a source emits into at least half of all directions."""
-    return source.aim is None and not isinstance(source.emission, Beam)
+    return source.aim is None and source.emission.law != "beam"
 
 
 def _traps_light(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
