@@ -15,6 +15,7 @@ from transport.cli.effects.costs import base_name, footprint_of
 from transport.cli.effects.passes import effects_of
 from transport.cli.effects.prices import ADDITIONS, base_room, with_addition
 from transport.cli.effects.treatment import treatment_of
+from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import compile_program, run_batch
 from transport.engine.program import build_program
@@ -146,3 +147,13 @@ def test_effects_are_those_of_the_way_in_which_an_experiment_runs():
     expected = effects_of(treatment_of(base_room().scene, estimator="expected"))
     assert "contribute_from_walls" in expected.passes
     assert "contribute_from_walls" in effects_of(base_room().scene).absent
+
+
+def test_a_plan_is_read_only_once_it_is_assembled():
+    plan = compile_scene(base_room().scene)
+    with pytest.raises(AttributeError, match="read-only"):
+        plan.half = 7
+    with pytest.raises(ValueError, match="read-only"):
+        plan.sheets["cx"] = 1.0
+    with pytest.raises((AttributeError, TypeError)):
+        plan.rows_of["meter"] = None

@@ -58,14 +58,16 @@ def compile_scene(scene: Scene, tracking: Tracking | None = None, method: Method
     Raise SceneError where the scene, or for estimator "backward" the adjoint scene, cannot be simulated.
     """
     if method.estimator != "backward":
-        return _make_plan(scene, tracking, method)
-    turned, lamps = adjoint_scene(scene)
-    try:
-        plan = _make_plan(turned, tracking, method)
-    except SceneError as refusal:
-        turning = "simulate: estimator 'backward' exchanges detectors and sources"
-        raise SceneError(f"{turning}, and the exchanged scene is invalid: {refusal}") from refusal
-    fill_adjoint(plan, scene, lamps)
+        plan = _make_plan(scene, tracking, method)
+    else:
+        turned, lamps = adjoint_scene(scene)
+        try:
+            plan = _make_plan(turned, tracking, method)
+        except SceneError as refusal:
+            turning = "simulate: estimator 'backward' exchanges detectors and sources"
+            raise SceneError(f"{turning}, and the exchanged scene is invalid: {refusal}") from refusal
+        fill_adjoint(plan, scene, lamps)
+    plan.freeze()
     return plan
 
 

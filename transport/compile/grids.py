@@ -60,7 +60,7 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
         values |= {name: array.ctypes.data, f"{name}_count": 1 + sum(_last_offsets(array))}
         values |= {f"{name}_{x}": step // 8 for x, step in zip("xyz", array.strides, strict=True)}
     values["ledger"] = layout.ABSORBED  # the program fills in the rest
-    plan.kept += [tops, levels, grid.absorption, grid.scattering]
+    plan.kept.extend([tops, levels, grid.absorption, grid.scattering])
     return layout.row(layout.GRID, **values)
 
 

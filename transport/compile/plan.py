@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 
@@ -72,9 +73,23 @@ class MeshTable:
                     row[name] = len(counted)
 
 
+def _read_only(value: object) -> object:
+    """Return a table or a collection of a plan that cannot be changed."""
+    match value:
+        case np.ndarray():
+            value.flags.writeable = False
+        case list():
+            return tuple(value)
+        case set():
+            return frozenset(value)
+        case dict():
+            return MappingProxyType(value)
+    return value
+
+
 @dataclass
 class Plan:
-    """All data about a scene that the engine needs."""
+    """All data about a scene that the engine needs: assembled once by `compiler`, read-only afterwards."""
 
     scene: Scene
     space: Space
@@ -141,6 +156,21 @@ class Plan:
     grids: list[np.ndarray] = field(default_factory=list)
     absorbing_grids: list[np.ndarray] = field(default_factory=list)  # grids that only reduce weights
     kept: list[np.ndarray] = field(default_factory=list)  # keeps arrays alive whose addresses the tables hold
+
+    def freeze(self) -> None:
+        """Let nothing change the plan any more: plans are shared between runs.
+
+        Arrays reject writes, lists become tuples, sets and mappings are read-only; only `kept` still grows.
+        """
+        for name, value in list(vars(self).items()):
+            if name != "kept":
+                setattr(self, name, _read_only(value))
+        vars(self)["is_frozen"] = True
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if vars(self).get("is_frozen"):
+            raise AttributeError(f"a plan is read-only once it is assembled, so {name} cannot be set")
+        super().__setattr__(name, value)
 
     @property
     def sends_shadow_rays(self) -> bool:

@@ -123,7 +123,7 @@ def phase_densities(plan: Plan) -> list[RayPass]:
             values = {"g": part.g, "share": share, "number": number}
             if isinstance(part, Tabulated):
                 cosines, densities = (np.ascontiguousarray(array) for array in (part.mu, part.values))
-                plan.kept += [cosines, densities]
+                plan.kept.extend([cosines, densities])
                 values |= {"cosines": cosines.ctypes.data, "values": densities.ctypes.data}
                 values |= {"cells": len(cosines) - 1}
             found.append((f"add_{part.law}_pdf", layout.row(layout.POINT_PHASE, **values)))

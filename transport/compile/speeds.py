@@ -165,7 +165,7 @@ def quantile_columns(plan, quantile: Quantile, unit: float | None = None) -> dic
     octaves, cells = quantile_table(quantile)
     cells = cells.copy()
     cells[:, :SPLIT_COLUMN] /= plan.speed_unit if unit is None else unit
-    plan.kept += [octaves, cells]
+    plan.kept.extend([octaves, cells])
     return {
         "octaves": octaves.ctypes.data,
         "octave_count": len(octaves),
