@@ -174,7 +174,7 @@ def _run(
     """Check the arguments, resolve the settings and run.
 
     reads_all: whether any quantity may be read, although `error` names some only; request: the arguments of
-    `new_settings`.
+    `_new_settings`.
     """
     if not isinstance(scene, Scene):
         raise SceneError(

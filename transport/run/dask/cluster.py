@@ -94,8 +94,9 @@ def _local_workers(count: int) -> Iterator[tuple[str, list[subprocess.Popen]]]:
     with LocalCluster(n_workers=0, scheduler_kwargs=quiet, silence_logs=logging.CRITICAL) as scheduler:
         address = scheduler.scheduler_address
         command = [sys.executable, "-m", "distributed.cli.dask_spec", address, "--spec", what]
-        processes = [subprocess.Popen(command, **apart) for _ in range(count)]
+        processes: list[subprocess.Popen] = []
         try:
+            processes += (subprocess.Popen(command, **apart) for _ in range(count))
             yield address, processes
         finally:
             scheduler.close()
