@@ -21,7 +21,7 @@ from tests.volume_scenes import (
     ("values", "word"),
     [
         ({"shape": tp.Slab(thickness=1.0)}, "from face to face"),
-        ({"shape": tp.Disk(radius=1.0)}, "Box or a Sphere"),
+        ({"shape": tp.Disk(radius=1.0)}, "Box, a Sphere or a Cylinder"),
         ({"shape": tp.Sphere(radius=1.0, mu_min=0.0)}, "whole Sphere"),
         ({"name": None}, "name must be given"),
         ({"cells": (2, 2)}, "three whole numbers"),

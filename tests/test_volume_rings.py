@@ -54,7 +54,9 @@ PENCILS = {
     "through the axis": ((0.1 + 2, -0.2 - 1, 0.3), (-2, 1, 0)),
     "across": ((0.1 + 2, -0.2 - 1 + 0.2, 0.3 + 0.1), (-2, 1, 0)),
     "tilted": ((1.3, 0.7, -0.9), (-1.0, -0.65, 1.1)),
+    "in by an end, out by the side": ((0.1 - 1, -0.2 - 2, 0.3 - 2), (1.25, 2, 2.1)),
     "beyond": ((1.3, 0.7, -0.9), (1.0, -0.65, 1.1)),
+    "beyond, along the axis": ((0.1 - 1 + 0.8, -0.2 - 2 - 0.4, 0.3 - 2), (1, 2, 2)),
 }
 
 
@@ -74,7 +76,7 @@ def test_a_pencil_beam_fades_ring_by_ring(way):
     np.testing.assert_allclose(result["rod"].absorbed_power.value, 0.9 * paths, rtol=1e-12)
     np.testing.assert_allclose(result["rod"].absorbed_density.value, 0.9 * paths / volumes, rtol=1e-12)
     assert paths.sum() == pytest.approx(result["one"].fluence_rate.value * ROD.volume, rel=1e-12, abs=1e-30)
-    assert (by_hand.sum() > 0) == (way != "beyond")
+    assert (by_hand.sum() > 0) == ("beyond" not in way)
 
 
 def test_paths_through_rings_are_exact():
@@ -85,6 +87,17 @@ def test_paths_through_rings_are_exact():
     paths = run(scene, 300)["rod"].fluence_rate.value * scene.volumes[0].volumes(rod) / 2.0
     assert paths[:, 0].tolist() == [0] * 4
     np.testing.assert_allclose(paths[:, 1], 2 * np.diff(half), rtol=1e-12, atol=1e-30)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.2, 0.9])
+def test_a_ray_along_the_axis_stays_in_its_ring(offset):
+    """Its sine to the axis is 0: it meets no ring, and beyond the radius nothing."""
+    rod = tp.Cylinder(radius=0.6, height=1.4)
+    scene = tp.Scene(pencil((offset, 0, -2), (0, 0, 1), 1e-14), [], [rods(shape=rod, cells=(4, 2))])
+    paths = run(scene, 300)["rod"].fluence_rate.value * scene.volumes[0].volumes(rod) / 2.0
+    exact = np.zeros((4, 2))
+    exact[[0.0, 0.2].index(offset) if offset < 0.6 else [], :] = 0.7
+    np.testing.assert_allclose(paths, exact, rtol=1e-12)
 
 
 @pytest.mark.parametrize("offset", [0.15, 0.6])
