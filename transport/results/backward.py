@@ -350,7 +350,7 @@ class ViewReading(Tally):
     def _fluence_rate(self) -> Estimate:
         """The sum of radiance times solid angle over all cells."""
         unit, run, means = Unit.parse("W m^-2"), self.run, self._cells.means[0]
-        counts = int(grand_total(self._cells.counts[0]))
+        counts = int(batch_totals(self._cells.counts[0]).sum())
         if isinstance(self.detector, PointDetector):
             values = 4 * math.pi * means[:, 0]
         else:
@@ -435,7 +435,7 @@ class ViewReading(Tally):
         yield (
             name,
             self._with_findings(
-                Estimate(mean, self.run, Unit(), counts=int(grand_total(self._cells.counts[0]))),
+                Estimate(mean, self.run, Unit(), counts=int(batch_totals(self._cells.counts[0]).sum())),
                 self.scores["radiance"],
                 1.0,
             ),
@@ -500,7 +500,7 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
         rows = (sums.rows_of(part, kind, block) for part in sums.parts)
         return round(
             sum(
-                grand_total(each if which is None else each[:, which])
+                batch_totals(each if which is None else each[:, which]).sum()
                 for each, which in zip(rows, chosen, strict=True)
             )
         )
@@ -609,8 +609,3 @@ class CellSums:
     def rows_of(self, part: SensorPart, kind: str, block: int) -> np.ndarray | ChunkedArray:
         """(B, cells); for a view with very many cells, computed in chunks."""
         return self._by_batch(part, lambda batch, of, a, b: self._rows_in(batch, of, a, b, kind, block))
-
-
-def grand_total(values: np.ndarray | ChunkedArray) -> float | int:
-    """Sum over all batches and cells."""
-    return batch_totals(values).sum() if isinstance(values, ChunkedArray) else values.sum()
