@@ -200,7 +200,9 @@ def test_decades_set_a_logarithmic_scale(backward):
 
 
 def test_what_cannot_be_drawn_is_refused(forward, steady):
-    with pytest.raises(ValueError, match=r"3 axes of bins \(u, mu, phi\); index it, or sum it"):
+    with pytest.raises(
+        ValueError, match=r"3 axes of bins \(u, mu, phi\); index it, or average it as in [.]mean"
+    ):
         forward["all"].plot("radiance")
     with pytest.raises(ValueError, match="flux_in of 'plain' has no bins"):
         forward["plain"].plot("flux_in")

@@ -37,13 +37,9 @@ from transport.viz.uncertainty import (
 )
 from transport.viz.wording import as_it_stands, unit_of_length
 
-ONE, WIDE, LOW, HIGH, MAP = (
-    (10.0, 6.4),
-    15.0,
-    4.4,
-    6.4,
-    5.2,
-)  # inches: a figure, that of two maps, a map's width
+LINE = 10.0, 6.4  # inches, of a figure with one axis of bins
+WIDE, LOW, HIGH = 15.0, 4.4, 6.4  # inches, of one with two maps: its width, least and greatest height
+MAP = 5.2  # inches, width of a map
 SMALL = {"font.size": 15, "axes.titlesize": 17, "axes.labelsize": 16, "legend.fontsize": 14}  # for a notebook
 STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
 NO_WORDS: Mapping[str, str] = MappingProxyType({})
@@ -72,28 +68,30 @@ def plot_array(
     """Draw an array over one or two axes; see `EstimateArray.plot`.  words: of axes, instead of their symbols."""
     several = [name for name, bins in zip(array.dims, array.shape, strict=True) if bins > 1]
     if len(several) > 2:
-        cure = f"index it, or sum it as in .sum({several[-1]!r}), to leave one or two"
+        cure = f"index it, or average it as in .mean({several[-1]!r}), to leave one or two"
         raise ValueError(f"plot: the array has {len(several)} axes of bins ({', '.join(several)}); {cure}")
     kept = several or array.dims[:1]
     shown = array[tuple(slice(None) if name in kept else 0 for name in array.dims)]
-    bars = None if len(kept) == 2 else _suited(shown, words)[0]
+    along = _suited(shown, words)[0] if len(kept) == 1 else None
     if axes is not None:
-        if bars:
-            _draw_bars(axes, shown, bars, label, decades)
+        if along:
+            _draw_line(axes, shown, along, label, decades)
         else:
-            _draw_values(axes, shown, Plan.of(shown, words), label, decades, is_alone=True)
+            _draw_values(axes, shown, MapLayout.of(shown, words), label, decades, is_alone=True)
         return axes
     from matplotlib import pyplot  # a figure that notebooks and windows show
 
     with matplotlib.rc_context(STYLE | SMALL):
-        if bars:
-            figure, axes = pyplot.subplots(figsize=ONE, layout="constrained")
-            _draw_bars(axes, shown, bars, label, decades)
+        if along:
+            figure, axes = pyplot.subplots(figsize=LINE, layout="constrained")
+            _draw_line(axes, shown, along, label, decades)
         else:
-            plan = Plan.of(shown, words)
-            figure, (axes, beside) = pyplot.subplots(1, 2, figsize=(WIDE, plan.height), layout="constrained")
-            _draw_values(axes, shown, plan, label, decades)
-            _draw_errors(beside, shown, plan)
+            layout = MapLayout.of(shown, words)
+            figure, (axes, beside) = pyplot.subplots(
+                1, 2, figsize=(WIDE, layout.height), layout="constrained"
+            )
+            _draw_values(axes, shown, layout, label, decades)
+            _draw_errors(beside, shown, layout)
         if title:
             figure.suptitle(as_it_stands(title), fontsize=17)
     return axes
@@ -144,7 +142,7 @@ def _suited(array: EstimateArray, words: Mapping[str, str]) -> list[Along]:
 # ---- One axis.
 
 
-def _draw_bars(axes: Axes, array: EstimateArray, along: Along, label: str, decades: float | None) -> None:
+def _draw_line(axes: Axes, array: EstimateArray, along: Along, label: str, decades: float | None) -> None:
     """Steps over the bins, and points with bars of two standard errors; hollow where these are not sound."""
     value, error, doubtful = array.value, array.error, array.is_doubtful & np.isfinite(array.error)
     places = axis_places(along.edges, len(value))
@@ -169,7 +167,7 @@ def _draw_bars(axes: Axes, array: EstimateArray, along: Along, label: str, decad
 # ---- Two axes: those of direction and of an image stand upright, others lie.
 
 
-class Plan(NamedTuple):
+class MapLayout(NamedTuple):
     """How a map lies: its axes, whether the array is transposed, and whether both axes are drawn to one scale."""
 
     up: Along
@@ -178,7 +176,7 @@ class Plan(NamedTuple):
     is_to_scale: bool
 
     @classmethod
-    def of(cls, array: EstimateArray, words: Mapping[str, str]) -> Plan:
+    def of(cls, array: EstimateArray, words: Mapping[str, str]) -> MapLayout:
         """Of an array with two axes."""
         first, second = (
             each._replace(edges=_bounds(each.edges, bins))
@@ -234,27 +232,27 @@ def _bounds(edges: np.ndarray, bins: int) -> np.ndarray:
 def _draw_values(
     axes: Axes,
     array: EstimateArray,
-    plan: Plan,
+    layout: MapLayout,
     label: str,
     decades: float | None,
     is_alone: bool = False,
 ) -> None:
     """The values; what lies below a logarithmic scale has its darkest colour.  is_alone: no map of errors is beside it."""
-    value = plan.arranged(array.value)
+    value = layout.arranged(array.value)
     norm = value_norm(array.value, array.error, decades)
     field = value if decades is None else np.where(value >= 0, np.maximum(value, norm.vmin), np.nan)
-    drawn = plan.draw(axes, field, norm, VALUES)
+    drawn = layout.draw(axes, field, norm, VALUES)
     if is_alone:
-        plan.hatch(axes, plan.arranged(array.is_doubtful) & np.isfinite(field))
+        layout.hatch(axes, layout.arranged(array.is_doubtful) & np.isfinite(field))
     bar = axes.figure.colorbar(drawn, ax=axes, extend=beyond(value, norm))
     bar.set_label(with_unit(label, array.unit))
 
 
-def _draw_errors(axes: Axes, array: EstimateArray, plan: Plan) -> None:
+def _draw_errors(axes: Axes, array: EstimateArray, layout: MapLayout) -> None:
     percent, doubtful = percent_of(array.value, array.error), array.is_doubtful
     norm = error_norm(percent)
-    bar = axes.figure.colorbar(plan.draw(axes, plan.arranged(percent), norm, ERRORS), ax=axes)
-    plan.hatch(axes, plan.arranged(doubtful & ~np.isnan(percent)))
+    bar = axes.figure.colorbar(layout.draw(axes, layout.arranged(percent), norm, ERRORS), ax=axes)
+    layout.hatch(axes, layout.arranged(doubtful & ~np.isnan(percent)))
     bar.set_label(TITLE)
     tick_errors(bar.ax.yaxis, norm)
     if words := gap_words(percent, array.reason == "no score", doubtful):

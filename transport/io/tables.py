@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -23,7 +23,7 @@ from transport.results.phase_space import SnapshotReading
 from transport.results.report import run_line, title_of
 from transport.results.result import Result
 from transport.results.tally import Tally
-from transport.statistics.axes import axis_places, axis_unit
+from transport.statistics.axes import axis_places
 from transport.statistics.estimates import EstimateOrArray
 from transport.validation import optional_packages
 
@@ -35,7 +35,6 @@ COMPLETE, INTERRUPTED = "complete", "incomplete: interrupted"
 CHECKPOINT_NOTE = (
     "incomplete: a checkpoint, for transport.load and resume=; ledger and detectors are written at the end"
 )
-BOUNDS = ("_low", "_high")
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ def to_dataset(tally: Tally, *names: str) -> xarray.Dataset:
 def _ledger_variables(result: Result) -> Iterator[tuple[str, Variable]]:
     ledger = result._own_ledger
     for name, estimate in ledger.items():
-        yield from _with_error(name, (), estimate)
+        yield from _with_error(name, estimate, {})
     names = np.array(list(ledger.absorbed_by), dtype=object)
     if len(names):
         yield "by", Variable(("by",), names)
@@ -122,40 +121,28 @@ def _tally_variables(tally: Tally, names: Sequence[str] = ()) -> Iterator[tuple[
     if isinstance(tally, SnapshotReading):
         yield from _sample_variables(tally)
         return
-    axes: dict[str, np.ndarray] = {}
-    bounded, kept = set(), set(vars(tally))
+    done, kept = set(), set(vars(tally))
     for name in names or tally.available:
         quantity = getattr(tally, name)
-        dims = []
-        for axis, edges in quantity.coords.items():
-            named = _axis_name(axis, edges, axes)
-            if named not in axes:
-                axes[named] = edges
-                places = axis_places(edges, quantity.shape[quantity.dims.index(axis)])
-                bounded |= {named} if len(places) > 1 else set()
-                unit = axis_unit(axis, quantity.axis_units)
-                for end, place in places.items():
-                    yield named + end, Variable((named,), place, {"units": unit} if unit else {})
-            dims.append(named)
-        yield from _with_error(name, tuple(dims), quantity, bounded)
+        own = [axis for axis in tally.axes if axis.name in quantity.coords]
+        for axis in own:
+            if axis.name not in done:
+                done.add(axis.name)
+                units = {"units": axis.unit} if axis.unit else {}
+                for end, places in axis_places(axis.edges, len(axis)).items():
+                    yield axis.name + end, Variable((axis.name,), places, units)
+        bounds = " ".join(f"{axis.name}_low {axis.name}_high" for axis in own if not axis.is_instants)
+        yield from _with_error(name, quantity, {"coordinates": bounds} if bounds else {})
         for new in (vars(tally).keys() & set(tally.known)) - kept:
             del vars(tally)[new]
 
 
-def _axis_name(axis: str, edges: np.ndarray, axes: dict[str, np.ndarray]) -> str:
-    """Return the name of an axis; a new one if the name is taken by an axis with other bins."""
-    while axis in axes and not np.array_equal(axes[axis], edges):
-        axis += "_"
-    return axis
-
-
 def _with_error(
-    name: str, dims: tuple[str, ...], quantity: EstimateOrArray, bounded: Container[str] = ()
+    name: str, quantity: EstimateOrArray, about: dict[str, str]
 ) -> Iterator[tuple[str, Variable]]:
-    """Yield a quantity and its error; `bounded` names axes with bins: their bounds become coordinates."""
-    units = {"units": str(quantity.unit) or "1", "long_name": name.replace("_", " ")}
-    bounds = [dim + end for dim in dims if dim in bounded for end in BOUNDS]
-    units |= {"coordinates": " ".join(bounds)} if bounds else {}
+    """Yield a quantity and its error; about: further attributes."""
+    dims = tuple(quantity.coords)
+    units = {"units": str(quantity.unit) or "1", "long_name": name.replace("_", " "), **about}
     # judging very many bins would need all of their errors at once
     is_judged = not quantity._replicates.is_chunked
     judged = {}

@@ -281,7 +281,7 @@ class ViewReading(Tally):
     def _fluence_rate(self) -> Estimate:
         """The sum of radiance times solid angle over all cells."""
         unit, run, means = Unit.parse("W m^-2"), self.run, self.cell_sums.means[0]
-        counts = int(grand_total(self.cell_sums.counts[0]))
+        counts = int(batch_totals(self.cell_sums.counts[0]).sum())
         if isinstance(self.detector, PointDetector):
             values = 4 * math.pi * means[:, 0]
         else:
@@ -440,8 +440,3 @@ class CellSums:
     def rows_of(self, part: SensorPart, kind: str, block: int) -> np.ndarray | ChunkedArray:
         """(B, cells); for a view with very many cells, computed in chunks."""
         return self._by_batch(part, lambda batch, of, a, b: self._rows_in(batch, of, a, b, kind, block))
-
-
-def grand_total(values: np.ndarray | ChunkedArray) -> float | int:
-    """Sum over all batches and cells."""
-    return batch_totals(values).sum() if isinstance(values, ChunkedArray) else values.sum()

@@ -470,8 +470,8 @@ class Tally:
         Raises
         ------
         ValueError
-            For a quantity without bins, or with more than two axes of them: index or sum that array and plot
-            the result, as in ``result["floor"].radiance.sum("phi").plot()``.
+            For a quantity without bins, or with more than two axes of them: index or average that array and
+            plot the result, as in ``result["floor"].radiance.mean("phi").plot()``.
 
         Notes
         -----

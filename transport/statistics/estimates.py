@@ -420,7 +420,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         Raises
         ------
         ValueError
-            If more than two axes have several bins: index or sum the array.
+            If more than two axes have several bins: index or average the array.
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
