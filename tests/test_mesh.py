@@ -13,8 +13,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tests.mesh_scenes import CUBE, TENT, mesh
-from transport.geometry.mesh import Mesh
-from transport.geometry.mesh_checks import MeshWarning
+from transport.geometry.mesh import Mesh, MeshWarning
 from transport.geometry.solid import Box, Sphere
 from transport.validation import SceneError
 

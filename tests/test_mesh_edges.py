@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.mesh_scenes import BALL, CUBE, SQUARE, TENT, mesh
-from transport.geometry.mesh import Mesh
-from transport.geometry.mesh_checks import MeshWarning
+from transport.geometry.mesh import Mesh, MeshWarning
 from transport.geometry.mesh_topology import unique_rows
 
 

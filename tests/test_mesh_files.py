@@ -10,8 +10,7 @@ import types
 import numpy as np
 import pytest
 
-from transport.geometry.mesh import Mesh
-from transport.geometry.mesh_checks import MeshWarning
+from transport.geometry.mesh import Mesh, MeshWarning
 from transport.validation import SceneError
 
 pyvista = pytest.importorskip("pyvista")

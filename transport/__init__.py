@@ -25,8 +25,7 @@ from transport.analysis.solid_angle import solid_angle
 from transport.analysis.tracks import Tracks, tracks
 from transport.analysis.view_factors import etendue, view_factor
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
-from transport.geometry.mesh import Mesh
-from transport.geometry.mesh_checks import MeshWarning
+from transport.geometry.mesh import Mesh, MeshWarning
 from transport.geometry.polygon import Polygon
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point

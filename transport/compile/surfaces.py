@@ -267,7 +267,7 @@ def _is_behind(flat: FlatShape, shape: Shape, side: float) -> bool:
     if shape.is_infinite:
         is_parallel = shape.is_plane and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL_TOLERANCE
         return is_parallel and side * (np.array(shape.center) - center) @ normal <= 0.0
-    return bool((side * ((_corners(shape) - center) @ normal) <= 0.0).all())
+    return bool((side * ((np.array(shape.bounds_corners()) - center) @ normal) <= 0.0).all())
 
 
 def _is_within(ball: Sphere, shape: Shape) -> bool:
@@ -276,12 +276,8 @@ def _is_within(ball: Sphere, shape: Shape) -> bool:
     if isinstance(shape, Sphere):
         apart = float(np.linalg.norm(np.array(shape.center) - np.array(ball.center)))
         return apart + shape.radius <= ball.radius
-    reach = np.linalg.norm(_corners(shape) - np.array(ball.center), axis=1)
+    reach = np.linalg.norm(np.array(shape.bounds_corners()) - np.array(ball.center), axis=1)
     return bool((reach <= ball.radius).all())
-
-
-def _corners(shape: Shape) -> np.ndarray:
-    return np.array(np.meshgrid(*zip(*shape.bounds, strict=True), indexing="ij")).reshape(3, -1).T
 
 
 # ---- Rows of acting surfaces: the material of each part and each side, with its optical properties.

@@ -5,33 +5,24 @@ from __future__ import annotations
 import functools
 import hashlib
 import math
+import sys
 import warnings
 from collections.abc import Iterable
 from dataclasses import field
 from os import PathLike
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from transport.geometry.flat import even_facets, points_in_triangles
 from transport.geometry.mesh_build import arrays_of_file, arrays_of_polydata, box_arrays, sphere_arrays
-from transport.geometry.mesh_checks import (
-    MeshWarning,
-    check_facets,
-    check_size,
-    coerce_faces,
-    coerce_factor,
-    coerce_tolerance,
-    coerce_vertices,
-    warn_about_edges,
-    warn_mesh,
-    warn_of_volume,
-)
 from transport.geometry.mesh_topology import (
     Edges,
+    Facets,
     drop_unused_vertices,
     edges_of,
     facets,
+    repeated_triangles,
     signed_volume,
     weld,
     winding_number,
@@ -39,10 +30,12 @@ from transport.geometry.mesh_topology import (
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.validation import (
+    MASKED_VALUES_HINT,
     ArrayField,
     SceneError,
     as_float,
     as_floats,
+    is_masked,
     refuse,
     scene_object,
     set_fields,
@@ -52,8 +45,12 @@ from transport.vectors import Frame, Vector, local_frame
 
 MAX_TRIANGLES = 20_000_000  # of Mesh.sphere: about 2 GB
 MIN_WINDING_INSIDE = 1 - 2.0**-10  # least winding number of a point inside; points on the surface have less
+MAX_HALF_DIAGONAL = 1e150  # half diagonal [m] whose square still fits a double
+MAX_EXAMPLES = 3  # number of examples in a message
 
-__all__ = ["Mesh", "MeshWarning"]
+
+class MeshWarning(UserWarning):
+    """Warning about a mesh that is usable, but whose edges or orientation are probably not intended."""
 
 
 @scene_object(kw_only=True)
@@ -492,3 +489,171 @@ def _digest(*arrays: np.ndarray) -> bytes:
         code.update(repr(array.shape).encode())
         code.update(array)
     return code.digest()
+
+
+# ---- Checks of the arrays: errors quote the first examples, warnings give counts.
+
+
+def coerce_vertices(mesh: object, given: Any) -> np.ndarray:
+    """Return the vertices as a new float64 array (n, 3) [m], with -0.0 replaced by 0.0."""
+    table = _as_table(mesh, "vertices", given, "an array (n, 3) of lengths in metres")
+    vertices = np.array(table, dtype=np.float64, order="C") + 0.0
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(bad):
+        where = f"{len(bad)} of {len(vertices)}, first vertex {bad[0]}: {short_repr(vertices[bad[0]])}"
+        refuse(mesh, f"vertices must be finite, got NaN or infinity in {where}; correct these vertices")
+    return vertices
+
+
+def coerce_faces(mesh: object, given: Any, number: int) -> np.ndarray:
+    """Return the faces as a new int64 array (m, 3): distinct indices below `number`, no triangle twice."""
+    table = _as_table(mesh, "faces", given, "an array (m, 3) of numbers of vertices")
+    if len(table) == 0:
+        refuse(mesh, f"faces must hold at least one triangle, got none of {number} vertices; give triangles")
+    if table.dtype.kind == "f":
+        bad = np.flatnonzero((table != np.floor(table)).any(axis=1) | ~np.isfinite(table).all(axis=1))
+        if len(bad):
+            where = f"{len(bad)} triangles, {_examples(bad, table)}"
+            refuse(mesh, f"faces must be whole numbers, got fractions in {where}; cast them to int")
+    bad = np.flatnonzero(((table < 0) | (table >= number)).any(axis=1))
+    if len(bad):
+        where = f"{len(bad)} of {len(table)} triangles, {_examples(bad, table)}"
+        one_based = table.min() == 1 and table.max() == number
+        cure = "they count from 0: subtract 1" if one_based else "number the vertices from 0"
+        refuse(
+            mesh, f"faces must lie in 0 to {number - 1} with {number} vertices, got others in {where}; {cure}"
+        )
+    faces = np.array(table, dtype=np.int64, order="C")
+    a, b, c = faces.T
+    bad = np.flatnonzero((a == b) | (b == c) | (c == a))
+    if len(bad):
+        where = f"{len(bad)} of {len(faces)}, {_examples(bad, faces)}"
+        refuse(mesh, f"faces must have three different vertices each, got {where}; leave these triangles out")
+    count, pair = repeated_triangles(faces)
+    if pair:
+        where = (
+            f"{count} that repeat an earlier one, first triangles {pair[0]} and {pair[1]}:"
+            f" {short_repr(faces[pair[1]])}"
+        )
+        refuse(mesh, f"faces must not have the same three vertices twice, got {where}; leave the copies out")
+    return faces
+
+
+def coerce_factor(mesh: object, name: str, given: Any) -> float:
+    """Return a positive finite number."""
+    factor = as_float(given)
+    if factor is None or not 0 < factor < math.inf:
+        _refuse(
+            mesh,
+            f"{name} must be a number, positive and finite, got {short_repr(given)};"
+            f" write {name}=1e-3 for mm",
+        )
+    return factor
+
+
+def coerce_tolerance(mesh: object, given: Any) -> float:
+    """Return a length [m], zero or positive."""
+    tolerance = as_float(given)
+    if tolerance is None or not 0 <= tolerance < math.inf:
+        must = "tolerance must be a length in metres, zero or positive and finite"
+        _refuse(mesh, f"{must}, got {short_repr(given)}; write tolerance=0 for equal coordinates only")
+    return tolerance
+
+
+def check_size(mesh: object, vertices: np.ndarray) -> None:
+    """Raise if the size of the mesh overflows a double."""
+    with np.errstate(over="ignore"):
+        size = np.linalg.norm(vertices.max(axis=0) / 2 - vertices.min(axis=0) / 2)
+    if not size < MAX_HALF_DIAGONAL:
+        refuse(
+            mesh,
+            f"vertices must not be farther apart than {2 * MAX_HALF_DIAGONAL:.0e} m, got {size:.3g};"
+            " change the unit",
+        )
+
+
+def check_facets(mesh: object, vertices: np.ndarray, faces: np.ndarray, found: Facets) -> None:
+    """Raise for triangles without a normal, and for areas outside the range of doubles."""
+    bad = np.flatnonzero(found.is_collinear)
+    if len(bad):
+        where = f"{len(bad)} of {len(faces)}, first triangle {bad[0]}: {short_repr(vertices[faces[bad[0]]])}"
+        cure = "move or merge the vertices, or leave these triangles out"
+        refuse(mesh, f"triangles must have an area, got vertices on one line in {where}; {cure}")
+    bad = np.flatnonzero(~((found.areas > 0) & (found.areas < np.inf)))
+    if len(bad):
+        where = f"{found.areas[bad[0]]} of triangle {bad[0]}"
+        refuse(mesh, f"areas must be positive and finite, got {where}; change the unit")
+
+
+def warn_mesh(text: str) -> None:
+    """Issue a MeshWarning that points at the line outside this package which created the mesh."""
+    level, frame = 1, sys._getframe()
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "transport":
+        level, frame = level + 1, frame.f_back
+    warnings.warn(f"Mesh: {text}", MeshWarning, stacklevel=level)
+
+
+def warn_about_edges(edges: Edges) -> None:
+    """Warn of non-manifold edges, neighbours of opposite orientation, and inverted meshes."""
+    if edges.crowded:
+        many = _pluralized(edges.crowded, "edge is", "edges are")
+        where = f"the first by triangles {_joined(edges.crowded_example)}"
+        warn_mesh(
+            f"{many} shared by more than two triangles (non-manifold), {where};"
+            " the mesh has no inside: split it there"
+        )
+    if edges.turned:
+        many = _pluralized(edges.turned, "pair of neighbours has", "pairs of neighbours have")
+        where = f"the first is triangles {_joined(edges.turned_example)}"
+        warn_mesh(
+            f"{many} opposite orientations, {where}; reverse the vertex order of one triangle of each pair"
+        )
+
+
+def warn_of_volume(volume: float, rounding: float, triangles: int) -> None:
+    """Warn of a mesh without gaps that encloses nothing, or whose normals point inwards."""
+    if volume < -rounding:
+        got = f"volume {volume:.6g} m^3, {triangles} triangles"
+        warn_mesh(f"it is closed, but its normals point inwards ({got}); write mesh.flipped()")
+    else:
+        got = f"volume {volume:.3g} m^3, rounding up to {rounding:.3g}"
+        warn_mesh(f"its triangles enclose nothing ({got}); it has no inside: use a single layer of triangles")
+
+
+def _refuse(mesh: object, problem: str) -> NoReturn:
+    """Like `refuse`, also for class methods, where no mesh exists yet."""
+    raise SceneError(f"Mesh: {problem}")
+
+
+def _as_table(mesh: object, name: str, given: Any, must: str) -> np.ndarray:
+    """Return the input as an array with three columns of numbers; raises SceneError otherwise."""
+    if is_masked(given):
+        masked = np.ma.count_masked(given)
+        refuse(mesh, f"{name} must have all their values, got {masked} masked; {MASKED_VALUES_HINT}")
+    try:
+        table = np.asarray(given)
+    except ValueError:  # rows of unequal lengths
+        table = np.empty(1, dtype=object)
+    if table.size == 0 and name == "faces" and (table.ndim == 1 or table.shape[1:] == (3,)):
+        return np.empty((0, 3), dtype=np.int64)
+    if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind not in "iuf":
+        got = f"{table.dtype} of shape {table.shape}" if isinstance(given, np.ndarray) else short_repr(given)
+        cure = "triangulate other polygons first" if name == "faces" else "one row of x, y, z per vertex"
+        refuse(mesh, f"{name} must be {must}, got {got}; {cure}")
+    return table
+
+
+def _examples(bad: np.ndarray, faces: np.ndarray) -> str:
+    """The first bad triangles, as text."""
+    return "first " + ", ".join(f"triangle {t}: {short_repr(faces[t])}" for t in bad[:MAX_EXAMPLES])
+
+
+def _pluralized(number: int, one: str, many: str) -> str:
+    """A number with its noun in singular or plural."""
+    return f"{number} {one if number == 1 else many}"
+
+
+def _joined(triangles: tuple[int, ...]) -> str:
+    """Numbers of triangles as text, such as "3, 4 and 7"."""
+    *others, last = map(str, triangles[: MAX_EXAMPLES + 1])
+    return f"{', '.join(others)} and {last}"

@@ -257,7 +257,7 @@ def encloses(shell: Shape, place: Shape | Vector) -> bool:
         return shell.holds(place.middle) and shell.distance(place.middle) >= place.extent
     if place.is_convex:
         return is_within(place, shell)
-    corners, middle = np.array(list(product(*zip(*place.bounds, strict=True)))), np.array(place.middle)
+    corners, middle = np.array(place.bounds_corners()), np.array(place.middle)
     margin = rounding_tolerance(shell, place)  # a shape in the wall counts as inside
     return bool(shell.contains(corners + np.clip(middle - corners, -margin, margin)).all())
 
@@ -320,7 +320,7 @@ def least_height(shape: Shape, plane: FlatShape) -> float:
     """Least height [m] of a shape's bounds over the plane of a flat shape; 0 if they lie on both sides."""
     if shape.is_infinite:
         return 0.0
-    heights = [plane.height_of(corner) for corner in product(*zip(*shape.bounds, strict=True))]
+    heights = [plane.height_of(corner) for corner in shape.bounds_corners()]
     return max(0.0, min(heights), -max(heights))
 
 
@@ -368,5 +368,5 @@ def is_behind(shape: Shape, flat: Shape, side: str | None) -> bool:
         turned = tuple(-x for x in flat.normal)
         is_parallel = min(math.dist(shape.normal, n) for n in (flat.normal, turned)) <= ROUNDING
         return is_parallel and height(shape.middle) + getattr(shape, "thickness", 0.0) / 2 <= 0
-    highest = max(map(height, product(*zip(*shape.bounds, strict=True))))
+    highest = max(map(height, shape.bounds_corners()))
     return min(highest, height(shape.middle) + shape.extent) <= rounding_tolerance(shape, flat)

@@ -1,6 +1,7 @@
 """Base class of all shapes; a point and a Gaussian cloud, which are shapes for sources only."""
 
 import math
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -105,6 +106,10 @@ class Shape:
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
         return self._bounds_around(self._reach())
+
+    def bounds_corners(self) -> list[Vector]:
+        """Return the eight corners [m] of the bounds."""
+        return list(product(*zip(*self.bounds, strict=True)))
 
     def _bounds_around(self, reach: Vector) -> tuple[Vector, Vector]:
         """Lower and upper corner [m] at distances `reach` from the middle."""

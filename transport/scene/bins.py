@@ -331,8 +331,9 @@ class Positions:
     def _ranges(self, shape: Shape) -> dict[str, Range]:
         ranges = {name: (low, high) for name, (low, high, _) in shape.coordinates().items()}
         if not ranges:
-            kind = f"a {type(shape).__name__} has no coordinates with bins of known area"
-            refuse(self, f"{kind}, got {short_repr(shape)}; {shape.coordinates_cure}")
+            lacks = "has no coordinates" if shape.hole is None else "with a hole has no bins of known area"
+            got = f"got {short_repr(shape)}; {shape.coordinates_cure}"
+            refuse(self, f"a {type(shape).__name__} {lacks}, {got}")
         return ranges
 
 
