@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from transport.compile.layout import DIFFUSE
 from transport.compile.points import scatters_anywhere
 from transport.geometry.shape import Point
-from transport.results.backward import BackwardReading, ViewReading, grand_total
+from transport.results.backward import BackwardReading, ViewReading
 from transport.results.choice import more_particles_cure
 from transport.results.detectors import BINS, Reading
 from transport.results.diagnostics.depth import optical_depth_message, survivor_findings
@@ -461,7 +461,7 @@ class ViewDiagnosis(_CellDiagnosis):
     def totals(self) -> Iterator[tuple[str, Estimate]]:
         """Yield the mean over all cells."""
         tally, sums = self.tally, self.tally.cell_sums
-        means, counts = sums.means[0], int(grand_total(sums.counts[0]))
+        means, counts = sums.means[0], int(batch_totals(sums.counts[0]).sum())
         mean = batch_totals(means) / means.shape[1] if isinstance(means, ChunkedArray) else means.mean(axis=1)
         name = "fluence_rate" if isinstance(tally.detector, PointDetector) else "radiance"
         total = Estimate(mean, tally.run, Unit(), counts=counts)

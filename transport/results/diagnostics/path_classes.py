@@ -22,7 +22,6 @@ import numpy as np
 from transport.compile import method_backward
 from transport.compile.next_event import side_of
 from transport.compile.volumes import LARGE_SHARE
-from transport.results.backward import grand_total
 from transport.results.diagnostics.proofs import (
     DirectView,
     Probe,
@@ -38,6 +37,7 @@ from transport.results.tally import ARRIVALS, DEPARTURES
 from transport.scene.detectors import Detector
 from transport.scene.sides import IS_BACK, OTHER_SIDE
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
+from transport.statistics.chunked import batch_totals
 from transport.statistics.findings import MORE_PARTICLES, USE_MORE, Finding, doubtful, unseen_scores
 from transport.validation import join_names
 
@@ -300,7 +300,8 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
     def number(kind: str, block: int) -> int:
         rows = [sums.rows_of(part, kind, block) for part in sums.parts]
         pairs = zip(rows, chosen, strict=True)
-        return round(sum(grand_total(each if which is None else each[:, which]) for each, which in pairs))
+        cells = (each if which is None else each[:, which] for each, which in pairs)
+        return round(sum(batch_totals(each).sum() for each in cells))
 
     flights, block = number("counts", 1 + lamp), sums.block_of(lamp)
     if lamp not in sums.adjoint.scales:
