@@ -83,4 +83,6 @@ def seen() -> list[tuple[float, float]]:
 
 if __name__ == "__main__":
     # Its functions find its SPANS at the workers, as those of __main__ do not.
-    main()
+    from tests.bench import cluster
+
+    cluster.main()
