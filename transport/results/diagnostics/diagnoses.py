@@ -154,9 +154,11 @@ class Diagnosis:
     @cached_property
     def note(self) -> Finding | None:
         """The reason why the detector has no score; None if it has scores or no reason is known."""
-        if not self.tally.main or any(map(self.tally.has_weight, self.tally.main)):
+        tally = self.tally
+        has_scored = not tally.is_blind and any(map(tally.has_weight, tally.main))
+        if not tally.main or has_scored:
             return None
-        deep = self.dark_reason or optical_depth_message(self.tally, self.title)
+        deep = self.dark_reason or optical_depth_message(tally, self.title)
         return note("enclosed detector" if self.dark_reason else "optical depth", deep) if deep else None
 
     def _unscored_findings(self) -> Iterator[Finding]:
