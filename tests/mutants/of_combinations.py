@@ -13,7 +13,7 @@ CLOCKS, VOLUMES, CELLS = (
     "engine/passes/volume_cells.py",
 )
 REFINED = "engine/passes/detector_bins.py"
-ROTATED = "turn = azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz)"
+ROTATED = "e_u, e_v = ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz"
 
 FAULTS = (
     Fault(
@@ -72,7 +72,7 @@ FAULTS = (
     Fault(
         REFINED,
         ROTATED,
-        "turn = azimuth_turn(ux * eux + uy * euy + uz * euz, -(ux * evx + uy * evy + uz * evz))",
+        "e_u, e_v = ux * eux + uy * euy + uz * euz, -(ux * evx + uy * evy + uz * evz)",
         "azimuths that turn the wrong way",
         (SEEN,),
     ),
@@ -110,6 +110,27 @@ FAULTS = (
         "",
         "light that does not fade in the hollow of a volume",
         (FADES,),
+    ),
+    Fault(
+        "scene/volumes.py",
+        "math.pi * (b - a) * (a + b), np",
+        "math.pi * (b - a) * (b + b), np",
+        "rings whose area is that of their outer edge",
+        ("test_volume_rings::test_the_rings_add_up_to_the_whole",),
+    ),
+    Fault(
+        CELLS,
+        "(-half_chord(radii[ring], q) - across)",
+        "(-half_chord(radii[ring - 1], q) - across)",
+        "rays that go on to the wrong ring on their way to the axis",
+        ("test_volume_rings::test_paths_through_rings_are_exact",),
+    ),
+    Fault(
+        CELLS,
+        "        leaves = leaves if q <= radius else -math.inf\n",
+        "",
+        "rays beside a cylinder, along its axis, that count as inside",
+        ("test_volume_rings::test_a_ray_along_the_axis_stays_in_its_ring",),
     ),
     Fault(
         CELLS,
