@@ -193,9 +193,7 @@ def test_examples_give_what_they_show(name):
 def _documented():
     """Docstrings of the reference by name: public names and what results return, with their members."""
     found = {}
-    places = (f"transport.{name}".rpartition(".") for name in RETURNED_CLASSES)
-    read = [getattr(importlib.import_module(module), name) for module, _, name in places]
-    for value in (*PUBLIC.values(), *read):
+    for value in (*PUBLIC.values(), *RETURNED_CLASSES):
         found[f"{value.__module__}.{value.__qualname__}"] = value.__doc__
         members = inspect.getmembers_static(value) if isinstance(value, type) else ()
         for name, member in members:
