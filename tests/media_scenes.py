@@ -193,7 +193,7 @@ def still():
 
 
 def rod():
-    """A beam in fog, counted in the rings of cylinders by tracks and by collisions."""
+    """A beam in fog above the ground, counted in the rings of cylinders by tracks and by collisions."""
     shape, all_ways = Cylinder(radius=0.8, height=1.5, axis=(1, 2, 2)), Directions.sphere(**ALL_ROUND)
     looks = [
         VolumeDetector(shape, "tracks", (3, 4), all_ways),
@@ -201,7 +201,8 @@ def rod():
         VolumeDetector(shape, "all"),
     ]
     sun = Source(Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.8), Beam((0.1, 0.2, -1), power=1.0))
-    return Scene(sun, [], looks, Medium(absorption=0.2, scattering=0.8))
+    ground = Surface(Plane(center=(0, 0, -1.5)), Diffuse(0.6), "ground")
+    return Scene(sun, ground, looks, Medium(absorption=0.2, scattering=0.8))
 
 
 STATION = Splitting(start=(0, 0, 0), end=(0, 0, -3), gain=100.0)

@@ -205,6 +205,16 @@ def test_digits_do_not_depend_on_the_unit_of_length(unit):
     np.testing.assert_allclose(there, here, rtol=1e-9)
 
 
+@pytest.mark.parametrize("radius", [1.2, 0.7])
+def test_a_rod_absorbs_nothing_where_it_lies_in_a_clear_ball(radius):
+    """A ball of 1.2 m holds the rod, so that nothing within absorbs; out of one of 0.7 m its ends reach into what does."""
+    clear = body(tp.Sphere(center=ROD.center, radius=radius), tp.Medium(scattering=1.0))
+    scene = tp.Scene(ALL_ROUND, [clear], [rods("one", cells=None)], medium=DIM)
+    power = run(scene, 20_000, tracking="weighted")["one"].absorbed_power
+    assert (power.value > 0) == (radius < ROD.extent)
+    assert power.exact == (radius > ROD.extent)
+
+
 def test_cells_must_fit_a_cylinder():
     for cells in (5, (3,), (3, 4, 5), (0, 3), (2.5, 3), (0.1, 0.2)):
         with pytest.raises(tp.SceneError, match=r"two whole numbers for a Cylinder.*write cells=\(nr, nz\)"):
