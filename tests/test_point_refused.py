@@ -8,6 +8,8 @@ import pytest
 
 import transport as tp
 from tests.point_scenes import FOG, LAMP, T, filled
+from transport.compile import points
+from transport.compile.compiler import compile_scene
 from transport.scene.phase_functions import Phase
 
 
@@ -85,6 +87,15 @@ def test_clocks_aims_gas_and_forced_flights_are_refused():
 def test_its_parameters_are_checked(wrong, message):
     with pytest.raises(tp.SceneError, match=message):
         tp.PointDetector(**wrong)
+
+
+def test_the_passes_of_a_phase_function_get_its_parameter_not_its_mean_cosine(monkeypatch):
+    monkeypatch.setattr(tp.HenyeyGreenstein, "parameter", property(lambda self: 0.25))
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    fog = tp.Medium(absorption=0.1, scattering=1.0, phase=tp.HenyeyGreenstein(0.5))
+    plan = compile_scene(tp.Scene(lamp, (), tp.PointDetector((0, 0, 1), "p"), medium=fog))
+    rows = [row for _, row in (*plan.phase_laws, *points.phase_densities(plan))]
+    assert [float(row["g"]) for row in rows] == [0.25, 0.25]
 
 
 @pytest.mark.parametrize("name", ["law", "max_density"])

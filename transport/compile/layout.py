@@ -201,7 +201,8 @@ ABSORBING_MEDIUM = np.dtype(
 IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most") + _integers("has_grids"))
 # threshold: share of the birth weight below which Russian roulette is played; level: a survivor's share.
 ROULETTE_LAW = np.dtype(_floats("threshold level"))
-PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))  # of a phase function
+# A phase function, or one part of a mixture. g: the parameter of its law, the mean cosine for most.
+PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))
 # Voxels that fill a body. c: lower corner; per: voxels per scene length; n: voxels; m: macro cells of `block`
 # voxels per side, each by axis.
 # tops: address of the majorants [1/scene lengths], with one extra cell on every side.

@@ -116,7 +116,7 @@ def _phase_laws(plan: Plan):
             parts = medium.phase.weighted_parts
             shares = np.cumsum([share for _, share in parts])
             for (phase, _), share in zip(parts, shares, strict=True):
-                values = {"g": phase.g, "share": share, "number": number, "parts": len(parts)}
+                values = {"g": phase.parameter, "share": share, "number": number, "parts": len(parts)}
                 if isinstance(phase, Tabulated):
                     rows = tabulated_rows(phase)
                     plan.kept.append(rows)

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Point
 from transport.geometry.solid import Sphere
-from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
+from transport.scene.cameras import PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.materials import (
     Surface,
@@ -48,11 +48,6 @@ if TYPE_CHECKING:
 SHAPES_WITH_POSITIONS = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
 TRANSMITTANCE_TOLERANCE = 1e-12  # tolerance of equal transmittances
 FORWARD_ONLY = ("times", "speeds", "via", "events")  # properties that a backward history does not know
-
-
-def needs_backward(detector: object) -> bool:
-    """Return whether only backward histories can reach it."""
-    return isinstance(detector, Camera | EnvironmentMap)
 
 
 def refusal(scene: Scene) -> str | None:

@@ -107,6 +107,3 @@ def methods_for(scene: Scene) -> list[Method]:
     return [
         Method(one, sampling) for one in allowed for sampling in SAMPLINGS if _are_compatible(one, sampling)
     ]
-
-
-# ---- Estimators of the same quantities, and the choice among them.

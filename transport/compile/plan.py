@@ -110,7 +110,7 @@ class Plan:
     meshes: dict[Mesh, MeshTable] = field(default_factory=dict)
     layers: list[np.ndarray] = field(default_factory=list)
     detectors: np.ndarray = None
-    rows: int = 0  # number of rows of sums (rows.deal_out_rows)
+    rows: int = 0  # number of rows of sums
     rows_of: dict[str, Rows] = field(default_factory=dict)  # rows of each tally; of a detector its arrivals
     absorbed_rows_of: dict[str, Rows] = field(default_factory=dict)  # absorbed weight in cells of volumes
     half: int = 1  # number of rows from a detector's arrivals to its departures

@@ -120,7 +120,7 @@ def phase_densities(plan: Plan) -> list[RayPass]:
     found = []
     for phase, number in plan.phase_numbers.items():
         for part, share in phase.weighted_parts:
-            values = {"g": part.g, "share": share, "number": number}
+            values = {"g": part.parameter, "share": share, "number": number}
             if isinstance(part, Tabulated):
                 cosines, densities = (np.ascontiguousarray(array) for array in (part.mu, part.values))
                 plan.kept.extend([cosines, densities])

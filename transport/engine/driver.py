@@ -42,7 +42,7 @@ GOLDEN = 0.6180339887498949
 MIN_BRIGHTEST_SHARE = (
     0.95  # least share of its due histories that the brightest emitter keeps when the others are rounded up
 )
-MAX_SCORED = 1 << 60  # the same for the sums of volume detectors [2^-32], to which each score adds 2^28
+MAX_SCORED = 1 << 60  # largest sum of a volume detector [2^-32], to which each score adds up to 2^28
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = RANDOM
 def price_lines(result: Record, name: str) -> list[str]:
     """A line with the price of the next digits of a detector's first known quantity.
 
-    None if there is no such quantity.
+    Empty if there is no such quantity.
     """
     slopes = result.cost.slopes if result.cost is not None else {}
     found = result[name].quantities if result.cost is not None else {}

@@ -63,6 +63,11 @@ class Phase:
         raise NotImplementedError(f"{type(self).__name__} has no law in the engine")
 
     @property
+    def parameter(self) -> float:
+        """The number by which its law is told from others of the same name; the mean cosine by default."""
+        return self.g
+
+    @property
     def max_density(self) -> float:
         """Greatest density [sr^-1]."""
         raise NotImplementedError(f"{type(self).__name__} does not state its greatest density")

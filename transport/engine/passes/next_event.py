@@ -2,7 +2,7 @@
 
 A ray goes from the event to a point sampled on the detector; its contribution is the pdf with which the event
 emits in that direction over the pdf of sampling it (Kalos 1963; physics/connections.py). MIS weights of
-flights are in mis.py, tracing of rays in next_event.py.
+flights are in mis.py, tracing of rays in stages/next_event.py.
 """
 
 import math

@@ -246,8 +246,8 @@ def list_shadow_rays(b, table, first, live):
 
 # ---- Scattering towards a point: coefficients in voxels, and pdfs of phase functions.
 #
-# `law` is the number of a lane's phase function, `bent` the cosine of its scattering angle; the pdfs of a
-# mixture's parts add up in `density`.
+# `phase_number` is that of a lane's phase function, `scatter_cosine` the cosine of its scattering angle; the
+# pdfs of a mixture's parts add up in `pdf`.
 
 ISOTROPIC_PDF = 0.07957747154594767  # 1 / 4 pi
 

@@ -363,7 +363,7 @@ def walk_through_cells(b, table, first, live):
 def walk_through_grid(b, table, first, live):
     """Score flights in an absorbing grid, voxel by voxel of the grid.
 
-    Later passes skip these lanes (`within` = 0).
+    Later passes skip these lanes (`length_inside` = 0).
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `length_before`;
     updates `length_inside`, `scored`.
@@ -419,7 +419,7 @@ def walk_through_grid(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def set_collision_paths(b, table, first, live):
-    """Set mean free path (`within`) and total absorption coefficient (`keep`) at collisions.
+    """Set the mean free path, as `length_inside`, and the total absorption coefficient at collisions.
 
     Fields: reads `mfp`, `sigma_a`, `survival`; writes `length_inside`, `total_absorption`.
     """

@@ -1,4 +1,4 @@
-"""Steps of next-event estimation for surface detectors: cast rays, trace them, weight flights by MIS."""
+"""Steps of next-event estimation for point and surface detectors: cast rays, trace them, weight by MIS."""
 
 import numpy as np
 

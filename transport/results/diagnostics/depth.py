@@ -20,8 +20,6 @@ from transport.geometry.line_crossings import crossings
 from transport.geometry.shape import Point, Shape
 from transport.results.diagnostics.proofs import source_name
 from transport.scene.bodies import has_media, media_at
-from transport.scene.emissions import Isotropic
-from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh
 from transport.statistics.chunked import ChunkedArray, replicates_of
 from transport.statistics.findings import Finding, doubtful, unseen_scores
 from transport.vectors import Vector
@@ -30,7 +28,6 @@ if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
     from transport.results.batches import Batch
     from transport.results.tally import Tally
-    from transport.scene.media import Grid, Medium
     from transport.scene.scene import Scene
     from transport.statistics.estimates import Estimate
 
@@ -133,20 +130,10 @@ def _path_through_media(
         absorbed, scattered = (float(np.mean(each)) for each in (medium.absorption, medium.scattering))
         decay = absorbed
         if scattered > 0:
-            turned = scattered * (1 - _asymmetry(medium))
+            turned = scattered * (1 - medium.phase.g)
             decay = math.sqrt(3 * absorbed) * math.sqrt(absorbed + turned)
         path += length * np.array([absorbed, scattered, decay])
     return StraightPath(*map(float, path))
-
-
-def _asymmetry(medium: Medium | Grid) -> float:
-    """Mean cosine of scattering; 1 if unknown, so that no path seems too deep."""
-    match medium.phase:
-        case HenyeyGreenstein(g=g):
-            return g
-        case Isotropic() | Rayleigh():
-            return 0.0
-    return 1.0
 
 
 # ---- Diagnostic "roulette survivors": whether survivors may be missing from a number and its error.
