@@ -162,3 +162,19 @@ def test_it_is_for_light_alone():
     wall = tp.Surface(tp.Plane(center=(0, 0, 1)), METAL, "wall")
     with pytest.raises(tp.SceneError, match="must not be a Conductor in a scene of particles"):
         tp.Scene([gas], [wall], [tp.Detector("wall")])
+
+
+def test_lanes_without_a_particle_have_no_reflectance():
+    """Batches of 63 leave lanes empty, whose normal on a ball is 0/0."""
+    ball = tp.Surface(tp.Sphere(radius=1.0), METAL, "ball")
+    room = tp.Surface(tp.Box(size=6.0), tp.Black(), "room")
+    lamp = tp.Source(tp.Point(position=(0, 0, 2)), tp.Isotropic(power=1.0))
+    result = tp.simulate(tp.Scene([lamp], [room, ball]), 2000, seed=1, threads=1, progress=False)
+    total = sum(each.value for each in result.ledger.absorbed_by.values())
+    assert total == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("mu", [-0.1, 1.1, math.nan, [0.5, 2.0]])
+def test_the_reflectance_is_of_cosines(mu):
+    with pytest.raises(tp.SceneError, match=r"mu must be a cosine in \[0, 1\]"):
+        METAL.reflectance(mu)

@@ -353,3 +353,52 @@ def test_it_is_drawn_with_its_area_and_its_outline():
     assert outline(polygon(U)).compute_cell_sizes()["Length"].sum() == pytest.approx(
         3 + 2 + 1 + 1 + 1 + 1 + 1 + 2, rel=1e-6
     )
+
+
+def square(normal, across, shift):
+    """A square of 2 m whose normal passes through its middle, `shift` along it."""
+    along = np.cross(normal, across)
+    corners = [(shift * normal + p * across + q * along) for p, q in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    return tp.Polygon(vertices=[tuple(map(float, corner)) for corner in corners])
+
+
+@pytest.mark.parametrize("kind", ["detector", "transparent", "body"])
+def test_no_ray_passes_between_the_triangles_of_a_polygon(kind):
+    """Pencils at the centre of a square, where its diagonals are, whatever way it is turned."""
+    rng = np.random.default_rng(3)
+    for _ in range(24):
+        x, y, z = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        lamp = tp.Source(tp.Point(position=tuple(3 * z)), tp.Beam(power=1.0, direction=tuple(-z)))
+        if kind == "body":
+            normals = [(z, x), (-z, x), (x, y), (-x, y), (y, z), (-y, z)]
+            fog, faces = tp.Medium(absorption=1.0), [square(*each, 1.0) for each in normals]
+            cube = [tp.Surface(face, tp.Transparent(), back=fog) for face in faces]
+            ledger = tp.simulate(tp.Scene([lamp], cube), 64, seed=1, threads=1, progress=False).ledger
+            found, exact = sum(each.value for each in ledger.absorbed_by.values()), 1 - math.exp(-2)
+        else:
+            plate = square(z, x, 0.0)
+            walls = [tp.Surface(plate, tp.Transparent(), "plate")] if kind == "transparent" else []
+            meter = tp.Detector("plate" if walls else plate, "meter")
+            result = tp.simulate(tp.Scene([lamp], walls, [meter]), 64, seed=1, threads=1, progress=False)
+            found, exact = result["meter"].flux_in.value, 1.0
+        assert found == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_polygon_of_three_vertices_is_a_triangle_in_every_role():
+    corners = [(0, 0, 1), (0, 1, 1), (1, 0, 1)]
+    found = []
+    for shape in (tp.Polygon(vertices=corners), tp.Triangle(vertices=corners)):
+        meter = tp.Detector(tp.Disk(center=(0, 0, -3), radius=1.0), "meter")
+        scene = tp.Scene([tp.Source(shape, tp.Lambertian(power=1.0))], [], [meter])
+        runs = [
+            tp.simulate(scene, 1000, seed=1, estimator=name, progress=False)["meter"].flux_in.value
+            for name in ("analog", "aimed", "expected", "backward")
+        ]
+        seen = tp.Scene(
+            [tp.Source(tp.Disk(radius=0.1), tp.Lambertian(power=1.0))], [], [tp.Detector(shape, "meter")]
+        )
+        runs.append(
+            tp.simulate(seen, 1000, seed=1, estimator="expected", progress=False)["meter"].flux_in.value
+        )
+        found.append([*runs, float(tp.solid_angle(shape, (0, 0, 0), particles=1000, seed=1).value)])
+    assert found[0] == pytest.approx(found[1], rel=1e-12)

@@ -257,7 +257,7 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
     over = "plane" if shape.is_flat else "surface"
     directions = sensor.directions
     if isinstance(directions, DirectionCone):
-        columns |= dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))
+        columns |= layout.vector_columns("axis_", directions.axis)
         columns |= {"spread": 2 * math.sin(directions.half_angle / 2) ** 2}
         direction, weigh = "direction_in_cone", f"weigh_by_{over}"
     elif directions is not None and directions.frame == "world":

@@ -26,6 +26,7 @@ from transport.compile.surfaces import (
     outward_sign,
     quadric_columns,
     rim_row,
+    rounding_of_crossings,
     shape_row,
     surface_rows,
     transparent_rows,
@@ -132,7 +133,7 @@ def _fill_sheet(plan: Plan, number: int, sheet: Sheet) -> None:
         row["curvature"] = space.size / support.radius
     elif isinstance(support, Revolved):
         columns = quadric_columns(support, space)
-        kept = {name: columns[name] for name in layout.CURVED_SHEET.names if name in columns}
+        kept = layout.known_columns(layout.CURVED_SHEET, columns)
         plan.curved_sheets[number] = layout.row(
             layout.CURVED_SHEET, **kept, narrows=support.profile.taper_sign(), is_curved=1
         )
@@ -229,6 +230,10 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 if "tie" in row.dtype.names:
                     row["tie"] = first_of_box[number]
                 verb = "cover" if part.surface is None else "meet"
+                if verb == "cover" and name == "triangle":
+                    row["slack"] = rounding_of_crossings(shape, plan.space)
+                    for side, is_inner in zip("abc", member.shape.inner_sides(shape), strict=True):
+                        row[f"reach_{side}"] *= is_inner
                 if part.surface is None and name == "rectangle" and bounds_bodies(part):
                     verb = "bound"
                 plan.members.append((f"{verb}_{name}", row, shape))
@@ -300,7 +305,7 @@ def _fill_contacts(plan: Plan, acting: list[tuple[int, int, SheetMember]]) -> No
         if isinstance(shape, Revolved):
             columns = quadric_columns(shape, plan.space)
             values |= {name: columns[name] for name in ("cx", "cy", "cz", "alpha", "beta", "gamma")}
-            values |= dict(zip(("nx", "ny", "nz"), shape.axis, strict=True))
+            values |= layout.vector_columns("n", shape.axis)
         else:
-            values |= dict(zip(("nx", "ny", "nz"), shape.normal, strict=True)) | {"is_plane": 1}
+            values |= layout.vector_columns("n", shape.normal) | {"is_plane": 1}
         plan.contacts.append(layout.row(layout.CONTACT, **values))

@@ -14,7 +14,7 @@ from transport.geometry.solid import Sphere
 from transport.scene.bins import DirectionCone
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Emission
-from transport.scene.phase_space import PhaseSpace
+from transport.scene.phase_space import COORDINATES, PhaseSpace
 from transport.scene.sheets import SheetMember
 from transport.statistics.axes import DIRECTION, POSITION, Axis
 from transport.vectors import Vector
@@ -56,7 +56,7 @@ def detector_row(plan: Plan, member: SheetMember, detector: Detector) -> np.ndar
     ) | layout.frame_columns((e_u, e_v, normal))
     values |= {"side": member.orientation * back, "handed": 1.0}
     if not shape.is_flat:
-        values |= dict(zip(("axis_x", "axis_y", "axis_z"), normal, strict=True))
+        values |= layout.vector_columns("axis_", normal)
     elif detector.is_back:  # Seen from behind, e_u changes sign, which keeps the frame right-handed.
         values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}
     values |= {"outside": rows.base} | _filters(plan, detector)
@@ -98,7 +98,7 @@ def _direction_columns(
         return {}
     plan.axes.add("cosine")
     if isinstance(directions, DirectionCone):  # binned by minus the squared sine
-        values = dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))
+        values = layout.vector_columns("axis_", directions.axis)
         edges = np.array([-(math.sin(directions.half_angle) ** 2), 1.0])
         return values | {"mu_kind": layout.CONE} | edge_columns(plan, "mu", edges, rows.strides[axis.name])
     kind = layout.WORLD_COSINE if is_world else layout.LOCAL_COSINE
@@ -188,7 +188,7 @@ def _phase_space_row(plan: Plan, phase_space: PhaseSpace, number: int) -> np.nda
         "time": min(phase_space.times[number] / plan.time_unit, 1.0),
         "first": rows.first + number * rows.block,
         "fastest": max_relative_speed(plan) / speed or 1.0,
-        **dict(zip(("vx", "vy", "vz"), (v / speed for v in reference_velocity(plan)), strict=True)),
+        **layout.vector_columns("v", (v / speed for v in reference_velocity(plan))),
         "moments": -1,
     }
     if phase_space.moments:
@@ -201,7 +201,7 @@ def _phase_space_row(plan: Plan, phase_space: PhaseSpace, number: int) -> np.nda
         origin = plan.space.origin[k]
         values |= {f"low_{axis}": (low[k] - origin) / size, f"high_{axis}": (high[k] - origin) / size}
     for prefix, axis in zip("ab", rows.inner, strict=False):
-        values[f"{prefix}_kind"] = layout.COORDINATES.index(axis.name) + 1
+        values[f"{prefix}_kind"] = COORDINATES.index(axis.name) + 1
         origin = plan.space.origin["xyz".index(axis.name)] if axis.name in ("x", "y", "z") else 0.0
         values |= axis_columns(plan, axis, rows, prefix, origin)
     return layout.row(layout.PHASE, **values)

@@ -11,6 +11,8 @@ point:
     bits 48-62  sheet; a hit of 0 is no hit
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from transport.scene.materials import OPTICAL_COLUMNS
@@ -303,9 +305,8 @@ OCTAVE = np.dtype(_integers("cells"))  # first cell, and the level from bit 32 o
 # One cache line per cell: coefficients, then the split. OCTAVES: octaves of each tail.
 CELL_TERMS, OCTAVES = 8, 54
 
-# Phase space at one time, in bins of up to two of these coordinates. first: row outside all bins; the bins
-# follow.
-COORDINATES = ("x", "y", "z", "vx", "vy", "vz", "speed", "mu")  # numbered from 1
+# Phase space at one time, in bins of up to two coordinates, numbered from 1 as in scene/phase_space.py.
+# first: row outside all bins; the bins follow.
 # moments: first row of the velocity sums, -1: none.
 # vx, vy, vz: the velocity about which moments are taken, so that all sums but that of the speed are free of
 # cancellation.
@@ -352,15 +353,22 @@ def row(kind: np.dtype, **values: float) -> np.ndarray:
     return record
 
 
+def known_columns(kind: np.dtype, columns: dict[str, float]) -> dict[str, float]:
+    """Return those columns that rows of that kind have."""
+    return {name: columns[name] for name in kind.names if name in columns}
+
+
+def vector_columns(name: str, vector: Iterable[float]) -> dict[str, float]:
+    """Return a vector as columns: a name followed by x, y and z."""
+    return {f"{name}{x}": value for x, value in zip("xyz", vector, strict=True)}
+
+
 def center_columns(point: tuple[float, float, float]) -> dict[str, float]:
     """Return a point as the columns cx, cy, cz."""
-    return dict(zip(("cx", "cy", "cz"), point, strict=True))
+    return vector_columns("c", point)
 
 
 def frame_columns(frame: tuple[tuple[float, ...], ...]) -> dict[str, float]:
     """Return a local frame (e_u, e_v, n) as columns."""
-    return {
-        f"{e}{x}": value
-        for e, v in zip(("eu", "ev", "n"), frame, strict=True)
-        for x, value in zip("xyz", v, strict=True)
-    }
+    e_u, e_v, normal = frame
+    return vector_columns("eu", e_u) | vector_columns("ev", e_v) | vector_columns("n", normal)

@@ -142,7 +142,7 @@ def importance_row(plan: Plan) -> np.ndarray:
     start, end = (np.array(plan.space.place(place)) for place in (law.start, law.end))
     extent, most = end - start, math.log(law.gain)
     length = float(np.linalg.norm(extent))
-    slope = dict(zip(("kx", "ky", "kz"), most * extent / length / length, strict=True))
+    slope = layout.vector_columns("k", most * extent / length / length)
     return layout.row(
         layout.IMPORTANCE,
         **layout.center_columns(tuple(start)),
@@ -190,7 +190,7 @@ def boundary_rows(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.nda
                 if is_on_support(position, piece):
                     out = piece.normal if piece.is_flat else np.array(position) - piece.center
                     out = np.array(out) / np.linalg.norm(out) * (-1.0 if is_front else 1.0)
-                    normal = dict(zip(("nx", "ny", "nz"), out, strict=True))
+                    normal = layout.vector_columns("n", out)
                     rows.append(layout.row(layout.BIRTH_BOUNDARY, **normal, bit=1 << number))
     return layout.row(layout.BIRTH_BODIES, inside=inside), rows
 

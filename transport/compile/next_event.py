@@ -367,8 +367,8 @@ def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[s
     values |= {"area": shape.cross_section / size / size}
     if not shape.is_flat:
         return values | {"half_w": shape.radius / size, "legs": 2}
-    is_divided = len(shape.primitives()) > 1
-    columns = _part_columns(plan, shape) if is_divided else aim_columns(shape, plan.space)
+    parts = shape.primitives()
+    columns = _part_columns(plan, shape) if len(parts) > 1 else aim_columns(parts[0], plan.space)
     return values | columns | {"sheet": sheet}
 
 

@@ -58,7 +58,7 @@ def fill_points(plan: Plan) -> None:
     if len(plan.scene.points) > MAX_POINTS:
         raise SceneError(f"Scene: at most {MAX_POINTS} PointDetectors, got {len(plan.scene.points)}")
     for number, detector in enumerate(plan.scene.points):
-        place = dict(zip("xyz", plan.space.place(detector.position), strict=True))
+        place = layout.vector_columns("", plan.space.place(detector.position))
         places = place | {"first": plan.rows_of[detector.name].first, "number": number}
         scatterers = _scatterers(plan)
         medium = _medium_row_at(plan, detector)

@@ -144,8 +144,10 @@ def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) ->
 def _pieces_with_shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
     """Yield the pieces of a source with their shares of its amount."""
     faces = [part for piece in shape.pieces() for part in piece.primitives()]
-    if len(faces) == 1 or (source.emission.fills_volume and not shape.is_flat):
-        yield shape, 1.0
+    if source.emission.fills_volume and not shape.is_flat:
+        faces = [shape]
+    if len(faces) == 1:
+        yield faces[0], 1.0
         return
     sizes = [face.area for face in faces]
     if source.emission.law == "beam":
@@ -197,7 +199,7 @@ def _place(plan: Plan, source: Source, shape: Shape) -> tuple[str, np.ndarray]:
     if source.emission.fills_volume:
         return "born_in_sphere", layout.row(layout.PATCH, **values)
     if source.emission.law == "beam":
-        values |= dict(zip(("nx", "ny", "nz"), source.emission.direction, strict=True))
+        values |= layout.vector_columns("n", source.emission.direction)
         return "born_on_sphere_cross_section", layout.row(layout.PATCH, **values)
     return "born_on_sphere", layout.row(layout.PATCH, **values)
 
@@ -218,8 +220,7 @@ def _band(shape: Revolved, space: Space, side: float) -> tuple[str, np.ndarray]:
 
 
 def _triangle(shape: Triangle, space: Space) -> dict[str, float]:
-    columns = triangle_columns(shape, space)
-    return {name: columns[name] for name in layout.PATCH.names if name in columns}
+    return layout.known_columns(layout.PATCH, triangle_columns(shape, space))
 
 
 def _holed(shape: Rectangle, space: Space) -> np.ndarray:
@@ -246,8 +247,7 @@ def _law(source: Source, shape: Shape) -> tuple[str, np.ndarray]:
     if law == "lambertian" and shape.is_flat:
         return "emit_lambertian_from_plane", _plane_patch(source, shape)
     if law == "beam":
-        columns = dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True))
-        return "emit_beam", layout.row(layout.BEAM, **columns)
+        return "emit_beam", layout.row(layout.BEAM, **layout.vector_columns("u", source.emission.direction))
     return f"emit_{law}", layout.row(layout.NO_TABLE)
 
 
@@ -262,13 +262,15 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     is_volume = shape.is_closed and law == "isotropic"
     distance = shape.distance(aim.middle, filled=is_volume) / space.size
     values |= layout.center_columns(space.place(aim.middle))
-    if not (aim.is_flat or isinstance(aim, Box)) or len(aim.primitives()) > 1:
+    parts = aim.primitives()
+    if not (aim.is_flat or isinstance(aim, Box)) or len(parts) > 1:
         # Aim at the sphere itself, or at the sphere that encloses another shape.
         radius = aim.extent / space.size * (1.0 if aim.is_convex else ENCLOSING_FACTOR)
         weight = _checked_weight(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))
         row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
         return weight, (("aim_at_sphere", row),)
     # Directions towards the hole count as well: aim at the whole rectangle.
+    (aim,) = parts
     whole = aim if aim.hole is None else replace(aim, hole=None)
     area, gap = whole.area / space.size / space.size, distance - aim.extent / space.size
     if aim.is_flat:

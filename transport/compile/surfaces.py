@@ -73,7 +73,7 @@ def _shape_columns(member: SheetMember, space: Space) -> dict[str, float]:
         case Disk():
             return _disk_columns(shape, space, slack)
         case Plane():
-            return layout.center_columns(space.place(shape.center)) | _vector_columns("n", shape.normal)
+            return layout.center_columns(space.place(shape.center)) | layout.vector_columns("n", shape.normal)
     values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
     for axis, length in (("u", shape.width), ("v", shape.height)):
         half = 0.5 * length / space.size
@@ -98,6 +98,11 @@ def edge_slack(member: SheetMember, space: Space) -> float:
     shape = member.shape
     if shape.is_infinite or (member.surface is None and not bounds_bodies(member)):
         return 0.0
+    return rounding_of_crossings(shape, space)
+
+
+def rounding_of_crossings(shape: Shape, space: Space) -> float:
+    """Return a bound of the rounding of crossings and of the coordinates of a shape [scene lengths]."""
     rounding = layout.ROUNDING * (sum(map(abs, space.place(shape.middle))) + shape.extent / space.size)
     return rounding + 2.0**-52 * sum(map(abs, shape.middle)) / space.size
 
@@ -110,7 +115,7 @@ def _disk_columns(shape: Disk, space: Space, slack: float) -> dict[str, float]:
     """Return the columns of a disk: squared radii for hits, and squared radii clear of the edges."""
     outer, inner = shape.radius / space.size, shape.inner_radius / space.size
     most, least = disk_margins(shape, space, slack)
-    values = layout.center_columns(space.place(shape.center)) | _vector_columns("n", shape.normal)
+    values = layout.center_columns(space.place(shape.center)) | layout.vector_columns("n", shape.normal)
     inner, outer = max(inner - slack, 0.0), outer + slack
     values |= {"inner2": inner * inner, "outer2": outer * outer, "breadth": 2 * outer}
     return values | {"most2": most * most, "least2": least * least if least > 0 else -1.0}
@@ -126,7 +131,7 @@ def disk_margins(shape: Disk, space: Space, slack: float) -> tuple[float, float]
 def _triangle_columns(shape: Triangle, space: Space, slack: float) -> dict[str, float]:
     """Return the columns of a triangle: dual vectors, and the least weights clear of the edges."""
     columns = triangle_columns(shape, space)
-    values = {name: columns[name] for name in layout.TRIANGLE.names if name in columns}
+    values = layout.known_columns(layout.TRIANGLE, columns)
     for name, reach in zip("abc", triangle_reaches(columns), strict=True):
         values |= {f"reach_{name}": reach, f"least_{name}": min((EDGE_MARGIN + slack) * reach, 1 / 64)}
     return values | {"slack": slack}
@@ -137,7 +142,7 @@ def triangle_columns(triangle: Triangle, space: Space) -> dict[str, float]:
     first, second, third = (space.place(vertex) for vertex in triangle.vertices)
     edges = [tuple(q - p for p, q in zip(first, other, strict=True)) for other in (second, third)]
     matrix = np.linalg.inv(np.array([*edges, triangle.normal]).T)
-    duals = dict(zip(("ax", "ay", "az", "bx", "by", "bz"), matrix[:2].ravel(), strict=True))
+    duals = layout.vector_columns("a", matrix[0]) | layout.vector_columns("b", matrix[1])
     return layout.center_columns(first) | layout.frame_columns((*edges, triangle.normal)) | duals
 
 
@@ -150,7 +155,7 @@ def triangle_reaches(columns: dict[str, float]) -> tuple[float, float, float]:
 def quadric_columns(shape: Revolved, space: Space, slack: float = 0.0) -> dict[str, float]:
     """Return the columns of a surface of revolution, in scene lengths; a pole has no edge."""
     profile, size = shape.profile, space.size
-    values = layout.center_columns(space.place(profile.origin)) | _vector_columns("a", shape.axis)
+    values = layout.center_columns(space.place(profile.origin)) | layout.vector_columns("a", shape.axis)
     values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
     margin = min(EDGE_MARGIN + slack, (profile.high - profile.low) / size / 1024)
     for name, end, outwards in (("low", profile.low, -1.0), ("high", profile.high, 1.0)):
@@ -183,8 +188,7 @@ def rim_row(plan: Plan, member: SheetMember) -> np.ndarray:
     match shape:
         case Rectangle():
             values = _shape_columns(member, space)
-            kept = {name: values[name] for name in layout.RIM.names if name in values}
-            return layout.row(layout.RIM, **kept, form=layout.RECTANGLE_RIM)
+            return _rim(values, layout.RECTANGLE_RIM)
         case Disk():
             most, least = disk_margins(shape, space, slack)
             values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
@@ -193,16 +197,19 @@ def rim_row(plan: Plan, member: SheetMember) -> np.ndarray:
             values = triangle_columns(shape, space)
             reaches = zip("abc", triangle_reaches(values), strict=True)
             values |= {f"least_{name}": min((EDGE_MARGIN + slack) * reach, 1 / 64) for name, reach in reaches}
-            kept = {name: values[name] for name in layout.RIM.names if name in values}
-            return layout.row(layout.RIM, **kept, form=layout.TRIANGLE_RIM)
+            return _rim(values, layout.TRIANGLE_RIM)
         case Revolved() if not shape.is_closed:
             values = quadric_columns(shape, space, slack)
             values |= {"low": values["inner_low"], "high": values["inner_high"]} | layout.frame_columns(
                 shape.frame
             )
-            kept = {name: values[name] for name in layout.RIM.names if name in values}
-            return layout.row(layout.RIM, **kept, form=layout.QUADRIC_RIM)
+            return _rim(values, layout.QUADRIC_RIM)
     return np.zeros((), layout.RIM)
+
+
+def _rim(values: dict[str, float], form: int) -> np.ndarray:
+    """Return the row of an edge of this form, from the columns of its shape."""
+    return layout.row(layout.RIM, **layout.known_columns(layout.RIM, values), form=form)
 
 
 def outward_sign(member: SheetMember, flat: Shape) -> float:
@@ -239,11 +246,6 @@ def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Spac
         is_detector = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
         if is_detector:
             row["nx"], row["ny"], row["nz"] = finest.normal
-
-
-def _vector_columns(name: str, vector: tuple[float, float, float]) -> dict[str, float]:
-    """Return a vector as columns."""
-    return dict(zip((f"{name}x", f"{name}y", f"{name}z"), vector, strict=True))
 
 
 # ---- Find the empty sides of sheets: a particle that leaves there has escaped without another flight.

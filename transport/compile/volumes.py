@@ -108,7 +108,7 @@ def _cell_columns(plan: Plan, rows: Rows, shape: Shape) -> dict[str, float]:
         sides = dict(zip("xyz", shape.size, strict=True))
     elif isinstance(shape, Cylinder):
         sides = {"z": shape.height}
-        values |= dict(zip(("ax", "ay", "az"), shape.axis, strict=True))
+        values |= layout.vector_columns("a", shape.axis)
     for x, side in sides.items():
         count = len(cells[x]) if cells else 1
         width = side / size / count

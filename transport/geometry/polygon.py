@@ -97,6 +97,13 @@ class Polygon(FlatPolygon):
         """Twice the area over the length of the outline [m]: its share that lies near the sides decides."""
         return 2 * self.area / sum(math.dist(p, q) for p, q in pairwise((*self.vertices, self.vertices[0])))
 
+    def inner_sides(self, part: Triangle) -> tuple[bool, bool, bool]:
+        """Return which sides of a triangle, opposite to its second, third and first vertex, are inside."""
+        outline = set(map(frozenset, pairwise((*self.vertices, self.vertices[0]))))
+        first, second, third = part.vertices
+        sides = (first, third), (first, second), (second, third)
+        return tuple(frozenset(side) not in outline for side in sides)
+
     def primitives(self) -> tuple[Triangle, ...]:
         """Return the triangles that it is divided into."""
         return _triangles(self.vertices)

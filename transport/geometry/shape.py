@@ -83,6 +83,13 @@ class Shape:
         """Return what the engine intersects and samples: the triangles of a polygon, else the shape."""
         return (self,)
 
+    def inner_sides(self, part: "Shape") -> tuple[bool, bool, bool]:
+        """Return which sides of one of several primitives, a triangle, are shared with another one.
+
+        They are the sides opposite to its second, third and first vertex.
+        """
+        return False, False, False
+
     def rims(self) -> list[Rim]:
         """Return the edges of a finite open surface; none if they are not known."""
         return []

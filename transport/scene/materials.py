@@ -271,8 +271,15 @@ class Conductor(Material):
         -------
         float or array
             Reflected fraction, of the shape of mu.
+
+        Raises
+        ------
+        SceneError
+            If a cosine is not in [0, 1].
         """
         mu = np.asarray(mu, float)
+        if not ((mu >= 0) & (mu <= 1)).all():
+            refuse(self, f"mu must be a cosine in [0, 1], got {short_repr(mu)}; write np.cos(angle)")
         index = complex(self.n, self.k)
         root = np.sqrt(index * index - (1 - mu) * (1 + mu))
         across = abs((mu - root) / (mu + root)) ** 2

@@ -125,13 +125,15 @@ def meet_triangle(b, table, first, live):
 def cover_triangle(b, table, first, live):
     """Intersect rays with a transparent detector on a triangle; keep it if its sheet is the nearest ahead.
 
-    On the sheet of the nearest hit, adds its bit to the hit.
+    On the sheet of the nearest hit, adds its bit to the hit. The triangles of a polygon reach over the sides
+    between them by rounding, so that no ray passes between two; elsewhere their reach is 0.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
+    reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
     code, sheet = table.code, table.sheet
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
@@ -140,7 +142,8 @@ def cover_triangle(b, table, first, live):
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
+        beyond = slack + ROUNDING * abs(t)
+        covers = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (p + q <= 1.0 + beyond * reach_c)
         covers &= is_ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]

@@ -77,12 +77,14 @@ def look_up_metal(b, table, first, live):
 def reflect_by_metal(b, table, first, live):
     """Set the albedo of metals: Fresnel's reflectance for the cosine of arrival.
 
+    A lane without a particle may have no cosine, and keeps its albedo.
+
     Fields: reads `mu`, `ratio`, `excess`; updates `albedo`.
     """
     for k in range(first, live):
         loss = b.ratio[k]
         reflectance = metallic_reflectance(abs(b.mu[k]), b.excess[k], loss)
-        b.albedo[k] = reflectance if loss > 0.0 else b.albedo[k]
+        b.albedo[k] = reflectance if (loss > 0.0) & (reflectance <= 1.0) else b.albedo[k]
     return live
 
 

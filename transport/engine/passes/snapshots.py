@@ -25,7 +25,7 @@ RECORD_BYTES = RECORD.itemsize
 
 @device
 def coordinate(kind, x, y, z, vx, vy, vz, speed, mu):
-    """Return one of layout.COORDINATES by its number."""
+    """Return one of the coordinates of a phase space by its number."""
     value = x
     value = y if kind == 2 else value
     value = z if kind == 3 else value

@@ -194,8 +194,8 @@ def _connect(plan, each, row, send, densities=()):
     """Yield the steps of a ray from each lane's event to the sampled point, and of its contribution."""
     shape = plan.scene.shape_of(each.detector)
     if shape.is_flat:
-        is_divided = len(shape.primitives()) > 1
-        name = "point_on_polygon" if is_divided else POINT_PASSES[type(shape)]
+        parts = shape.primitives()
+        name = "point_on_polygon" if len(parts) > 1 else POINT_PASSES[type(parts[0])]
         yield step_by_name((name, row))
         yield step(next_event.connect_to_flat, row)
     else:
