@@ -4,6 +4,7 @@ from tests import backward_scenes, expected_scenes, media_scenes
 from transport.compile.methods import Method
 from transport.geometry.flat import Disk, Plane, Rectangle, Triangle
 from transport.geometry.mesh import Mesh  # fmt: skip
+from transport.geometry.polygon import Polygon
 from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point
 from transport.geometry.solid import Box, Sphere
@@ -13,6 +14,7 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.materials import (  # fmt: skip
     Black,
+    Conductor,
     Dielectric,
     Diffuse,
     Glossy,
@@ -299,6 +301,15 @@ def view():
     return Scene(lamps, walls, meters)
 
 
+def plate():
+    """A polygon, which events tell what they send there, and a ball of metal."""
+    corners = ((0, 0, 1), (1, 0, 1), (1, 0.5, 1), (0.5, 0.5, 1), (0.5, 1, 1), (0, 1, 1))
+    ball = Surface(Sphere(center=(0, 0, -1), radius=0.4), Conductor(0.2, 3.4), "ball")
+    walls = Surface(Box(size=6.0), Diffuse(0.5), "walls")
+    lamp = Source(Disk(center=(-1, 0, -2), radius=0.2), LIGHT)
+    return Scene([lamp], [ball, walls], [Detector(Polygon(vertices=corners), "plate", side="back")])
+
+
 SCENES = {
     scene.__name__: scene
     for scene in (
@@ -308,7 +319,7 @@ SCENES = {
 TOLD = {
     f"expected {name}": expected_scenes.SCENES[name]
     for name in ("room", "balls", "half_mirrors", "fog", "disks")
-}
+} | {"expected plate": plate}
 BACK = {f"backward {name}": scene for name, scene in backward_scenes.SCENES.items()}
 BACK["backward view"] = view
 METHODS = dict.fromkeys(TOLD, Method("expected")) | dict.fromkeys(

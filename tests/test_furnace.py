@@ -13,7 +13,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread
-from transport.geometry.flat import FlatShape
+from transport.geometry.flat import FlatPolygon, FlatShape
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
 from transport.scene.materials import Material
@@ -52,12 +52,13 @@ def assert_rejected(estimate, exact):
 def kinds_of(parent):
     """All classes below one that are made themselves."""
     below = [kind for child in parent.__subclasses__() for kind in (child, *kinds_of(child))]
-    return {kind for kind in below if kind not in (FlatShape, Revolved)}
+    return {kind for kind in below if kind not in (FlatShape, FlatPolygon, Revolved)}
 
 
 def test_every_shape_stands_in_the_furnace():
     shapes = [surface.shape for surface in SCENE.surfaces]
-    assert {type(shape) for shape in shapes} == kinds_of(Shape) - {tp.Point, tp.Cloud}
+    # A Polygon is of triangles.
+    assert {type(shape) for shape in shapes} == kinds_of(Shape) - {tp.Point, tp.Cloud, tp.Polygon}
     assert sum(isinstance(shape, tp.Mesh) for shape in shapes) > 1
     assert any(isinstance(shape, tp.Sphere) and shape.is_zone for shape in shapes)
     holes = {type(shape.hole) for shape in shapes if getattr(shape, "hole", None)}
@@ -65,10 +66,10 @@ def test_every_shape_stands_in_the_furnace():
 
 
 def test_every_material_stands_in_the_furnace():
-    """But Transparent, which the free meters are."""
+    """But Transparent, which the free meters are, and Conductor, which takes light at every angle."""
     materials = [surface.material for surface in SCENE.surfaces]
     parts = {type(part) for material in materials for part in (material, *material.elements)}
-    assert parts == kinds_of(Material) - {tp.Transparent}
+    assert parts == kinds_of(Material) - {tp.Transparent, tp.Conductor}
     glossy = {part for m in materials for part in m.elements if isinstance(part, tp.Glossy)}
     assert len(glossy) >= 4
     assert any(isinstance(s.shape, tp.Mesh) and isinstance(s.material, tp.Glossy) for s in SCENE.surfaces)

@@ -32,6 +32,8 @@ WAYS = {  # scene, and how it is followed
     "absorbing voxels": ("smoke", None),
     "points": ("seen", None),
     "points by chance": ("seen", "analog"),
+    "rings": ("rod", None),
+    "rings by chance": ("rod", "analog"),
     "clock": ("pile", "analog"),
 }
 HISTORIES, BATCHES = 300, 4

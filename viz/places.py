@@ -113,7 +113,7 @@ def _in_suitable_units(
 
 def words_of(shape: object) -> dict[str, str]:
     """What the coordinates u and v of a curved shape or a disk are, such as "azimuth v"; nothing where they are lengths along sides."""
-    found = {} if shape is None else _in_order(("u", "v"), shape)
+    found = _in_order(("u", "v"), shape) if shape is not None and shape.coordinates() else {}
     return {name: f"{axis.words} {name}" for name, axis in found.items() if axis.words != name}
 
 

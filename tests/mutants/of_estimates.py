@@ -283,9 +283,9 @@ FAULTS = (
         ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
-        EMITTERS,
-        '{"isotropic": 0.25 / math.pi}',
-        '{"isotropic": 0.5 / math.pi}',
+        "scene/emissions.py",
+        '"isotropic": 0.25 / math.pi}',
+        '"isotropic": 0.5 / math.pi}',
         "a hemisphere for the sphere that a point lights",
         ("test_emission::test_all_power_reaches_a_target_all_round",),
     ),

@@ -319,7 +319,7 @@ class Tally:
         --------
         >>> import transport as tp
         >>> lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
-        >>> floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=2, height=2), tp.Black(), name="floor")
+        >>> floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=2, height=2), tp.Black(), "floor")
         >>> meter = tp.Detector("floor", positions=tp.Positions(u=4, v=4))
         >>> scene = tp.Scene(lamp, floor, meter)
         >>> data = tp.simulate(scene, particles=1e5, seed=1, progress=False)["floor"].to_dataset()

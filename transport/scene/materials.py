@@ -240,8 +240,8 @@ class Conductor(Material):
     --------
     >>> import transport as tp
     >>> silver = tp.Conductor(n=0.055, k=3.6)  # about that of silver in green light
-    >>> round(silver.reflectance(1.0), 3)
-    0.985
+    >>> print(f"{silver.reflectance(1.0):.3f}")
+    0.984
     """
 
     n: float
