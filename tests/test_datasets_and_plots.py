@@ -111,7 +111,7 @@ def test_chosen_quantities_have_their_bins_alone(forward):
     assert set(only.dims) == {"u", "v"} & set(only.dims) and "bin_area" in only.coords
     with pytest.raises(tp.SceneError, match="radiance needs directions"):
         forward["plain"].to_dataset("radiance")
-    with pytest.raises(AttributeError, match="did you mean 'irradiance'"):
+    with pytest.raises(tp.SceneError, match="did you mean 'irradiance'"):
         forward["plain"].to_dataset("iradiance")
 
 
@@ -219,3 +219,20 @@ def test_without_matplotlib_the_command_that_installs_it_is_named(forward, monke
         forward["up"].plot()
     with pytest.raises(tp.SceneError, match=r"plot: matplotlib is not installed; pip install"):
         forward["up"].radiance.plot()
+
+
+@pytest.mark.parametrize("name", ["plan", "particles", "fluxin", 3, ["flux_in"]])
+def test_what_is_no_quantity_is_refused_by_name(name):
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=2, height=2), tp.Black(), "floor")
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    meter = tp.Detector("floor", positions=tp.Positions(u=2))
+    reading = tp.simulate(tp.Scene(lamp, floor, meter), 100, seed=1, progress=False)["floor"]
+    with pytest.raises(tp.SceneError, match="Detector 'floor': no quantity"):
+        reading.to_dataset(name)
+    with pytest.raises(tp.SceneError, match="Detector 'floor': no quantity"):
+        reading.plot(name)
+    for wrong in (0, -1, float("nan"), float("inf"), "a"):
+        with pytest.raises(ValueError, match="plot: decades must be"):
+            reading.plot("irradiance", decades=wrong)
+    with pytest.raises(ValueError, match="plot: axes must be Axes"):
+        reading.plot("irradiance", axes=3)

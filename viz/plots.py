@@ -19,6 +19,7 @@ from transport.io.html.maps import TOP_DOWN_AXES, VERTICAL_AXES, is_seen_from_in
 from transport.results.report import title_of
 from transport.results.tally import Tally
 from transport.statistics.axes import axis_places, axis_symbol, axis_unit
+from transport.validation import short_repr
 from transport.viz.places import shape_of, words_of
 from transport.viz.style import BLUE, HOLLOW, STYLE, unit_label, with_unit
 from transport.viz.uncertainty import (
@@ -40,6 +41,7 @@ from transport.viz.wording import as_it_stands, unit_of_length
 LINE = 10.0, 6.4  # inches, of a figure with one axis of bins
 WIDE, LOW, HIGH = 15.0, 4.4, 6.4  # inches, of one with two maps: its width, least and greatest height
 MAP = 5.2  # inches, width of a map
+MAX_DECADES = 300  # of a double
 SMALL = {"font.size": 15, "axes.titlesize": 17, "axes.labelsize": 16, "legend.fontsize": 14}  # for a notebook
 STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
 NO_WORDS: Mapping[str, str] = MappingProxyType({})
@@ -50,7 +52,7 @@ def plot_tally(
 ) -> Axes:
     """Draw a quantity with bins, by default the one that its kind of detector is made for; see `Tally.plot`."""
     name = quantity or _main_quantity(tally)
-    array = getattr(tally, name)
+    array = tally.named(name)
     if not isinstance(array, EstimateArray):
         raise ValueError(f"plot: {name} of {tally.name!r} has no bins, it is {array}")
     title, words = title_of(tally.detector, tally), words_of(shape_of(tally))
@@ -66,6 +68,13 @@ def plot_array(
     words: Mapping[str, str] = NO_WORDS,
 ) -> Axes:
     """Draw an array over one or two axes; see `EstimateArray.plot`.  words: of axes, instead of their symbols."""
+    if axes is not None and not isinstance(axes, Axes):
+        raise ValueError(
+            f"plot: axes must be Axes of matplotlib, got {short_repr(axes)}; write axes=pyplot.gca()"
+        )
+    if decades is not None and not (isinstance(decades, int | float) and 0 < decades <= MAX_DECADES):
+        must = f"decades must be above 0 and at most {MAX_DECADES}"
+        raise ValueError(f"plot: {must}, got {short_repr(decades)}; leave it out for a linear scale")
     several = [name for name, bins in zip(array.dims, array.shape, strict=True) if bins > 1]
     if len(several) > 2:
         cure = f"index it, or average it as in .mean({several[-1]!r}), to leave one or two"

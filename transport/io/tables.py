@@ -123,7 +123,7 @@ def _tally_variables(tally: Tally, names: Sequence[str] = ()) -> Iterator[tuple[
         return
     done, kept = set(), set(vars(tally))
     for name in names or tally.available:
-        quantity = getattr(tally, name)
+        quantity = tally.named(name)
         own = [axis for axis in tally.axes if axis.name in quantity.coords]
         for axis in own:
             if axis.name not in done:

@@ -25,7 +25,7 @@ from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, o
 from transport.statistics.estimates import Batches, Estimate, EstimateArray, EstimateOrArray
 from transport.statistics.findings import Finding
 from transport.units import Unit
-from transport.validation import SceneError, name_hint, optional_packages
+from transport.validation import SceneError, name_hint, optional_packages, short_repr
 
 if TYPE_CHECKING:
     import xarray
@@ -264,6 +264,14 @@ class Tally:
         for what, cure in (self.lacks[need] for need in needs if need in self.lacks):
             kind = type(self.detector).__name__
             raise SceneError(f"{kind} {self.name!r}: {name} needs {what}; {cure}")
+
+    def named(self, name: str) -> EstimateOrArray:
+        """Return the quantity of this name; raise SceneError if there is none."""
+        if not isinstance(name, str) or name not in self.known:
+            kind = type(self.detector).__name__
+            hint = name_hint(str(name), self.known)
+            raise SceneError(f"{kind} {self.name!r}: no quantity {short_repr(name)}; {hint}")
+        return getattr(self, name)
 
     @property
     def quantities(self) -> dict[str, EstimateOrArray]:
