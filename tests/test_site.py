@@ -10,7 +10,7 @@ import typer
 
 import transport as tp
 from transport.cli.commands import app
-from transport.cli.docs import GUIDE_ORDER, build_site, pages, write_sources
+from transport.cli.docs import GUIDE_ORDER, _is_internal, build_site, pages, write_sources
 from transport.results.backward import ViewReading
 from transport.results.detectors import Reading
 from transport.results.phase_space import PhaseReading
@@ -86,3 +86,18 @@ def test_the_site_is_built_without_a_fault(tmp_path):
     assert (site / "_images").is_dir()
     files = (site / "reference" / "files.html").read_text()
     assert "Parameters" in files and "Examples" in files and "<strong>path</strong>" in files
+
+
+def test_what_the_package_asks_of_shapes_and_materials_is_not_for_users():
+    """Members whose base class has no sections in its docstring; a member of one class alone is shown."""
+
+    def is_left_out(kind, name):
+        return _is_internal(None, "class", name, getattr(kind, name), False, None) is True
+
+    assert all(
+        is_left_out(tp.Mirror, name) for name in ("row", "is_specular", "weighted_parts", "brightened")
+    )
+    assert all(is_left_out(tp.Disk, name) for name in ("primitives", "rims", "strip_areas", "contains"))
+    shown = [(tp.Conductor, "reflectance"), (tp.Cone, "slope"), (tp.Disk, "bounds"), (tp.Cylinder, "area")]
+    shown += [(tp.Rayleigh, "density"), (tp.Lambertian, "rate"), (Reading, "to_dataset")]
+    assert not any(is_left_out(*each) for each in shown)

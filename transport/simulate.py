@@ -185,13 +185,19 @@ def _run(
     threads = _checked_threads(threads, cluster)
     # Lock the file before it is read: another run might be writing it.
     with _checkpoints(checkpoint, every, scene) as keep:
-        saved = _saved_run(resume, checkpoint)
+        saved = None
+        if resume is not None or checkpoint is not None:
+            from transport.io.resuming import run_to_resume
+
+            saved = run_to_resume(resume, checkpoint)
         begun = time.perf_counter()
         with open_progress(progress) as bar:
             if saved is None:
                 settings = _new_settings(scene, bar, reads_all, **request)
             else:
-                settings = _resumed_settings(saved, scene, **request)
+                from transport.io.resuming import resumed_settings
+
+                settings = resumed_settings(saved, scene, **request)
             return _execute(settings, threads, cluster, bar, begun, saved, keep)
 
 
@@ -243,22 +249,6 @@ def _open_executor(settings: Settings, threads: int, cluster: object, bar: Progr
 
     with open_dask(settings, cluster, threads, bar) as executor:
         yield executor
-
-
-def _saved_run(resume: Result | str | PathLike | None, checkpoint: str | PathLike | None) -> Result | None:
-    """The saved run to continue; None for a new run."""
-    if resume is None and checkpoint is None:
-        return None
-    from transport.io.resuming import run_to_resume
-
-    return run_to_resume(resume, checkpoint)
-
-
-def _resumed_settings(saved: Result, scene: Scene, **request) -> Settings:
-    """Settings of a resumed run: as in the saved run."""
-    from transport.io.resuming import resumed_settings
-
-    return resumed_settings(saved, scene, **request)
 
 
 def _new_settings(

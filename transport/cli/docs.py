@@ -8,6 +8,7 @@ import inspect
 import io
 import re
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -177,6 +178,7 @@ def build_site(out: Path, commands: Any) -> Path:
         site = Sphinx(
             sources, None, out, sources / "trees", "html", _sphinx_settings(), status=output, warning=warned
         )
+        site.connect("autodoc-skip-member", _is_internal)
         site.build()
     if site.statuscode or warned.getvalue().strip():
         raise SceneError(f"docs: Sphinx reports warnings: {warned.getvalue().strip()}")
@@ -239,6 +241,21 @@ def _without_missing_pictures(text: str) -> str:
         )
 
     return re.sub(r"!?\[(?P<words>[^\]]*)\]\((?:\.\./)?gallery/(?P<name>[^)]*)\)", kept, text)
+
+
+def _is_internal(app: Any, what: str, name: str, value: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out what base classes ask of their subclasses: their docstrings have no sections for users.
+
+    A handler of Sphinx's event autodoc-skip-member; None leaves the decision to Sphinx.
+    """
+    function = getattr(value, "fget", value)
+    module = sys.modules.get(getattr(function, "__module__", None))
+    kind = getattr(module, getattr(function, "__qualname__", "").partition(".")[0], None)
+    owners = [each for each in kind.__mro__ if name in vars(each)] if isinstance(kind, type) else []
+    if not owners or not owners[-1].__subclasses__():
+        return None
+    doc = getattr(vars(owners[-1])[name], "__doc__", None) or ""
+    return None if "\n---" in inspect.cleandoc(doc) else True
 
 
 def _sphinx_settings() -> dict[str, object]:

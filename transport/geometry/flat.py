@@ -117,6 +117,10 @@ class FlatShape(Shape):
         """Unit vectors (e_u, e_v, n): e_v is `up` projected onto the plane, e_u = e_v x n.
 
         The default `up` is +y, or +z if the normal is parallel to y within 1e-6 rad.
+
+        Returns
+        -------
+        tuple of three tuples of three floats
         """
         return local_frame(self.normal, self.up)
 

@@ -152,7 +152,12 @@ class Revolved(Shape):
 
     @property
     def frame(self) -> Frame:
-        """Unit vectors (e_u, e_v, axis) of the shape's coordinates; azimuth runs from e_u to e_v."""
+        """Unit vectors (e_u, e_v, axis) of the shape's coordinates; azimuth runs from e_u to e_v.
+
+        Returns
+        -------
+        tuple of three tuples of three floats
+        """
         return local_frame(self.axis, None)
 
     @property
@@ -177,7 +182,12 @@ class Revolved(Shape):
 
     @property
     def area(self) -> float:
-        """Area of one side [m^2]."""
+        """Area of one side [m^2].
+
+        Returns
+        -------
+        float
+        """
         profile = self.profile
         return 2 * math.pi * profile.area_per_radian(profile.low, profile.high)
 

@@ -51,7 +51,12 @@ class Shape:
 
     @property
     def middle(self) -> Vector:
-        """Centre [m]."""
+        """Centre [m].
+
+        Returns
+        -------
+        tuple of three floats
+        """
         return self.center
 
     @property
@@ -111,7 +116,12 @@ class Shape:
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
-        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape.
+
+        Returns
+        -------
+        tuple of two tuples of three floats
+        """
         return self._bounds_around(self._reach())
 
     def bounds_corners(self) -> list[Vector]:
@@ -125,7 +135,12 @@ class Shape:
 
     @property
     def extent(self) -> float:
-        """Half diagonal of the bounds [m]."""
+        """Half diagonal of the bounds [m].
+
+        Returns
+        -------
+        float
+        """
         return math.hypot(*self._reach())
 
     @property

@@ -107,12 +107,7 @@ class Emission:
 
     @property
     def ray_densities(self) -> dict[str, float]:
-        """Greatest density of directions [sr^-1] by its law, if shadow rays can connect births; else empty.
-
-        Returns
-        -------
-        dict of str to float
-        """
+        """Greatest density of directions [sr^-1] by its law, if shadow rays connect births; else empty."""
         is_connected = self.measured_in == "watts" and self.law in DIRECTION_DENSITIES
         return {self.law: DIRECTION_DENSITIES[self.law]} if is_connected else {}
 

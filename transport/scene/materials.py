@@ -39,6 +39,16 @@ class Shares(NamedTuple):
     refracted: float = 0.0  # transmitted into another direction
     straight: float = 0.0  # transmitted straight on
 
+    @property
+    def transmitted(self) -> float:
+        """Share that arrives at the other side."""
+        return self.diffuse_through + self.refracted + self.straight
+
+    @property
+    def redirected(self) -> float:
+        """Share that leaves in another direction."""
+        return self.diffuse + self.diffuse_through + self.specular + self.refracted
+
 
 class MaterialRow(NamedTuple):
     """What the engine is told about an elementary material; `compile.surfaces` scales the lengths."""
@@ -91,7 +101,7 @@ class Material:
 
     @property
     def shares(self) -> Shares:
-        """Shares of the incident light; of a mixture the mean ones, of a TwoSided those of its sides."""
+        """Shares of the incident light, of a mixture the mean ones; a TwoSided has those of its `sides`."""
         raise NotImplementedError
 
     def row(self) -> MaterialRow:
@@ -111,12 +121,12 @@ class Material:
     @property
     def is_transmissive(self) -> bool:
         """Whether some light is transmitted, from at least one side."""
-        return any(max(side.shares[2], *side.shares[4:]) > 0 for side in self.sides)
+        return any(side.shares.transmitted > 0 for side in self.sides)
 
     @property
     def redirects(self) -> bool:
         """Whether light may leave in another direction than that of its arrival."""
-        return any(max(side.shares[1:5]) > 0 for side in self.sides)
+        return any(side.shares.redirected > 0 for side in self.sides)
 
     @property
     def is_specular(self) -> bool:
@@ -288,6 +298,7 @@ class Conductor(Material):
 
     def row(self) -> MaterialRow:
         excess, loss = (self.n - 1) * (self.n + 1) - self.k * self.k, 2 * self.n * self.k
+        # The law sets the albedo at each crossing; 0.5 says that there is absorption and reflection.
         return MaterialRow("mirror", 0.5, albedo_law="metal", excess=excess, loss=loss)
 
 
