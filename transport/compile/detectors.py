@@ -153,7 +153,8 @@ class LongScore:
 
     sums: names of its sums, which lie next to each other for each row of a detector;  table: of all its
     passes, with columns `place` (its first sum among those of a row) and `each` (the number of all);
-    at_birth, in_flight, at_crossing: passes that prepare a lane, follow a flight, and add to the sums.
+    at_birth, in_flight, at_crossing: passes that prepare a lane, follow a flight, and add to the sums;
+    fields: lane fields that these passes address by number, not as attributes of the bundle.
     """
 
     sums: tuple[str, ...]
@@ -161,6 +162,7 @@ class LongScore:
     at_crossing: str
     at_birth: str | None = None
     in_flight: str | None = None
+    fields: tuple[str, ...] = ()
 
 
 def fill_long_scores(plan: Plan) -> None:
