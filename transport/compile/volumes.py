@@ -16,7 +16,7 @@ from transport.compile.rows import Rows
 from transport.geometry.revolved import Cylinder
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
-from transport.scene.bodies import media_at
+from transport.scene.bodies import TEST_DEPTH, body_bounds, media_at, points_beside
 from transport.scene.materials import AnyMedium
 from transport.scene.media import Grid
 from transport.scene.volumes import COLLISION, VolumeDetector
@@ -33,7 +33,7 @@ PASSES = {
     Sphere: ("clip_to_ball", "score_collisions_in_ball"),
     Cylinder: ("clip_to_cylinder", "score_collisions_in_cylinder"),
 }
-SAMPLES_PER_AXIS = 9  # sample points per axis of a shape at which its media are checked
+SAMPLES_PER_AXIS = 9  # points per axis of a volume, and of each body in it, at which its media are checked
 
 
 @dataclass(frozen=True)
@@ -150,12 +150,13 @@ def _grids(plan: Plan, shape: Shape, volume: np.ndarray) -> Iterator[np.ndarray]
 
 
 def _check_media(plan: Plan, detector: VolumeDetector, shape: Shape) -> None:
-    """Refuse the estimator "collision" in media without collisions, as far as a lattice of points shows."""
+    """Refuse the estimator "collision" in media without collisions."""
     if detector.estimator != COLLISION:
         return
     is_weighted = plan.tracking.absorption == "weighted"
     cure = "use estimator='track'"
-    for medium in dict.fromkeys(media_at(plan.scene, _sample_points(shape))):
+    points = _points_in_media(plan, shape)
+    for medium in dict.fromkeys(media_at(plan.scene, points[_holds(shape, points)])):
         if not _collides_everywhere(medium, is_weighted):
             what = "scatter (tracking is weighted)" if is_weighted else "absorb or scatter"
             must = f"all media in it must {what} for estimator 'collision'"
@@ -168,18 +169,47 @@ def _collides_everywhere(medium: AnyMedium, is_weighted: bool) -> bool:
     return (medium.scattering if is_weighted else medium.extinction) > 0
 
 
-def _sample_points(shape: Shape) -> np.ndarray:
-    """Return points [m] spread over a shape and off its symmetries, shape (n, 3)."""
-    steps = (np.arange(SAMPLES_PER_AXIS) + 0.4817) / SAMPLES_PER_AXIS * 2 - 1
-    offsets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    if isinstance(shape, Box):
-        return np.array(shape.center) + offsets * np.array(shape.size) / 2
-    if isinstance(shape, Cylinder):
-        u, v, w = offsets[(offsets[:, :2] ** 2).sum(axis=1) < 1].T
-        across = np.outer(u * shape.radius, shape.frame[0]) + np.outer(v * shape.radius, shape.frame[1])
-        return np.array(shape.center) + across + np.outer(w * shape.height / 2, shape.axis)
-    inside = offsets[(offsets**2).sum(axis=1) < 1]
-    return np.array(shape.center) + inside * shape.radius
+def _points_in_media(plan: Plan, shape: Shape) -> np.ndarray:
+    """Return points [m], shape (n, 3), in all media of a volume, and others outside the volume.
+
+    They lie on lattices over the box of the volume and over the part of each body's box in it, and on both
+    sides of the volume's surface and of those of the bodies, as a body or a gap may be of any size.
+    """
+    low, high = np.array(shape.bounds)
+    found = [_lattice(low, high), points_beside(shape, False)]
+    for body in plan.bodies:
+        lowest, highest = body_bounds(plan.scene, body)
+        lowest, highest = np.maximum(low, lowest), np.minimum(high, highest)
+        if (lowest < highest).all():
+            found.append(_lattice(lowest, highest))
+            for number, _ in body.faces:
+                found += _points_on_both_sides(plan.scene.surfaces[number].shape, found[0])
+    return np.concatenate(found)
+
+
+def _points_on_both_sides(face: Shape, lattice: np.ndarray) -> list[np.ndarray]:
+    """Return points beside a surface of a body; beside planes they lie above and below a lattice."""
+    if not face.is_infinite:
+        return [points_beside(face, is_front) for is_front in (False, True)]
+    depth, points = TEST_DEPTH * np.ptp(lattice, axis=0).max(), []
+    for plane in face.pieces():
+        heights = ((lattice - plane.center) @ np.array(plane.normal))[:, None]
+        points += [lattice - (heights + shift) * np.array(plane.normal) for shift in (-depth, depth)]
+    return points
+
+
+def _lattice(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return points [m] spread over a box and off its symmetries, shape (n, 3)."""
+    steps = (np.arange(SAMPLES_PER_AXIS) + 0.4817) / SAMPLES_PER_AXIS
+    return low + np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3) * (high - low)
+
+
+def _holds(shape: Shape, points: np.ndarray) -> np.ndarray:
+    """Return which points [m] lie in a volume."""
+    if not isinstance(shape, Cylinder):
+        return shape.contains(points)
+    u, v, w = np.array(shape.frame) @ (points - shape.center).T
+    return (np.hypot(u, v) <= shape.radius) & (np.abs(w) <= shape.height / 2)
 
 
 # ---- Histograms of scores by size, where scores can differ in size (engine/passes/score_sizes.py).
