@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.detectors import edge_columns
+from transport.compile.detectors import LARGE_SHARE, edge_columns
 from transport.compile.media import emitting_media
 from transport.compile.next_event import side_of
 from transport.compile.plan import Emitter, Step
 from transport.compile.rows import Rows
 from transport.compile.sources import medium_row
-from transport.compile.volumes import LARGE_SHARE
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Point, Shape
 from transport.scene.bins import DirectionCone

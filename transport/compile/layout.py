@@ -284,7 +284,7 @@ GUARD = np.dtype(_floats("cx cy cz radius2") + _integers("first cells"))
 # Word `source` of one bundle is copied into word `target` of another; source -1: 0.
 WORD = np.dtype(_integers("source target"))
 
-# Histogram of scores by size (compile/volumes.py): per side of a detector SIZE_CELLS cells, SIZE_PARTS per
+# Histogram of scores by size (compile/detectors.py): per side of a detector SIZE_CELLS cells, SIZE_PARTS per
 # octave from 2^SIZE_OCTAVE on.
 # numbers: by row of a detector, where its cells begin; cells: number of all cells.
 # resting: a mask of the batch's number; a batch with any of these bits set does not count sizes.
@@ -347,17 +347,17 @@ TARGET = np.dtype(
 )
 
 
-def row(kind: np.dtype, **values: float) -> np.ndarray:
-    """Return a table row of that kind; columns that are not named are 0."""
+def row(kind: np.dtype, columns: dict[str, float] | None = None, **values: float) -> np.ndarray:
+    """Return a table row of that kind; columns that are not named are 0.
+
+    columns: a description, such as that of a shape, of which the row takes the columns that it has.
+    """
     record = np.zeros((), kind)
+    for name in kind.names if columns is not None else ():
+        record[name] = columns.get(name, 0)
     for name, value in values.items():
         record[name] = value
     return record
-
-
-def known_columns(kind: np.dtype, columns: dict[str, float]) -> dict[str, float]:
-    """Return those columns that rows of that kind have."""
-    return {name: columns[name] for name in kind.names if name in columns}
 
 
 def vector_columns(name: str, vector: Iterable[float]) -> dict[str, float]:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import method_backward
+from transport.compile.detectors import weights_vary
 from transport.compile.layout import GRAZING_CUT
 from transport.compile.method_expected import uses_next_event
 from transport.compile.next_event import min_collision_distance
-from transport.compile.volumes import weights_vary
 from transport.geometry.relations import is_behind
 from transport.geometry.shape import Shape
 from transport.scene.bodies import body_bits_at, nested_bodies, surrounding_medium

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import method_backward
+from transport.compile.detectors import LARGE_SHARE
 from transport.compile.next_event import side_of
-from transport.compile.volumes import LARGE_SHARE
 from transport.results.diagnostics.proofs import (
     DirectView,
     Probe,
