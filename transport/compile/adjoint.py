@@ -3,7 +3,7 @@
 The scene that is run is an ordinary scene with an ordinary plan. Two things differ: each particle is born in
 a cell, which is one bin of a detector (engine/passes/backward.py), and what it brings to a source is summed
 by its cell of birth.
-See transport.compile.method_backward.
+See transport.compile.methods.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.method_expected import uses_next_event
+from transport.compile.methods import uses_next_event
 from transport.compile.points import scatters_anywhere
 from transport.compile.shapes import shape_columns
 from transport.compile.sources import MAX_NEAR_WEIGHT, MIN_SOLID_ANGLE, one_minus_cosine

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile import method_backward
 from transport.compile.detectors import weights_vary
 from transport.compile.layout import GRAZING_CUT
-from transport.compile.method_expected import uses_next_event
+from transport.compile.methods import more_particles_or_backward, uses_next_event
 from transport.compile.next_event import min_collision_distance
 from transport.geometry.relations import is_behind
 from transport.geometry.shape import Shape
@@ -281,7 +280,7 @@ def unvisited_surface_findings(tally: Tally, size: float, light: float) -> Itera
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
     if most > 0:
         what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has reached it"
-        cure = method_backward.more_particles_or_backward(plan.scene)
+        cure = more_particles_or_backward(plan.scene)
         yield doubtful("unvisited surface", what, most, cure)
 
 
@@ -315,7 +314,7 @@ def _estimated_visits(tally: Tally, number: int, share: float, light: float) -> 
 def detector_forward_peaks(tally: Tally, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
     if _has_rays(tally) and total.error > 0:
-        cure = method_backward.more_particles_or_backward(tally.plan.scene)
+        cure = more_particles_or_backward(tally.plan.scene)
         area = tally.shape.area
         yield from _forward_peaks(tally, lambda density: min(1.0, density * area), 1 / tally.particles, cure)
 
