@@ -29,7 +29,7 @@ from transport.geometry.solid import Sphere
 from transport.scene.cameras import PointInstrument
 from transport.scene.checks.overlapping_bodies import has_emission
 from transport.scene.detectors import Detector
-from transport.scene.materials import display_name
+from transport.scene.parts import surface_name
 from transport.scene.points import PointDetector
 from transport.validation import SceneError, name_hint, short_repr
 
@@ -147,7 +147,7 @@ def _against_aimed(scene: Scene) -> Iterator[str]:
     for number, surface in enumerate(scene.surfaces):
         for part in surface.material.elements:
             if part.redirects:
-                yield f"{display_name(surface, number)} redirects light, got {short_repr(part)}; {cure}"
+                yield f"{surface_name(scene, number)} redirects light, got {short_repr(part)}; {cure}"
     for medium in (scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))):
         if medium is not None and np.max(medium.scattering) > 0:
             yield f"a medium scatters, got {short_repr(medium)}; {cure}"
@@ -247,7 +247,7 @@ def _against_backward(scene: Scene) -> Iterator[str]:
             cure = "write estimator='expected', or use a small Sphere"
             yield f"no history can hit the Point of {title}; {cure}"
     for number, surface in enumerate(scene.surfaces):
-        title = display_name(surface, number)
+        title = surface_name(scene, number)
         for part in surface.material.elements:
             if not part.is_reciprocal:
                 yield (

@@ -13,7 +13,15 @@ from transport.scene.points import PointDetector
 from transport.scene.sides import AnyDetector
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
-from transport.validation import Converted, PartsField, name_hint, refuse, scene_object, short_repr
+from transport.validation import (
+    Converted,
+    PartsField,
+    join_names,
+    name_hint,
+    refuse,
+    scene_object,
+    short_repr,
+)
 
 DETECTOR_TYPES = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
 AnyDetectorType = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
@@ -167,3 +175,15 @@ class SceneParts:
         if name not in named:
             refuse(user, f"{parameter} must name a surface, got {short_repr(name)}; {name_hint(name, named)}")
         return named[name]
+
+
+def surface_name(scene: SceneParts, which: Surface | int) -> str:
+    """Return how a message names a surface, given itself or its number in the scene."""
+    number = scene.surfaces.index(which) if isinstance(which, Surface) else which
+    name = scene.surfaces[number].name
+    return f"Surface {name!r}" if name else f"surfaces[{number}]"
+
+
+def join_surface_names(scene: SceneParts, numbers: Iterable[int], most: int = 6) -> str:
+    """Return names of surfaces, given their numbers, as "a, b and c"; beyond `most` the number of others."""
+    return join_names([surface_name(scene, number) for number in numbers], most)

@@ -43,9 +43,9 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Lambertian
 from transport.scene.materials import (
     Material,
-    display_name,
 )
 from transport.scene.media import Medium
+from transport.scene.parts import surface_name
 from transport.scene.points import PointDetector
 from transport.scene.sides import IS_BACK
 from transport.scene.sources import Source
@@ -110,10 +110,7 @@ def _find_specular_surfaces(scene: Scene, shape: Shape, side: str | None) -> lis
 
 def surface_names(scene: Scene, numbers: Iterable[int]) -> list[str]:
     """Names of the surfaces with these indices."""
-    surfaces = [(number, scene.surfaces[number]) for number in numbers]
-    return [
-        repr(surface.name) if surface.name else display_name(surface, number) for number, surface in surfaces
-    ]
+    return [surface_name(scene, number).removeprefix("Surface ") for number in numbers]
 
 
 def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:

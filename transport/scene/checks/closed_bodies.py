@@ -22,8 +22,8 @@ from transport.geometry.line_crossings import (
     sorted_crossings,
 )
 from transport.scene.bodies import Body, bounds_alone
-from transport.scene.checks.interfaces import surface_name
 from transport.scene.media import canonical_medium
+from transport.scene.parts import surface_name
 from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:

@@ -23,10 +23,10 @@ from transport.scene.materials import (
     Material,
     Surface,
     Transparent,
-    display_name,
 )
+from transport.scene.parts import join_surface_names
 from transport.scene.sides import OTHER_SIDE
-from transport.validation import SceneError, join_names
+from transport.validation import SceneError
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
@@ -154,8 +154,7 @@ def check_lossless_enclosures(scene: SceneParts) -> None:
 
 def _region_name(scene: SceneParts, enclosure: Enclosure) -> str:
     """Description of the region in messages."""
-    names = [display_name(scene.surfaces[number], number) for number in enclosure.numbers]
-    return f"{enclosure.word} {join_names(names)}"
+    return f"{enclosure.word} {join_surface_names(scene, enclosure.numbers)}"
 
 
 # ---- absorption ----

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from transport.geometry.shape import ROUNDING, Point
-from transport.scene.materials import Surface, display_name
-from transport.scene.parts import SceneParts
+from transport.scene.materials import Surface
+from transport.scene.parts import SceneParts, surface_name
 from transport.scene.points import PointDetector
 from transport.scene.sources import Source
 from transport.validation import refuse, short_repr
@@ -33,7 +33,7 @@ def check_point_detectors(scene: SceneParts) -> None:
 def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface) -> None:
     if not surface.material.acts:
         return
-    title = display_name(surface, scene.surfaces.index(surface))
+    title = surface_name(scene, surface)
     for part in surface.material.elements:
         if part.is_specular or not part.acts:  # no block to a ray, or of unknown radiance
             must = "needs surfaces that are Black, Diffuse or Transparent throughout"

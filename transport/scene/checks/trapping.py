@@ -25,8 +25,8 @@ from transport.scene.materials import (
     Material,
     Mirror,
     Surface,
-    display_name,
 )
+from transport.scene.parts import surface_name
 from transport.validation import SceneError, short_repr
 from transport.vectors import dot
 
@@ -58,7 +58,7 @@ def check_total_internal_reflection(scene: SceneParts) -> None:
         if company and not (surface.shape.is_infinite and all(map(_is_bounded, company))):
             continue
         for lamp, cure in _trapped_sources(scene, surface.shape, sine, company):
-            title = display_name(surface, number)
+            title = surface_name(scene, number)
             raise SceneError(
                 f"Scene: total internal reflection traps light of {lamp} in {title} forever, got a critical"
                 f" angle of {math.degrees(math.asin(sine)):.4g} degrees and no absorption; let the material"
@@ -88,9 +88,7 @@ def _trapped_sources(
             and _is_inside_slab(surface.shape, shape)
             and not _is_enclosed(surface.shape, others)
         ):
-            number = scene.surfaces.index(surface)
-            title = display_name(surface, number)
-            yield f"the scatterer {title}", "replace the slab by a finite Box"
+            yield f"the scatterer {surface_name(scene, surface)}", "replace the slab by a finite Box"
 
 
 def check_weak_absorption(scene: SceneParts) -> None:
