@@ -173,7 +173,7 @@ def _against_expected(scene: Scene) -> Iterator[str]:
     if not any(uses_next_event(scene, detector) for detector in scene.meters):
         got = _names_of_detectors(scene) or "no detector"
         shapes = "a Rectangle, Disk, Triangle, Polygon or whole Sphere"
-        cure = f"use a Detector on {shapes}, without speeds or moments"
+        cure = f"use a Detector on {shapes}, without speeds, moments or path_lengths"
         yield f"it cannot sample points on {got}; {cure}"
 
 
