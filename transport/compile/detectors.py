@@ -24,11 +24,7 @@ from transport.statistics.axes import DIRECTION, POSITION, Axis
 from transport.validation import SceneError, refuse, short_repr
 
 # Kind of coordinates of a place; on any other shape they are those of a surface of revolution.
-PLACE_KINDS = {
-    Rectangle: layout.RECTANGLE_PLACE,
-    Disk: layout.DISK_PLACE,
-    Sphere: layout.SPHERE_PLACE,
-}
+PLACE_KINDS = {Rectangle: layout.RECTANGLE_PLACE, Disk: layout.DISK_PLACE, Sphere: layout.SPHERE_PLACE}
 MAX_MARKS = 62  # bits of the word in which a lane records its visits
 
 

@@ -195,9 +195,8 @@ BODY_BOX = np.dtype(_floats("cx cy cz hx hy hz") + _integers("bit"))
 BODY_BOUNDS = np.dtype(_floats("low_x low_y low_z high_x high_y high_z") + _integers("bit"))
 # bit: 0 for the surrounding medium
 BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))
-ABSORBING_MEDIUM = np.dtype(
-    _integers("medium ledger")
-)  # a row of MEDIA that absorbs, and its row of the ledger
+# A row of MEDIA that absorbs, and its row of the ledger.
+ABSORBING_MEDIUM = np.dtype(_integers("medium ledger"))
 # Importance is e^rise with rise = (x - c) · k, clipped to [0, most]. has_grids: 1 where the free path alone
 # does not describe the medium.
 IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most") + _integers("has_grids"))
@@ -222,9 +221,8 @@ GRID = np.dtype(
     ]
 )
 LEVELS = 255.0
-COLLISION_CLEARANCE = (
-    2.0**-48
-)  # [scene lengths] distance that collisions keep from the surfaces ahead and behind
+# [scene lengths] distance that collisions keep from the surfaces ahead and behind
+COLLISION_CLEARANCE = 2.0**-48
 
 # A volume detector: a box of half sides h, or a sphere of radius hx with the radii of its shells, or a
 # cylinder about the axis a, of radius hx and half height hz, with the radii of its rings.

@@ -58,9 +58,8 @@ class Expectation:
     scale: float  # factor by which its rows are scaled up
     # by side: largest score of a shadow ray from a birth or wall, for a particle of weight 1
     largest_score: dict[str, float]
-    largest_flight_share: dict[
-        str, float
-    ]  # by side: largest share that a particle's own crossing still counts
+    # by side: largest share that a particle's own crossing still counts
+    largest_flight_share: dict[str, float]
     # The same share for a flight from a collision at least that far away [m]; None without collisions.
     scattered: Callable[[float], float] | None
 

@@ -135,9 +135,8 @@ class Plan:
     guards: list = field(default_factory=list)
     # like `layers`, for shadow rays to these detectors
     expected_layers: list[np.ndarray] = field(default_factory=list)
-    detector_names: list[str] = field(
-        default_factory=list
-    )  # names of the detectors in the rows of `detectors`
+    # names of the detectors in the rows of `detectors`
+    detector_names: list[str] = field(default_factory=list)
     # by row of a detector, where its histogram cells of score sizes begin
     size_numbers: np.ndarray | None = None
     # By detector and side (0: arrivals), where its cells of score sizes begin; for an expected detector, then

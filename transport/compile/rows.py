@@ -80,10 +80,7 @@ class Rows:
         return tuple(map(len, self.axes))
 
     def sums(
-        self,
-        rows: Callable[[int, int], np.ndarray],
-        axes: Sequence[Axis],
-        box: Sequence[slice] | None = None,
+        self, rows: Callable[[int, int], np.ndarray], axes: Sequence[Axis], box: Sequence[slice] | None = None
     ) -> np.ndarray:
         """Return the sums along some axes and over all other inner ones, within a box of bins.
 

@@ -9,13 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from transport.compile import layout, speeds
-from transport.compile.media import (
-    POINT_OFFSET,
-    body_row,
-    boundary_rows,
-    emitting_media,
-    runs_along_boundary,
-)
+from transport.compile.media import POINT_OFFSET, body_row, boundary_rows, emitting_media, runs_along_boundary
 from transport.compile.plan import Emitter, Plan, Step
 from transport.compile.shapes import point_to_mesh, primitive_of, shape_columns
 from transport.compile.space import Space
@@ -262,9 +256,8 @@ def one_minus_cosine(radius: float, distance: float) -> float:
 
 SURFACE_OFFSET = 1e-9  # of a source's extent: distance of the points from an emitting surface
 POINTS_PER_SOURCE = 64  # number of points per source
-KRONECKER_STRIDES = 2.0 ** -(
-    np.arange(1, 4) / 4
-)  # strides of a sequence that fills the unit cube evenly (Kronecker)
+# strides of a sequence that fills the unit cube evenly (Kronecker)
+KRONECKER_STRIDES = 2.0 ** -(np.arange(1, 4) / 4)
 
 
 def birth_points(source: Source, piece: Shape, size: float) -> np.ndarray:

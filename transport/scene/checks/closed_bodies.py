@@ -31,10 +31,8 @@ if TYPE_CHECKING:
 
 LINES_PER_SURFACE = 16  # least number of lines per surface
 MIN_GAP_SHARE = 0.9  # a surface in this share of the gaps is named
-MAX_REVERSED, MAX_SIDES = (
-    16,
-    4,
-)  # most faces tried reversed, and most sides tried with the medium, to find the cause
+# most faces tried reversed, and most sides tried with the medium, to find the cause
+MAX_REVERSED, MAX_SIDES = 16, 4
 
 Faces = tuple[tuple[int, bool], ...]  # index of the surface, and whether the body is in front of it
 

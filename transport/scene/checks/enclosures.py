@@ -19,11 +19,7 @@ from transport.geometry.relations import are_on_one_support, encloses, is_behind
 from transport.geometry.shape import ROUNDING, Shape
 from transport.scene.bodies import TEST_DIRECTIONS
 from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
-from transport.scene.materials import (
-    Material,
-    Surface,
-    Transparent,
-)
+from transport.scene.materials import Material, Surface, Transparent
 from transport.scene.parts import join_surface_names
 from transport.scene.sides import OTHER_SIDE
 from transport.validation import SceneError

@@ -22,10 +22,7 @@ from transport.geometry.line_crossings import (
     sorted_crossings,
 )
 from transport.scene.bodies import Body, bits_of_bodies_at, bodies_on_sides, body_solid, surrounding_medium
-from transport.scene.materials import (
-    AnyMedium,
-    Surface,
-)
+from transport.scene.materials import AnyMedium, Surface
 from transport.scene.media import canonical_medium
 from transport.scene.parts import surface_name
 from transport.validation import SceneError, short_repr

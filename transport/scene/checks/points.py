@@ -51,10 +51,7 @@ def _check_source(scene: SceneParts, detector: PointDetector, source: Source) ->
         refuse(detector, f"needs Isotropic, Lambertian or Beam emission, got {got}; use a VolumeDetector")
     if source.aim is not None:
         cure = "leave out aim: every emission already sends a ray to the point"
-        refuse(
-            detector,
-            f"needs sources without an aim, got aim={short_repr(source.aim)}; {cure}",
-        )
+        refuse(detector, f"needs sources without an aim, got aim={short_repr(source.aim)}; {cure}")
     is_point = isinstance(shape, Point)
     if emission.law == "isotropic" and is_point and detector.position == shape.position:
         refuse(

@@ -127,10 +127,7 @@ def _intersect(a: Shape, b: Shape) -> bool:
 
 def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
     """Refuse boundaries between which a line finds two different indices."""
-    size, facets = (
-        _boundaries_size(boundaries),
-        sum(b.shape.triangles for b in boundaries),
-    )
+    size, facets = _boundaries_size(boundaries), sum(b.shape.triangles for b in boundaries)
     count = max(
         4,
         min(

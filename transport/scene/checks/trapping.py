@@ -20,12 +20,7 @@ from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import surrounding_medium
 from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
-from transport.scene.materials import (
-    AnyMedium,
-    Material,
-    Mirror,
-    Surface,
-)
+from transport.scene.materials import AnyMedium, Material, Mirror, Surface
 from transport.scene.parts import surface_name
 from transport.validation import SceneError, short_repr
 from transport.vectors import dot
