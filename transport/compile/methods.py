@@ -27,9 +27,8 @@ from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Point, Shape
 from transport.geometry.solid import Sphere
 from transport.scene.cameras import PointInstrument
-from transport.scene.checks.overlapping_bodies import has_emission
 from transport.scene.detectors import Detector
-from transport.scene.parts import surface_name
+from transport.scene.parts import has_emission, named_media, surface_name
 from transport.scene.points import PointDetector
 from transport.validation import SceneError, name_hint, short_repr
 
@@ -148,8 +147,8 @@ def _against_aimed(scene: Scene) -> Iterator[str]:
         for part in surface.material.elements:
             if part.redirects:
                 yield f"{surface_name(scene, number)} redirects light, got {short_repr(part)}; {cure}"
-    for medium in (scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))):
-        if medium is not None and np.max(medium.scattering) > 0:
+    for medium in named_media(scene):
+        if np.max(medium.scattering) > 0:
             yield f"a medium scatters, got {short_repr(medium)}; {cure}"
     try:
         aimed_scene(scene)

@@ -146,11 +146,8 @@ def _pieces_with_shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, f
 
 def _place(plan: Plan, source: Source, shape: Shape) -> Step:
     """Return the pass and the row by which places of birth are sampled."""
-    side, columns, births = (
-        -1.0 if source.is_back else 1.0,
-        shape_columns(shape, plan.space),
-        primitive_of(shape).births,
-    )
+    births, columns = primitive_of(shape).births, shape_columns(shape, plan.space)
+    side = -1.0 if source.is_back else 1.0
     if isinstance(shape, Mesh):
         return births, point_to_mesh(plan, shape, layout.row(layout.FACET_AREAS, side=side))
     if shape.hole is not None:

@@ -12,6 +12,7 @@ import numpy as np
 from transport.compile import layout
 from transport.compile.detectors import axis_columns, edge_columns
 from transport.compile.rows import Rows, axes_of
+from transport.geometry.relations import boxes_meet
 from transport.geometry.revolved import Cylinder
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
@@ -150,9 +151,7 @@ def _grids(plan: Plan, shape: Shape, volume: np.ndarray) -> Iterator[np.ndarray]
     """Yield rows of the grids that absorb and may overlap the volume."""
     for fades, grids in enumerate((plan.grids, plan.absorbing_grids)):
         for grid in grids:
-            box = plan.bodies[int(grid["medium"]) - 1].medium.box
-            sides = zip(*shape.bounds, *box.bounds, strict=True)
-            if grid["absorbs"] and all(a <= d and c <= b for a, b, c, d in sides):
+            if grid["absorbs"] and boxes_meet(shape, plan.bodies[int(grid["medium"]) - 1].medium.box):
                 row = layout.row(layout.VOLUME_IN_GRID, fades=fades)
                 row["volume"], row["grid"] = volume, grid
                 yield row

@@ -6,7 +6,7 @@ from functools import cached_property
 from transport.geometry.shape import Shape
 from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
 from transport.scene.detectors import Detector
-from transport.scene.materials import Surface
+from transport.scene.materials import AnyMedium, Surface
 from transport.scene.media import Medium, Vacuum
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.points import PointDetector
@@ -187,3 +187,14 @@ def surface_name(scene: SceneParts, which: Surface | int) -> str:
 def join_surface_names(scene: SceneParts, numbers: Iterable[int], most: int = 6) -> str:
     """Return names of surfaces, given their numbers, as "a, b and c"; beyond `most` the number of others."""
     return join_names([surface_name(scene, number) for number in numbers], most)
+
+
+def named_media(scene: SceneParts) -> list[AnyMedium]:
+    """Return the media that a scene and its surfaces name."""
+    named = scene.medium, *(medium for surface in scene.surfaces for medium in (surface.front, surface.back))
+    return [medium for medium in named if medium is not None]
+
+
+def has_emission(scene: SceneParts) -> bool:
+    """Return whether a medium in the scene emits."""
+    return any(medium.emission > 0 for medium in named_media(scene))

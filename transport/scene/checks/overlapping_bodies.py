@@ -29,7 +29,7 @@ from transport.scene.checks.interfaces import check_sides
 from transport.scene.emissions import Isotropic
 from transport.scene.materials import AnyMedium
 from transport.scene.media import Grid
-from transport.scene.parts import join_surface_names, surface_name
+from transport.scene.parts import join_surface_names, named_media, surface_name
 from transport.scene.sources import Source
 from transport.validation import SceneError, short_repr
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 def check_filling(scene: SceneParts) -> None:
     """Raise SceneError for media that do not fit together, within the limits stated above."""
-    if not has_named_media(scene):
+    if not named_media(scene):
         return
     bodies = scene_bodies(scene)
     _check_grids(scene, bodies)
@@ -50,19 +50,6 @@ def check_filling(scene: SceneParts) -> None:
     _check_emission(scene, bodies)
     _check_infinite_scattering(scene, bodies)
     check_sides(scene, bodies)
-
-
-def has_named_media(scene: SceneParts) -> bool:
-    """Return whether the scene has any medium."""
-    return scene.medium is not None or any(
-        medium is not None for surface in scene.surfaces for medium in (surface.front, surface.back)
-    )
-
-
-def has_emission(scene: SceneParts) -> bool:
-    """Return whether a medium in the scene emits."""
-    media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
-    return any(medium is not None and medium.emission > 0 for medium in media)
 
 
 def emitting_bodies_as_sources(scene: SceneParts) -> list[tuple[int, Source]]:

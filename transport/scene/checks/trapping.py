@@ -16,6 +16,7 @@ import numpy as np
 
 from transport.geometry.flat import Slab
 from transport.geometry.line_crossings import EDGE_TOLERANCE
+from transport.geometry.relations import boxes_meet
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import surrounding_medium
@@ -120,18 +121,13 @@ def _other_surfaces_inside(scene: SceneParts, number: int) -> list[Surface]:
     return [
         other
         for k, other in others
-        if k != number and not _is_inert(other) and _boxes_overlap(other.shape, shape)
+        if k != number and not _is_inert(other) and boxes_meet(other.shape, shape)
     ]
 
 
 def _is_inert(surface: Surface) -> bool:
     """Return whether a surface has no effect."""
     return not surface.material.acts and not (_interacts(surface.front) or _interacts(surface.back))
-
-
-def _boxes_overlap(shape: Shape, other: Shape) -> bool:
-    """Return whether the bounding boxes of two shapes overlap."""
-    return all(p <= s and r <= q for p, q, r, s in zip(*other.bounds, *shape.bounds, strict=True))
 
 
 def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
@@ -142,7 +138,7 @@ def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
 
 def _is_enclosed(shape: Shape, walls: list[Surface]) -> bool:
     """Return whether a surface around the shape may block its light."""
-    return any(not wall.material.is_clear and _boxes_overlap(shape, wall.shape) for wall in walls)
+    return any(not wall.material.is_clear and boxes_meet(shape, wall.shape) for wall in walls)
 
 
 def _is_bounded(surface: Surface) -> bool:
