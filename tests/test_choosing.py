@@ -13,7 +13,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from transport.compile import method_aimed, methods
+from transport.compile import methods
 from transport.compile.methods import Method
 from transport.results.choice import PARTIAL_REASON, Choice, Pilot
 from transport.run.auto import (
@@ -291,10 +291,10 @@ def test_aimed_is_refused_by_name_for_all_else_that_it_cannot_see():
         "scatters": scene(medium=tp.Medium(absorption=0.1, scattering=0.1)),
     }
     for words, refused in reasons.items():
-        assert words in method_aimed.refusal(refused)
+        assert words in methods.refusal(refused, "aimed")
         assert AIMED not in methods.methods_for(refused)
     black = tp.Surface(tp.Disk(center=(3, 0, 0), radius=1), tp.Black())
-    assert method_aimed.refusal(scene(surfaces=black, medium=tp.Medium(absorption=1.0))) is None
+    assert methods.refusal(scene(surfaces=black, medium=tp.Medium(absorption=1.0)), "aimed") is None
 
 
 def test_a_sampling_that_no_estimator_of_the_scene_takes_is_refused():

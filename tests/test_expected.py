@@ -118,7 +118,7 @@ REFUSED = {
     ),
     "a cylinder": (
         lambda: tp.Scene(lamp(), (), tp.Detector(tp.Cylinder(radius=0.1, height=0.2), "rod")),
-        "use a Detector on a Rectangle, Disk, Triangle or whole Sphere",
+        "use a Detector on a Rectangle, Disk, Triangle, Polygon or whole Sphere",
     ),
 }
 

@@ -19,9 +19,9 @@ from tests.bench.trust import judge_rooms, named_runs
 from tests.html_pages import page
 from tests.specular_scenes import CASES
 from transport.cli.commands import app
+from transport.compile.detectors import EDGES
 from transport.compile.layout import SIZE_CELLS
 from transport.compile.next_event import _bound_by_angles
-from transport.compile.volumes import EDGES
 from transport.results.diagnostics import proofs
 from transport.results.diagnostics.path_classes import ALL_LIGHT, cell_path_findings
 from transport.results.diagnostics.proofs import DirectView, Probe, specular_surfaces_of

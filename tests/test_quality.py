@@ -10,7 +10,7 @@ from scipy.special import stdtr
 
 import transport as tp
 from transport.compile.compiler import compile_scene
-from transport.compile.volumes import COUNTED_EVERY, EDGES
+from transport.compile.detectors import COUNTED_EVERY, EDGES
 from transport.results.diagnostics.score_sizes import detector_scores
 from transport.results.tally import ARRIVALS, DEPARTURES, SIDES
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR as FEW

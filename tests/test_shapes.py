@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from tests.agreement import assert_follows
 from transport.analysis.solid_angle import solid_angle_scene
-from transport.compile.detectors import detector_row
+from transport.compile.detectors import detector_row, side_rows
 from transport.compile.plan import Plan
-from transport.compile.rows import side_rows
 from transport.compile.space import make_space
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh

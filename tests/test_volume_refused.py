@@ -15,6 +15,7 @@ from tests.volume_scenes import (
     run,
     sphere,
 )
+from transport.compile.compiler import compile_scene
 
 
 @pytest.mark.parametrize(
@@ -69,6 +70,45 @@ def test_collisions_are_refused_where_there_are_none(surfaces, tracking, word):
     scene = tp.Scene(ALL_ROUND, surfaces, tp.VolumeDetector(BALL, "ball", estimator="collision"))
     with pytest.raises(tp.SceneError, match=word):
         run(scene, 1000, tracking=tracking)
+
+
+LAMP = tp.Source(tp.Point(position=(-0.95, 0.0, 0.0)), tp.Isotropic(power=1.0))
+UNIT_BALL, SPECK = tp.Sphere(radius=1.0), (0.0321, -0.0123, 0.0712)
+LOW, HIGH = (tp.Plane(center=(0, 0, z), normal=(0, 0, 1)) for z in (0.0999, 0.1))
+VACUUM, CLEAR = tp.Vacuum(), tp.Transparent()
+
+
+@pytest.mark.parametrize(
+    "surfaces",
+    {
+        "a speck": [body(tp.Sphere(radius=1e-3, center=SPECK), VACUUM)],
+        "a small mesh": [body(tp.Mesh.box(size=1e-3, center=SPECK), VACUUM)],
+        "a cap": [body(tp.Sphere(radius=3.0, center=(3.999, 0, 0)), VACUUM)],
+        "a shell": [body(tp.Sphere(radius=0.9), VACUUM), body(tp.Sphere(radius=0.8999), FOG, "inner")],
+        "a layer": [
+            tp.Surface(HIGH, CLEAR, front=FOG, back=VACUUM),
+            tp.Surface(LOW, CLEAR, front=VACUUM, back=FOG),
+        ],
+    }.items(),
+    ids=lambda case: case[0],
+)
+@pytest.mark.parametrize("shape", [UNIT_BALL, tp.Box(size=2.0), tp.Cylinder(radius=1.0, height=2.0)])
+def test_collisions_are_refused_with_a_vacuum_of_any_size_in_the_volume(surfaces, shape):
+    detector = tp.VolumeDetector(shape, "volume", estimator="collision")
+    scene = tp.Scene(LAMP, surfaces[1], detector, medium=FOG)
+    with pytest.raises(tp.SceneError, match=r"all media in it must scatter .* got Vacuum"):
+        compile_scene(scene)
+
+
+def test_collisions_are_allowed_beside_a_vacuum():
+    detector = tp.VolumeDetector(UNIT_BALL, "volume", estimator="collision")
+    beside = body(tp.Sphere(radius=3.0, center=(4.001, 0, 0)), VACUUM)
+    assert compile_scene(tp.Scene(LAMP, beside, detector, medium=FOG)).volumes
+    assert compile_scene(tp.Scene(LAMP, body(UNIT_BALL, FOG), detector)).volumes
+    layers = [tp.Surface(HIGH, CLEAR, front=FOG, back=VACUUM), tp.Surface(LOW, CLEAR, front=VACUUM, back=FOG)]
+    high = tp.Sphere(radius=0.2, center=(0, 0, 0.301))
+    above = tp.VolumeDetector(high, "volume", estimator="collision")
+    assert compile_scene(tp.Scene(LAMP, layers, above)).volumes
 
 
 def test_quantities_that_a_volume_was_not_set_up_for_are_refused():

@@ -17,7 +17,7 @@ from tests.fuzz.runs import ENOUGH, Scores, run_of, sound
 from tests.fuzz.sightings import sightings
 from tests.fuzz.worlds import World
 from transport.compile.methods import ESTIMATORS, refusal
-from transport.scene.checks.overlapping_bodies import has_named_media
+from transport.scene.parts import named_media
 
 LIMIT = 4.0  # normal scores
 MORE = 16  # times the histories, when asked again
@@ -78,7 +78,7 @@ def _seen_levels(world: World, seed: int, more: int) -> Scores:
         return found
     result = run_of(scene, seed + 1, more, estimator="backward")
     for look in scene.detectors:
-        index = getattr(scene.medium_at(look.position), "index", 1.0) if has_named_media(scene) else 1.0
+        index = getattr(scene.medium_at(look.position), "index", 1.0) if named_media(scene) else 1.0
         level = index**2 * 2.0 ** (world.unit[1] - 2 * world.unit[0])
         seen = result[look.name]
         if isinstance(look, tp.PointDetector):

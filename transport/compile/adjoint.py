@@ -3,7 +3,7 @@
 The scene that is run is an ordinary scene with an ordinary plan. Two things differ: each particle is born in
 a cell, which is one bin of a detector (engine/passes/backward.py), and what it brings to a source is summed
 by its cell of birth.
-See transport.compile.method_backward.
+See transport.compile.methods.
 """
 
 from __future__ import annotations
@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.detectors import edge_columns
+from transport.compile.detectors import LARGE_SHARE, edge_columns
 from transport.compile.media import emitting_media
 from transport.compile.next_event import side_of
 from transport.compile.plan import Emitter, Step
 from transport.compile.rows import Rows
 from transport.compile.sources import medium_row
-from transport.compile.volumes import LARGE_SHARE
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Point, Shape
 from transport.scene.bins import DirectionCone

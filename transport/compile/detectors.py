@@ -1,35 +1,98 @@
-"""Rows of detectors on sheets: how the engine finds the bin of a crossing."""
+"""Lower detectors on sheets: their rows of sums, and how the engine finds the bin of a crossing."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
 from transport.compile.plan import Plan
-from transport.compile.rows import Rows
+from transport.compile.rows import Rows, axes_of
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.bins import DirectionCone
 from transport.scene.bodies import scene_bodies, scene_media
 from transport.scene.detectors import Detector
-from transport.scene.emissions import Emission
 from transport.scene.materials import AnyMedium
-from transport.scene.phase_space import COORDINATES, PhaseSpace
 from transport.scene.scene import Scene
 from transport.scene.scene_speeds import scene_speeds
-from transport.scene.sheets import SheetMember
+from transport.scene.sheets import Sheet, SheetMember
 from transport.statistics.axes import DIRECTION, POSITION, Axis
 from transport.validation import SceneError, refuse, short_repr
-from transport.vectors import Vector
 
 # Kind of coordinates of a place; on any other shape they are those of a surface of revolution.
-PLACE_KINDS = {
-    Rectangle: layout.RECTANGLE_PLACE,
-    Disk: layout.DISK_PLACE,
-    Sphere: layout.SPHERE_PLACE,
-}
+PLACE_KINDS = {Rectangle: layout.RECTANGLE_PLACE, Disk: layout.DISK_PLACE, Sphere: layout.SPHERE_PLACE}
+MAX_MARKS = 62  # bits of the word in which a lane records its visits
+
+
+def lower_detectors(plan: Plan, sheets: list[Sheet]) -> list[list[int]]:
+    """Give detectors their rows of sums, and fill their tables; return their bits in hit words.
+
+    The bits are by sheet and member: one for each layer, which is a detector, a mark of visits, or a boundary
+    of bodies.
+    """
+    scene = plan.scene
+    if len(scene.visited) > MAX_MARKS:
+        raise SceneError(f"Scene: via may name at most {MAX_MARKS} places, got {len(scene.visited)}")
+    plan.marks = {name: 1 << bit for bit, name in enumerate(scene.visited)}
+    # Arrivals at all detectors come first, then departures, and then both again for shadow rays.
+    for detector in scene.meters:
+        plan.add_rows(detector.name, side_rows(detector, scene.shape_of(detector), scene.duration, plan.rows))
+    plan.half, plan.rows = plan.rows, plan.rows * (4 if plan.sends_shadow_rays else 2)
+    fill_long_scores(plan)
+    rows: list[np.ndarray] = []
+    bits = [_add_layers(plan, sheets, number, rows) for number in range(1, len(sheets) + 1)]
+    plan.detectors = np.array(rows, layout.DETECTOR)
+    _assign_size_cells(plan)
+    return bits
+
+
+def _add_layers(plan: Plan, sheets: list[Sheet], number: int, rows: list[np.ndarray]) -> list[int]:
+    """Add the layers of a sheet, and the rows of its detectors; return the bits of each member's layers."""
+    layer, found = 0, []
+    for member in sheets[number - 1].members:
+        bits = 0
+        for entry in _member_layers(plan, member, rows):
+            if layer == layout.DETECTORS_PER_SHEET:
+                raise SceneError(
+                    f"Scene: at most {layer} detectors may share one plane or sphere, got one more on"
+                    f" {short_repr(member.shape)}; use one detector with positions=Positions(...) instead"
+                )
+            if layer == len(plan.layers):
+                plan.layers.append(np.zeros(len(sheets) + 1, layout.LAYER))
+            bits |= 1 << layer
+            plan.layers[layer][number] = entry
+            layer += 1
+        found.append(bits)
+    return found
+
+
+def _member_layers(plan: Plan, member: SheetMember, rows: list[np.ndarray]) -> Iterator[np.ndarray]:
+    """Yield the layers of a member: its detectors, a visit mark alone, the bodies that it bounds."""
+    for detector in member.detectors:
+        yield layer_row(plan, member, detector, len(rows))
+        rows.append(detector_row(plan, member, detector))
+        plan.detector_names.append(detector.name)
+    if member.mark in plan.marks and member.mark not in [detector.name for detector in member.detectors]:
+        yield layout.row(layout.LAYER, mark=plan.marks[member.mark])
+    if member.bodies[0] != member.bodies[1]:
+        front, back = member.bodies if member.orientation > 0 else member.bodies[::-1]
+        yield layout.row(layout.LAYER, front=front, back=back)
+
+
+def side_rows(detector: Detector, shape: Shape, duration: float | None, first: int) -> Rows:
+    """Return the rows of one side of a detector: a block per time and speed; in it u, v, azimuth, cosine."""
+    outer = axes_of({"time": detector.time_edges(duration), "speed": detector.speed_edges()})
+    positions, directions = detector.positions, detector.directions
+    inner = () if positions is None else axes_of(positions.edges(shape), positions.units(shape))
+    if directions is not None:  # the cosine or polar angle lies fastest
+        edges = directions.edges()
+        inner += axes_of({name: edges.get(name) for name in ("phi", "mu", "theta")})
+    before = len(outer) > 0
+    return Rows(first + before, outer, inner, 1 + math.prod(map(len, inner)), before=int(before))
 
 
 def layer_row(plan: Plan, member: SheetMember, detector: Detector, number: int) -> np.ndarray:
@@ -229,65 +292,64 @@ def _paths(plan: Plan) -> LongScore | None:
     return LongScore(names, table, "score_paths_by_medium", "reset_paths", "follow_paths", fields)
 
 
-# ---- Rows of phase spaces and snapshots: their times, coordinates and bins.
+# ---- Histograms of scores by size, where scores can differ in size (engine/passes/score_sizes.py).
+#
+# Scores of particles born at equal weight, which walls reduce to no less than one half, need no histogram:
+# their number suffices. Targets, media that reduce weights, splitting, and estimators with weighted scores
+# make sizes differ.
+#
+# Where all walls carry detectors nearly every lane scores, and a complete histogram would cost a tenth of the
+# run. There one batch in COUNTED_EVERY is counted, as long as only media make weights differ. Rare heavy
+# scores in the other batches still show, since batches are compared (statistics/batches.py).
+
+# Edges of the cells [largest birth weight]: SIZE_PARTS per octave, equally spaced within it. The first and
+# the last cell include everything beyond them.
+COUNTED_EVERY = 8  # a power of two
+LARGE_SHARE = 0.25  # of the largest score: larger scores show that the largest ones occur
+EDGES = np.array(
+    [
+        math.ldexp(1 + k % SIZE_PARTS / SIZE_PARTS, SIZE_OCTAVE + k // SIZE_PARTS)
+        for k in range(SIZE_CELLS + 1)
+    ]
+)
 
 
-def fill_phase_spaces(plan: Plan) -> None:
-    """Fill a row per time of each PhaseSpace."""
-    for phase_space in plan.scene.phase_spaces:
-        for number in range(len(phase_space.times)):
-            plan.phase_spaces.append(_phase_space_row(plan, phase_space, number))
+def sizes_differ(plan: Plan) -> bool:
+    """Return whether scores of detectors differ by more than roulette at walls allows."""
+    return bool(plan.detectors.size) and (weights_vary(plan) or plan.reduces_weights)
 
 
-def fill_snapshots(plan: Plan) -> None:
-    """Fill a row per Snapshot, in order."""
-    for number, snapshot in enumerate(plan.scene.snapshots):
-        plan.snapshots.append(
-            layout.row(layout.SNAPSHOT, time=min(snapshot.time / plan.time_unit, 1.0), number=number)
-        )
+def weights_vary(plan: Plan) -> bool:
+    """Return whether anything but a medium makes scores differ."""
+    is_aimed = any(emitter.target is not None for emitter in plan.emitters)
+    return is_aimed or plan.sends_shadow_rays or plan.splits or plan.forces_collisions
 
 
-def reference_velocity(plan: Plan) -> Vector:
-    """Return the mean velocity of the sources [m/s]: moments about it do not cancel."""
-    total = math.fsum(emitter.amount for emitter in plan.emitters)
-    means = [(emitter.amount / total, _common_velocity(emitter.source.emission)) for emitter in plan.emitters]
-    return tuple(math.fsum(share * velocity[k] for share, velocity in means) for k in range(3))
+def is_dense(plan: Plan, layer: np.ndarray) -> bool:
+    """Return whether nearly every lane that lands on a surface scores in this layer."""
+    return plan.has_acting_surfaces and bool((layer[1:]["detector_word"] != 0).all())
 
 
-def max_relative_speed(plan: Plan) -> float:
-    """Return an upper bound of all speeds relative to the reference velocity [m/s]."""
-    return plan.fastest + math.hypot(*reference_velocity(plan))
+def _assign_size_cells(plan: Plan) -> None:
+    """Assign cells to each side of each detector; the first cells belong to no detector.
+
+    Expected scores have rows and a unit of their own, and so cells of their own.
+    """
+    if not sizes_differ(plan):
+        return
+    halves = 4 if plan.sends_shadow_rays else 2
+    plan.size_numbers, plan.size_cells = np.zeros(halves * plan.half, np.int64), SIZE_CELLS
+    for detector in plan.scene.meters:
+        rows = plan.rows_of[detector.name]
+        for half in range(halves):
+            shift = half * plan.half
+            plan.size_numbers[rows.base + shift : rows.past + shift] = plan.size_cells
+            plan.size_blocks.setdefault((detector.name, half % 2), []).append(plan.size_cells)
+            plan.size_cells += SIZE_CELLS
 
 
-def _common_velocity(emission: Emission) -> Vector:
-    """Return the drift of an emission, or the velocity of a stream of one speed [m/s]."""
-    direction, speed = getattr(emission, "direction", None), emission.speed
-    if direction is not None and isinstance(speed, float):
-        return tuple(speed * u for u in direction)
-    return getattr(speed, "drift", (0.0, 0.0, 0.0))
-
-
-def _phase_space_row(plan: Plan, phase_space: PhaseSpace, number: int) -> np.ndarray:
-    """Return the row (layout.PHASE) of a PhaseSpace at its time of that number: box, velocity, bins."""
-    size, speed, rows = plan.space.size, plan.speed_unit, plan.rows_of[phase_space.name]
-    values = {
-        "time": min(phase_space.times[number] / plan.time_unit, 1.0),
-        "first": rows.first + number * rows.block,
-        "fastest": max_relative_speed(plan) / speed or 1.0,
-        **layout.vector_columns("v", (v / speed for v in reference_velocity(plan))),
-        "moments": -1,
-    }
-    if phase_space.moments:
-        earlier = len(layout.VELOCITY_SUMS) * number * rows.block
-        values["moments"] = plan.first_long_rows[phase_space.name] + earlier
-    low, high = (
-        ((-math.inf,) * 3, (math.inf,) * 3) if phase_space.within is None else phase_space.within.bounds
-    )
-    for k, axis in enumerate("xyz"):
-        origin = plan.space.origin[k]
-        values |= {f"low_{axis}": (low[k] - origin) / size, f"high_{axis}": (high[k] - origin) / size}
-    for prefix, axis in zip("ab", rows.inner, strict=False):
-        values[f"{prefix}_kind"] = COORDINATES.index(axis.name) + 1
-        origin = plan.space.origin["xyz".index(axis.name)] if axis.name in ("x", "y", "z") else 0.0
-        values |= axis_columns(plan, axis, rows, prefix, origin)
-    return layout.row(layout.PHASE, **values)
+def size_row(plan: Plan) -> np.ndarray:
+    """Return the table of the pass that counts scores by size."""
+    is_costly = not weights_vary(plan) and any(is_dense(plan, layer) for layer in plan.layers)
+    numbers = {"numbers": plan.size_numbers.ctypes.data, "count": len(plan.size_numbers)}
+    return layout.row(SIZES, **numbers, cells=plan.size_cells, resting=COUNTED_EVERY - 1 if is_costly else 0)

@@ -195,9 +195,8 @@ BODY_BOX = np.dtype(_floats("cx cy cz hx hy hz") + _integers("bit"))
 BODY_BOUNDS = np.dtype(_floats("low_x low_y low_z high_x high_y high_z") + _integers("bit"))
 # bit: 0 for the surrounding medium
 BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))
-ABSORBING_MEDIUM = np.dtype(
-    _integers("medium ledger")
-)  # a row of MEDIA that absorbs, and its row of the ledger
+# A row of MEDIA that absorbs, and its row of the ledger.
+ABSORBING_MEDIUM = np.dtype(_integers("medium ledger"))
 # Importance is e^rise with rise = (x - c) · k, clipped to [0, most]. has_grids: 1 where the free path alone
 # does not describe the medium.
 IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most") + _integers("has_grids"))
@@ -222,9 +221,8 @@ GRID = np.dtype(
     ]
 )
 LEVELS = 255.0
-COLLISION_CLEARANCE = (
-    2.0**-48
-)  # [scene lengths] distance that collisions keep from the surfaces ahead and behind
+# [scene lengths] distance that collisions keep from the surfaces ahead and behind
+COLLISION_CLEARANCE = 2.0**-48
 
 # A volume detector: a box of half sides h, or a sphere of radius hx with the radii of its shells, or a
 # cylinder about the axis a, of radius hx and half height hz, with the radii of its rings.
@@ -284,7 +282,7 @@ GUARD = np.dtype(_floats("cx cy cz radius2") + _integers("first cells"))
 # Word `source` of one bundle is copied into word `target` of another; source -1: 0.
 WORD = np.dtype(_integers("source target"))
 
-# Histogram of scores by size (compile/volumes.py): per side of a detector SIZE_CELLS cells, SIZE_PARTS per
+# Histogram of scores by size (compile/detectors.py): per side of a detector SIZE_CELLS cells, SIZE_PARTS per
 # octave from 2^SIZE_OCTAVE on.
 # numbers: by row of a detector, where its cells begin; cells: number of all cells.
 # resting: a mask of the batch's number; a batch with any of these bits set does not count sizes.
@@ -347,17 +345,17 @@ TARGET = np.dtype(
 )
 
 
-def row(kind: np.dtype, **values: float) -> np.ndarray:
-    """Return a table row of that kind; columns that are not named are 0."""
+def row(kind: np.dtype, columns: dict[str, float] | None = None, **values: float) -> np.ndarray:
+    """Return a table row of that kind; columns that are not named are 0.
+
+    columns: a description, such as that of a shape, of which the row takes the columns that it has.
+    """
     record = np.zeros((), kind)
+    for name in kind.names if columns is not None else ():
+        record[name] = columns.get(name, 0)
     for name, value in values.items():
         record[name] = value
     return record
-
-
-def known_columns(kind: np.dtype, columns: dict[str, float]) -> dict[str, float]:
-    """Return those columns that rows of that kind have."""
-    return {name: columns[name] for name in kind.names if name in columns}
 
 
 def vector_columns(name: str, vector: Iterable[float]) -> dict[str, float]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.scene.materials import display_name
-from transport.validation import SceneError, join_names
+from transport.scene.parts import join_surface_names
+from transport.validation import SceneError
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
@@ -61,7 +61,7 @@ def too_many_crossings_error(plan: Plan, crossings: int, started: int) -> Overru
 
 def endless_particles_error(plan: Plan, surfaces: list[int], particles: int) -> OverrunError:
     """Error for a batch with endless particles; surfaces: indices of those that they met last."""
-    where = join_names([display_name(plan.scene.surfaces[number], number) for number in surfaces])
+    where = join_surface_names(plan.scene, surfaces)
     these = f"{particles} particles do" if particles > 1 else "1 particle does"
     return OverrunError(
         f"simulate: {these} not end: after millions of crossings or collisions"

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.birthplaces import POINT_OFFSET
 from transport.compile.grids import fill_grids
 from transport.geometry.relations import is_on_support
 from transport.geometry.solid import Box, Sphere
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
 
 # [scene lengths]: rounding would change a shorter free path by more than 2^-16 of itself
 MIN_FREE_PATH = 2.0**16 * layout.COLLISION_CLEARANCE
+POINT_OFFSET = 2.0**-40  # [scene lengths] distance of a point that is surely beside a surface
 ANALOG, WEIGHTED = "analog", "weighted"
 
 
@@ -40,7 +40,7 @@ def default_tracking(scene: Scene) -> Tracking:
     return Tracking(absorption=WEIGHTED if scene.duration is None else ANALOG)
 
 
-def fill_media(plan: Plan) -> None:
+def lower_media(plan: Plan) -> None:
     """Fill the plan's tables of media and phase functions, where the scene has any."""
     plan.has_media = has_media(plan.scene)
     if not plan.has_media:

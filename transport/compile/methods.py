@@ -17,26 +17,28 @@ Samplings
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from importlib import import_module
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from transport.validation import SceneError, name_hint
+import numpy as np
+
+from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.shape import Point, Shape
+from transport.geometry.solid import Sphere
+from transport.scene.cameras import PointInstrument
+from transport.scene.detectors import Detector
+from transport.scene.parts import has_emission, named_media, surface_name
+from transport.scene.points import PointDetector
+from transport.validation import SceneError, name_hint, short_repr
 
 if TYPE_CHECKING:
     from transport.scene.scene import Scene
 
 
-ESTIMATORS = (
-    "analog",
-    "aimed",
-    "expected",
-    "backward",
-)  # the simplest first; the module of each defines refusal(scene)
-ARRIVALS_ONLY = (
-    "aimed",
-    "backward",
-)  # estimate only light that arrives at detectors: no energy balance of all emitted light
+ESTIMATORS = "analog", "aimed", "expected", "backward"  # the simplest first
+# These estimate only light that arrives at detectors: no energy balance of all emitted light.
+ARRIVALS_ONLY = "aimed", "backward"
 SAMPLINGS = ("random", "stratified", "sobol")
 AUTO = "auto"  # choose the cheapest of them
 DEFAULT_BATCHES = 32  # default number of batches
@@ -96,9 +98,7 @@ def refusal(scene: Scene, estimator: str) -> str | None:
         seen = scene.instruments[0]
         title = f"{type(seen).__name__} {seen.name!r}"
         return f"only backward histories reach {title}; write estimator='backward'"
-    if estimator == "analog":
-        return None
-    return import_module(f"transport.compile.method_{estimator}").refusal(scene)
+    return next(REASONS_AGAINST[estimator](scene), None)
 
 
 def methods_for(scene: Scene) -> list[Method]:
@@ -107,3 +107,183 @@ def methods_for(scene: Scene) -> list[Method]:
     return [
         Method(one, sampling) for one in allowed for sampling in SAMPLINGS if _are_compatible(one, sampling)
     ]
+
+
+# ---- Estimator "aimed": every source emits only towards the one detector: direct light only.
+#
+# Weights correct for the restricted directions exactly. Light in other directions is not traced, so that
+# nothing in the scene may redirect it to the detector.
+
+
+def aimed_scene(scene: Scene) -> Scene:
+    """The scene with every source aimed at its one detector; SceneError if a source cannot be aimed."""
+    (detector,) = scene.detectors
+    aim = scene.shape_of(detector)
+    return replace(scene, sources=tuple(replace(source, aim=aim) for source in scene.sources))
+
+
+def unaimed_scene(scene: Scene) -> Scene:
+    """The original scene of an aimed one; its sources had no aim."""
+    return replace(scene, sources=tuple(replace(source, aim=None) for source in scene.sources))
+
+
+def _against_aimed(scene: Scene) -> Iterator[str]:
+    """Yield the reasons why a scene does not allow "aimed", with the cure."""
+    if len(scene.detectors) != 1 or not isinstance(scene.detectors[0], Detector):
+        names = _names_of_detectors(scene) or "none"
+        yield f"it needs exactly one Detector, got {names}; leave the others out, or aim sources yourself"
+        return
+    if has_emission(scene):
+        yield "a medium emits and cannot be aimed; leave its emission out"
+    (detector,) = scene.detectors
+    for number, source in enumerate(scene.sources):
+        if source.aim is not None:
+            yield f"sources[{number}] already has aim={short_repr(source.aim)}; leave it out"
+        if scene.shape_of(source) == scene.shape_of(detector):
+            yield f"sources[{number}] lies on the shape of detector {detector.name!r}; put it elsewhere"
+    # Surfaces and media may redirect light to the detector.
+    cure = "write estimator='expected' or 'backward'"
+    for number, surface in enumerate(scene.surfaces):
+        for part in surface.material.elements:
+            if part.redirects:
+                yield f"{surface_name(scene, number)} redirects light, got {short_repr(part)}; {cure}"
+    for medium in named_media(scene):
+        if np.max(medium.scattering) > 0:
+            yield f"a medium scatters, got {short_repr(medium)}; {cure}"
+    try:
+        aimed_scene(scene)
+    except SceneError as error:
+        yield str(error)
+
+
+def _names_of_detectors(scene: Scene) -> str:
+    return ", ".join(f"{type(part).__name__} {part.name!r}" for part in scene.detectors)
+
+
+# ---- Estimator "expected": next-event estimation serves some detectors; others score crossings.
+
+
+def _against_expected(scene: Scene) -> Iterator[str]:
+    """Yield the reasons why a scene does not allow "expected", with the cure."""
+    if scene.duration is not None:
+        yield f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
+    if scene.points:
+        yield f"PointDetector {scene.points[0].name!r} casts its own rays; run it in a separate scene"
+    if not any(uses_next_event(scene, detector) for detector in scene.meters):
+        got = _names_of_detectors(scene) or "no detector"
+        shapes = "a Rectangle, Disk, Triangle, Polygon or whole Sphere"
+        cure = f"use a Detector on {shapes}, without speeds, moments or path_lengths"
+        yield f"it cannot sample points on {got}; {cure}"
+
+
+def detectors_without_next_event(scene: Scene) -> list[str]:
+    """Names of the detectors that score crossings only, without next-event estimation."""
+    return [detector.name for detector in scene.meters if not uses_next_event(scene, detector)]
+
+
+def uses_next_event(scene: Scene, detector: Detector) -> bool:
+    """Return whether next-event estimation serves this detector; others score crossings."""
+    return not detector.options_of_crossings and can_sample_points_on(scene.shape_of(detector))
+
+
+def can_sample_points_on(shape: Shape) -> bool:
+    """Return whether points are sampled on a shape: flat shapes without holes, and whole spheres."""
+    if shape.is_flat:
+        return shape.hole is None and not shape.is_infinite
+    return isinstance(shape, Sphere) and shape.is_closed
+
+
+# ---- Estimator "backward": histories start at the detectors and score the radiance of sources they reach.
+#
+# Light can be traced in either direction: along a ray L/eta^2 is constant, and reflection and scattering are
+# reciprocal. The radiance that arrives at a detector is therefore the mean, over histories sent out from it,
+# of their weight times L_s (eta_d/eta_s)^2 of each source that they reach (Veach 1997, chapters 4 and 5).
+# Histories are distributed equally over the detector's bins, so that a bin of a ten-thousandth of all
+# directions costs no more than all directions. At diffuse surfaces and collisions they also cast shadow rays
+# to the sources (as "expected" does to detectors), so that small bright sources are not left to chance. Light
+# from mirrors, dielectrics and glossy surfaces, and of the first flight, is scored on arrival. The energy
+# balance is that of these backward histories, with unit 1.
+#
+# What each part becomes (all others are unchanged):
+#
+#     Lambertian source         detector on its side: arriving weight times radiance
+#     Isotropic volume source   volume detector: weight times path length times emission per m^3 and sr
+#     emitting medium           the same, over its body
+#     Detector                  source with cosine law into its bins, from its receiving side
+#     PointDetector             point that emits into all directions
+#     Camera, EnvironmentMap    point that emits into each pixel or bin
+#
+# What cannot be run backward is refused: sources that no history reaches (a Point, any Beam); particles and
+# time; detector options that need a history's past (via, events, times, speeds, moments); volumes; surfaces
+# that are not reciprocal (ThinLens, which does not conserve L/eta^2 equally from both sides; a TwoSided whose
+# sides transmit differently). Light that leaves a detector has no backward estimate: put a detector on the
+# other side. The `aim` of a source is ignored: the whole source counts.
+
+SHAPES_WITH_POSITIONS = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
+TRANSMITTANCE_TOLERANCE = 1e-12  # tolerance of equal transmittances
+
+
+def more_particles_or_backward(scene: Scene) -> str:
+    """Cure for a forward run that hardly sampled some light; names "backward" only if the scene allows it."""
+    return "use more particles" + ("" if refusal(scene, "backward") else ", or estimator='backward'")
+
+
+def _against_backward(scene: Scene) -> Iterator[str]:
+    """Yield the reasons why a scene does not allow "backward", with the cure."""
+    if scene.duration is not None:
+        yield f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
+    if scene.measured_in == "particles":
+        yield "it emits particles, not watts; write estimator='analog'"
+    if not scene.detectors:
+        yield "it has no detector from which histories could start; write detectors=[...]"
+    for detector in scene.detectors:
+        yield from _against_sensor(scene, detector)
+    for number, source in enumerate(scene.sources):
+        title = f"sources[{number}]"
+        if source.emission.law == "beam":
+            yield f"no history can hit the Beam of {title}; write estimator='analog'"
+        if isinstance(scene.shape_of(source), Point):
+            cure = "write estimator='expected', or use a small Sphere"
+            yield f"no history can hit the Point of {title}; {cure}"
+    for number, surface in enumerate(scene.surfaces):
+        title = surface_name(scene, number)
+        for part in surface.material.elements:
+            if not part.is_reciprocal:
+                yield (
+                    f"{title} is a {type(part).__name__}, which is not reciprocal;"
+                    " build it from Dielectric surfaces"
+                )
+        front, back = (side.shares for side in surface.material.sides)
+        differences = front.diffuse_through - back.diffuse_through, front.straight - back.straight
+        if max(map(abs, differences)) > TRANSMITTANCE_TOLERANCE:
+            yield f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
+
+
+def _against_sensor(scene: Scene, detector: object) -> Iterator[str]:
+    """Yield the reasons why no history can start from a detector."""
+    if isinstance(detector, PointInstrument | PointDetector):
+        return
+    title = f"{type(detector).__name__} {detector.name!r}"
+    if not isinstance(detector, Detector):
+        yield f"no history starts from {title}; use a Detector, an EnvironmentMap or estimator='analog'"
+        return
+    shape = scene.shape_of(detector)
+    if shape.is_infinite:
+        yield f"{title} must be finite, got {short_repr(shape)}; use a Rectangle or Disk in it"
+    for name, value in detector.options_of_the_past.items():
+        yield f"{title} has {name}={short_repr(value)}, which only forward histories know; leave it out"
+    if detector.positions is not None and not isinstance(shape, SHAPES_WITH_POSITIONS):
+        yield (
+            f"{title} has positions on a {type(shape).__name__};"
+            " leave them out, or use a Disk, Rectangle or Sphere"
+        )
+    if shape.triangles and getattr(detector.directions, "phi", None) is not None:
+        yield f"{title} bins phi on a Mesh; leave phi out of its directions"
+
+
+REASONS_AGAINST = {
+    "analog": lambda scene: iter(()),
+    "aimed": _against_aimed,
+    "expected": _against_expected,
+    "backward": _against_backward,
+}

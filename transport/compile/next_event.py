@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.method_expected import uses_next_event
+from transport.compile.methods import uses_next_event
 from transport.compile.points import scatters_anywhere
-from transport.compile.sources import MAX_NEAR_WEIGHT, MIN_SOLID_ANGLE, aim_columns, one_minus_cosine
-from transport.compile.surfaces import triangle_columns
+from transport.compile.shapes import shape_columns
+from transport.compile.sources import MAX_NEAR_WEIGHT, MIN_SOLID_ANGLE, one_minus_cosine
 from transport.geometry.flat import Triangle
 from transport.geometry.relations import are_on_one_support, is_behind, least_height
 from transport.geometry.shape import Point, Shape
@@ -30,7 +30,7 @@ from transport.validation import SceneError, refuse, short_repr
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
-from transport.scene.sheets import Sheet
+    from transport.scene.sheets import Sheet
 
 LAMBERTIAN_DENSITY = DIRECTION_DENSITIES["lambertian"]  # [sr^-1] greatest density of directions
 MAX_SPHERE_SCORE = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
@@ -58,23 +58,10 @@ class Expectation:
     scale: float  # factor by which its rows are scaled up
     # by side: largest score of a shadow ray from a birth or wall, for a particle of weight 1
     largest_score: dict[str, float]
-    largest_flight_share: dict[
-        str, float
-    ]  # by side: largest share that a particle's own crossing still counts
+    # by side: largest share that a particle's own crossing still counts
+    largest_flight_share: dict[str, float]
     # The same share for a flight from a collision at least that far away [m]; None without collisions.
     scattered: Callable[[float], float] | None
-
-
-def fill_expected(plan: Plan) -> None:
-    """Fill an Expectation for each detector that shadow rays sample points on."""
-    if not plan.sends_shadow_rays:
-        return
-    scene = plan.scene
-    for detector in scene.meters:
-        if uses_next_event(scene, detector):
-            plan.expectations.append(_expectation(plan, detector, len(plan.expectations)))
-    by_name = {each.detector.name: each for each in plan.expectations}
-    plan.expected_layers = [_expected_layer(plan, layer, by_name) for layer in plan.layers]
 
 
 @dataclass(frozen=True)
@@ -91,10 +78,19 @@ class Guard:
     surfaces: dict[int, int]  # by sheet, the number of a specular surface on it
 
 
-def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
-    """Fill a Guard per expected detector, where specular light exists that no shadow ray covers."""
-    if plan.adjoint is not None or not plan.expectations:
+def lower_next_event(plan: Plan, sheets: list[Sheet]) -> None:
+    """Fill what shadow rays need: an Expectation and a Guard for each detector that they sample points on."""
+    if not plan.sends_shadow_rays:
         return
+    for detector in plan.scene.meters:
+        if uses_next_event(plan.scene, detector):
+            plan.expectations.append(_expectation(plan, detector, len(plan.expectations)))
+    plan.expected_layers = [_expected_layer(plan, layer) for layer in plan.layers]
+    _add_guards(plan, sheets)
+
+
+def _add_guards(plan: Plan, sheets: list[Sheet]) -> None:
+    """Add a Guard per expected detector, where specular light exists that no shadow ray covers."""
     scene = plan.scene
     specular = {number for number, surface in enumerate(scene.surfaces) if surface.material.is_specular}
     numbers = {id(surface): number for number, surface in enumerate(scene.surfaces)}
@@ -120,12 +116,12 @@ def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
         guard.row["cells"] = plan.size_cells
 
 
-def _expected_layer(plan: Plan, layer: np.ndarray, by_name: dict[str, Expectation]) -> np.ndarray:
+def _expected_layer(plan: Plan, layer: np.ndarray) -> np.ndarray:
     """Return a layer as shadow rays see it: expected detectors only, with their expected rows."""
-    copy = layer.copy()
+    copy, expected = layer.copy(), {each.detector.name for each in plan.expectations}
     for row in copy:
         if row["detector_word"] != 0:
-            is_next_event = plan.detector_names[row["detector"]] in by_name
+            is_next_event = plan.detector_names[row["detector"]] in expected
             row["detector_word"] = row["detector_word"] + 2 * plan.half if is_next_event else 0
     return copy
 
@@ -152,7 +148,7 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         if kind is None:
             return None
         shares = {"peak": kind[0], "sharing": 0.0 if is_pure else kind[0]}
-        return layout.row(layout.EXPECTATION, **values, **shares, **more)
+        return layout.row(layout.EXPECTATION, values, **shares, **more)
 
     by_emitter = [
         row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
@@ -368,7 +364,7 @@ def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[s
     if not shape.is_flat:
         return values | {"half_w": shape.radius / size, "legs": 2}
     parts = shape.primitives()
-    columns = _part_columns(plan, shape) if len(parts) > 1 else aim_columns(parts[0], plan.space)
+    columns = _part_columns(plan, shape) if len(parts) > 1 else shape_columns(parts[0], plan.space)
     return values | columns | {"sheet": sheet}
 
 
@@ -376,7 +372,7 @@ def _part_columns(plan: Plan, shape: Shape) -> dict[str, float]:
     """Return the columns of the triangles on which points of a polygon are sampled."""
     parts, names = shape.primitives(), ("cx", "cy", "cz", "eux", "euy", "euz", "evx", "evy", "evz")
     shares = np.cumsum([part.area for part in parts])
-    columns = [triangle_columns(part, plan.space) for part in parts]
+    columns = [shape_columns(part, plan.space) for part in parts]
     table = np.column_stack([shares / shares[-1], [[each[name] for name in names] for each in columns]])
     plan.kept.append(table)
     return layout.frame_columns(shape.frame) | {"parts": table.ctypes.data, "part_count": len(parts)}

@@ -110,7 +110,7 @@ class Plan:
     meshes: dict[Mesh, MeshTable] = field(default_factory=dict)
     layers: list[np.ndarray] = field(default_factory=list)
     detectors: np.ndarray = None
-    rows: int = 0  # number of rows of sums
+    rows: int = 1  # number of rows of sums; row 0 belongs to no detector
     rows_of: dict[str, Rows] = field(default_factory=dict)  # rows of each tally; of a detector its arrivals
     absorbed_rows_of: dict[str, Rows] = field(default_factory=dict)  # absorbed weight in cells of volumes
     half: int = 1  # number of rows from a detector's arrivals to its departures
@@ -135,9 +135,8 @@ class Plan:
     guards: list = field(default_factory=list)
     # like `layers`, for shadow rays to these detectors
     expected_layers: list[np.ndarray] = field(default_factory=list)
-    detector_names: list[str] = field(
-        default_factory=list
-    )  # names of the detectors in the rows of `detectors`
+    # names of the detectors in the rows of `detectors`
+    detector_names: list[str] = field(default_factory=list)
     # by row of a detector, where its histogram cells of score sizes begin
     size_numbers: np.ndarray | None = None
     # By detector and side (0: arrivals), where its cells of score sizes begin; for an expected detector, then
@@ -171,6 +170,11 @@ class Plan:
         if vars(self).get("is_frozen"):
             raise AttributeError(f"a plan is read-only once it is assembled, so {name} cannot be set")
         super().__setattr__(name, value)
+
+    def add_rows(self, name: str, rows: Rows) -> Rows:
+        """Add the rows of a tally, which begin after all rows before, and return them."""
+        self.rows_of[name], self.rows = rows, rows.past
+        return rows
 
     @property
     def sends_shadow_rays(self) -> bool:

@@ -1,4 +1,4 @@
-"""Rows of point detectors: positions, sums, rays from births, and densities of phase functions.
+"""Lower point detectors: positions, sums, rays from births, and densities of phase functions.
 
 The score of a point detector is not bounded. It is added to one of POINT_ROWS rows by its exponent, four
 octaves per row, scaled to between 1/16 and 1. So no sum overflows or loses digits, and the rows give the
@@ -15,6 +15,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
+from transport.compile.rows import Rows
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import body_bits_at
 from transport.scene.media import Medium
@@ -53,13 +54,14 @@ class PointPlan:
         return 1 + int(self.row["number"])
 
 
-def fill_points(plan: Plan) -> None:
-    """Fill a row per PointDetector."""
+def lower_points(plan: Plan) -> None:
+    """Give each PointDetector its rows of sums, and fill its table."""
     if len(plan.scene.points) > MAX_POINTS:
         raise SceneError(f"Scene: at most {MAX_POINTS} PointDetectors, got {len(plan.scene.points)}")
     for number, detector in enumerate(plan.scene.points):
+        rows = plan.add_rows(detector.name, Rows(plan.rows, (), (), POINT_ROWS))
         place = layout.vector_columns("", plan.space.place(detector.position))
-        places = place | {"first": plan.rows_of[detector.name].first, "number": number}
+        places = place | {"first": rows.first, "number": number}
         scatterers = _scatterers(plan)
         medium = _medium_row_at(plan, detector)
         medium = medium if medium in scatterers else -1

@@ -13,11 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
-from transport.geometry.shape import Shape
-from transport.scene.detectors import Detector
-from transport.scene.phase_space import PhaseSpace
-from transport.scene.volumes import VolumeDetector
-from transport.statistics.axes import PHASE, Axis
+from transport.statistics.axes import Axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,10 +80,7 @@ class Rows:
         return tuple(map(len, self.axes))
 
     def sums(
-        self,
-        rows: Callable[[int, int], np.ndarray],
-        axes: Sequence[Axis],
-        box: Sequence[slice] | None = None,
+        self, rows: Callable[[int, int], np.ndarray], axes: Sequence[Axis], box: Sequence[slice] | None = None
     ) -> np.ndarray:
         """Return the sums along some axes and over all other inner ones, within a box of bins.
 
@@ -134,37 +127,8 @@ def _strided(
     return as_strided(values[..., first - low :], (*values.shape[:-1], *lengths), steps, writeable=False)
 
 
-# ---- The rows of each kind of tally.
-
-
-def side_rows(detector: Detector, shape: Shape, duration: float | None, first: int) -> Rows:
-    """Return the rows of one side of a detector: a block per time and speed; in it u, v, azimuth, cosine."""
-    outer = _axes({"time": detector.time_edges(duration), "speed": detector.speed_edges()})
-    positions, directions = detector.positions, detector.directions
-    inner = () if positions is None else _axes(positions.edges(shape), positions.units(shape))
-    if directions is not None:  # the cosine or polar angle lies fastest
-        edges = directions.edges()
-        inner += _axes({name: edges.get(name) for name in ("phi", "mu", "theta")})
-    before = len(outer) > 0
-    return Rows(first + before, outer, inner, 1 + math.prod(map(len, inner)), before=int(before))
-
-
-def phase_space_rows(phase_space: PhaseSpace, first: int) -> Rows:
-    """Return the rows of a phase space: a block per time."""
-    times = (Axis("time", np.array(phase_space.times), is_instants=True),) if phase_space.is_series else ()
-    bins = tuple(Axis(name, edges, group=PHASE) for name, edges in phase_space.axes.items())
-    return Rows(first, times, bins, 1 + math.prod(map(len, bins)))
-
-
-def volume_rows(detector: VolumeDetector, shape: Shape, first: int) -> Rows:
-    """Return the rows of paths through a volume: a block per cell, of one row without directions."""
-    directions = () if detector.directions is None else _axes(detector.directions.edges())
-    block = 1 + math.prod(map(len, directions)) if directions else 1
-    return Rows(first, _axes(detector.edges(shape)), directions, block)
-
-
-def _axes(edges: dict[str, np.ndarray | None], units: dict[str, str] | None = None) -> tuple[Axis, ...]:
-    """Return the axes that have edges."""
+def axes_of(edges: dict[str, np.ndarray | None], units: dict[str, str] | None = None) -> tuple[Axis, ...]:
+    """Return the axes that have edges; edges and units by name."""
     units = units or {}
     return tuple(
         Axis(name, bounds, units.get(name, "")) for name, bounds in edges.items() if bounds is not None

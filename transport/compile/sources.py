@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from transport.compile import layout, speeds
-from transport.compile.birthplaces import birth_points
-from transport.compile.media import body_row, boundary_rows, emitting_media, runs_along_boundary
-from transport.compile.meshes import areas_row
+from transport.compile.media import POINT_OFFSET, body_row, boundary_rows, emitting_media, runs_along_boundary
 from transport.compile.plan import Emitter, Plan, Step
+from transport.compile.shapes import point_to_mesh, primitive_of, shape_columns
 from transport.compile.space import Space
-from transport.compile.surfaces import hole_columns, triangle_columns
-from transport.geometry.flat import Disk, FlatShape, Rectangle, Triangle
+from transport.geometry.flat import FlatShape
 from transport.geometry.mesh import Mesh
 from transport.geometry.relations import least_height
 from transport.geometry.revolved import Paraboloid, Revolved
-from transport.geometry.shape import Cloud, Point, Shape
-from transport.geometry.solid import Box
+from transport.geometry.shape import Point, Shape
+from transport.geometry.solid import Box, Sphere
 from transport.scene.checks.refractive_indices import index_around
 from transport.scene.emissions import DIRECTION_DENSITIES
 from transport.scene.scene import Scene
+from transport.scene.sheets import Sheet, source_sheets
 from transport.scene.sources import Source
-from transport.validation import refuse, short_repr
+from transport.validation import SceneError, refuse, short_repr
 from transport.vectors import dot
 
+# [W or particles] bounds of the power of all sources, so that sums of scores stay normal numbers
+MIN_POWER, MAX_POWER = 1e-300, 1e300
 # [scene lengths] distance at which births start from a point where three detectors or more meet
 POINT_START_OFFSET = 2.0**-47
 MIN_SOLID_ANGLE = 1e-200  # [sr] least solid angle of a target
@@ -37,13 +38,10 @@ ENCLOSING_FACTOR = 1.0 + 2.0**-40  # of the radius of a sphere that encloses a s
 MAX_NEAR_WEIGHT = 2.0
 
 
-def make_emitters(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set[int]) -> list[Emitter]:
-    """Return the emitters of all sources, media that emit included.
-
-    sheets_of: gives the numbers of the sheets on which a piece lies; acting: numbers of sheets with acting
-    surfaces.
-    """
-    scene, space, emitters = plan.scene, plan.space, []
+def lower_sources(plan: Plan, sheets: list[Sheet]) -> None:
+    """Fill the emitters of all sources, media that emit included."""
+    scene, space = plan.scene, plan.space
+    acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
     for source in (*scene.sources, *emitting_media(scene)):
         shape = scene.shape_of(source)
         for piece, share in _pieces_with_shares(source, shape):
@@ -51,30 +49,18 @@ def make_emitters(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: s
             law = speeds.drifting_law(plan, source, piece) or _law(source, piece)
             weight, target = _target(source, piece, space)
             volume = source.emission.fills_volume and not isinstance(piece, Point)
-            birth = _birth(source, piece, [] if volume else sheets_of(piece), acting)
+            birth = _birth(source, piece, [] if volume else source_sheets(piece, sheets), acting)
             amount = source.amount(shape, scene.duration) * share
             moment, speed = speeds.birth_time_pass(source, scene.duration), speeds.speed_passes(plan, source)
-            facing = _normal_row(source, piece)
-            medium, (inside, beside) = medium_row(scene, source, piece), _birth_bodies(plan, source, piece)
-            emitters.append(
-                Emitter(
-                    source,
-                    piece,
-                    amount,
-                    weight,
-                    birth,
-                    place,
-                    facing,
-                    law,
-                    moment,
-                    speed,
-                    target,
-                    medium,
-                    inside,
-                    beside,
-                )
-            )
-    return emitters
+            facing, medium = _normal_row(source, piece), medium_row(scene, source, piece)
+            inside, beside = _birth_bodies(plan, source, piece)
+            passes = birth, place, facing, law, moment, speed, target
+            plan.emitters.append(Emitter(source, piece, amount, weight, *passes, medium, inside, beside))
+    if not MIN_POWER <= plan.unit <= MAX_POWER:
+        must = f"must be between {MIN_POWER:g} and {MAX_POWER:g}"
+        raise SceneError(
+            f"Scene: the power of all sources together {must}, got {plan.unit:.3g}; use another unit"
+        )
 
 
 def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
@@ -158,75 +144,35 @@ def _pieces_with_shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, f
             yield face, size / math.fsum(sizes)
 
 
-def _place(plan: Plan, source: Source, shape: Shape) -> tuple[str, np.ndarray]:
+def _place(plan: Plan, source: Source, shape: Shape) -> Step:
     """Return the pass and the row by which places of birth are sampled."""
-    space = plan.space
+    births, columns = primitive_of(shape).births, shape_columns(shape, plan.space)
     side = -1.0 if source.is_back else 1.0
-    values = layout.center_columns(space.place(shape.middle)) | {"side": side}
-    size = space.size
-    match shape:
-        case Point():
-            return "born_at_point", layout.row(layout.PATCH, **values)
-        case Rectangle() if shape.hole is not None:
-            return "born_beside_hole", _holed(shape, space)
-        case Rectangle():
-            values |= layout.frame_columns(shape.frame)
-            values |= {"half_u": 0.5 * shape.width / size, "half_v": 0.5 * shape.height / size}
-            return "born_on_rectangle", layout.row(layout.PATCH, **values)
-        case Disk():
-            values |= layout.frame_columns(shape.frame)
-            inner, outer = shape.inner_radius / size, shape.radius / size
-            return "born_on_disk", layout.row(
-                layout.PATCH, **values, inner2=inner * inner, outer2=outer * outer
-            )
-        case Mesh():
-            return "born_on_mesh", areas_row(plan, shape, side)
-        case Triangle():
-            return "born_on_triangle", layout.row(layout.PATCH, **_triangle(shape, space), side=side)
-        case Revolved() if not shape.is_closed:
-            return _band(shape, space, side)
-        case Cloud():
-            half_u, half_v, half_w = (sigma / size for sigma in shape.sigma)
-            return "born_in_cloud", layout.row(
-                layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w
-            )
-        case Box():
-            half_u, half_v, half_w = (0.5 * length / size for length in shape.size)
-            return "born_in_box", layout.row(
-                layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w
-            )
-    values |= {"half_u": shape.radius / size}
-    if source.emission.fills_volume:
-        return "born_in_sphere", layout.row(layout.PATCH, **values)
-    if source.emission.law == "beam":
-        values |= layout.vector_columns("n", source.emission.direction)
-        return "born_on_sphere_cross_section", layout.row(layout.PATCH, **values)
-    return "born_on_sphere", layout.row(layout.PATCH, **values)
+    if isinstance(shape, Mesh):
+        return births, point_to_mesh(plan, shape, layout.row(layout.FACET_AREAS, side=side))
+    if shape.hole is not None:
+        return births, layout.row(layout.HOLED, columns)
+    if isinstance(shape, Revolved) and not shape.is_closed:
+        return _band(shape, columns, plan.space.size, side)
+    if isinstance(shape, Sphere) and source.emission.fills_volume:
+        births = "born_in_sphere"
+    elif isinstance(shape, Sphere) and source.emission.law == "beam":
+        births = "born_on_sphere_cross_section"
+        columns |= layout.vector_columns("n", source.emission.direction)
+    return births, layout.row(layout.PATCH, columns, side=side)
 
 
-def _band(shape: Revolved, space: Space, side: float) -> tuple[str, np.ndarray]:
+def _band(shape: Revolved, columns: dict[str, float], size: float, side: float) -> Step:
     """Return the pass and the row of a surface of revolution, by its area per height at both ends."""
-    profile, size = shape.profile, space.size
-    values = layout.center_columns(space.place(profile.origin)) | layout.frame_columns(shape.frame)
-    values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
-    values |= {"low": profile.low / size, "high": profile.high / size, "side": side}
+    profile = shape.profile
+    columns |= {"low": profile.low / size, "high": profile.high / size}
     if isinstance(shape, Paraboloid):
         heights = (4 * w / profile.beta for w in (profile.low, profile.high))  # in units of the focal length
         first, last = (math.expm1(1.5 * math.log1p(w)) for w in heights)
-        return "born_on_paraboloid", layout.row(layout.BAND, **values, first=first, last=last)
+        return "born_on_paraboloid", layout.row(layout.BAND, columns, first=first, last=last, side=side)
     ends = [profile.area_per_height(w, w) for w in (profile.low, profile.high)]
     first, last = (end / max(ends) for end in ends)
-    return "born_on_band", layout.row(layout.BAND, **values, first=first, last=last)
-
-
-def _triangle(shape: Triangle, space: Space) -> dict[str, float]:
-    return layout.known_columns(layout.PATCH, triangle_columns(shape, space))
-
-
-def _holed(shape: Rectangle, space: Space) -> np.ndarray:
-    values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
-    values |= {"half_u": 0.5 * shape.width / space.size, "half_v": 0.5 * shape.height / space.size}
-    return layout.row(layout.HOLED, **values | hole_columns(shape, space, 0.0))
+    return "born_on_band", layout.row(layout.BAND, columns, first=first, last=last, side=side)
 
 
 def _normal_row(source: Source, shape: Shape) -> np.ndarray | None:
@@ -258,16 +204,15 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
         return 1.0, None
     law = source.emission.law
     peak = DIRECTION_DENSITIES[law]  # [sr^-1] largest density of directions
-    values = {law: peak}
     is_volume = shape.is_closed and law == "isotropic"
     distance = shape.distance(aim.middle, filled=is_volume) / space.size
-    values |= layout.center_columns(space.place(aim.middle))
     parts = aim.primitives()
     if not (aim.is_flat or isinstance(aim, Box)) or len(parts) > 1:
         # Aim at the sphere itself, or at the sphere that encloses another shape.
         radius = aim.extent / space.size * (1.0 if aim.is_convex else ENCLOSING_FACTOR)
         weight = _checked_weight(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))
-        row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
+        values = layout.center_columns(space.place(aim.middle)) | {law: peak, "unit": 1.0 / weight}
+        row = layout.row(layout.TARGET, **values, half_u=radius)
         return weight, (("aim_at_sphere", row),)
     # Directions towards the hole count as well: aim at the whole rectangle.
     (aim,) = parts
@@ -279,8 +224,8 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     # Sample near targets from a mixture of the target's density and the source's own law.
     far = weight < MAX_NEAR_WEIGHT
     weight = _checked_weight(source, weight if far else MAX_NEAR_WEIGHT)
-    values |= {"area": area, "natural": 0.0 if far else 1.0 / MAX_NEAR_WEIGHT, "unit": 1.0 / weight}
-    row = layout.row(layout.TARGET, **(values | aim_columns(aim, space)))
+    values = {law: peak, "area": area, "natural": 0.0 if far else 1.0 / MAX_NEAR_WEIGHT, "unit": 1.0 / weight}
+    row = layout.row(layout.TARGET, shape_columns(aim, space), **values)
     if isinstance(aim, Box):
         return weight, (("aim_at_box", row),)
     return weight, ((f"sample_target_{type(aim).__name__.lower()}", row), ("aim_at_sampled_point", row))
@@ -296,22 +241,47 @@ def _checked_weight(source: Source, weight: float) -> float:
     return weight
 
 
-def aim_columns(aim: Shape, space: Space) -> dict[str, float]:
-    """Return the columns of a target's shape, in scene lengths."""
-    size = space.size
-    if isinstance(aim, Box):
-        return {f"half_{axis}": 0.5 * length / size for axis, length in zip("uvw", aim.size, strict=True)}
-    if isinstance(aim, Triangle):
-        return triangle_columns(aim, space)
-    frame = layout.frame_columns(aim.frame)
-    if isinstance(aim, Rectangle):
-        return frame | {"half_u": 0.5 * aim.width / size, "half_v": 0.5 * aim.height / size}
-    return frame | {"inner2": (aim.inner_radius / size) ** 2, "outer2": (aim.radius / size) ** 2}
-
-
 def one_minus_cosine(radius: float, distance: float) -> float:
     """Return 1 − cos of the half angle of a sphere at a distance, without cancellation; 2 inside."""
     if distance <= radius:
         return 2.0
     sine2 = (radius / distance) ** 2
     return sine2 / (1.0 + math.sqrt(1.0 - sine2))
+
+
+# ---- Points just off the emitting side of a source, which decide its particles' medium of birth.
+
+SURFACE_OFFSET = 1e-9  # of a source's extent: distance of the points from an emitting surface
+POINTS_PER_SOURCE = 64  # number of points per source
+# strides of a sequence that fills the unit cube evenly (Kronecker)
+KRONECKER_STRIDES = 2.0 ** -(np.arange(1, 4) / 4)
+
+
+def birth_points(source: Source, piece: Shape, size: float) -> np.ndarray:
+    """Return points of one piece of a source [m], shape (n, 3). size: size of the scene [m]."""
+    if isinstance(piece, Point):
+        direction = np.array(source.emission.direction) if source.emission.law == "beam" else np.zeros(3)
+        return np.array(piece.position)[None] + POINT_OFFSET * size * direction
+    u = np.modf((np.arange(1, POINTS_PER_SOURCE + 1)[:, None]) * KRONECKER_STRIDES)[0]
+    if not source.emission.has_side:
+        return _points_in_volume(piece, u)
+    places, normals = piece.sample_area(u)
+    side = -1.0 if source.is_back else 1.0
+    return places + side * max(SURFACE_OFFSET * piece.extent, POINT_OFFSET * size) * normals
+
+
+def _points_in_volume(piece: Shape, u: np.ndarray) -> np.ndarray:
+    """Return points evenly spread over a volume, shape (n, 3)."""
+    middle = np.array(piece.middle)
+    match piece:
+        case Box(size=size):
+            return middle + (u - 0.5) * np.array(size)
+        case Sphere(radius=radius):
+            return middle + radius * np.cbrt(u[:, 2:]) * _directions(u)
+    return middle[None]
+
+
+def _directions(u: np.ndarray) -> np.ndarray:
+    mu, turn = 2 * u[:, 0] - 1, 2 * math.pi * u[:, 1]
+    sine = np.sqrt((1 - mu) * (1 + mu))
+    return np.stack([sine * np.cos(turn), sine * np.sin(turn), mu], axis=1)

@@ -46,10 +46,7 @@ def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
     octaves: layout.OCTAVE of the lower, then the upper tail; cells: shape (cells, CELL_TERMS).
     """
     # Octave 0 holds the probability 1/2 alone.
-    halves = {
-        0: _constant(quantile),
-        layout.OCTAVES: _constant(quantile),
-    }
+    halves = {0: _constant(quantile), layout.OCTAVES: _constant(quantile)}
     # Refine octaves until every cell is accurate; split the cells that stay rough at the last level.
     fitted, open_octaves = halves, [n for n in range(2 * layout.OCTAVES) if n not in halves]
     for level in range(MAX_LEVELS + 1):

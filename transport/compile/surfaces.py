@@ -1,215 +1,151 @@
-"""Rows of the shapes on sheets: how rays intersect them, and where points are clamped inside edges."""
+"""Lower surfaces: sheets, shapes that rays are intersected with, materials, and edges that clamp points."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.meshes import mesh_row
+from transport.compile.shapes import (
+    point_to_mesh,
+    primitive_of,
+    revolved_columns,
+    rounding_of_crossings,
+    shape_columns,
+)
 from transport.compile.space import Space
 from transport.compile.speeds import Quantile, constant_quantile, quantile_row
-from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Triangle
+from transport.geometry.contacts import contact_pairs
+from transport.geometry.flat import FlatShape
 from transport.geometry.mesh import Mesh
-from transport.geometry.revolved import Paraboloid, Revolved
+from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.materials import OPTICAL_COLUMNS, Material
 from transport.scene.sheets import Sheet, SheetMember
 from transport.scene.speeds import SpeedDistribution
 from transport.statistics.microfacet_lobe import lobe_quantile
-from transport.validation import refuse
+from transport.validation import SceneError, refuse
 from transport.vectors import dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
+# [scene lengths] distance that a point keeps from a surface that cuts or touches its own surface
+CLEARANCE = 2.0**-48
+MAX_SHEETS = 32767
 
-# [scene lengths] A point nearer to an edge is clamped inside it. This is 2000 roundings of a coordinate,
-# which clears a neighbour that meets the edge at an angle of 0.001 as well.
-EDGE_MARGIN = 2.0**-42
-PASS_NAMES = {Rectangle: "rectangle", Disk: "disk", Triangle: "triangle", Plane: "plane", Mesh: "mesh"}
-
-
-def shape_row(
-    plan: Plan, member: SheetMember, sheet: Sheet, code: int, number: int
-) -> tuple[str, np.ndarray]:
-    """Return the name of the shape's passes, without their verb, and its row."""
-    shape = member.shape
-    row = mesh_row(plan, shape) if shape.triangles else layout.row(_row_type(shape), code=code, sheet=number)
-    row["code"], row["sheet"] = code, number
-    for name, value in _shape_columns(member, plan.space).items():
-        row[name] = value
-    _share_plane(row, member, sheet, plan.space)
-    return pass_name(shape), row
+SurfaceRow = tuple[np.ndarray, np.ndarray]  # of layout.SURFACE and layout.OPTICS
 
 
-def pass_name(shape: Shape) -> str:
-    """Return the name of a shape's passes, without their verb."""
-    if isinstance(shape, Revolved):
-        return "sphere" if shape.is_closed else "quadric"
-    return "holed" if shape.hole is not None else PASS_NAMES[type(shape)]
+def lower_surfaces(plan: Plan, sheets: list[Sheet], layer_bits: list[list[int]]) -> None:
+    """Fill the tables of sheets, of the acting surfaces on them, and of all shapes that rays may meet.
 
-
-def _row_type(shape: Shape) -> np.dtype:
-    """Return the record type of a shape's row."""
-    return getattr(layout, pass_name(shape).upper())
-
-
-def _shape_columns(member: SheetMember, space: Space) -> dict[str, float]:
-    """Return the columns of a member's shape, in scene lengths."""
-    shape = member.shape
-    slack = edge_slack(member, space)
-    match shape:
-        case Mesh():
-            return {}
-        case Revolved():
-            return _sphere_columns(shape, space) if shape.is_closed else quadric_columns(shape, space, slack)
-        case Triangle():
-            return _triangle_columns(shape, space, slack)
-        case Disk():
-            return _disk_columns(shape, space, slack)
-        case Plane():
-            return layout.center_columns(space.place(shape.center)) | layout.vector_columns("n", shape.normal)
-    values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
-    for axis, length in (("u", shape.width), ("v", shape.height)):
-        half = 0.5 * length / space.size
-        values |= {
-            f"half_{axis}": half + slack,
-            f"inner_{axis}": half - min(EDGE_MARGIN + slack, half / 1024),
-        }
-    return values | hole_columns(shape, space, slack)
-
-
-def bounds_bodies(member: SheetMember) -> bool:
-    """Return whether the member is a boundary of media."""
-    return member.bodies[0] != member.bodies[1]
-
-
-def edge_slack(member: SheetMember, space: Space) -> float:
-    """Return how far a member reaches over its edges [scene lengths], so that closed boxes do not leak.
-
-    It bounds the rounding of a crossing's coordinates and of the coordinates given by the user; 0 for members
-    that neither act nor bound a body.
+    layer_bits: by sheet and member, the bits of its layers in a hit word (detectors.lower_detectors).
     """
-    shape = member.shape
-    if shape.is_infinite or (member.surface is None and not bounds_bodies(member)):
-        return 0.0
-    return rounding_of_crossings(shape, space)
+    _fill_sheets(plan, sheets)
+    rows, rims, acting = [_transparent_row()], [layout.row(layout.RIM)], []
+    first_of_box = _ties(sheets)
+    for number, (sheet, bits_of_members) in enumerate(zip(sheets, layer_bits, strict=True), start=1):
+        covered: list[tuple[SheetMember, np.ndarray]] = []
+        sheet_code = number << layout.SHEET_SHIFT | _exterior_bits(plan, sheet, sheets)
+        for member, bits in zip(sheet.members, bits_of_members, strict=True):
+            for shape in member.shape.primitives():
+                part, code = replace(member, shape=shape), sheet_code | bits
+                # Give an acting surface its rows, and write the first and its material into the hit word.
+                if part.surface is not None:
+                    first, new = len(rows), surface_rows(plan, part)
+                    acting.append((number, first, part))
+                    rows += new
+                    rims += [_rim_row(part, plan.space)] * len(new)
+                    plan.surface_numbers += [plan.scene.surfaces.index(part.surface)] * len(new)
+                    code |= first << layout.SURFACE_SHIFT
+                    code |= int(new[0][0]["material"]) << layout.MATERIAL_SHIFT
+                # Add the bits to the row of a part that covers the same points, or make a new shape row.
+                twin = next((row for other, row in covered if covers_same_points(other, part)), None)
+                if twin is not None:
+                    twin["code"] |= code
+                    continue
+                name, row = _shape_row(plan, part, member.shape, sheet, code, number)
+                covered.append((part, row))
+                if "tie" in row.dtype.names:
+                    row["tie"] = first_of_box[number]
+                plan.members.append((name, row, shape))
+    # Turn the lists into arrays.
+    if len(rows) - 1 > layout.SURFACE_MASK:
+        raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(rows) - 1}")
+    plan.surfaces = np.array([surface for surface, _ in rows], layout.SURFACE)
+    plan.optics = np.array([optics for _, optics in rows], layout.OPTICS)
+    plan.rims = np.array(rims, layout.RIM)
+    _fill_contacts(plan, acting)
 
 
-def rounding_of_crossings(shape: Shape, space: Space) -> float:
-    """Return a bound of the rounding of crossings and of the coordinates of a shape [scene lengths]."""
-    rounding = layout.ROUNDING * (sum(map(abs, space.place(shape.middle))) + shape.extent / space.size)
-    return rounding + 2.0**-52 * sum(map(abs, shape.middle)) / space.size
+# ---- Sheets, and the rows of the shapes on them.
 
 
-def _sphere_columns(shape: Sphere, space: Space) -> dict[str, float]:
-    return layout.center_columns(space.place(shape.center)) | {"radius": shape.radius / space.size}
+def _fill_sheets(plan: Plan, sheets: list[Sheet]) -> None:
+    """Fill the tables of sheets: planes and spheres, quadrics, meshes. Row 0 stands for no sheet."""
+    if len(sheets) > MAX_SHEETS:
+        what = "supports (planes, spheres, cylinders, meshes ...)"
+        raise SceneError(f"Scene: at most {MAX_SHEETS} {what}, got {len(sheets)}")
+    plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
+    plan.curved_sheets = np.zeros(len(sheets) + 1, layout.CURVED_SHEET)
+    plan.meshed_sheets = np.zeros(len(sheets) + 1, layout.MESHED_SHEET)
+    for number, sheet in enumerate(sheets, start=1):
+        support, space = sheet.support, plan.space
+        if isinstance(support, Mesh):
+            point_to_mesh(plan, support, plan.meshed_sheets[number])
+            continue
+        center = layout.center_columns(space.place(support.center))
+        if isinstance(support, Sphere):
+            curve = {"radius": support.radius / space.size, "curvature": space.size / support.radius}
+        elif isinstance(support, Revolved):
+            columns, narrows = revolved_columns(support, space), support.profile.taper_sign()
+            row = layout.row(layout.CURVED_SHEET, columns, narrows=narrows, is_curved=1)
+            plan.curved_sheets[number], curve = row, {}
+        else:
+            outward = next(filter(None, (outward_sign(member, support) for member in sheet.members)), 0.0)
+            curve = layout.vector_columns("n", support.normal) | {"outward": outward}
+        plan.sheets[number] = layout.row(layout.SHEET, center | curve)
 
 
-def _disk_columns(shape: Disk, space: Space, slack: float) -> dict[str, float]:
-    """Return the columns of a disk: squared radii for hits, and squared radii clear of the edges."""
-    outer, inner = shape.radius / space.size, shape.inner_radius / space.size
-    most, least = disk_margins(shape, space, slack)
-    values = layout.center_columns(space.place(shape.center)) | layout.vector_columns("n", shape.normal)
-    inner, outer = max(inner - slack, 0.0), outer + slack
-    values |= {"inner2": inner * inner, "outer2": outer * outer, "breadth": 2 * outer}
-    return values | {"most2": most * most, "least2": least * least if least > 0 else -1.0}
+def _shape_row(
+    plan: Plan, part: SheetMember, whole: Shape, sheet: Sheet, code: int, number: int
+) -> tuple[str, np.ndarray]:
+    """Return the pass and the row by which rays are intersected with a part of a member's whole shape."""
+    shape, space, name = part.shape, plan.space, primitive_of(part.shape).name
+    columns = shape_columns(shape, space, edge_slack(part, space))
+    row = layout.row(getattr(layout, name.upper()), columns, code=code, sheet=number)
+    if isinstance(shape, Mesh):
+        point_to_mesh(plan, shape, row)
+    _share_plane(row, part, sheet, space)
+    if part.surface is not None:
+        return f"meet_{name}", row
+    if name == "triangle":
+        row["slack"] = rounding_of_crossings(shape, space)
+        for side, is_inner in zip("abc", whole.inner_sides(shape), strict=True):
+            row[f"reach_{side}"] *= is_inner
+    is_boundary = name == "rectangle" and bounds_bodies(part)
+    return f"{'bound' if is_boundary else 'cover'}_{name}", row
 
 
-def disk_margins(shape: Disk, space: Space, slack: float) -> tuple[float, float]:
-    """Return the outer and the inner radius [scene lengths] between which a point is clear of the edges."""
-    outer, inner = shape.radius / space.size, shape.inner_radius / space.size
-    margin = min(EDGE_MARGIN + slack, (outer - inner) / 1024)
-    return outer - margin, inner + margin if inner > 0 else 0.0
+def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Space) -> None:
+    """Set all flat members of a sheet to the point of the smallest one, and detectors to its normal.
 
-
-def _triangle_columns(shape: Triangle, space: Space, slack: float) -> dict[str, float]:
-    """Return the columns of a triangle: dual vectors, and the least weights clear of the edges."""
-    columns = triangle_columns(shape, space)
-    values = layout.known_columns(layout.TRIANGLE, columns)
-    for name, reach in zip("abc", triangle_reaches(columns), strict=True):
-        values |= {f"reach_{name}": reach, f"least_{name}": min((EDGE_MARGIN + slack) * reach, 1 / 64)}
-    return values | {"slack": slack}
-
-
-def triangle_columns(triangle: Triangle, space: Space) -> dict[str, float]:
-    """Return the columns of a triangle: vertex, edges as e_u and e_v, normal, dual vectors."""
-    first, second, third = (space.place(vertex) for vertex in triangle.vertices)
-    edges = [tuple(q - p for p, q in zip(first, other, strict=True)) for other in (second, third)]
-    matrix = np.linalg.inv(np.array([*edges, triangle.normal]).T)
-    duals = layout.vector_columns("a", matrix[0]) | layout.vector_columns("b", matrix[1])
-    return layout.center_columns(first) | layout.frame_columns((*edges, triangle.normal)) | duals
-
-
-def triangle_reaches(columns: dict[str, float]) -> tuple[float, float, float]:
-    """Return how fast the weights of the second, third and first vertex change [per scene length]."""
-    a, b = (tuple(columns[f"{e}{x}"] for x in "xyz") for e in "ab")
-    return math.hypot(*a), math.hypot(*b), math.hypot(*(p + q for p, q in zip(a, b, strict=True)))
-
-
-def quadric_columns(shape: Revolved, space: Space, slack: float = 0.0) -> dict[str, float]:
-    """Return the columns of a surface of revolution, in scene lengths; a pole has no edge."""
-    profile, size = shape.profile, space.size
-    values = layout.center_columns(space.place(profile.origin)) | layout.vector_columns("a", shape.axis)
-    values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
-    margin = min(EDGE_MARGIN + slack, (profile.high - profile.low) / size / 1024)
-    for name, end, outwards in (("low", profile.low, -1.0), ("high", profile.high, 1.0)):
-        is_pole = isinstance(shape, Sphere | Paraboloid) and profile.radius_at(end) == 0
-        values[name] = outwards * math.inf if is_pole else end / size + outwards * slack
-        values[f"inner_{name}"] = outwards * math.inf if is_pole else end / size - outwards * margin
-    return values
-
-
-def hole_columns(shape: Rectangle, space: Space, slack: float) -> dict[str, float]:
-    """Return the columns of the hole, reduced by the slack, in the rectangle's frame."""
-    hole, size = shape.hole, space.size
-    if hole is None:
-        return {}
-    e_u, e_v, _ = shape.frame
-    offset = tuple(p - q for p, q in zip(hole.center, shape.center, strict=True))
-    values = {"hole_u": dot(offset, e_u) / size, "hole_v": dot(offset, e_v) / size, "hole_cos": 1.0}
-    if isinstance(hole, Disk):
-        half = hole.radius / size
-        return values | {"half_p": half - min(slack, half / 2), "margin": EDGE_MARGIN + 2 * slack}
-    p, q = hole.frame[0], (0.5 * hole.width / size, 0.5 * hole.height / size)
-    values |= {"hole_cos": dot(p, e_u), "hole_sin": dot(p, e_v), "margin": EDGE_MARGIN + 2 * slack}
-    return values | {f"half_{name}": half - min(slack, half / 2) for name, half in zip("pq", q, strict=True)}
-
-
-def rim_row(plan: Plan, member: SheetMember) -> np.ndarray:
-    """Return the row of a member's edges, which clamp points that landed within rounding of them."""
-    shape, space = member.shape, plan.space
-    slack = edge_slack(member, space)
-    match shape:
-        case Rectangle():
-            values = _shape_columns(member, space)
-            return _rim(values, layout.RECTANGLE_RIM)
-        case Disk():
-            most, least = disk_margins(shape, space, slack)
-            values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
-            return layout.row(layout.RIM, **values, inner_u=most, inner_v=least, form=layout.DISK_RIM)
-        case Triangle():
-            values = triangle_columns(shape, space)
-            reaches = zip("abc", triangle_reaches(values), strict=True)
-            values |= {f"least_{name}": min((EDGE_MARGIN + slack) * reach, 1 / 64) for name, reach in reaches}
-            return _rim(values, layout.TRIANGLE_RIM)
-        case Revolved() if not shape.is_closed:
-            values = quadric_columns(shape, space, slack)
-            values |= {"low": values["inner_low"], "high": values["inner_high"]} | layout.frame_columns(
-                shape.frame
-            )
-            return _rim(values, layout.QUADRIC_RIM)
-    return np.zeros((), layout.RIM)
-
-
-def _rim(values: dict[str, float], form: int) -> np.ndarray:
-    """Return the row of an edge of this form, from the columns of its shape."""
-    return layout.row(layout.RIM, **layout.known_columns(layout.RIM, values), form=form)
+    With planes of their own they would lie a rounding apart, and a particle that crosses there could miss
+    both or hit one twice.
+    """
+    if "sx" in row.dtype.names:
+        finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
+        row["sx"], row["sy"], row["sz"] = space.place(finest.center)
+        if "outward" in row.dtype.names:
+            row["outward"] = outward_sign(member, finest)
+        if member.surface is None:
+            row["nx"], row["ny"], row["nz"] = finest.normal
 
 
 def outward_sign(member: SheetMember, flat: Shape) -> float:
@@ -232,25 +168,80 @@ def covers_same_points(one: SheetMember, other: SheetMember) -> bool:
     return same and one.surface is None and bounds_bodies(one) == bounds_bodies(other)
 
 
-def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Space) -> None:
-    """Set all flat members of a sheet to the point of the smallest one, and detectors to its normal.
+def bounds_bodies(member: SheetMember) -> bool:
+    """Return whether the member is a boundary of media."""
+    return member.bodies[0] != member.bodies[1]
 
-    With planes of their own they would lie a rounding apart, and a particle that crosses there could miss
-    both or hit one twice.
+
+def edge_slack(member: SheetMember, space: Space) -> float:
+    """Return how far a member reaches over its edges [scene lengths], so that closed boxes do not leak.
+
+    It bounds the rounding of a crossing's coordinates and of the coordinates given by the user; 0 for members
+    that neither act nor bound a body.
     """
-    if "sx" in row.dtype.names:
-        finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
-        row["sx"], row["sy"], row["sz"] = space.place(finest.center)
-        if "outward" in row.dtype.names:
-            row["outward"] = outward_sign(member, finest)
-        is_detector = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
-        if is_detector:
-            row["nx"], row["ny"], row["nz"] = finest.normal
+    shape = member.shape
+    if shape.is_infinite or (member.surface is None and not bounds_bodies(member)):
+        return 0.0
+    return rounding_of_crossings(shape, space)
+
+
+def _ties(sheets: list[Sheet]) -> dict[int, int]:
+    """Map each sheet to its number, or to the first sheet of a box that has a face on it.
+
+    A ray that crosses an edge of a box thereby meets the box once.
+    """
+    first: dict[Shape, int] = {}
+    for number, sheet in enumerate(sheets, start=1):
+        for member in sheet.members:
+            first.setdefault(member.whole, number)
+    return {
+        number: min(first[member.whole] for member in sheet.members if member.whole is not None)
+        for number, sheet in enumerate(sheets, start=1)
+    }
+
+
+def _rim_row(part: SheetMember, space: Space) -> np.ndarray:
+    """Return the row of a member's edges, which clamp points that landed within rounding of them."""
+    form = primitive_of(part.shape).rim
+    if form == 0:
+        return layout.row(layout.RIM)
+    columns = shape_columns(part.shape, space, edge_slack(part, space))
+    if form == layout.QUADRIC_RIM:
+        columns |= {"low": columns["inner_low"], "high": columns["inner_high"]}
+    return layout.row(layout.RIM, columns, form=form)
+
+
+def _fill_contacts(plan: Plan, acting: list[tuple[int, int, SheetMember]]) -> None:
+    """Add rows of the surfaces that cut or touch the interior of another surface.
+
+    acting: sheet number, first surface row and member of each acting surface.
+    """
+    for hit, other in contact_pairs([member.shape for _, _, member in acting]):
+        (sheet_hit, first, _), (sheet, _, member) = acting[hit], acting[other]
+        if sheet_hit == sheet:
+            continue
+        shape, space = member.shape, plan.space
+        reach, is_plane = CLEARANCE + 2.0**-50 * sum(map(abs, shape.center)) / space.size, False
+        if isinstance(shape, Revolved):
+            columns = revolved_columns(shape, space)
+        else:
+            center, is_plane = space.place(shape.center), True
+            columns = layout.center_columns(center) | layout.vector_columns("n", shape.normal)
+        values = {"reach": reach, "surface": first, "sheet": sheet, "is_plane": is_plane}
+        plan.contacts.append(layout.row(layout.CONTACT, columns, **values))
 
 
 # ---- Find the empty sides of sheets: a particle that leaves there has escaped without another flight.
 
 PARALLEL_TOLERANCE = 1e-15
+
+
+def _exterior_bits(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
+    """Return the hit bits of a sheet's empty sides; 0 where the plan cannot use them."""
+    if not plan.can_escape_at_once:
+        return 0
+    before, behind = exterior_sides(sheet, sheets)
+    return (layout.EMPTY_FRONT if before else 0) | (layout.EMPTY_BACK if behind else 0)
 
 
 def exterior_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
@@ -284,16 +275,14 @@ def _is_within(ball: Sphere, shape: Shape) -> bool:
 
 # ---- Rows of acting surfaces: the material of each part and each side, with its optical properties.
 
-Rows = list[tuple[np.ndarray, np.ndarray]]  # rows of layout.SURFACE and layout.OPTICS
 
-
-def transparent_rows() -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of a transparent surface."""
+def _transparent_row() -> SurfaceRow:
+    """Return the row of a transparent surface."""
     surface = layout.row(layout.SURFACE, material=layout.TRANSPARENT, albedo=1.0)
     return surface, layout.row(layout.OPTICS, side=1.0, ratio=1.0)
 
 
-def surface_rows(plan: Plan, member: SheetMember) -> Rows:
+def surface_rows(plan: Plan, member: SheetMember) -> list[SurfaceRow]:
     """Return the rows of an acting member: front, then back where the two differ."""
     front, back = member.surface.material.sides
     rows = _side_rows(plan, front, member)
@@ -303,19 +292,19 @@ def surface_rows(plan: Plan, member: SheetMember) -> Rows:
     return rows
 
 
-def _side_rows(plan: Plan, material: Material, member: SheetMember) -> Rows:
+def _side_rows(plan: Plan, material: Material, member: SheetMember) -> list[SurfaceRow]:
     """Return one row per elementary material of a side, with cumulative shares."""
     parts, total, rows = material.weighted_parts, 0.0, []
     for part, share in parts:
         total += share
-        surface, optics = _material_rows(plan, part, member)
+        surface, optics = _material_row(plan, part, member)
         surface["share"], surface["parts"] = total, len(parts)
         rows.append((surface, optics))
     return rows
 
 
-def _material_rows(plan: Plan, material: Material, member: SheetMember) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of an elementary material."""
+def _material_row(plan: Plan, material: Material, member: SheetMember) -> SurfaceRow:
+    """Return the row of an elementary material."""
     row = material.row()
     code = layout.INTERACTIONS.index(row.interaction)
     surface = layout.row(layout.SURFACE, material=code, albedo=row.albedo)

@@ -1,4 +1,4 @@
-"""Rows of volume detectors: their cells, directions and sums."""
+"""Lower volume detectors: their rows of sums, their cells and directions."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.detectors import axis_columns, edge_columns
-from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
-from transport.compile.rows import Rows
+from transport.compile.rows import Rows, axes_of
+from transport.geometry.relations import boxes_meet
 from transport.geometry.revolved import Cylinder
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
-from transport.scene.bodies import media_at
+from transport.scene.bodies import TEST_DEPTH, body_bounds, media_at, points_beside
 from transport.scene.materials import AnyMedium
 from transport.scene.media import Grid
 from transport.scene.volumes import COLLISION, VolumeDetector
@@ -33,7 +33,7 @@ PASSES = {
     Sphere: ("clip_to_ball", "score_collisions_in_ball"),
     Cylinder: ("clip_to_cylinder", "score_collisions_in_cylinder"),
 }
-SAMPLES_PER_AXIS = 9  # sample points per axis of a shape at which its media are checked
+SAMPLES_PER_AXIS = 9  # points per axis of a volume, and of each body in it, at which its media are checked
 
 
 @dataclass(frozen=True)
@@ -59,16 +59,19 @@ class Volume:
         return self.detector.estimator == COLLISION
 
 
-def fill_volumes(plan: Plan) -> None:
-    """Fill a row per VolumeDetector."""
+def lower_volumes(plan: Plan) -> None:
+    """Give each VolumeDetector its rows of sums, and fill its table."""
     plan.volumes = [_volume(plan, detector) for detector in plan.scene.volumes]
 
 
 def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
     """Return a volume detector's Volume."""
-    shape, rows = plan.scene.shape_of(detector), plan.rows_of[detector.name]
+    shape, absorbed = plan.scene.shape_of(detector), None
+    rows = plan.add_rows(detector.name, volume_rows(detector, shape, plan.rows))
+    if plan.absorbing_media:
+        absorbed = plan.absorbed_rows_of[detector.name] = Rows(rows.past, rows.outer, (), 1)
+        plan.rows = absorbed.past
     _check_media(plan, detector, shape)
-    absorbed = plan.absorbed_rows_of.get(detector.name)
     values = layout.center_columns(plan.space.place(shape.center)) | _cell_columns(plan, rows, shape)
     values |= _direction_columns(plan, detector, rows) | {"first": rows.first, "rows": rows.block}
     if absorbed is not None:
@@ -80,6 +83,13 @@ def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
     unit, has_cells = plan.space.size / values["scale"], bool(rows.inner) or not values["is_one"]
     grids = tuple(_grids(plan, shape, row))
     return Volume(detector, shape, row, unit, has_cells, absorbed is not None, grids)
+
+
+def volume_rows(detector: VolumeDetector, shape: Shape, first: int) -> Rows:
+    """Return the rows of paths through a volume: a block per cell, of one row without directions."""
+    directions = () if detector.directions is None else axes_of(detector.directions.edges())
+    block = 1 + math.prod(map(len, directions)) if directions else 1
+    return Rows(first, axes_of(detector.edges(shape)), directions, block)
 
 
 def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
@@ -141,21 +151,20 @@ def _grids(plan: Plan, shape: Shape, volume: np.ndarray) -> Iterator[np.ndarray]
     """Yield rows of the grids that absorb and may overlap the volume."""
     for fades, grids in enumerate((plan.grids, plan.absorbing_grids)):
         for grid in grids:
-            box = plan.bodies[int(grid["medium"]) - 1].medium.box
-            sides = zip(*shape.bounds, *box.bounds, strict=True)
-            if grid["absorbs"] and all(a <= d and c <= b for a, b, c, d in sides):
+            if grid["absorbs"] and boxes_meet(shape, plan.bodies[int(grid["medium"]) - 1].medium.box):
                 row = layout.row(layout.VOLUME_IN_GRID, fades=fades)
                 row["volume"], row["grid"] = volume, grid
                 yield row
 
 
 def _check_media(plan: Plan, detector: VolumeDetector, shape: Shape) -> None:
-    """Refuse the estimator "collision" in media without collisions, as far as a lattice of points shows."""
+    """Refuse the estimator "collision" in media without collisions."""
     if detector.estimator != COLLISION:
         return
     is_weighted = plan.tracking.absorption == "weighted"
     cure = "use estimator='track'"
-    for medium in dict.fromkeys(media_at(plan.scene, _sample_points(shape))):
+    points = _points_in_media(plan, shape)
+    for medium in dict.fromkeys(media_at(plan.scene, points[_holds(shape, points)])):
         if not _collides_everywhere(medium, is_weighted):
             what = "scatter (tracking is weighted)" if is_weighted else "absorb or scatter"
             must = f"all media in it must {what} for estimator 'collision'"
@@ -168,78 +177,44 @@ def _collides_everywhere(medium: AnyMedium, is_weighted: bool) -> bool:
     return (medium.scattering if is_weighted else medium.extinction) > 0
 
 
-def _sample_points(shape: Shape) -> np.ndarray:
-    """Return points [m] spread over a shape and off its symmetries, shape (n, 3)."""
-    steps = (np.arange(SAMPLES_PER_AXIS) + 0.4817) / SAMPLES_PER_AXIS * 2 - 1
-    offsets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    if isinstance(shape, Box):
-        return np.array(shape.center) + offsets * np.array(shape.size) / 2
-    if isinstance(shape, Cylinder):
-        u, v, w = offsets[(offsets[:, :2] ** 2).sum(axis=1) < 1].T
-        across = np.outer(u * shape.radius, shape.frame[0]) + np.outer(v * shape.radius, shape.frame[1])
-        return np.array(shape.center) + across + np.outer(w * shape.height / 2, shape.axis)
-    inside = offsets[(offsets**2).sum(axis=1) < 1]
-    return np.array(shape.center) + inside * shape.radius
+def _points_in_media(plan: Plan, shape: Shape) -> np.ndarray:
+    """Return points [m], shape (n, 3), in all media of a volume, and others outside the volume.
 
-
-# ---- Histograms of scores by size, where scores can differ in size (engine/passes/score_sizes.py).
-#
-# Scores of particles born at equal weight, which walls reduce to no less than one half, need no histogram:
-# their number suffices. Targets, media that reduce weights, splitting, and estimators with weighted scores
-# make sizes differ.
-#
-# Where all walls carry detectors nearly every lane scores, and a complete histogram would cost a tenth of the
-# run. There one batch in COUNTED_EVERY is counted, as long as only media make weights differ. Rare heavy
-# scores in the other batches still show, since batches are compared (statistics/batches.py).
-
-# Edges of the cells [largest birth weight]: SIZE_PARTS per octave, equally spaced within it. The first and
-# the last cell include everything beyond them.
-COUNTED_EVERY = 8  # a power of two
-LARGE_SHARE = 0.25  # of the largest score: larger scores show that the largest ones occur
-EDGES = np.array(
-    [
-        math.ldexp(1 + k % SIZE_PARTS / SIZE_PARTS, SIZE_OCTAVE + k // SIZE_PARTS)
-        for k in range(SIZE_CELLS + 1)
-    ]
-)
-
-
-def sizes_differ(plan: Plan) -> bool:
-    """Return whether scores of detectors differ by more than roulette at walls allows."""
-    return bool(plan.detectors.size) and (weights_vary(plan) or plan.reduces_weights)
-
-
-def weights_vary(plan: Plan) -> bool:
-    """Return whether anything but a medium makes scores differ."""
-    is_aimed = any(emitter.target is not None for emitter in plan.emitters)
-    return is_aimed or plan.sends_shadow_rays or plan.splits or plan.forces_collisions
-
-
-def is_dense(plan: Plan, layer: np.ndarray) -> bool:
-    """Return whether nearly every lane that lands on a surface scores in this layer."""
-    return plan.has_acting_surfaces and bool((layer[1:]["detector_word"] != 0).all())
-
-
-def fill_sizes(plan: Plan) -> None:
-    """Assign cells to each side of each detector; the first cells belong to no detector.
-
-    Expected scores have rows and a unit of their own, and so cells of their own.
+    They lie on lattices over the box of the volume and over the part of each body's box in it, and on both
+    sides of the volume's surface and of those of the bodies, as a body or a gap may be of any size.
     """
-    if not sizes_differ(plan):
-        return
-    halves = 4 if plan.sends_shadow_rays else 2
-    plan.size_numbers, plan.size_cells = np.zeros(halves * plan.half, np.int64), SIZE_CELLS
-    for detector in plan.scene.meters:
-        rows = plan.rows_of[detector.name]
-        for half in range(halves):
-            shift = half * plan.half
-            plan.size_numbers[rows.base + shift : rows.past + shift] = plan.size_cells
-            plan.size_blocks.setdefault((detector.name, half % 2), []).append(plan.size_cells)
-            plan.size_cells += SIZE_CELLS
+    low, high = np.array(shape.bounds)
+    found = [_lattice(low, high), points_beside(shape, False)]
+    for body in plan.bodies:
+        lowest, highest = body_bounds(plan.scene, body)
+        lowest, highest = np.maximum(low, lowest), np.minimum(high, highest)
+        if (lowest < highest).all():
+            found.append(_lattice(lowest, highest))
+            for number, _ in body.faces:
+                found += _points_on_both_sides(plan.scene.surfaces[number].shape, found[0])
+    return np.concatenate(found)
 
 
-def size_row(plan: Plan) -> np.ndarray:
-    """Return the table of the pass that counts scores by size."""
-    is_costly = not weights_vary(plan) and any(is_dense(plan, layer) for layer in plan.layers)
-    numbers = {"numbers": plan.size_numbers.ctypes.data, "count": len(plan.size_numbers)}
-    return layout.row(SIZES, **numbers, cells=plan.size_cells, resting=COUNTED_EVERY - 1 if is_costly else 0)
+def _points_on_both_sides(face: Shape, lattice: np.ndarray) -> list[np.ndarray]:
+    """Return points beside a surface of a body; beside planes they lie above and below a lattice."""
+    if not face.is_infinite:
+        return [points_beside(face, is_front) for is_front in (False, True)]
+    depth, points = TEST_DEPTH * np.ptp(lattice, axis=0).max(), []
+    for plane in face.pieces():
+        heights = ((lattice - plane.center) @ np.array(plane.normal))[:, None]
+        points += [lattice - (heights + shift) * np.array(plane.normal) for shift in (-depth, depth)]
+    return points
+
+
+def _lattice(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return points [m] spread over a box and off its symmetries, shape (n, 3)."""
+    steps = (np.arange(SAMPLES_PER_AXIS) + 0.4817) / SAMPLES_PER_AXIS
+    return low + np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3) * (high - low)
+
+
+def _holds(shape: Shape, points: np.ndarray) -> np.ndarray:
+    """Return which points [m] lie in a volume."""
+    if not isinstance(shape, Cylinder):
+        return shape.contains(points)
+    u, v, w = np.array(shape.frame) @ (points - shape.center).T
+    return (np.hypot(u, v) <= shape.radius) & (np.abs(w) <= shape.height / 2)

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
@@ -26,30 +25,31 @@ from transport.validation import (
 )
 from transport.vectors import Frame, Vector, are_parallel, dot, local_frame, unit_vector
 
-# ---- Geometry of one triangle, in rational numbers where thin triangles would cancel; rounded once.
+# ---- Geometry of one triangle, in whole numbers where thin triangles would cancel; rounded once.
 
 Vertices = tuple[Vector, Vector, Vector]
 Corner = tuple[float, float]
-TRIANGLE_ROUNDING = Fraction(2) ** -51  # relative to coordinates: triangles of smaller height count as lines
+TRIANGLE_ROUNDING = 51  # bits of a coordinate: triangles of smaller height count as lines
 
 
 @lru_cache(maxsize=4096)
 def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
     """Unit normal (right-hand rule over the vertex order) and area [m^2], infinite on overflow."""
-    twice = twice_area(vertices)
+    twice, unit = twice_area(vertices)
     largest = max(map(abs, twice))
-    scaled = tuple(float(component / largest) for component in twice)
+    scaled = tuple(component / largest for component in twice)
     try:
-        return unit_vector(scaled), float(largest) * math.hypot(*scaled) / 2
+        return unit_vector(scaled), largest / unit * math.hypot(*scaled) / 2
     except OverflowError:
         return unit_vector(scaled), math.inf
 
 
+@lru_cache(maxsize=4096)
 def is_collinear(vertices: Vertices) -> bool:
     """Return whether the vertices are collinear within the rounding of their coordinates."""
-    twice, size = twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
-    longest2 = max(_exact_square(_exact_vector(a, b)) for a, b in pairwise((*vertices, vertices[0])))
-    return _exact_square(twice) <= (TRIANGLE_ROUNDING * size) ** 2 * longest2
+    (*edges, third), size, _ = _whole_edges(vertices)
+    longest2 = max(_square(edge) for edge in (*edges, third))
+    return _square(_cross(*edges)) << 2 * TRIANGLE_ROUNDING <= size * size * longest2
 
 
 def centroid(vertices: Vertices) -> Vector:
@@ -73,20 +73,32 @@ def distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
     return math.dist([p + within * x for p, x in zip(one, offset, strict=True)], point)
 
 
-def twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
-    """Cross product of two edges, exact."""
-    a, b, c = vertices
-    (ux, uy, uz), (vx, vy, vz) = _exact_vector(a, b), _exact_vector(a, c)
-    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+def twice_area(vertices: Vertices) -> tuple[tuple[int, ...], int]:
+    """Return the cross product of two edges, exactly as whole numbers over one power of two."""
+    (one, other, _), _, unit = _whole_edges(vertices)
+    return _cross(one, other), unit * unit
 
 
-def _exact_vector(a: Vector, b: Vector) -> tuple[Fraction, ...]:
-    """Exact vector from a to b."""
-    return tuple(Fraction(q) - Fraction(p) for p, q in zip(a, b, strict=True))
+def whole_numbers(numbers: Iterable[float]) -> tuple[list[int], int]:
+    """Return numbers exactly as whole numbers over one power of two, and that power."""
+    ratios = [number.as_integer_ratio() for number in numbers]
+    unit = max(below for _, below in ratios)
+    return [above * (unit // below) for above, below in ratios], unit
 
 
-def _exact_square(vector: tuple[Fraction, ...]) -> Fraction:
-    """Exact squared length."""
+def _whole_edges(vertices: Vertices) -> tuple[list[tuple[int, ...]], int, int]:
+    """Return the edges from a to b, from a to c and from b to c, the largest coordinate, and the unit."""
+    whole, unit = whole_numbers(x for vertex in vertices for x in vertex)
+    a, b, c = whole[:3], whole[3:6], whole[6:]
+    edges = [tuple(q - p for p, q in zip(*ends, strict=True)) for ends in ((a, b), (a, c), (b, c))]
+    return edges, max(map(abs, whole)), unit
+
+
+def _cross(u: tuple[int, ...], v: tuple[int, ...]) -> tuple[int, ...]:
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+def _square(vector: tuple[int, ...]) -> int:
     return sum(component * component for component in vector)
 
 

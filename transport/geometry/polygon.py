@@ -1,12 +1,11 @@
 """Flat polygon, not necessarily convex; it is intersected and sampled as triangles.
 
 Tests of its sides are exact: each sign is that of a determinant of doubles, rounded if its error bound allows
-it, else in rational numbers.
+it, else in whole numbers.
 """
 
 import math
-from collections.abc import Iterable
-from fractions import Fraction
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 
@@ -21,6 +20,7 @@ from transport.geometry.flat import (
     is_collinear,
     points_in_triangles,
     twice_area,
+    whole_numbers,
 )
 from transport.geometry.shape import ROUNDING
 from transport.validation import Converted, as_floats, refuse, scene_object, set_fields, short_repr
@@ -120,7 +120,7 @@ class Polygon(FlatPolygon):
             got = f"{short_repr(vertices)}, which has no area"
             refuse(self, f"vertices must not lie on one line, got {got}; move one of them")
         # Compare the heights over the plane with the rounding of coordinates.
-        normal = unit_vector(_float_vector(twice_area(largest)))
+        normal = unit_vector(_scaled(twice_area(largest)[0]))
         sizes = [sum(map(abs, vertex)) for vertex in vertices]
         heights = [
             abs(dot(tuple(p - q for p, q in zip(vertex, largest[0], strict=True)), normal))
@@ -139,27 +139,24 @@ class Polygon(FlatPolygon):
         """Raise if two sides cross or touch, other than neighbours at their common vertex."""
         points, count = _in_plane(self.vertices), len(self.vertices)
         ends = np.roll(points, -1, axis=0)
+        # Select the pairs of sides whose boxes meet; neighbours must not fold, and others must not touch.
         low, high = np.minimum(points, ends), np.maximum(points, ends)
-        for i in range(count):
-            near = ((low[i] <= high[i + 1 :]) & (low[i + 1 :] <= high[i])).all(axis=1)
-            for j in (np.flatnonzero(near) + i + 1).tolist():
-                is_next, is_last = j == i + 1, (j + 1) % count == i
-                sides = (points[i], ends[i]), (points[j], ends[j])
-                if is_next and is_last:
-                    continue
-                if is_next:
-                    meets = _folds(points[i], points[j], ends[j])
-                elif is_last:
-                    meets = _folds(points[j], points[i], ends[i])
-                else:
-                    meets = _meet(*sides)
-                if meets:
-                    got = f"sides {i} and {j}, from {self.vertices[i]} and from {self.vertices[j]}"
-                    refuse(
-                        self,
-                        f"vertices must describe an outline that does not cross or touch itself, got {got};"
-                        " put the vertices in order along the outline, or divide it",
-                    )
+        i, j = np.nonzero(np.triu(((low[:, None] <= high) & (low <= high[:, None])).all(axis=2), 1))
+        is_next, is_last = j == i + 1, (j + 1) % count == i
+        first, shared, beside = np.where(is_next, i, j), np.where(is_next, j, i), is_next | is_last
+        meets = np.zeros(len(i), bool)
+        a, b = first[beside], shared[beside]
+        meets[beside] = _fold(points[a], points[b], ends[b])
+        a, b = i[~beside], j[~beside]
+        meets[~beside] = _meet(points[a], ends[a], points[b], ends[b])
+        if meets.any():
+            one, other = int(i[meets][0]), int(j[meets][0])
+            got = f"sides {one} and {other}, from {self.vertices[one]} and from {self.vertices[other]}"
+            refuse(
+                self,
+                f"vertices must describe an outline that does not cross or touch itself, got {got};"
+                " put the vertices in order along the outline, or divide it",
+            )
 
     def _covers(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         inside = np.zeros(np.shape(u), bool)
@@ -186,32 +183,47 @@ class Polygon(FlatPolygon):
 # ---- Plane of the vertices.
 
 
+@lru_cache(maxsize=1024)
+def _edges(vertices: tuple[Vector, ...]) -> np.ndarray:
+    """Vectors (n, 3) from the first vertex to each, exact, as whole numbers of one unit."""
+    whole, _ = whole_numbers(x for vertex in vertices for x in vertex)
+    places = np.array(whole, object).reshape(-1, 3)
+    return places - places[0]
+
+
+@lru_cache(maxsize=1024)
 def _largest_corner(vertices: tuple[Vector, ...]) -> Vertices:
     """Three vertices that define the plane well: the first, the farthest from it, the largest triangle."""
-    first = vertices[0]
+    first, edges = vertices[0], _edges(vertices)
     second = max(vertices, key=lambda vertex: math.dist(first, vertex))
-    sized = [(sum(x * x for x in twice_area((first, second, each))), each) for each in vertices]
-    return first, second, max(sized)[1]
+    areas2 = (np.cross(edges[vertices.index(second)], edges) ** 2).sum(axis=1)
+    return first, second, max(zip(areas2, vertices, strict=True))[1]
+
+
+def _vector_area(vertices: tuple[Vector, ...]) -> list[int]:
+    """Vector area, in whole numbers (Newell)."""
+    edges = _edges(vertices)
+    return np.cross(edges[1:-1], edges[2:]).sum(axis=0).tolist()
 
 
 @lru_cache(maxsize=1024)
 def _normal(vertices: tuple[Vector, ...]) -> Vector:
-    """Unit normal: direction of the vector area, in rational numbers (Newell)."""
-    terms = [twice_area((vertices[0], p, q)) for p, q in pairwise(vertices[1:])]
-    return unit_vector(_float_vector(tuple(map(sum, zip(*terms, strict=True)))))
+    """Unit normal: direction of the vector area."""
+    return unit_vector(_scaled(_vector_area(vertices)))
 
 
-def _float_vector(vector: tuple[Fraction, ...]) -> Vector:
+def _scaled(vector: Sequence[int]) -> Vector:
     """Vector of the same direction, of length about 1."""
     largest = max(map(abs, vector))
-    return tuple(float(component / largest) for component in vector)
+    return tuple(component / largest for component in vector)
 
 
 def _in_plane(vertices: tuple[Vector, ...]) -> Points:
-    """Coordinates along the two axes that are best seen from the normal: exact."""
-    normal = _float_vector(twice_area(_largest_corner(vertices)))
+    """Coordinates along the two axes that are best seen from the normal, counterclockwise: exact."""
+    normal = _scaled(twice_area(_largest_corner(vertices))[0])
     dropped = max(range(3), key=lambda axis: abs(normal[axis]))
-    return np.array(vertices)[:, [(dropped + 1) % 3, (dropped + 2) % 3]]
+    axes = [(dropped + 1) % 3, (dropped + 2) % 3]
+    return np.array(vertices)[:, axes if _vector_area(vertices)[dropped] >= 0 else axes[::-1]]
 
 
 # ---- Signs of determinants: which way three points turn.
@@ -229,35 +241,30 @@ def _turns(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     if doubtful.any():
         a, b, c = (np.broadcast_to(points, (len(signs), 2)) for points in (a, b, c))
         for k in np.flatnonzero(doubtful):
-            (p, q), (r, s), (t, u) = (map(Fraction, map(float, points[k])) for points in (a, b, c))
+            p, q, r, s, t, u = whole_numbers([*a[k].tolist(), *b[k].tolist(), *c[k].tolist()])[0]
             area = (r - p) * (u - q) - (s - q) * (t - p)
             signs[k] = (area > 0) - (area < 0)
     return signs
 
 
-def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> int:
-    """Sign of the area of one triangle."""
-    return int(_turns(a, b, c)[0])
+def _are_between(a: Points, b: Points, c: Points) -> np.ndarray:
+    """Return which points c, on lines through a and b, lie on the segments."""
+    return ((np.minimum(a, b) <= c) & (c <= np.maximum(a, b))).all(axis=1)
 
 
-def _is_between(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> bool:
-    """Return whether c, on the line through a and b, lies on the segment."""
-    return bool(((np.minimum(a, b) <= c) & (c <= np.maximum(a, b))).all())
+def _fold(a: Points, b: Points, c: Points) -> np.ndarray:
+    """Return which sides from a to b and from b to c overlap."""
+    return (_turns(a, b, c) == 0) & (_are_between(a, b, c) | _are_between(b, c, a))
 
 
-def _folds(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> bool:
-    """Return whether the sides from a to b and from b to c overlap."""
-    return _turn(a, b, c) == 0 and (_is_between(a, b, c) or _is_between(b, c, a))
-
-
-def _meet(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> bool:
-    """Return whether two segments have a point in common."""
-    (a, b), (c, d) = one, other
-    turns = _turn(a, b, c), _turn(a, b, d), _turn(c, d, a), _turn(c, d, b)
-    if turns[0] * turns[1] < 0 and turns[2] * turns[3] < 0:
-        return True
-    ends = ((a, b, c), (a, b, d), (c, d, a), (c, d, b))
-    return any(turn == 0 and _is_between(*each) for turn, each in zip(turns, ends, strict=True))
+def _meet(a: Points, b: Points, c: Points, d: Points) -> np.ndarray:
+    """Return which segments from a to b and from c to d have a point in common."""
+    ends = (a, b, c), (a, b, d), (c, d, a), (c, d, b)
+    turns = [_turns(*each) for each in ends]
+    meets = (turns[0] * turns[1] < 0) & (turns[2] * turns[3] < 0)
+    for turn, each in zip(turns, ends, strict=True):
+        meets |= (turn == 0) & _are_between(*each)
+    return meets
 
 
 # ---- Division into triangles.
@@ -269,19 +276,34 @@ def _triangles(vertices: tuple[Vector, ...]) -> tuple[Triangle, ...]:
 
     A vertex that lies on a line with its neighbours within rounding is left out: the ear has no area.
     """
-    points, left, found = _in_plane(vertices), list(range(len(vertices))), []
-    if _signed_area(points) < 0:
-        points = points[:, ::-1]
-    while len(left) > 3:
-        corners = [(left[k - 1], left[k], left[(k + 1) % len(left)]) for k in range(len(left))]
-        before, tip, after = (points[list(column)] for column in zip(*corners, strict=True))
-        turns, quality = _turns(before, tip, after), _quality(before, tip, after)
-        best_first = np.argsort(-quality, kind="stable").tolist()
-        ears = (k for k in best_first if turns[k] > 0 and _is_ear(points, left, corners[k]))
-        ear = next(ears, int(np.abs(quality).argmin()))
-        if not _is_line(vertices, corners[ear]):
-            found.append(corners[ear])
-        left.pop(ear)
+    points, count, found = _in_plane(vertices), len(vertices), []
+    # Rate the triangle at each vertex: its quality where it may be an ear, else -inf.
+    before, after = np.arange(count) - 1, (np.arange(count) + 1) % count
+    is_left, blocker = np.ones(count, bool), np.full(count, -1)
+    quality, rating = np.empty(count), np.empty(count)
+    changed = np.arange(count)
+    for _ in range(count - 3):
+        corners = points[before[changed]], points[changed], points[after[changed]]
+        quality[changed] = _quality(*corners)
+        rating[changed] = np.where(_turns(*corners) > 0, quality[changed], -np.inf)
+        # Cut off the best ear; a triangle that holds another vertex waits until that one is cut off.
+        while rating[tip := int(rating.argmax())] > -np.inf:
+            blocker[tip] = _vertex_within(points, is_left, (before[tip], tip, after[tip]))
+            if blocker[tip] < 0:
+                break
+            rating[tip] = -np.inf
+        else:
+            tip = int(np.where(is_left, np.abs(quality), np.inf).argmin())
+        corner = int(before[tip]), tip, int(after[tip])
+        if not _is_line(vertices, corner):
+            found.append(corner)
+        # Join its neighbours, and rate them and the triangles that it blocked again.
+        is_left[tip], rating[tip], blocker[tip] = False, -np.inf, -1
+        before[corner[2]], after[corner[0]] = corner[0], corner[2]
+        blocker[[corner[0], corner[2]]] = tip
+        changed = np.flatnonzero(blocker == tip)
+        blocker[changed] = -1
+    left = np.flatnonzero(is_left).tolist()
     if not _is_line(vertices, tuple(left)):
         found.append(tuple(left))
     return tuple(Triangle(vertices=[vertices[k] for k in corner]) for corner in found)
@@ -296,12 +318,6 @@ def _center_and_area(vertices: tuple[Vector, ...]) -> tuple[Vector, float]:
     return tuple(math.fsum(a / area * x for a, x in zip(areas, axis, strict=True)) for axis in places), area
 
 
-def _signed_area(points: Points) -> Fraction:
-    """Twice the area, negative if the points run clockwise."""
-    exact = [tuple(map(Fraction, point)) for point in points.tolist()]
-    return sum((p * t - q * s for (p, q), (s, t) in pairwise((*exact, exact[0]))), Fraction(0))
-
-
 def _is_line(vertices: tuple[Vector, ...], corner: tuple[int, ...]) -> bool:
     """Return whether three vertices lie on one line within rounding."""
     return is_collinear(tuple(vertices[k] for k in corner))
@@ -314,11 +330,13 @@ def _quality(before: Points, tip: Points, after: Points) -> np.ndarray:
     return (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]) / longest
 
 
-def _is_ear(points: Points, left: list[int], corner: tuple[int, int, int]) -> bool:
-    """Return whether no other vertex lies in the triangle that cuts off a convex vertex."""
+def _vertex_within(points: Points, is_left: np.ndarray, corner: tuple[int, int, int]) -> int:
+    """Return another vertex in the triangle that cuts off a convex vertex; -1 if there is none."""
     a, b, c = (points[k] for k in corner)
-    others = points[[k for k in left if k not in corner]]
-    low, high = np.minimum.reduce([a, b, c]), np.maximum.reduce([a, b, c])
-    others = others[((low <= others) & (others <= high)).all(axis=1)]
-    sides = ((a, b), (b, c), (c, a))
-    return not np.logical_and.reduce([_turns(p, q, others) >= 0 for p, q in sides]).any()
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    near = is_left & (points >= low).all(axis=1) & (points <= high).all(axis=1)
+    near[list(corner)] = False
+    others = np.flatnonzero(near)
+    for p, q in ((a, b), (b, c), (c, a)):
+        others = others[_turns(p, q, points[others]) >= 0] if others.size else others
+    return int(others[0]) if others.size else -1

@@ -247,6 +247,13 @@ def solids_overlap(a: Solid, b: Solid) -> bool:
     return True
 
 
+def boxes_meet(shape: Shape, *others: Shape) -> bool:
+    """Return whether the bounding box of a shape and the common one of others overlap or touch."""
+    low, high = (np.array(corner) for corner in shape.bounds)
+    bounds = np.array([other.bounds for other in others])
+    return bool((low <= bounds[:, 1].max(axis=0)).all() and (bounds[:, 0].min(axis=0) <= high).all())
+
+
 def encloses(shell: Shape, place: Shape | Vector) -> bool:
     """Return whether a shape or a point [m] surely lies in a closed solid, surface included."""
     if not isinstance(place, Shape):

@@ -12,7 +12,7 @@ from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
-from transport.compile.method_aimed import unaimed_scene
+from transport.compile.methods import unaimed_scene
 from transport.compile.plan import Plan
 from transport.io import netcdf, npz
 from transport.io.atomic import FileError, atomic_write, check_writable

@@ -14,7 +14,8 @@ from functools import cached_property, partial
 import numpy as np
 
 from transport.compile.adjoint import Adjoint, SensorPart
-from transport.compile.rows import Rows, side_rows
+from transport.compile.detectors import side_rows
+from transport.compile.rows import Rows
 from transport.geometry.shape import Point, Shape
 from transport.results.batches import Batch
 from transport.results.detectors import BINS, Reading

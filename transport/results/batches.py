@@ -126,7 +126,7 @@ class Batch:
     collisions: int
     moments: np.ndarray | Packed  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (batches.py)
-    sizes: np.ndarray  # (cells,) number of scores of each size (compile/volumes.py)
+    sizes: np.ndarray  # (cells,) number of scores of each size (compile/detectors.py)
     seed: int  # key of its random numbers, together with the numbers of the batch:
     first: int  # its number in the run; the lowest one of merged batches
     past: int  # its number plus 1; the highest one plus 1 of merged batches

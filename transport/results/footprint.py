@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 
+from transport.compile.detectors import weights_vary
 from transport.compile.layout import RECORD
 from transport.compile.plan import Plan
-from transport.compile.volumes import weights_vary
 from transport.results.batches import SAMPLED
 from transport.scene.detectors import Detector
 from transport.scene.scene import Scene

@@ -8,8 +8,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from transport.compile.detectors import max_relative_speed, reference_velocity
 from transport.compile.layout import VELOCITY_SUMS
+from transport.compile.phase_space import max_relative_speed, reference_velocity
 from transport.renderers import function_for
 from transport.results.batches import chosen_records, common_probability, distinct_identities
 from transport.results.tally import (

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile.method_expected import detectors_without_next_event
-from transport.compile.methods import ANALOG, Method, methods_for
+from transport.compile.methods import ANALOG, Method, detectors_without_next_event, methods_for
 from transport.results.footprint import batches_that_fit, bytes_of_batch
 from transport.results.record import RANDOM_SLOPE, Cost, Record
 from transport.scene.cameras import Camera, PointInstrument

@@ -5,8 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from transport.compile.compiler import compile_scene
-from transport.compile.method_aimed import aimed_scene
-from transport.compile.methods import Method
+from transport.compile.methods import Method, aimed_scene
 from transport.compile.plan import Plan
 from transport.run.progress import Progress
 from transport.run.settings import Settings

@@ -27,11 +27,8 @@ Range = tuple[float, float]
 
 MAX_BINS_PER_AXIS = 1_000_000  # per axis; more would be a mistake
 MAX_BINS_PER_DETECTOR = 10_000_000  # per detector
-SUM_BYTES_PER_BIN, BATCH_BYTES_PER_BIN, TYPICAL_BATCHES = (
-    32,
-    14,
-    8,
-)  # bytes of sums per bin, side and thread; bytes per bin and batch; usual number of batches
+# bytes of sums per bin, side and thread; bytes per bin and batch; usual number of batches
+SUM_BYTES_PER_BIN, BATCH_BYTES_PER_BIN, TYPICAL_BATCHES = 32, 14, 8
 PI = math.pi
 MIN_COSINE_WIDTH = 2.0**-43  # width of a bin in cosine: rounding moves 0.1 % of it across its edges
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {

@@ -97,11 +97,11 @@ def _majority_inside(scene: SceneParts, body: Body, points: np.ndarray) -> np.nd
 def points_below_surface(scene: SceneParts, body: Body) -> np.ndarray:
     """Points (n, 3) [m] just below the surface of a finite body."""
     faces = [(scene.surfaces[number].shape, is_front) for number, is_front in body.faces]
-    return np.concatenate([_points_beside_face(shape, is_front) for shape, is_front in faces])
+    return np.concatenate([points_beside(shape, is_front) for shape, is_front in faces])
 
 
 @lru_cache(maxsize=512)
-def _points_beside_face(shape: Shape, is_front: bool) -> np.ndarray:
+def points_beside(shape: Shape, is_front: bool) -> np.ndarray:
     """Points (n, 3) [m] close to one side of a surface.
 
     For a mesh they lie beside facets, else where lines through the shape's bounding box cross it.

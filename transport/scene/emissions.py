@@ -74,11 +74,7 @@ class Emission:
         return self.given == self.whole
 
     def amount(
-        self,
-        shape: Shape,
-        duration: float | None = None,
-        pulse: Pulse | None = None,
-        is_back: bool = False,
+        self, shape: Shape, duration: float | None = None, pulse: Pulse | None = None, is_back: bool = False
     ) -> float:
         """Return the amount that leaves one side of a shape.
 
@@ -475,11 +471,7 @@ class Gas(ParticleEmission):
             refuse(self, f"direction cannot be combined with a drift, got {short_repr(self.speed)}; {cure}")
 
     def amount(
-        self,
-        shape: Shape,
-        duration: float | None = None,
-        pulse: Pulse | None = None,
-        is_back: bool = False,
+        self, shape: Shape, duration: float | None = None, pulse: Pulse | None = None, is_back: bool = False
     ) -> float:
         """Return the number of particles.
 

@@ -868,8 +868,3 @@ def coerce_medium(subject: object, name: str, value: object) -> AnyMedium:
         must = "a medium such as Medium(absorption=...) or Vacuum()"
         refuse(subject, f"{name} must be {must}, got {short_repr(value)}")
     return value
-
-
-def display_name(surface: Surface, number: int) -> str:
-    """Return how a message names a surface, given its number in the scene."""
-    return f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"

@@ -6,14 +6,22 @@ from functools import cached_property
 from transport.geometry.shape import Shape
 from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
 from transport.scene.detectors import Detector
-from transport.scene.materials import Surface
+from transport.scene.materials import AnyMedium, Surface
 from transport.scene.media import Medium, Vacuum
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.points import PointDetector
 from transport.scene.sides import AnyDetector
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
-from transport.validation import Converted, PartsField, name_hint, refuse, scene_object, short_repr
+from transport.validation import (
+    Converted,
+    PartsField,
+    join_names,
+    name_hint,
+    refuse,
+    scene_object,
+    short_repr,
+)
 
 DETECTOR_TYPES = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
 AnyDetectorType = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
@@ -167,3 +175,26 @@ class SceneParts:
         if name not in named:
             refuse(user, f"{parameter} must name a surface, got {short_repr(name)}; {name_hint(name, named)}")
         return named[name]
+
+
+def surface_name(scene: SceneParts, which: Surface | int) -> str:
+    """Return how a message names a surface, given itself or its number in the scene."""
+    number = scene.surfaces.index(which) if isinstance(which, Surface) else which
+    name = scene.surfaces[number].name
+    return f"Surface {name!r}" if name else f"surfaces[{number}]"
+
+
+def join_surface_names(scene: SceneParts, numbers: Iterable[int], most: int = 6) -> str:
+    """Return names of surfaces, given their numbers, as "a, b and c"; beyond `most` the number of others."""
+    return join_names([surface_name(scene, number) for number in numbers], most)
+
+
+def named_media(scene: SceneParts) -> list[AnyMedium]:
+    """Return the media that a scene and its surfaces name."""
+    named = scene.medium, *(medium for surface in scene.surfaces for medium in (surface.front, surface.back))
+    return [medium for medium in named if medium is not None]
+
+
+def has_emission(scene: SceneParts) -> bool:
+    """Return whether a medium in the scene emits."""
+    return any(medium.emission > 0 for medium in named_media(scene))

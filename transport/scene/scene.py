@@ -7,11 +7,10 @@ from os import PathLike
 from transport.renderers import function_for
 from transport.scene.bodies import medium_at
 from transport.scene.checks.check_scene import check_scene
-from transport.scene.checks.overlapping_bodies import has_emission, has_named_media
 from transport.scene.detectors import Detector
 from transport.scene.materials import AnyMedium, Material, Surface, coerce_medium
 from transport.scene.media import Grid, Medium, Vacuum
-from transport.scene.parts import DETECTOR_TYPES, AnyDetectorType, SceneParts
+from transport.scene.parts import DETECTOR_TYPES, AnyDetectorType, SceneParts, has_emission, named_media
 from transport.scene.sides import AnyDetector
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
@@ -242,7 +241,7 @@ class Scene(SceneParts):
         if self.measured_in == "particles":
             cure = "emit watts, or leave it out"
             refuse(surface, f"material must not be a {kind} in a scene of particles, got {part}; {cure}")
-        if part.bounds_media and self.duration is not None and not has_named_media(self):
+        if part.bounds_media and self.duration is not None and not named_media(self):
             must = f"material must not be a Dielectric in a scene with a duration, got {self.duration} s"
             cure = (
                 f"name its medium, inside=Medium(index={part.index_inside:g}), which says how fast light is"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.scene.checks.overlapping_bodies import has_emission
+from transport.scene.parts import has_emission
 from transport.units import speed_of_light
 
 if TYPE_CHECKING:

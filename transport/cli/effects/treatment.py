@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from types import ModuleType
 
 from transport.compile.compiler import compile_scene
-from transport.compile.method_aimed import aimed_scene
-from transport.compile.methods import ANALOG, AUTO, Method, coerce_method
+from transport.compile.methods import ANALOG, AUTO, Method, aimed_scene, coerce_method
 from transport.compile.plan import Plan
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking

@@ -2,7 +2,7 @@
 
 from transport.compile import layout
 from transport.compile.media import importance_row
-from transport.compile.surfaces import pass_name
+from transport.compile.shapes import pass_name
 from transport.engine.passes import aims, detectors, emission, regions, variance_reduction
 from transport.engine.registry import step, step_by_name
 from transport.engine.stages.next_event import next_event_from_births, shadow_rays_from_births

@@ -1,6 +1,6 @@
 """Steps at the end of a flight: land on the sheet, score at detectors, mark visits, change bodies."""
 
-from transport.compile.volumes import is_dense, size_row
+from transport.compile.detectors import is_dense, size_row
 from transport.engine.passes import (
     detector_bins,
     detectors,

@@ -22,8 +22,8 @@ from transport.scene.checks.enclosures import ClosedPatches, ClosedShape, finite
 from transport.scene.detectors import Detector
 from transport.scene.materials import (
     Surface,
-    display_name,
 )
+from transport.scene.parts import join_surface_names
 from transport.scene.sides import IS_BACK, OTHER_SIDE
 from transport.validation import join_names
 from transport.vectors import Vector
@@ -205,8 +205,8 @@ def _enclosure_message(scene: Scene, room: Room, target: Sided, sources: list[Si
 
 def _room_name(scene: Scene, room: Room) -> tuple[str, str]:
     """The names of a room's walls, and the verb that follows them."""
-    names = [display_name(scene.surfaces[number], number) for number in room.numbers]
-    return join_names(names), "encloses" if len(names) == 1 else "together encloses"
+    verb = "encloses" if len(room.numbers) == 1 else "together encloses"
+    return join_surface_names(scene, room.numbers), verb
 
 
 def _is_certainly_inside(room: Room, sided: Sided) -> bool:

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile import method_backward
+from transport.compile.detectors import weights_vary
 from transport.compile.layout import GRAZING_CUT
-from transport.compile.method_expected import uses_next_event
+from transport.compile.methods import more_particles_or_backward, uses_next_event
 from transport.compile.next_event import min_collision_distance
-from transport.compile.volumes import weights_vary
 from transport.geometry.relations import is_behind
 from transport.geometry.shape import Shape
 from transport.scene.bodies import body_bits_at, nested_bodies, surrounding_medium
-from transport.scene.materials import display_name
+from transport.scene.parts import surface_name
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, student_quantile
 from transport.statistics.chunked import batch_totals
 from transport.statistics.findings import Finding, doubtful, unseen_scores
@@ -142,7 +141,7 @@ def _diffuse_walls(plan: Plan, point: Vector, reach: float) -> Iterator[tuple[st
     """Walls within reach that reflect or transmit diffusely, piece by piece."""
     for number, surface in enumerate(plan.scene.surfaces):
         if not _is_out_of_reach(surface.shape, point, reach) and surface.material.max_diffuse_share > 0:
-            title = display_name(surface, number)
+            title = surface_name(plan.scene, number)
             yield from ((title, piece, surface.material) for piece in surface.shape.pieces())
 
 
@@ -159,9 +158,7 @@ def _scattering_media(plan: Plan, point: Vector) -> Iterator[tuple[str, Shape | 
     if about < 0 and np.any(surrounding_medium(plan.scene).scattering):
         yield "a scattering medium", None, surrounding_medium(plan.scene)
     for number, body in enumerate(bodies):
-        faces = [
-            (plan.scene.surfaces[k].shape, display_name(plan.scene.surfaces[k], k)) for k in body.surfaces
-        ]
+        faces = [(plan.scene.surfaces[k].shape, surface_name(plan.scene, k)) for k in body.surfaces]
         extent = max(shape.extent for shape, _ in faces)
         if number == about and _free_path(body.medium)[0] < MAX_RELATIVE_DISTANCE * extent:
             yield f"the scattering medium inside {faces[0][1]}", None, body.medium
@@ -277,11 +274,11 @@ def unvisited_surface_findings(tally: Tally, size: float, light: float) -> Itera
             distance = max(surface.shape.distance(tally.shape.middle), size)
             if distance > 0:
                 added = plan.unit / tally.particles * share / (math.pi * distance**2)
-                found.append((unseen * added, distance, display_name(surface, number)))
+                found.append((unseen * added, distance, surface_name(plan.scene, number)))
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
     if most > 0:
         what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has reached it"
-        cure = method_backward.more_particles_or_backward(plan.scene)
+        cure = more_particles_or_backward(plan.scene)
         yield doubtful("unvisited surface", what, most, cure)
 
 
@@ -315,7 +312,7 @@ def _estimated_visits(tally: Tally, number: int, share: float, light: float) -> 
 def detector_forward_peaks(tally: Tally, total: Estimate) -> Iterator[Finding]:
     """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
     if _has_rays(tally) and total.error > 0:
-        cure = method_backward.more_particles_or_backward(tally.plan.scene)
+        cure = more_particles_or_backward(tally.plan.scene)
         area = tally.shape.area
         yield from _forward_peaks(tally, lambda density: min(1.0, density * area), 1 / tally.particles, cure)
 

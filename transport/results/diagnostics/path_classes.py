@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile import method_backward
+from transport.compile.detectors import LARGE_SHARE
+from transport.compile.methods import more_particles_or_backward, refusal
 from transport.compile.next_event import side_of
-from transport.compile.volumes import LARGE_SHARE
 from transport.results.diagnostics.proofs import (
     DirectView,
     Probe,
@@ -166,7 +166,7 @@ def _near_collision_finding(
         passing = math.fsum(2 * amount * share(apart) for amount, apart in beams if apart < distance)
         near = scattering * distance * (mean + passing)
         bounds.append(near + unseen * largest / tally.particles)
-    cure = method_backward.more_particles_or_backward(plan.scene)
+    cure = more_particles_or_backward(plan.scene)
     return doubtful("path class", "light scattered very near not sampled", min(bounds), cure)
 
 
@@ -239,7 +239,7 @@ def _guard_counts(tally: Reading) -> tuple[dict[str, int], float]:
 
 def _estimator_advice(scene: Scene) -> str:
     """The estimator that finds such light."""
-    if method_backward.refusal(scene) is None:
+    if refusal(scene, "backward") is None:
         return "use estimator='backward'"
     return "use estimator='analog' with more particles or a larger detector"
 

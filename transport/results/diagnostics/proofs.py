@@ -6,7 +6,7 @@ all lines of sight.
 Otherwise a probe bounds it.  The estimator "expected" finds light whose last vertex is specular only by
 chance.  Traced backwards, such a path leaves the detector towards a specular surface.  A probe sends
 histories from the detector towards each of these surfaces, scores at the sources by flights and by rays
-(transport/compile/method_backward.py), and takes the upper confidence limit.  The limit exceeds the class,
+(transport/compile/methods.py), and takes the upper confidence limit.  The limit exceeds the class,
 because it includes light that a surface reflects diffusely and light that passes beside it.  For "backward",
 which finds light whose first vertex is specular by chance, histories start at the source towards the
 surfaces.
@@ -27,9 +27,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from transport.compile import method_backward
 from transport.compile.adjoint import adjoint_scene, gains_of
 from transport.compile.limits_exceeded import OverrunError
+from transport.compile.methods import refusal
 from transport.geometry.flat import Slab
 from transport.geometry.line_crossings import crossings
 from transport.geometry.relations import gap_lower_bound, is_behind
@@ -43,9 +43,9 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Lambertian
 from transport.scene.materials import (
     Material,
-    display_name,
 )
 from transport.scene.media import Medium
+from transport.scene.parts import surface_name
 from transport.scene.points import PointDetector
 from transport.scene.sides import IS_BACK
 from transport.scene.sources import Source
@@ -110,10 +110,7 @@ def _find_specular_surfaces(scene: Scene, shape: Shape, side: str | None) -> lis
 
 def surface_names(scene: Scene, numbers: Iterable[int]) -> list[str]:
     """Names of the surfaces with these indices."""
-    surfaces = [(number, scene.surfaces[number]) for number in numbers]
-    return [
-        repr(surface.name) if surface.name else display_name(surface, number) for number, surface in surfaces
-    ]
+    return [surface_name(scene, number).removeprefix("Surface ") for number in numbers]
 
 
 def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
@@ -472,7 +469,7 @@ class Probe:
     @property
     def _adjoint(self) -> tuple:
         """The scene for backward histories, and its sources.  Raises SceneError if there is none."""
-        if (why := method_backward.refusal(self.scene)) is not None:
+        if (why := refusal(self.scene, "backward")) is not None:
             raise SceneError(str(why))
         turned, lamps = adjoint_scene(self.scene)
         if not all(isinstance(lamp.detector, Detector) for lamp in lamps):

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.compile.detectors import EDGES, LARGE_SHARE
 from transport.compile.layout import POINT_OCTAVES, POINT_ROWS, SIZE_CELLS
 from transport.compile.points import SCALES
-from transport.compile.volumes import EDGES, LARGE_SHARE
 from transport.statistics.quality import Scores
 
 if TYPE_CHECKING:

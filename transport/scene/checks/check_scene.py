@@ -12,7 +12,7 @@ from transport.scene.checks.overlapping_bodies import check_filling
 from transport.scene.checks.points import check_point_detectors
 from transport.scene.checks.refractive_indices import check_media
 from transport.scene.checks.trapping import check_total_internal_reflection
-from transport.scene.materials import Surface, display_name
+from transport.scene.parts import surface_name
 from transport.scene.sheets import scene_sheets
 from transport.statistics.findings import Check
 from transport.validation import SceneError, refuse, short_repr
@@ -42,8 +42,8 @@ def check_supports(scene: SceneParts) -> None:
                             " there; a gap would be a film of air"
                         )
                     raise SceneError(
-                        f"Scene: {_surface_name(scene, other.surface)} and"
-                        f" {_surface_name(scene, one.surface)} overlap on one {_support_name(one.shape)};"
+                        f"Scene: {surface_name(scene, other.surface)} and"
+                        f" {surface_name(scene, one.surface)} overlap on one {_support_name(one.shape)};"
                         f" {cure}"
                     )
 
@@ -61,11 +61,6 @@ def check_aims(scene: SceneParts) -> None:
 def _support_name(shape: Shape) -> str:
     """Kind of support in messages."""
     return "plane" if shape.is_flat else type(shape).__name__.lower()
-
-
-def _surface_name(scene: SceneParts, surface: Surface) -> str:
-    """Name of a surface in messages."""
-    return display_name(surface, scene.surfaces.index(surface))
 
 
 # The checks of a scene, in their order.

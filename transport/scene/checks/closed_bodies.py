@@ -22,8 +22,8 @@ from transport.geometry.line_crossings import (
     sorted_crossings,
 )
 from transport.scene.bodies import Body, bounds_alone
-from transport.scene.checks.interfaces import surface_name
 from transport.scene.media import canonical_medium
+from transport.scene.parts import surface_name
 from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
@@ -31,10 +31,8 @@ if TYPE_CHECKING:
 
 LINES_PER_SURFACE = 16  # least number of lines per surface
 MIN_GAP_SHARE = 0.9  # a surface in this share of the gaps is named
-MAX_REVERSED, MAX_SIDES = (
-    16,
-    4,
-)  # most faces tried reversed, and most sides tried with the medium, to find the cause
+# most faces tried reversed, and most sides tried with the medium, to find the cause
+MAX_REVERSED, MAX_SIDES = 16, 4
 
 Faces = tuple[tuple[int, bool], ...]  # index of the surface, and whether the body is in front of it
 

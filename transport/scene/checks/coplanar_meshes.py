@@ -16,7 +16,7 @@ import numpy as np
 from transport.geometry.mesh import Mesh
 from transport.geometry.relations import rounding_tolerance
 from transport.geometry.shape import Shape
-from transport.scene.materials import display_name
+from transport.scene.parts import surface_name
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def check_coplanar_meshes(scene: SceneParts) -> None:
 def _named_shapes(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
     """Shapes that rays hit or start on, with their names."""
     for number, surface in enumerate(scene.surfaces):
-        yield display_name(surface, number), surface.shape
+        yield surface_name(scene, number), surface.shape
     for number, source in enumerate(scene.sources):
         if isinstance(source.shape, Shape) and source.emission.has_side:
             yield f"sources[{number}]", source.shape

@@ -15,18 +15,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from transport.geometry.line_crossings import crossings
-from transport.geometry.relations import are_on_one_support, encloses, is_behind, point_beside
+from transport.geometry.relations import are_on_one_support, boxes_meet, encloses, is_behind, point_beside
 from transport.geometry.shape import ROUNDING, Shape
 from transport.scene.bodies import TEST_DIRECTIONS
 from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
-from transport.scene.materials import (
-    Material,
-    Surface,
-    Transparent,
-    display_name,
-)
+from transport.scene.materials import Material, Surface, Transparent
+from transport.scene.parts import join_surface_names
 from transport.scene.sides import OTHER_SIDE
-from transport.validation import SceneError, join_names
+from transport.validation import SceneError
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
@@ -59,7 +55,7 @@ class ClosedShape(NamedTuple):
 
     def may_reach(self, shape: Shape) -> bool:
         """Return whether part of a shape may lie in the region."""
-        return _boxes_meet(shape, self.shapes)
+        return boxes_meet(shape, *self.shapes)
 
 
 class ClosedPatches(NamedTuple):
@@ -99,7 +95,7 @@ class ClosedPatches(NamedTuple):
 
     def may_reach(self, shape: Shape) -> bool:
         """Return whether part of a shape may lie in the region."""
-        return _boxes_meet(shape, self.shapes)
+        return boxes_meet(shape, *self.shapes)
 
 
 class PlaneCell(NamedTuple):
@@ -154,8 +150,7 @@ def check_lossless_enclosures(scene: SceneParts) -> None:
 
 def _region_name(scene: SceneParts, enclosure: Enclosure) -> str:
     """Description of the region in messages."""
-    names = [display_name(scene.surfaces[number], number) for number in enclosure.numbers]
-    return f"{enclosure.word} {join_names(names)}"
+    return f"{enclosure.word} {join_surface_names(scene, enclosure.numbers)}"
 
 
 # ---- absorption ----
@@ -179,13 +174,6 @@ def _is_lossy(material: Material, is_back: bool) -> bool:
 
 
 # ---- starting points ----
-
-
-def _boxes_meet(shape: Shape, others: tuple[Shape, ...]) -> bool:
-    """Return whether the bounding box of a shape and that of others overlap."""
-    low, high = (np.array(corner) for corner in shape.bounds)
-    bounds = np.array([other.bounds for other in others])
-    return bool((low <= bounds[:, 1].max(axis=0)).all() and (bounds[:, 0].min(axis=0) <= high).all())
 
 
 def _start_point(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vector:

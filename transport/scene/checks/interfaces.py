@@ -22,12 +22,9 @@ from transport.geometry.line_crossings import (
     sorted_crossings,
 )
 from transport.scene.bodies import Body, bits_of_bodies_at, bodies_on_sides, body_solid, surrounding_medium
-from transport.scene.materials import (
-    AnyMedium,
-    Surface,
-    display_name,
-)
+from transport.scene.materials import AnyMedium, Surface
 from transport.scene.media import canonical_medium
+from transport.scene.parts import surface_name
 from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
@@ -41,11 +38,6 @@ class InterfaceCrossing(NamedTuple):
     place: np.ndarray
     before: int  # bits of the bodies before and behind the crossing
     behind: int
-
-
-def surface_name(scene: SceneParts, number: int) -> str:
-    """Name of a surface in messages."""
-    return display_name(scene.surfaces[number], number)
 
 
 def check_sides(scene: SceneParts, bodies: tuple[Body, ...]) -> None:

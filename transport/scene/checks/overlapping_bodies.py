@@ -25,12 +25,13 @@ from transport.scene.bodies import (
     surrounding_medium,
 )
 from transport.scene.checks.closed_bodies import check_closed
-from transport.scene.checks.interfaces import check_sides, surface_name
+from transport.scene.checks.interfaces import check_sides
 from transport.scene.emissions import Isotropic
 from transport.scene.materials import AnyMedium
 from transport.scene.media import Grid
+from transport.scene.parts import join_surface_names, named_media, surface_name
 from transport.scene.sources import Source
-from transport.validation import SceneError, join_names, short_repr
+from transport.validation import SceneError, short_repr
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 def check_filling(scene: SceneParts) -> None:
     """Raise SceneError for media that do not fit together, within the limits stated above."""
-    if not has_named_media(scene):
+    if not named_media(scene):
         return
     bodies = scene_bodies(scene)
     _check_grids(scene, bodies)
@@ -49,19 +50,6 @@ def check_filling(scene: SceneParts) -> None:
     _check_emission(scene, bodies)
     _check_infinite_scattering(scene, bodies)
     check_sides(scene, bodies)
-
-
-def has_named_media(scene: SceneParts) -> bool:
-    """Return whether the scene has any medium."""
-    return scene.medium is not None or any(
-        medium is not None for surface in scene.surfaces for medium in (surface.front, surface.back)
-    )
-
-
-def has_emission(scene: SceneParts) -> bool:
-    """Return whether a medium in the scene emits."""
-    media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
-    return any(medium is not None and medium.emission > 0 for medium in media)
 
 
 def emitting_bodies_as_sources(scene: SceneParts) -> list[tuple[int, Source]]:
@@ -76,9 +64,9 @@ def emitting_bodies_as_sources(scene: SceneParts) -> list[tuple[int, Source]]:
     ]
 
 
-def _surface_names(scene: SceneParts, body: Body) -> str:
+def _body_name(scene: SceneParts, body: Body) -> str:
     """Names of the surfaces of a body."""
-    return join_names([surface_name(scene, number) for number in body.surfaces], most=len(body.surfaces))
+    return join_surface_names(scene, body.surfaces, most=len(body.surfaces))
 
 
 # ---- bodies ----
@@ -107,7 +95,7 @@ def _check_units(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
         return
     named = [
         ("medium", surrounding_medium(scene)),
-        *((_surface_names(scene, body), body.medium) for body in bodies),
+        *((_body_name(scene, body), body.medium) for body in bodies),
     ]
     for what, medium in named:
         if medium.index != 1 or medium.emission:
@@ -137,7 +125,7 @@ def _check_half_spaces(scene: SceneParts, one: Body, other: Body, is_same: bool)
     if is_same or not bodies_overlap(scene, one, other):
         return
     raise SceneError(
-        f"Scene: {_surface_names(scene, one)} and {_surface_names(scene, other)} must not fill half spaces"
+        f"Scene: {_body_name(scene, one)} and {_body_name(scene, other)} must not fill half spaces"
         f" that overlap, got {short_repr(one.medium)} in both; for the region between planes write Slab(...),"
         " Box(...) or Box(...).faces()"
     )
@@ -168,7 +156,7 @@ def _check_pair(scene: SceneParts, one: Body, other: Body, is_same: bool) -> Non
     )
     got = f"{short_repr(one.medium)} and {short_repr(other.medium)}"
     raise SceneError(
-        f"Scene: {_surface_names(scene, one)} and {_surface_names(scene, other)} {words}, got {got}; {cure}"
+        f"Scene: {_body_name(scene, one)} and {_body_name(scene, other)} {words}, got {got}; {cure}"
     )
 
 
@@ -196,14 +184,14 @@ def _check_emission(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
             got = short_repr(scene.surfaces[body.surfaces[0]].shape)
             cure = "fill a Box or a Sphere with the emitting medium"
             raise SceneError(
-                f"Scene: {_surface_names(scene, body)}: emission needs a Box or Sphere, got {got}; {cure}"
+                f"Scene: {_body_name(scene, body)}: emission needs a Box or Sphere, got {got}; {cure}"
             )
         for number, other in enumerate(bodies):
             is_beside = other is body or number in holders[k] or not meet[k, number]
             if not is_beside and bodies_overlap(scene, body, other):
                 raise SceneError(
-                    f"Scene: {_surface_names(scene, body)}: a body that emits must hold no other body,"
-                    f" got {_surface_names(scene, other)} in it; divide it into boxes side by side"
+                    f"Scene: {_body_name(scene, body)}: a body that emits must hold no other body,"
+                    f" got {_body_name(scene, other)} in it; divide it into boxes side by side"
                 )
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from transport.geometry.shape import ROUNDING, Point
-from transport.scene.materials import Surface, display_name
-from transport.scene.parts import SceneParts
+from transport.scene.materials import Surface
+from transport.scene.parts import SceneParts, surface_name
 from transport.scene.points import PointDetector
 from transport.scene.sources import Source
 from transport.validation import refuse, short_repr
@@ -33,7 +33,7 @@ def check_point_detectors(scene: SceneParts) -> None:
 def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface) -> None:
     if not surface.material.acts:
         return
-    title = display_name(surface, scene.surfaces.index(surface))
+    title = surface_name(scene, surface)
     for part in surface.material.elements:
         if part.is_specular or not part.acts:  # no block to a ray, or of unknown radiance
             must = "needs surfaces that are Black, Diffuse or Transparent throughout"
@@ -51,10 +51,7 @@ def _check_source(scene: SceneParts, detector: PointDetector, source: Source) ->
         refuse(detector, f"needs Isotropic, Lambertian or Beam emission, got {got}; use a VolumeDetector")
     if source.aim is not None:
         cure = "leave out aim: every emission already sends a ray to the point"
-        refuse(
-            detector,
-            f"needs sources without an aim, got aim={short_repr(source.aim)}; {cure}",
-        )
+        refuse(detector, f"needs sources without an aim, got aim={short_repr(source.aim)}; {cure}")
     is_point = isinstance(shape, Point)
     if emission.law == "isotropic" and is_point and detector.position == shape.position:
         refuse(

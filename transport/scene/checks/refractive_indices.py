@@ -29,7 +29,8 @@ from transport.geometry.line_crossings import (
 )
 from transport.geometry.relations import is_within, solids_overlap
 from transport.geometry.shape import Shape
-from transport.scene.materials import Dielectric, Surface, display_name
+from transport.scene.materials import Dielectric
+from transport.scene.parts import surface_name
 from transport.validation import SceneError
 from transport.vectors import Vector
 
@@ -57,7 +58,7 @@ class Boundary(NamedTuple):
 
 def check_media(scene: SceneParts) -> None:
     """Raise SceneError for boundaries that contradict one another, within the limits stated above."""
-    boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
+    boundaries = _boundaries(scene)
     glass = [b for b in boundaries if b.glass is not None]
     if len(glass) < 2 and not any(b.shape.triangles for b in glass):
         return
@@ -72,7 +73,7 @@ def check_media(scene: SceneParts) -> None:
 
 def index_around(scene: SceneParts, position: Vector) -> float:
     """Refractive index at a position, by the majority of lines from there; nan if they do not agree."""
-    boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
+    boundaries = _boundaries(scene)
     glass = [b for b in boundaries if b.glass is not None]
     size = _boundaries_size(boundaries)
     # Send lines towards points in the boxes of boundaries, and in all directions.
@@ -94,13 +95,13 @@ def index_around(scene: SceneParts, position: Vector) -> float:
     return float(found[counts.argmax()]) if 4 * counts.max(initial=0) > 3 * counts.sum() else math.nan
 
 
-def _boundary(surface: Surface, number: int) -> Boundary | None:
-    """The surface as a boundary; None if it transmits light and changes no index."""
-    glass = surface.material.boundary
-    if glass is None and surface.material.is_transmissive:
-        return None
-    title = display_name(surface, number)
-    return Boundary(title, surface.shape, glass)
+def _boundaries(scene: SceneParts) -> list[Boundary]:
+    """The surfaces of a scene that change the index, or transmit no light."""
+    return [
+        Boundary(surface_name(scene, number), surface.shape, surface.material.boundary)
+        for number, surface in enumerate(scene.surfaces)
+        if surface.material.boundary is not None or not surface.material.is_transmissive
+    ]
 
 
 # ---- spheres and boxes ----
@@ -126,10 +127,7 @@ def _intersect(a: Shape, b: Shape) -> bool:
 
 def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
     """Refuse boundaries between which a line finds two different indices."""
-    size, facets = (
-        _boundaries_size(boundaries),
-        sum(b.shape.triangles for b in boundaries),
-    )
+    size, facets = _boundaries_size(boundaries), sum(b.shape.triangles for b in boundaries)
     count = max(
         4,
         min(

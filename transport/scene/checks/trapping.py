@@ -16,17 +16,13 @@ import numpy as np
 
 from transport.geometry.flat import Slab
 from transport.geometry.line_crossings import EDGE_TOLERANCE
+from transport.geometry.relations import boxes_meet
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import surrounding_medium
 from transport.scene.checks.overlapping_bodies import absorbs, emitting_bodies_as_sources
-from transport.scene.materials import (
-    AnyMedium,
-    Material,
-    Mirror,
-    Surface,
-    display_name,
-)
+from transport.scene.materials import AnyMedium, Material, Mirror, Surface
+from transport.scene.parts import surface_name
 from transport.validation import SceneError, short_repr
 from transport.vectors import dot
 
@@ -58,7 +54,7 @@ def check_total_internal_reflection(scene: SceneParts) -> None:
         if company and not (surface.shape.is_infinite and all(map(_is_bounded, company))):
             continue
         for lamp, cure in _trapped_sources(scene, surface.shape, sine, company):
-            title = display_name(surface, number)
+            title = surface_name(scene, number)
             raise SceneError(
                 f"Scene: total internal reflection traps light of {lamp} in {title} forever, got a critical"
                 f" angle of {math.degrees(math.asin(sine)):.4g} degrees and no absorption; let the material"
@@ -88,9 +84,7 @@ def _trapped_sources(
             and _is_inside_slab(surface.shape, shape)
             and not _is_enclosed(surface.shape, others)
         ):
-            number = scene.surfaces.index(surface)
-            title = display_name(surface, number)
-            yield f"the scatterer {title}", "replace the slab by a finite Box"
+            yield f"the scatterer {surface_name(scene, surface)}", "replace the slab by a finite Box"
 
 
 def check_weak_absorption(scene: SceneParts) -> None:
@@ -127,18 +121,13 @@ def _other_surfaces_inside(scene: SceneParts, number: int) -> list[Surface]:
     return [
         other
         for k, other in others
-        if k != number and not _is_inert(other) and _boxes_overlap(other.shape, shape)
+        if k != number and not _is_inert(other) and boxes_meet(other.shape, shape)
     ]
 
 
 def _is_inert(surface: Surface) -> bool:
     """Return whether a surface has no effect."""
     return not surface.material.acts and not (_interacts(surface.front) or _interacts(surface.back))
-
-
-def _boxes_overlap(shape: Shape, other: Shape) -> bool:
-    """Return whether the bounding boxes of two shapes overlap."""
-    return all(p <= s and r <= q for p, q, r, s in zip(*other.bounds, *shape.bounds, strict=True))
 
 
 def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
@@ -149,7 +138,7 @@ def _is_inside_slab(shape: Shape, slab: Slab) -> bool:
 
 def _is_enclosed(shape: Shape, walls: list[Surface]) -> bool:
     """Return whether a surface around the shape may block its light."""
-    return any(not wall.material.is_clear and _boxes_overlap(shape, wall.shape) for wall in walls)
+    return any(not wall.material.is_clear and boxes_meet(shape, wall.shape) for wall in walls)
 
 
 def _is_bounded(surface: Surface) -> bool:
