@@ -7,9 +7,9 @@ from transport.compile.compiler import compile_scene
 from transport.compile.method_aimed import aimed_scene
 from transport.compile.methods import ANALOG, AUTO, Method, coerce_method
 from transport.compile.plan import Plan
+from transport.run.settings import coerce_tracking
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.simulate import coerce_tracking
 from transport.verification.experiment import run_settings_of
 
 
