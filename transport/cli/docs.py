@@ -148,20 +148,9 @@ GUIDES = PACKAGE / "guides"
 WIDE_CSS = ".content { width: 56em; }\n"  # code blocks have lines of 100 characters
 REQUIRED_PACKAGES = ("sphinx", "furo", "myst_parser")
 GUIDE_ORDER = (
-    "surfaces",
-    "media",
-    "clocks",
-    "cost",
-    "numbers",
-    "scenes",
-    "saving",
-    "clusters",
-    "commands",
-    "laws",
-    "performance",
-    "extending",
-    "code",
-)
+    "surfaces", "media", "clocks", "cost", "numbers", "scenes", "saving", "clusters", "commands", "laws",
+    "performance", "extending", "code",
+)  # fmt: skip
 
 
 def build_site(out: Path, commands: Any) -> Path:

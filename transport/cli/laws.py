@@ -68,7 +68,7 @@ def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: f
     if estimate.exact:
         return ROUNDING if exact != 0 else 0.0
     if is_exact_in_every_batch(estimate, exact):
-        return max(ROUNDING, -math.log(1 - power) / int(estimate.run.sizes.sum()))
+        return max(ROUNDING, -math.log(1 - power) / estimate.run.histories)
     if math.isnan(estimate.error):
         return math.nan
     limit = student_quantile(1 - false_alarm / 2, estimate.dof)

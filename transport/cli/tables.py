@@ -20,15 +20,8 @@ from transport.statistics.findings import CONSTANT, DOUBTFUL, SOUND
 from transport.statistics.notation import estimate_text
 from transport.verification.experiment import Outcome
 
-WRAPPED_COLUMNS = (
-    "quantity",
-    "case",
-    "naive formula",
-    "effect",
-    "over",
-    "measured",
-    "kind of scene",
-)  # columns that wrap if the console is too narrow
+# columns that wrap if the console is too narrow
+WRAPPED_COLUMNS = "quantity", "case", "naive formula", "effect", "over", "measured", "kind of scene"
 
 
 def case_table(outcome: Outcome) -> Table:

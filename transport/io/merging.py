@@ -19,6 +19,7 @@ from transport.run.settings import Limits
 from transport.run.state import State
 from transport.validation import SceneError, short_repr
 
+SUMMED = ("particles", "crossings", "collisions", "seconds")  # of the states of the merged runs
 MERGED_SCHEDULE = "Merged"  # a schedule kind that no run has: the merged run continues from its batches alone
 
 
@@ -152,14 +153,8 @@ def _merged_state(results: list[Result], batches: list[Batch], seed: int, limits
         MERGED_SCHEDULE,
         {"issued": limits.particles},
         batches,
-        [],
-        [],
-        0,
         _next_batch(results, batches, seed),
-        particles=sum(state.particles for state in states),
-        crossings=sum(state.crossings for state in states),
-        collisions=sum(state.collisions for state in states),
-        seconds=sum(state.seconds for state in states),
+        **{name: sum(getattr(state, name) for state in states) for name in SUMMED},
         origins=distinct_origins(*(state.origins for state in states)),
     )
 

@@ -82,9 +82,8 @@ def _check_same(name: str, requested: object, was: object) -> None:
 # ---- Checkpoints: a run is saved while it runs, and continues from the last complete file after a crash.
 
 NOT_SAVED = "not saved"  # begins the warning of a run whose end was not saved
-MAX_WRITE_FRACTION = (
-    0.1  # largest fraction of the time spent on writing: large runs are saved less often than requested
-)
+# largest fraction of the time spent on writing: large runs are saved less often than requested
+MAX_WRITE_FRACTION = 0.1
 
 
 class CheckpointWarning(UserWarning):
@@ -96,9 +95,8 @@ class Checkpoints:
 
     def __init__(self, path: object, every: object, scene: Scene) -> None:
         """Raise SceneError for an invalid path or interval, and for a scene that no file can hold."""
-        self.path = checked_destination(
-            "checkpoint", path
-        ).absolute()  # in case the script changes its folder
+        # Make the path absolute, in case the script changes its folder.
+        self.path = checked_destination("checkpoint", path).absolute()
         self.every = _checked_interval(every)
         self.scene, self.due, self.failures = scene_text(scene), time.perf_counter() + self.every, []
 

@@ -179,22 +179,12 @@ def _make_result(path: Path, rows: dict, scene: str, run: dict) -> Result:
         scene = Scene.from_json(scene)
     except SceneError as error:
         raise FileError(f"{path}: scene: {error}") from error
-    plan = plan_for(scene, run["tracking"], run["method"])
+    plan = plan_for(scene, run["tracking"], run.pop("method"))
     if rows != sum_layout(plan):
         made = ", ".join(f"{origin.version} ({origin.sources})" for origin in run["state"].origins)
         cure = "load it with that version, or read its results with xarray or numpy"
         raise FileError(f"{path} was made by transport {made}, which lays out its sums differently; {cure}")
-    return Result(
-        plan,
-        run["batches"],
-        run["seed"],
-        run["cost"],
-        run["is_complete"],
-        run["warnings"],
-        run["tracking"],
-        run["choice"],
-        run["state"],
-    )
+    return Result(plan, asked=run.pop("tracking"), **run)
 
 
 def original_scene(result: Result) -> Scene:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.results.phase_space import SnapshotReading
-from transport.results.report import run_line, title_of
+from transport.results.report import run_line
 from transport.results.result import Result
 from transport.results.tally import Tally
 from transport.statistics.axes import axis_places
@@ -112,13 +112,14 @@ def _ledger_variables(result: Result) -> Iterator[tuple[str, Variable]]:
 
 def _tally_attributes(tally: Tally) -> dict[str, object]:
     is_sample = isinstance(tally, SnapshotReading)
-    title = "snapshot" if is_sample else title_of(tally.detector, tally)
-    return {"title": title, "name": tally.name}
+    return {"title": tally.kind if is_sample else tally.heading, "name": tally.name}
 
 
 def _tally_variables(tally: Tally, names: Sequence[str] = ()) -> Iterator[tuple[str, Variable]]:
     """Yield these quantities of a tally, or all; new ones are freed before the next is made."""
     if isinstance(tally, SnapshotReading):
+        for name in names:
+            tally.named(name)  # raises: a sample has no quantities
         yield from _sample_variables(tally)
         return
     done, kept = set(), set(vars(tally))

@@ -86,7 +86,6 @@ class Reading(Tally):
     (0.0479 ± 0.0011) W m^-2
     """
 
-    title = "detector "
     main = ("weight in", "weight out")
 
     # ---- through the whole shape, and per area ----
@@ -252,7 +251,7 @@ class Reading(Tally):
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """The scores of both sides; rows of shadow rays are added to those of flights."""
-        plan, number, energy = self.plan, float(self.run.sizes.sum()), energy_unit(self.plan)
+        plan, number, energy = self.plan, float(self.particles), energy_unit(self.plan)
         found, counts = {}, self._column("counts")
         for side, of_side in enumerate(SIDES):
             rows = replace(self.rows, first=self.rows.first + side * plan.half)
@@ -291,6 +290,11 @@ class Reading(Tally):
                     ),
                 }
         return found
+
+    @property
+    def heading(self) -> str:
+        """Title in a report, with the side."""
+        return f"{self.title}, {self.detector.side}"
 
     @property
     def expectation(self) -> Any:

@@ -82,7 +82,7 @@ class PhaseReading(Tally):
     is J for light.
     """
 
-    title = "phase space "
+    kind = "phase space"
 
     number = Quantity("Number of particles [1], or their energy [J], in each bin.", "weight", BINS)
     density = Quantity(
@@ -234,7 +234,7 @@ class SnapshotReading(Tally):
         Index of the run's batch of each particle, shape (N,).
     """
 
-    title = "snapshot "
+    kind = "snapshot"
 
     def __init__(self, result, snapshot: Snapshot, number: int) -> None:
         self.snapshot = self.detector = snapshot
@@ -270,6 +270,11 @@ class SnapshotReading(Tally):
             "it is a sample: read positions, velocities, weights, histories or batches, or use a PhaseSpace"
             " for densities and moments"
         )
+
+    @property
+    def heading(self) -> str:
+        """Title in a report."""
+        return f"{self.title}, {len(self)} particles at {self.time:g} s"
 
     def __len__(self) -> int:
         return len(self.weights)

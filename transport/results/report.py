@@ -12,10 +12,6 @@ from transport.compile.method_expected import detectors_without_next_event
 from transport.compile.methods import ANALOG, Method, methods_for
 from transport.results.footprint import batches_that_fit, bytes_of_batch
 from transport.results.record import RANDOM_SLOPE, Cost, Record
-from transport.scene.cameras import Camera, PointInstrument
-from transport.scene.phase_space import PhaseSpace, Snapshot
-from transport.scene.points import PointDetector
-from transport.scene.volumes import VolumeDetector
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.findings import BOUNDED
 from transport.statistics.notation import duration, percent
@@ -95,7 +91,7 @@ def report_of(result) -> str:
     ]
     for detector in result.scene.detectors:
         reading = result[detector.name]
-        lines += ["", title_of(detector, reading)]
+        lines += ["", reading.heading]
         for name, quantity in reading.quantities.items():
             lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
         lines += [f"  {line}" for line in price_lines(result, detector.name)]
@@ -154,22 +150,6 @@ def part_text(result) -> str:
     limits = result.state.limits
     (one, of), requested = limits.part, f" of {limits.particles:_} requested" * (not result.is_complete)
     return f"; part {one} of {of} of a run of {limits.particles:_}" if of > 1 else requested
-
-
-def title_of(detector, reading) -> str:
-    """The kind and name of a detector."""
-    match detector:
-        case PhaseSpace(name=name):
-            return f"phase space {name!r}"
-        case Snapshot(name=name):
-            return f"snapshot {name!r}, {len(reading)} particles at {detector.time:g} s"
-        case VolumeDetector(name=name):
-            return f"volume detector {name!r}"
-        case PointDetector(name=name):
-            return f"point detector {name!r}"
-        case PointInstrument(name=name):
-            return f"{'camera' if isinstance(detector, Camera) else 'environment map'} {name!r}"
-    return f"detector {detector.name!r}, {detector.side}"
 
 
 def ledger_lines(ledger) -> list[str]:

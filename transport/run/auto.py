@@ -40,15 +40,10 @@ if TYPE_CHECKING:
     from transport.scene.scene import Scene
 
 PILOT_SECONDS = 0.4  # time of all pilots together [s], without compilation
-MIN_HISTORIES, GROWTH_FACTOR, MAX_HISTORIES = (
-    1 << 8,
-    4,
-    1 << 26,
-)  # histories of the first pilot, growth factor, most histories
-MIN_PILOT_HISTORIES, LONG_PILOT_SECONDS = (
-    1 << 12,
-    0.25,
-)  # least histories of a pilot, unless they take longer than this [s]
+# histories of the first pilot, growth factor, most histories
+MIN_HISTORIES, GROWTH_FACTOR, MAX_HISTORIES = 1 << 8, 4, 1 << 26
+# least histories of a pilot, unless they take longer than this [s]
+MIN_PILOT_HISTORIES, LONG_PILOT_SECONDS = 1 << 12, 0.25
 FALSE_ALARM = 1e-4  # probability that any pilot lies below another by chance
 TIE_FACTOR = 1.2  # the simplest method within this factor of the lowest price is chosen
 # Cost factor of stratified and Sobol runs for an error or a time: they run in rounds of doubled size, and

@@ -134,17 +134,8 @@ class Run:
         )
         settings = self.settings
         warnings = [*self.warnings, *self.executor.warnings, *warnings_of(self.state.origins)]
-        return Result(
-            self.plan,
-            self.batches,
-            settings.seed,
-            cost,
-            is_complete,
-            warnings,
-            settings.tracking,
-            settings.choice,
-            self.state,
-        )
+        asked, choice, seed = settings.tracking, settings.choice, settings.seed
+        return Result(self.plan, self.batches, seed, cost, is_complete, warnings, asked, choice, self.state)
 
     def _leg(self) -> bool:
         """Run the batches until the next error check; return False if there are none or time is up."""
@@ -207,10 +198,10 @@ class Run:
             type(schedule).__name__,
             {name: int(getattr(schedule, name)) for name in schedule.remembered},
             list(schedule.batches),
+            self.executor.next,
             list(schedule.current),
             self.leg,
             self.done,
-            self.executor.next,
             dict(self.executor.ahead),
             list(self.looks),
             self.particles,

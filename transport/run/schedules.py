@@ -111,13 +111,11 @@ def _group_by_size(batches: list[Batch], size: int) -> list[list[Batch]]:
 
 MAX_BATCH_SIZE = 1 << 24  # particles
 MAX_EVENTS = 1 << 28  # crossings and collisions planned per batch: sums are exact below 2^30
-FIRST_BATCH_SIZE = (
-    512  # particles of the first batches where only the time is limited; doubled as the run goes on
-)
+# particles of the first batches where only the time is limited; doubled as the run goes on
+FIRST_BATCH_SIZE = 512
 PILOT_BATCH_SIZE = 128  # particles per batch of a pilot
-MAX_STORED_BYTES = (
-    1 << 28
-)  # bytes of sums that a run for an error may store, where the number of batches is left open
+# bytes of sums that a run for an error may store, where the number of batches is left open
+MAX_STORED_BYTES = 1 << 28
 MIN_BATCHES = 32  # batches, unless these are very large
 MIN_BATCHES_OF_ROUND = 8  # batches with which an unfinished round is better than the one before it
 # times as many batches as requested, where those would be too large; consecutive ones are then merged

@@ -287,10 +287,8 @@ class Quantity(Generic[Number, Reason]):
         number, run = self._replicates, self.run
         if not self._is_measured or self.exact or run is None or not run.is_even or number.is_chunked:
             return ()
-        histories = int(run.sizes.sum())
-        return even_scores_findings(
-            number.value, np.asarray(self._error_bars.error), number.scores, histories
-        )
+        error = np.asarray(self._error_bars.error)
+        return even_scores_findings(number.value, error, number.scores, run.histories)
 
     @property
     def _propagated_findings(self) -> tuple[Finding, ...]:
@@ -312,7 +310,7 @@ class Quantity(Generic[Number, Reason]):
     def _unknown_error_limits(self) -> np.ndarray:
         """Limits of numbers with unknown error besides the findings, ``(*dims)``; 0 if the error is known."""
         runs = self._replicates.runs
-        histories = min((run.sizes.sum() for run in runs), default=0)
+        histories = min((run.histories for run in runs), default=0)
         is_sure = all(run.is_even or len(run) >= MIN_EQUAL_BATCHES for run in runs)
         number = self._replicates
         return unknown_error_limits(

@@ -126,12 +126,8 @@ MIN_REPEATS = 5
 SPEED, LONG_DURATION = 300.0, 10.0  # speed of particles [m/s]; duration [s] in which every history ends
 GAS = Maxwellian(sigma=SPEED)
 # particles per timing
-BOX_PARTICLES, BOX_YARDSTICK_PARTICLES, DISK_PARTICLES, DISK_YARDSTICK_PARTICLES = (
-    2_000_000,
-    600_000,
-    20_000_000,
-    3_000_000,
-)
+BOX_PARTICLES, BOX_YARDSTICK_PARTICLES = 2_000_000, 600_000
+DISK_PARTICLES, DISK_YARDSTICK_PARTICLES = 20_000_000, 3_000_000
 
 
 def box_scene(

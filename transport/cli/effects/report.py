@@ -27,16 +27,9 @@ from transport.statistics.notation import duration
 # ---- Tables and lines on effects: memory, compilation, and prices of additional effects.
 
 PRICE_HEADS = (
-    "effect",
-    "over",
-    "ns per history>",
-    "adds ns>",
-    "times>",
-    "events>",
-    "ns per event>",
-    "passes>",
+    "effect", "over", "ns per history>", "adds ns>", "times>", "events>", "ns per event>", "passes>",
     "bytes per lane>",
-)
+)  # fmt: skip
 COLD_HEADS = "kind of scene", "passes>", "cold>", "from disk>", "machine code>", "bytes per lane>", "carried>"
 
 

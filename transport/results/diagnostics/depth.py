@@ -58,11 +58,8 @@ class StraightPath:
         return chance > math.log(particles) or self.depth > MAX_OPTICAL_DEPTH
 
 
-def optical_depth_message(tally: Tally, title: str) -> str | None:
-    """Message about a detector without a score if all straight paths to it cross thick media; None otherwise.
-
-    title: name of the detector in the message.
-    """
+def optical_depth_message(tally: Tally) -> str | None:
+    """Message about a detector without a score whose straight paths all cross thick media; else None."""
     plan = tally.plan
     if plan.adjoint is not None or not has_media(plan.scene):
         return None
@@ -73,8 +70,8 @@ def optical_depth_message(tally: Tally, title: str) -> str | None:
         return None
     source, cure = source_name(plan.scene, emitter.source), _depth_cure(plan, emitter, path)
     return (
-        f"no particle has reached {title}: the straight path from {source} to it crosses {path.depth:.3g}"
-        f" mean free paths of media; {cure}"
+        f"no particle has reached {tally.title}: the straight path from {source} to it crosses"
+        f" {path.depth:.3g} mean free paths of media; {cure}"
     )
 
 

@@ -256,7 +256,7 @@ def cell_path_findings(
     """
     sums, plan, sensor = tally.cell_sums, tally.plan, tally.detector
     scene, share = plan.adjoint.scene, sum(part.share for part in sums.parts)
-    histories = share * sums.run.sizes.sum()
+    histories = share * sums.run.histories
     # Choose the cells with a large weight in the mean.
     heaviest, chosen = 1.0, [None] * len(sums.parts)
     if extents is not None:

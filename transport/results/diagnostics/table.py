@@ -73,8 +73,7 @@ def partial_aims(result: Record) -> Iterator[str]:
         via = [other for other in scene.meters if other.name in (getattr(detector, "via", None) or ())]
         covered = [scene.shape_of(other) for other in (detector, *via)]
         if any(aim not in covered for aim in aims):
-            title = result[detector.name].diagnosis.title
-            yield f"{title} sees an aimed source only in the directions of its aim"
+            yield f"{result[detector.name].title} sees an aimed source only in the directions of its aim"
 
 
 DIAGNOSTICS = (
