@@ -19,7 +19,7 @@ from rich.text import Text
 from transport.cli.console import console, exit_status, print_json, print_rich
 from transport.cli.laws import LAWS_FALSE_ALARM, POWER, Law, laws_of
 from transport.cli.run import checked_experiment, is_complete
-from transport.cli.tables import bias_text, estimate_cell, law_tables, plain_table, z_cell
+from transport.cli.tables import bias_text, estimate_cell, law_tables, state_cell, table_of, z_cell
 from transport.results.record import Cost, total_cost
 from transport.run.settings import MAX_PARTICLES, checked_integer
 from transport.statistics.estimates import Estimate
@@ -125,18 +125,15 @@ def _run_case(case: Case) -> CaseResult:
 
 def hard_table(rows: list[JudgedCase]) -> Table:
     """Return a table of found, exact and naive values."""
-    table = plain_table("case", "found>", "exact>", "off>", "naive formula", "gives>", "")
-    for row in rows:
-        table.add_row(*_cells(row))
-    return table
+    return table_of(["case", "found>", "exact>", "off>", "naive formula", "gives>", ""], map(_cells, rows))
 
 
 def _cells(row: JudgedCase) -> tuple[str | Text, ...]:
     seen = row.seen
-    state = Text("holds", "green") if row.holds else Text("FAILS", "bold red")
     found = estimate_cell(seen.found) if seen.is_noisy else f"{seen.value:.7g}"
     off = z_cell(seen.off) if seen.is_noisy else Text(_difference_text(seen))
-    return (row.case.title, found, f"{seen.exact:.7g}", off, row.case.naive, _naive_text(seen), state)
+    numbers = found, f"{seen.exact:.7g}", off
+    return row.case.title, *numbers, row.case.naive, _naive_text(seen), state_cell(row.holds)
 
 
 def _difference_text(seen: CaseResult) -> str:
@@ -321,11 +318,8 @@ def _run_experiments(
         started = time.perf_counter()
         outcomes, complete = run_until_interrupt(module, limits)
         now = time.perf_counter()
-        parts.append(
-            ExperimentLaws(
-                experiment_name(module), len(outcomes), tuple(laws_of(module, outcomes)), now - started
-            )
-        )
+        laws = tuple(laws_of(module, outcomes))
+        parts.append(ExperimentLaws(experiment_name(module), len(outcomes), laws, now - started))
         if not complete:
             return parts, False
         rest = (now - begun) * sum(foreseen[number:]) / sum(foreseen[:number])
@@ -341,15 +335,14 @@ def _print_progress(line: str) -> None:
 
 def _print_table(parts: list[ExperimentLaws], found: list[JudgedCase], rate: float) -> None:
     """Print the table, then every failing row in full."""
-    table = plain_table("shown by", "cases>", "rows>", "hold>", "farthest>", "bias caught>", "time>")
-    for part in parts:
-        table.add_row(*_cells_of_laws(part, rate))
+    rows = [_cells_of_laws(part, rate) for part in parts]
     for family, of_family in groupby(found, key=lambda row: row.case.family):
-        rows = list(of_family)
-        holding = str(sum(row.holds for row in rows))
-        far = _largest_score([row.seen.off for row in rows if row.seen.is_noisy])
-        table.add_row(f"hard: {family}", str(len(rows)), str(len(rows)), holding, far, "", "")
-    print_rich(table, "")
+        cases = list(of_family)
+        numbers = str(len(cases)), str(len(cases)), str(sum(row.holds for row in cases))
+        far = _largest_score([row.seen.off for row in cases if row.seen.is_noisy])
+        rows.append((f"hard: {family}", *numbers, far, "", ""))
+    heads = "shown by", "cases>", "rows>", "hold>", "farthest>", "bias caught>", "time>"
+    print_rich(table_of(heads, rows), "")
     if failing := [law for part in parts for law in part.laws if not law.holds(rate)]:
         print_rich(*law_tables(failing, rate))
     if failing := [row for row in found if not row.holds]:

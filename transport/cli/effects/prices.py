@@ -475,9 +475,8 @@ class _PreparedTreatment:
 
     def __init__(self, treatment: Treatment, seconds: float, compiling) -> None:
         from transport.engine.driver import compile_program
-        from transport.engine.program import build_program
 
-        self.program = build_program(treatment.plan)
+        self.program = treatment.program
         self.machine = compile_program(self.program, compiling)
         self.histories, self.events = 1 << 10, 0.0
         self.run(0)  # load everything before timing
