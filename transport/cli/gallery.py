@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 
 from transport.analysis.tracks import tracks
-from transport.cli.console import NO_BREAK_SPACE, console, print_json, print_labelled
+from transport.cli.console import NO_BREAK_SPACE, print_json, print_labelled, print_to_stderr
 from transport.cli.costs import costs_of_case, draw_costs
 from transport.cli.run import (
     checked_experiment,
@@ -34,10 +34,8 @@ COST_SECONDS = 6.0  # CPU time of a cost diagram
 COST_PREFIX = "cost_"  # prefix of experiments whose cost diagram is drawn too
 PAGE = "README.md"
 HEADINGS = {
-    "general": "Figures of any result",
-    "costs": "Cost of accuracy",
-    "experiments": "The experiments",
-}
+    "general": "Figures of any result", "costs": "Cost of accuracy", "experiments": "The experiments"
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -85,7 +83,7 @@ def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: b
     for piece, made, seconds in draw_pieces(wanted, folder):
         found.append((piece, made, seconds))
         if made.why:
-            console(stderr=True).print(f"{piece.name}: no picture: {made.why}", style="yellow")
+            print_to_stderr(f"{piece.name}: no picture: {made.why}")
         elif not json:
             paths = ", ".join(str(path).replace(" ", NO_BREAK_SPACE) for path in made.paths)
             print_labelled(f"{piece.name:24s}", f"{paths}  ({seconds:.1f} s)")
@@ -132,16 +130,11 @@ def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, 
 def write_page(found: Sequence[tuple[Piece, DrawnPiece, float]], folder: Path, settings: Settings) -> Path:
     """Write the Markdown page with each picture, its description, notes and command; return its path."""
     lines = ["# Gallery", ""]
-    limits_text = (
-        "as many particles as each needs"
-        if settings.particles is None
-        else f"at most {settings.particles:_} particles"
-    )
-    lines += [
-        f"Figures of `transport gallery`: {limits_text}, seed {settings.seed}."
-        " Bars and bands are two standard errors.",
-        "",
-    ]
+    limits = "as many particles as each needs"
+    if settings.particles is not None:
+        limits = f"at most {settings.particles:_} particles"
+    bars = "Bars and bands are two standard errors."
+    lines += [f"Figures of `transport gallery`: {limits}, seed {settings.seed}. {bars}", ""]
     for heading, words in HEADINGS.items():
         shown = [(piece, made) for piece, made, _ in found if piece.heading == heading]
         if shown:
@@ -237,9 +230,8 @@ def _experiment(name: str, settings: Settings) -> Piece:
     particles = settings.limited(min(getattr(module, "particles", DEFAULT_PARTICLES), MAX_PARTICLES))
 
     def draw(folder: Path) -> DrawnPiece:
-        outcomes = list(
-            iterate_outcomes(checked_experiment(module), {}, settings.limits | {"particles": particles})
-        )
+        limits = settings.limits | {"particles": particles}
+        outcomes = list(iterate_outcomes(checked_experiment(module), {}, limits))
         if not is_complete(outcomes):
             raise KeyboardInterrupt
         paths, why = draw_experiment(module, outcomes, folder / "experiments")
@@ -259,9 +251,5 @@ def _cost(name: str, settings: Settings) -> Piece:
         )
         return DrawnPiece(paths, says, why=why)
 
-    return Piece(
-        f"price_{name.removeprefix(COST_PREFIX)}",
-        "costs",
-        f"transport cost {name} --seconds {COST_SECONDS:g}",
-        draw,
-    )
+    command = f"transport cost {name} --seconds {COST_SECONDS:g}"
+    return Piece(f"price_{name.removeprefix(COST_PREFIX)}", "costs", command, draw)

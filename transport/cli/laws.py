@@ -123,6 +123,5 @@ def split_law(text: str) -> tuple[str, str]:
 
 
 def _is_source(text: str) -> bool:
-    return bool(re.search(YEAR_PATTERN, text) or re.search(NAME_PATTERN, text)) and not re.search(
-        FORMULA_PATTERN, text
-    )
+    has_author = re.search(YEAR_PATTERN, text) or re.search(NAME_PATTERN, text)
+    return bool(has_author) and not re.search(FORMULA_PATTERN, text)

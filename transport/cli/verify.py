@@ -16,7 +16,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from transport.cli.console import console, exit_status, print_json, print_rich
+from transport.cli.console import exit_status, print_json, print_rich, print_to_stderr
 from transport.cli.laws import LAWS_FALSE_ALARM, POWER, Law, laws_of
 from transport.cli.run import checked_experiment, is_complete
 from transport.cli.tables import bias_text, estimate_cell, law_tables, state_cell, table_of, z_cell
@@ -232,6 +232,7 @@ def law_record(law: Law, rate: float) -> dict[str, object]:
 
 # ---- `transport verify --long`.
 
+PROGRESS = "cyan"  # style of lines on standard error, apart from the results
 DEFAULT_PARTICLES = 100_000_000  # histories per case by default
 PILOT_FRACTIONS = 1000, 250  # the two pilots run these fractions (1/1000, 1/250) of the histories ...
 MIN_PILOT_PARTICLES = 50_000, 200_000  # ... but at least so many, because start-up takes time too
@@ -259,11 +260,12 @@ def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -
     particles = DEFAULT_PARTICLES if limits["particles"] is None else limits["particles"]
     checked_integer("particles", particles, 1, MAX_PARTICLES * 100)
     modules, cases = experiment_modules(sims), [] if sims else list(cases_of())
-    _print_progress("running pilots to estimate the time")
+    print_to_stderr("running pilots to estimate the time", PROGRESS)
     foreseen = [_estimate_seconds(module, limits, particles) for module in modules]
-    _print_progress(
+    print_to_stderr(
         f"experiments: {len(modules)}, with {particles:.3g} particles per case; hard cases: {len(cases)};"
-        f" about {duration(sum(foreseen))} according to the pilots; Ctrl-C stops and prints the finished rows"
+        f" about {duration(sum(foreseen))} according to the pilots; Ctrl-C stops and prints the finished rows",
+        PROGRESS,
     )
     begun = time.perf_counter()
     parts, complete = _run_experiments(modules, limits | {"particles": particles}, foreseen)
@@ -324,13 +326,9 @@ def _run_experiments(
             return parts, False
         rest = (now - begun) * sum(foreseen[number:]) / sum(foreseen[:number])
         to_go = f"; about {duration(rest)} left" if number < len(modules) else ""
-        _print_progress(f"{number} of {len(modules)}: {parts[-1].name}, {duration(now - started)}{to_go}")
+        line = f"{number} of {len(modules)}: {parts[-1].name}, {duration(now - started)}{to_go}"
+        print_to_stderr(line, PROGRESS)
     return parts, True
-
-
-def _print_progress(line: str) -> None:
-    """Print a line to standard error, apart from the results."""
-    console(stderr=True).print(line, style="cyan")
 
 
 def _print_table(parts: list[ExperimentLaws], found: list[JudgedCase], rate: float) -> None:
