@@ -264,7 +264,7 @@ def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -
     foreseen = [_estimate_seconds(module, limits, particles) for module in modules]
     print_to_stderr(
         f"experiments: {len(modules)}, with {particles:.3g} particles per case; hard cases: {len(cases)};"
-        f" about {duration(sum(foreseen))} according to the pilots; Ctrl-C stops and prints the finished rows",
+        f" about {duration(sum(foreseen))} by the pilots; Ctrl-C stops and prints the finished rows",
         PROGRESS,
     )
     begun = time.perf_counter()
