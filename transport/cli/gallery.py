@@ -10,12 +10,12 @@ from transport.analysis.tracks import tracks
 from transport.cli.console import NO_BREAK_SPACE, print_json, print_labelled, print_to_stderr
 from transport.cli.costs import costs_of_case, draw_costs
 from transport.cli.run import (
+    case_warnings,
     checked_experiment,
     draw_experiment,
     draw_to,
     is_complete,
     verdict_on,
-    warnings_of,
 )
 from transport.results.result import Result
 from transport.simulate import simulate
@@ -122,8 +122,8 @@ def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, 
         start = perf_counter()
         try:
             made = piece.draw(folder)
-        except SceneError as refusal:
-            made = DrawnPiece([], why=str(refusal))
+        except SceneError as error:
+            made = DrawnPiece([], why=str(error))
         yield piece, made, perf_counter() - start
 
 
@@ -236,7 +236,7 @@ def _experiment(name: str, settings: Settings) -> Piece:
             raise KeyboardInterrupt
         paths, why = draw_experiment(module, outcomes, folder / "experiments")
         says = " ".join(f"{getattr(module, 'question', '')} {verdict_on(module, outcomes)}".split())
-        return DrawnPiece(paths, says, warnings_of(outcomes), why)
+        return DrawnPiece(paths, says, case_warnings(outcomes), why)
 
     return Piece(name, "experiments", f"transport run {name} --particles {particles}", draw)
 

@@ -9,7 +9,7 @@ from types import ModuleType, SimpleNamespace
 from transport.analysis.cost import price_notes
 from transport.cli.console import NO_BREAK_SPACE, print_labelled, print_rich, print_to_stderr
 from transport.cli.costs import Costs
-from transport.cli.run import draw_experiment, is_complete, verdict_on, warnings_of
+from transport.cli.run import case_warnings, draw_experiment, is_complete, verdict_on
 from transport.cli.tables import bins_table, case_table, cost_table, effect_table, ledger_line
 from transport.results.diagnostics.table import CHECKS
 from transport.results.record import total_cost
@@ -77,7 +77,7 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     for line in (*lines, *cost_lines(whole)):
         label, _, text = line.partition(": ")
         print_labelled(label, text)
-    for warning in warnings_of(outcomes):
+    for warning in case_warnings(outcomes):
         print_labelled("warning", warning, style="bold yellow")
     return outcomes
 

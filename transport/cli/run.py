@@ -106,7 +106,7 @@ def outcomes_record(module: ModuleType, outcomes: list[Outcome]) -> dict[str, ob
         "ledger": ledger,
         "cost": asdict(cost) | rates,
         "verdict": verdict_on(module, outcomes),
-        "warnings": warnings_of(outcomes),
+        "warnings": case_warnings(outcomes),
         "method": _one_or_all(one, [_method(outcome.result) for outcome in outcomes]),
     }
 
@@ -136,7 +136,7 @@ def _one_or_all(one: bool, values: list[object]) -> object:
     return values[0] if one else values
 
 
-def warnings_of(outcomes: list[Outcome]) -> list[str]:
+def case_warnings(outcomes: list[Outcome]) -> list[str]:
     """Return each warning once, preceded by its cases if there are several cases."""
     cases: dict[str, list[str]] = {}
     for outcome in outcomes:

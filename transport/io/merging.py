@@ -12,7 +12,7 @@ from transport.io.runs import load, original_scene, state_of
 from transport.results.batches import Batch
 from transport.results.record import Cost, total_cost
 from transport.results.result import Result
-from transport.run.provenance import distinct_origins, warnings_of
+from transport.run.provenance import distinct_origins, origin_warnings
 from transport.run.run import MISSING_BATCHES
 from transport.run.schedules import Schedule, batches_in, merge_to_at_most, schedule_for
 from transport.run.settings import Limits
@@ -42,7 +42,7 @@ def merge(*runs: Result | str | PathLike) -> Result:
     batches = _limit_batches(batches, schedule_for(limits, first.plan))
     state = _merged_state(results, batches, seed, limits)
     warnings = _inconsistent_parts(titles, results) or _missing_batches(results, batches)
-    warnings += warnings_of(state.origins)
+    warnings += origin_warnings(state.origins)
     is_complete = all(result.is_complete for result in results)
     return Result(
         first.plan, batches, seed, _total_cost(results), is_complete, warnings, first.asked, None, state

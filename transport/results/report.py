@@ -12,10 +12,10 @@ from transport.compile.method_expected import detectors_without_next_event
 from transport.compile.methods import ANALOG, Method, methods_for
 from transport.results.footprint import batches_that_fit, bytes_of_batch
 from transport.results.record import RANDOM_SLOPE, Cost, Record
+from transport.statistics.any_estimate import AnyEstimate
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.findings import BOUNDED
 from transport.statistics.notation import duration, percent
-from transport.statistics.quantities import Quantity
 from transport.validation import join_names
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 PRICED_DIGITS = 2  # below the present error, in a report
 
 
-def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = RANDOM_SLOPE) -> float:
+def price_of(quantity: AnyEstimate, cost: Cost, error: float, slope: float = RANDOM_SLOPE) -> float:
     """Seconds of a run for a relative error of the quantity, in its worst known bin that is not doubtful.
 
     nan if there is no such bin.  For the whole run, not its rest, on the same machine with as many threads.
@@ -65,7 +65,7 @@ def price_lines(result: Record, name: str) -> list[str]:
 
 def _has_error(quantity: object) -> bool:
     """Return whether there is an error that a longer run would reduce."""
-    if not isinstance(quantity, Quantity):
+    if not isinstance(quantity, AnyEstimate):
         return False
     relative = np.asarray(quantity.relative_error)
     return bool(np.any((relative > 0) & np.isfinite(relative)))

@@ -268,8 +268,8 @@ def _trial(
             if is_long or particles >= MAX_HISTORIES:
                 break
             particles *= GROWTH_FACTOR
-    except SceneError as refusal:
-        return _Trial(method, note=str(refusal))
+    except SceneError as error:
+        return _Trial(method, note=str(error))
     seen: dict[str, PilotQuantity] = {}
     refused: dict[str, str] = {}
     for name in (name for group in groups for name in _until_scored(group, seen)):
@@ -277,8 +277,8 @@ def _trial(
             seen[name] = evaluate_quantity(
                 name, result.quantity(name), allowed.get(name, DEFAULT_ALLOWED_BOUND)
             )
-        except SceneError as refusal:
-            refused[name] = str(refusal)
+        except SceneError as error:
+            refused[name] = str(error)
     return _Trial(method, result.particles, seconds, seen, refused)
 
 

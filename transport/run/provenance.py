@@ -47,7 +47,7 @@ def distinct_origins(*origins: Iterable[Origin]) -> tuple[Origin, ...]:
     return tuple(dict.fromkeys(chain.from_iterable(origins)))
 
 
-def warnings_of(origins: Iterable[Origin]) -> list[str]:
+def origin_warnings(origins: Iterable[Origin]) -> list[str]:
     """Return findings about a run whose batches come from different sources or machines, as sentences."""
     origins, found = list(origins), []
     sources = dict.fromkeys((origin.version, origin.sources) for origin in origins)

@@ -16,7 +16,7 @@ from transport.run.forecast import Forecaster
 from transport.run.interruption import Interruption
 from transport.run.memory import check_memory
 from transport.run.progress import Progress
-from transport.run.provenance import Origin, distinct_origins, this_origin, warnings_of
+from transport.run.provenance import Origin, distinct_origins, origin_warnings, this_origin
 from transport.run.schedules import Leg, batches_in, schedule_for, sizes_of
 from transport.run.settings import MAX_BATCHES, MAX_PARTICLES_UNSCORED, Settings
 from transport.run.state import State, restore_schedule, saved_checks
@@ -132,7 +132,7 @@ class Run:
             forecast=self.forecast,
         )
         settings = self.settings
-        warnings = [*self.warnings, *self.executor.warnings, *warnings_of(self.state.origins)]
+        warnings = [*self.warnings, *self.executor.warnings, *origin_warnings(self.state.origins)]
         asked, choice, seed = settings.tracking, settings.choice, settings.seed
         return Result(self.plan, self.batches, seed, cost, is_complete, warnings, asked, choice, self.state)
 

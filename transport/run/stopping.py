@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.statistics.any_estimate import AnyEstimate
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, skewness_of_mean
 from transport.statistics.findings import CONSTANT, particle_factors_needed
-from transport.statistics.quantities import Quantity
 
 # skewness of a mean above which intervals cover too little
 MAX_SKEWNESS = 1 / math.sqrt(MIN_SCORES_FOR_ERROR)
@@ -118,7 +118,7 @@ class Look:
         return math.ceil(self.particles * (self.particles_needed / self.particles) ** (1 / self.legs))
 
 
-def status_of(name: str, quantity: Quantity, target: float) -> Standing:
+def status_of(name: str, quantity: AnyEstimate, target: float) -> Standing:
     """Return the status of a quantity.
 
     For an array it is that of the bin furthest from the target, with the findings of the sum. Only bins with

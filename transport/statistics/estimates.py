@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from transport.renderers import function_for
+from transport.statistics.any_estimate import AnyEstimate, Operand
 from transport.statistics.axes import axis_places, axis_unit
 from transport.statistics.chunked import release_pages, replicates_of
 from transport.statistics.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
 from transport.statistics.notation import estimate_text, split_format
 from transport.statistics.pooling import Pooled
-from transport.statistics.quantities import Operand, Quantity
 from transport.statistics.replicates import Batches, Replicates
 from transport.units import Unit
 from transport.validation import optional_packages
@@ -36,11 +36,11 @@ _METHODS_WITH_ERRORS = {
 }
 
 
-Other = TypeVar("Other", bound=Quantity[Any, Any])
+Other = TypeVar("Other", bound=AnyEstimate[Any, Any])
 Index = int | np.integer | slice | EllipsisType
 
 
-class Estimate(Quantity[float, str | None]):
+class Estimate(AnyEstimate[float, str | None]):
     """One estimated number with its standard error and unit.
 
     Parameters
@@ -168,7 +168,7 @@ class Estimate(Quantity[float, str | None]):
         return _from_replicates(replicates, unit, {})
 
 
-class EstimateArray(Quantity[np.ndarray, np.ndarray]):
+class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
     """Estimates over bins, with named axes, bin edges and a unit.
 
     Parameters

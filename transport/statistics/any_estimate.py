@@ -42,10 +42,10 @@ from transport.units import Unit, UnitError
 
 Number = TypeVar("Number", covariant=True)  # a float of an Estimate, an array of an EstimateArray
 Reason = TypeVar("Reason", covariant=True)
-Operand: TypeAlias = "Quantity[Any, Any] | float | np.number | np.ndarray"
+Operand: TypeAlias = "AnyEstimate[Any, Any] | float | np.number | np.ndarray"
 
 
-class Quantity(Generic[Number, Reason]):
+class AnyEstimate(Generic[Number, Reason]):
     """Replicates with a unit: the common behaviour of Estimate and EstimateArray.
 
     Attributes
@@ -523,9 +523,9 @@ class Quantity(Generic[Number, Reason]):
         units = {name: axis_unit(name, self.axis_units) for name in self.coords}
         return error_bars_of(self._replicates, self.coords, units)
 
-    def _operand(self, other: object) -> Quantity | None:
+    def _operand(self, other: object) -> AnyEstimate | None:
         """The other operand; a number or array becomes an exact quantity with the same axes."""
-        if isinstance(other, Quantity):
+        if isinstance(other, AnyEstimate):
             return other
         if not isinstance(other, Real | np.ndarray) or np.asarray(other).dtype.kind not in "biuf":
             return None
@@ -541,7 +541,7 @@ class Quantity(Generic[Number, Reason]):
         return self._like(Replicates.constant(value, self._replicates.runs), unit)
 
     @property
-    def _whole(self) -> Quantity[float, str | None]:
+    def _whole(self) -> AnyEstimate[float, str | None]:
         """The sum over all bins; a single estimate itself."""
         raise NotImplementedError
 
@@ -550,7 +550,9 @@ class Quantity(Generic[Number, Reason]):
         raise NotImplementedError
 
 
-def _combined(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
+def _combined(
+    function: Callable, plain: Callable, first: AnyEstimate, second: AnyEstimate, unit: Unit
+) -> AnyEstimate:
     """Apply a function to the replicates of both operands, with their axes matched by name.
 
     plain: the same function of bare values.
@@ -584,7 +586,7 @@ def _combined(function: Callable, plain: Callable, first: Quantity, second: Quan
     return made
 
 
-def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding]:
+def _aligned_findings(quantity: AnyEstimate, dims: tuple[str, ...]) -> list[Finding]:
     """The findings of a quantity, with bounds along the axes `dims`."""
     own, shape = tuple(quantity.coords), quantity._replicates.shape
     return [
@@ -593,7 +595,7 @@ def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding
     ]
 
 
-def _keep_error_bars(made: Quantity, operand: Quantity) -> None:
+def _keep_error_bars(made: AnyEstimate, operand: AnyEstimate) -> None:
     """Let a function of one uncertain quantity keep its pooled errors, which scale as its batches' errors."""
     if made._replicates.is_chunked or tuple(operand.coords) not in ((), tuple(made.coords)):
         return
