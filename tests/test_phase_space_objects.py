@@ -199,7 +199,9 @@ def test_a_gas_needs_a_clock_and_light_does_not():
 def test_moments_take_more_memory_so_that_fewer_bins_are_allowed():
     x = tuple(range(2001))
     PhaseSpace(x=x, vx=x, time=0)
-    with pytest.raises(SceneError, match="must be 1250000 bins with moments at most, got 4000000"):
+    with pytest.raises(
+        SceneError, match="must be 1250000 bins with moments or path lengths at most, got 4000000"
+    ):
         PhaseSpace(x=x, vx=x, time=0, moments=True)
 
 

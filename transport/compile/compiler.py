@@ -8,7 +8,13 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.adjoint import adjoint_scene, fill_adjoint
-from transport.compile.detectors import detector_row, fill_phase_spaces, fill_snapshots, layer_row
+from transport.compile.detectors import (
+    detector_row,
+    fill_long_scores,
+    fill_phase_spaces,
+    fill_snapshots,
+    layer_row,
+)
 from transport.compile.media import default_tracking, fill_media
 from transport.compile.meshes import mesh_table
 from transport.compile.methods import ANALOG, Method
@@ -38,7 +44,6 @@ from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.scene import Scene
-from transport.scene.scene_speeds import scene_speeds
 from transport.scene.sheets import Sheet, SheetMember, scene_sheets, source_sheets
 from transport.scene.tracking import Tracking
 from transport.validation import SceneError, short_repr
@@ -102,7 +107,6 @@ def _make_plan(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
     _fill_members(plan, sheets)
     # Fill the tables of the other tallies; sizes of scores and guards come last.
     fill_expected(plan)
-    _fill_moments(plan)
     fill_phase_spaces(plan)
     fill_snapshots(plan)
     fill_volumes(plan)
@@ -153,8 +157,7 @@ def _deal_out_rows(plan: Plan) -> None:
         rows = side_rows(detector, scene.shape_of(detector), scene.duration, row)
         plan.rows_of[detector.name], row = rows, rows.past
     plan.half, row = row, row * (4 if plan.sends_shadow_rays else 2)
-    if any(detector.moments for detector in scene.meters):
-        plan.long_rows = 3 * 2 * plan.half
+    fill_long_scores(plan)
     for phase_space in scene.phase_spaces:
         rows = phase_space_rows(phase_space, row)
         plan.rows_of[phase_space.name], row = rows, rows.past
@@ -171,20 +174,6 @@ def _deal_out_rows(plan: Plan) -> None:
         plan.rows_of[point.name] = Rows(row, (), (), layout.POINT_ROWS)
         row += layout.POINT_ROWS
     plan.rows = row
-
-
-def _fill_moments(plan: Plan) -> None:
-    """Fill the table of the velocity sums of detectors, where any records moments."""
-    if not any(detector.moments for detector in plan.scene.meters):
-        return
-    slowest = min((v for v in scene_speeds(plan.scene) if isinstance(v, float) and v > 0), default=0.0)
-    is_light = plan.scene.measured_in == "watts"
-    plan.moments = layout.row(
-        layout.MOMENTS,
-        fastest=plan.fastest / plan.speed_unit,
-        slowest=slowest / plan.speed_unit,
-        is_light=is_light,
-    )
 
 
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:

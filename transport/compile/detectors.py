@@ -1,7 +1,7 @@
 """Rows of detectors on sheets: how the engine finds the bin of a crossing."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from transport.scene.bins import DirectionCone
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Emission
 from transport.scene.phase_space import COORDINATES, PhaseSpace
+from transport.scene.scene_speeds import scene_speeds
 from transport.scene.sheets import SheetMember
 from transport.statistics.axes import DIRECTION, POSITION, Axis
 from transport.vectors import Vector
@@ -141,6 +142,50 @@ def edge_columns(plan: Plan, prefix: str, edges: np.ndarray, stride: int = 0) ->
         f"{prefix}_edges": edges.ctypes.data,
         f"{prefix}_stride": stride,
     }
+
+
+# ---- Long scores: what a detector sums beside weights, in rows of four limbs.
+
+
+@dataclass(frozen=True, eq=False)
+class LongScore:
+    """A score of detectors besides weights and counts, and the passes that make it.
+
+    sums: names of its sums, which lie next to each other for each row of a detector;  table: of all its
+    passes, with columns `place` (its first sum among those of a row) and `each` (the number of all);
+    at_birth, in_flight, at_crossing: passes that prepare a lane, follow a flight, and add to the sums;
+    fields: lane fields that these passes address by number, not as attributes of the bundle.
+    """
+
+    sums: tuple[str, ...]
+    table: np.ndarray
+    at_crossing: str
+    at_birth: str | None = None
+    in_flight: str | None = None
+    fields: tuple[str, ...] = ()
+
+
+def fill_long_scores(plan: Plan) -> None:
+    """Fill the long scores that detectors of the scene ask for, and their rows."""
+    plan.long_scores = [score for make in (_moments,) if (score := make(plan)) is not None]
+    for score in plan.long_scores:
+        score.table["place"] = plan.long_sums.index(score.sums[0])
+        score.table["each"] = len(plan.long_sums)
+    plan.long_rows = len(plan.long_sums) * 2 * plan.half
+
+
+def _moments(plan: Plan) -> LongScore | None:
+    """Return the velocity sums, relative to the extreme speeds of the scene."""
+    if not any(detector.moments for detector in plan.scene.meters):
+        return None
+    slowest = min((v for v in scene_speeds(plan.scene) if isinstance(v, float) and v > 0), default=0.0)
+    table = layout.row(
+        layout.MOMENTS,
+        fastest=plan.fastest / plan.speed_unit,
+        slowest=slowest / plan.speed_unit,
+        is_light=plan.scene.measured_in == "watts",
+    )
+    return LongScore(("momentum", "speed", "square"), table, "score_moments")
 
 
 # ---- Rows of phase spaces and snapshots: their times, coordinates and bins.

@@ -296,7 +296,9 @@ CONTACT = np.dtype(_floats("cx cy cz nx ny nz alpha beta gamma reach") + _intege
 
 CLOCK = np.dtype(_floats("duration slowness"))  # slowness: 1/speed, where all particles have one speed
 MEDIA_CLOCK = np.dtype(_floats("slowness") + _integers("rows count has_speeds"))
-MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light"))  # extreme speeds of the scene
+# Velocity sums of detectors: extreme speeds of the scene, and their place among the long sums of a row
+# (compile.detectors.LongScore).
+MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light place each"))
 
 # Speeds by an inverse CDF (quantiles.py): octave k of the lower or upper tail has 2^level cells of CELL_TERMS
 # coefficients each.

@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 
 SHAPES_WITH_POSITIONS = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
 TRANSMITTANCE_TOLERANCE = 1e-12  # tolerance of equal transmittances
-FORWARD_ONLY = ("times", "speeds", "via", "events")  # properties that a backward history does not know
 
 
 def refusal(scene: Scene) -> str | None:
@@ -81,11 +80,8 @@ def _detector_refusal(scene: Scene, detector: object) -> str | None:
     shape = scene.shape_of(detector)
     if shape.is_infinite:
         return f"{title} must be finite, got {short_repr(shape)}; use a Rectangle or Disk in it"
-    for name in FORWARD_ONLY:
-        if (value := getattr(detector, name)) is not None:
-            return f"{title} has {name}={short_repr(value)}, which only forward histories know; leave it out"
-    if detector.moments:
-        return f"{title} has moments, which only forward histories know; leave moments out"
+    for name, value in detector.options_of_the_past.items():
+        return f"{title} has {name}={short_repr(value)}, which only forward histories know; leave it out"
     if detector.positions is not None and not isinstance(shape, SHAPES_WITH_POSITIONS):
         return (
             f"{title} has positions on a {type(shape).__name__};"

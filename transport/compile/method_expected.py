@@ -33,8 +33,7 @@ def detectors_without_next_event(scene: Scene) -> list[str]:
 
 def uses_next_event(scene: Scene, detector: Detector) -> bool:
     """Return whether next-event estimation serves this detector; others score crossings."""
-    plain = detector.speeds is None and not detector.moments
-    return plain and can_sample_points_on(scene.shape_of(detector))
+    return not detector.options_of_crossings and can_sample_points_on(scene.shape_of(detector))
 
 
 def can_sample_points_on(shape: Shape) -> bool:

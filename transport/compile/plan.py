@@ -121,11 +121,11 @@ class Plan:
     filters: set[str] = field(default_factory=set)
     # Bit of each detector or surface named in a `via`.
     marks: dict[str, int] = field(default_factory=dict)
-    moments: np.ndarray | None = None  # extreme speeds, where a detector records moments
+    long_scores: list = field(default_factory=list)  # the compile.detectors.LongScores that detectors ask for
     phase_spaces: list[np.ndarray] = field(default_factory=list)  # one row per time
     snapshots: list[np.ndarray] = field(default_factory=list)
     first_long_rows: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
-    long_rows: int = 0  # rows of four limbs: moments of detectors, then of phase spaces
+    long_rows: int = 0  # rows of four limbs: long scores of detectors, then moments of phase spaces
     max_path_segments: int = 0  # number of path segments to record for a picture; 0: none
     volumes: list = field(default_factory=list)  # one compile.volumes.Volume per volume detector
     points: list = field(default_factory=list)  # one compile.points.PointPlan per point detector
@@ -388,6 +388,11 @@ class Plan:
         """Whether crossings need random numbers."""
         is_chancy = bool({layout.DIFFUSE, layout.DIELECTRIC} & self.materials)
         return self.has_roulette or self.needs_more_random_numbers or is_chancy or self.transmits
+
+    @property
+    def long_sums(self) -> tuple[str, ...]:
+        """Names of the long sums of each row of a detector, as they lie next to each other."""
+        return tuple(name for score in self.long_scores for name in score.sums)
 
     @property
     def unit(self) -> float:

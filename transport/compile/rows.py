@@ -96,7 +96,7 @@ class Rows:
         Parameters
         ----------
         rows : callable
-            rows(first, past) returns these rows of every batch, (B, past - first).
+            rows(first, past) returns these rows of every batch, (B, past - first); axes may stand in between.
         axes : sequence of Axis
             All outer axes, and the inner ones to keep, in the order of the result.
         box : sequence of slice, optional
@@ -105,7 +105,7 @@ class Rows:
         Returns
         -------
         numpy.ndarray
-            Shape (B, *lengths of the box).
+            Shape (B, *lengths of the box), with any axes in between.
         """
         is_whole = not any(axis in self.inner for axis in axes)
         summed = [] if is_whole else [axis for axis in self.inner if axis not in axes]
@@ -119,19 +119,19 @@ class Rows:
         if is_whole:  # the block is one more axis, with the row for the outside
             lengths, strides = [*lengths, self.span or self.block], [*strides, 1]
         values = _strided(rows, first, lengths, strides)
-        others = tuple(range(1 + len(axes), values.ndim))
+        others = tuple(range(len(axes) - len(lengths), 0))
         return values.sum(axis=others) if others else values
 
 
 def _strided(
     rows: Callable[[int, int], np.ndarray], first: int, lengths: Sequence[int], strides: Sequence[int]
 ) -> np.ndarray:
-    """Return (B, *lengths) of the rows first + index * stride, of which only the span in between is read."""
+    """Return (B, ..., *lengths) of rows first + index * stride, of which only the span in between is read."""
     spans = [(length - 1) * stride for length, stride in zip(lengths, strides, strict=True)]
     low, high = first + sum(min(0, span) for span in spans), first + sum(max(0, span) for span in spans)
     values = rows(low, high + 1)
-    steps = (values.strides[0], *(values.itemsize * stride for stride in strides))
-    return as_strided(values[:, first - low :], (len(values), *lengths), steps, writeable=False)
+    steps = (*values.strides[:-1], *(values.strides[-1] * stride for stride in strides))
+    return as_strided(values[..., first - low :], (*values.shape[:-1], *lengths), steps, writeable=False)
 
 
 # ---- The rows of each kind of tally.

@@ -73,8 +73,9 @@ class Program:
 
     @cached_property
     def carried(self) -> tuple[str, ...]:
-        """Names of the fields that move with a particle: those that a pass uses."""
-        named = {name for lane_pass in self.passes for name in lane_pass.fields}
+        """Names of the fields that move with a particle: those that a pass or a long score uses."""
+        users = (*self.passes, *self.plan.long_scores)
+        named = {name for user in users for name in user.fields}
         return tuple(name for name, _ in CARRIED if name in named)
 
     @cached_property

@@ -42,7 +42,6 @@ from transport.statistics.axes import COORDINATES, DIRECTION, POSITION, Axis
 from transport.statistics.estimates import EstimateOrArray
 
 BINS = (POSITION, DIRECTION)
-MOMENTS = ("momentum", "speed", "square")  # the three rows of velocity sums behind each row of scores
 # Score of a crossing in a fluence rate, relative to its weight: the mean of 1/|mu| for constant radiance.
 MEAN_INVERSE_COSINE = 2.0
 CLOCK, OF_MOMENTS, BOTH = ("clock",), ("moments",), ("slant in", "slant out")
@@ -303,7 +302,8 @@ class Reading(Tally):
 
     def _column(self, name: str) -> Column:
         """A column of flights, plus that of shadow rays, whose sums are too large by a factor."""
-        read = moment_column(MOMENTS.index(name), len(MOMENTS)) if name in MOMENTS else plain_column(name)
+        sums = self.plan.long_sums
+        read = moment_column(sums.index(name), len(sums)) if name in sums else plain_column(name)
         if self.expectation is None:
             return read
         shift, much = 2 * self.plan.half, 1 if name == "counts" else self.expectation.scale
@@ -336,7 +336,8 @@ class Reading(Tally):
     def _momentum(self) -> float:
         """Momentum per weight [per unit of the run]: energy over speed for light, else mass times speed."""
         if self.scene.measured_in == "watts":
-            return 1.0 / (float(self.plan.moments["slowest"]) * self.plan.speed_unit)
+            (table,) = (score.table for score in self.plan.long_scores if "momentum" in score.sums)
+            return 1.0 / (float(table["slowest"]) * self.plan.speed_unit)
         return (scene_mass(self.scene) or 0.0) * self.plan.fastest
 
     @property

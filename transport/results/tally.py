@@ -69,6 +69,8 @@ class Score:
         The score of a missing particle relative to those bounds.
     notes : callable
         Findings of this score alone, whose bounds are not scaled.
+    parts : Axis or None
+        The axis of a score of several parts, such as one per medium; columns then return (parts, rows).
     """
 
     rows: Rows
@@ -83,6 +85,7 @@ class Score:
     findings: Callable[[bool], Iterable[Finding]] | None = None
     largest: float = 1.0
     notes: Callable[[], Iterable[Finding]] = tuple
+    parts: Axis | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -381,9 +384,10 @@ class Tally:
     # ---- sums ----
 
     def axes_of(self, score: str, by: tuple[str, ...] = ()) -> list[Axis]:
-        """Return the axes of a score that are kept: all outer ones, and the inner ones of these groups."""
-        rows = self.scores[score].rows
-        return [axis for axis in self.axes if axis in rows.outer or (axis in rows.inner and axis.group in by)]
+        """Return the axes of a score that are kept: parts, outer ones, and the inner ones of these groups."""
+        rows, parts = self.scores[score].rows, self.scores[score].parts
+        kept = [axis for axis in self.axes if axis in rows.outer or (axis in rows.inner and axis.group in by)]
+        return kept if parts is None else [parts, *kept]
 
     def sums(self, score: str, by: tuple[str, ...] = ()) -> np.ndarray | ChunkedArray:
         """Return the sums of each batch as the engine counts them, ``(B, *axes kept)``."""
@@ -401,15 +405,22 @@ class Tally:
         """Sums of each batch: an array, of many bins made batch by batch, of very many in chunks."""
         axes, rows, batches = self.axes_of(score, by), self.scores[score].rows, self.batches
         shape = (len(batches), *map(len, axes))
+        parts = int(self.scores[score].parts is not None)  # axes of parts, in front of those of bins
 
         def part(box: Sequence[slice] | None, some: Sequence[Batch] = batches) -> np.ndarray:
-            return rows.sums(lambda a, b: np.array([column(batch, a, b) for batch in some]), axes, box)
+            box = [slice(0, len(axis)) for axis in axes] if box is None else box
+            of_parts = (slice(None), *box[:parts])
 
-        if not is_large((len(batches), *rows.bins)):
+            def read(a: int, b: int) -> np.ndarray:
+                return np.array([column(batch, a, b) for batch in some])[of_parts]
+
+            return rows.sums(read, axes[parts:], box[parts:])
+
+        if not is_large((len(batches), *map(len, axes[:parts]), *rows.bins)):
             return part(None)
         if not is_large(shape):
             return np.concatenate([part(None, [batch]) for batch in batches])
-        farthest = sorted(range(len(axes)), key=lambda k: -rows.strides[axes[k].name])
+        farthest = sorted(range(len(axes)), key=lambda k: -rows.strides.get(axes[k].name, 0))
         return ChunkedArray(shape, tuple(farthest), part)
 
     # ---- from sums to estimates ----

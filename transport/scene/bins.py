@@ -413,10 +413,10 @@ def check_axes_size(subject: object, *axes: object) -> None:
         for name in ("times", "speeds", "u", "v", "mu", "theta", "phi")
         if (bins := getattr(each, name, None)) is not None
     }
-    check_bin_count(subject, given, sides=2, moments=3 if getattr(subject, "moments", False) else 0)
+    check_bin_count(subject, given, sides=2, long_sums=getattr(subject, "long_sums", 0))
 
 
-def check_bin_count(subject: object, given: dict[str, int], sides: int = 1, moments: int = 0) -> None:
+def check_bin_count(subject: object, given: dict[str, int], sides: int = 1, long_sums: int = 0) -> None:
     """Raise SceneError if the product of the numbers of bins would take too much memory.
 
     Parameters
@@ -425,15 +425,15 @@ def check_bin_count(subject: object, given: dict[str, int], sides: int = 1, mome
         Number of bins per axis.
     sides : int
         Number of sides that are counted.
-    moments : int
-        Number of velocity sums per bin.
+    long_sums : int
+        Number of sums per bin beside weight, count and slant.
     """
     total = math.prod(given.values())
-    most = MAX_BINS_PER_DETECTOR // (1 + moments)
+    most = MAX_BINS_PER_DETECTOR // (1 + long_sums)
     if total > most:
-        sums = total * sides * (1 + moments) * SUM_BYTES_PER_BIN / 1e9
-        batches = total * sides * (BATCH_BYTES_PER_BIN + 8 * moments) * TYPICAL_BATCHES / 1e9
-        kind = "bins with moments" if moments else "bins"
+        sums = total * sides * (1 + long_sums) * SUM_BYTES_PER_BIN / 1e9
+        batches = total * sides * (BATCH_BYTES_PER_BIN + 8 * long_sums) * TYPICAL_BATCHES / 1e9
+        kind = "bins with moments or path lengths" if long_sums else "bins"
         refuse(
             subject,
             f"{' x '.join(given)} must be {most} {kind} at most, got {total}, which would take"

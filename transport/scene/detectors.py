@@ -128,6 +128,22 @@ class Detector(Sided, AnyDetector):
         if isinstance(self.shape, Shape):
             self.check_shape(self.shape)
 
+    @property
+    def options_of_crossings(self) -> dict[str, object]:
+        """The options in use that only a particle's own crossing can score, not next-event estimation."""
+        return {name: value for name in ("speeds", "moments") if (value := getattr(self, name))}
+
+    @property
+    def options_of_the_past(self) -> dict[str, object]:
+        """The options in use that depend on a particle's past or speed, unknown to backward histories."""
+        past = {name: getattr(self, name) for name in ("times", "via", "events")}
+        return {name: value for name, value in past.items() if value is not None} | self.options_of_crossings
+
+    @property
+    def long_sums(self) -> int:
+        """Number of sums per bin beside weight, count and slant."""
+        return 3 if self.moments else 0
+
     def time_edges(self, duration: float | None) -> np.ndarray | None:
         """Return the edges of the time bins.
 

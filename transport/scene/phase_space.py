@@ -121,7 +121,7 @@ class PhaseSpace(TimedDetector):
         check_type(self, "moments", bool, "True or False")
         bins = {name: len(edges) - 1 for name, edges in self.axes.items()}
         times = {"time": len(self.times)} if self.is_series else {}
-        check_bin_count(self, bins | times, moments=7 if self.moments else 0)
+        check_bin_count(self, bins | times, long_sums=7 if self.moments else 0)
 
     @property
     def axes(self) -> dict[str, np.ndarray]:

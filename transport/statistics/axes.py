@@ -47,6 +47,9 @@ COORDINATES = {
 }
 
 
+AXES_OF_PLACES = ("time",)  # axes that may be lists of places, such as instants, and not of bins
+
+
 def axis_unit(name: str, units: Mapping[str, str]) -> str:
     """Return the unit of an axis: of these units, or that of its coordinate; "" if neither is known."""
     return units.get(name) or (COORDINATES[name].unit if name in COORDINATES else "")

@@ -12,7 +12,7 @@ import numpy as np
 
 from transport.renderers import function_for
 from transport.statistics.any_estimate import AnyEstimate, Operand
-from transport.statistics.axes import axis_places, axis_unit
+from transport.statistics.axes import AXES_OF_PLACES, axis_places, axis_unit
 from transport.statistics.chunked import release_pages, replicates_of
 from transport.statistics.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
 from transport.statistics.notation import estimate_text, split_format
@@ -520,8 +520,8 @@ def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, n
     if isinstance(dims, str) or set(dims) != set(coords) or len(dims) != len(shape) or not shape:
         raise ValueError(f"EstimateArray: dims {dims!r}, coords {list(coords)} and bins {shape} must match")
     for name, length in zip(dims, shape, strict=True):
-        instants = (length,) if name == "time" else None
-        if np.shape(coords[name]) not in ((length + 1,), instants):
+        places = (length,) if name in AXES_OF_PLACES else None
+        if np.shape(coords[name]) not in ((length + 1,), places):
             raise ValueError(
                 f"EstimateArray: {name!r} has {length} bins, so its coords must be {length + 1} edges"
             )

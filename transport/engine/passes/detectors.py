@@ -164,6 +164,7 @@ def score_moments(b, table, first, live):
     Fields: reads `weight`, `speed`, `mu`, `bin`.
     """
     n, fastest, slowest, is_light = 0, table.fastest, table.slowest, table.is_light
+    place, each = table.place, table.each
     for k in range(first, live):
         b.listed[n] = k
         n += 1 if b.bin[k] != 0 else 0
@@ -171,7 +172,7 @@ def score_moments(b, table, first, live):
         k = b.listed[j]
         weight, v = b.weight[k], b.speed[k] / fastest
         momentum = slowest / b.speed[k] if is_light != 0 else v
-        row = b.moments + 96 * b.bin[k]
+        row = b.moments + 32 * (each * b.bin[k] + place)
         high, middle, low, rest = long_limbs(weight * abs(b.mu[k]) * momentum)
         add_to_row(row, high, middle, low, rest)
         high, middle, low, rest = long_limbs(weight * v)

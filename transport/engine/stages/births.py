@@ -44,6 +44,9 @@ def birth_steps(plan, emitter):
         yield step(emission.reset_visits)
     if plan.counts_reflections:
         yield step(emission.reset_reflections)
+    for score in plan.long_scores:
+        if score.at_birth is not None:
+            yield step_by_name((score.at_birth, score.table))
     # Next-event estimation, and detectors on the emitting sheet.
     yield from shadow_rays_from_births(plan, emitter)
     yield from next_event_from_births(plan, emitter)

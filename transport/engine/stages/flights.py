@@ -36,15 +36,18 @@ from transport.engine.stages.next_event import (
 
 
 def score_paths(plan):
-    """Yield the steps that score path lengths in volumes, before the clock and absorption act."""
+    """Yield the steps that score path lengths in volumes, or follow them, before clock and absorption act."""
     counting = [volume for volume in plan.volumes if not volume.counts_collisions]
-    if not (counting or plan.max_path_segments):
+    following = [score for score in plan.long_scores if score.in_flight is not None]
+    if not (counting or following or plan.max_path_segments):
         return
     yield step(volumes.set_flight_end_in_media if plan.has_media else volumes.set_flight_end)
     if plan.has_clock:
         yield _limit_by_clock(plan)
     if plan.max_path_segments:
         yield step(snapshots.record_tracks)
+    for score in following:
+        yield step_by_name((score.in_flight, score.table))
     for volume in counting:
         yield step_by_name((volume.passes[0], volume.row))
         yield from _bin_directions(volume)

@@ -48,8 +48,8 @@ def score_detectors(plan, binning, is_known=False, is_born=False):
         yield step(binning, table)
         yield from bin_axes(plan, table)
         yield score_step(plan, is_dense(plan, rows))
-        if plan.moments is not None:
-            yield step(detectors.score_moments, plan.moments)
+        for score in plan.long_scores:
+            yield step_by_name((score.at_crossing, score.table))
         if not is_born:
             yield from mis_steps_after(plan, layer)
 
