@@ -78,7 +78,7 @@ def set_on_detectors(**fields: object) -> Change:
     def change(scene: Scene) -> Scene:
         if any(getattr(detector, name) not in (None, False) for detector in scene.meters for name in fields):
             return scene
-        changed = [replace(one, **fields) if one in scene.meters else one for one in scene.detectors]
+        changed = [replace(one, **fields) if isinstance(one, Detector) else one for one in scene.detectors]
         return replace(scene, detectors=changed)
 
     return scene_change(change)
@@ -167,6 +167,7 @@ GAS = Maxwellian(sigma=300.0)  # [m/s]
 BALL, TILE, BODY = Sphere(radius=0.3), Disk(radius=0.3), Box(size=1.0)
 VOXELS = 1.0 + np.arange(512.0).reshape(8, 8, 8) % 7  # non-uniform
 VOXEL_GRID = Grid(box=BODY, absorption=0.02 * VOXELS, scattering=0.1 * VOXELS)
+GLOWING_FOG = Medium(0.1, 0.5, emission=0.1)
 PHASE_TABLE = Tabulated(mu=(-1, 0, 1), density=(1.0, 2.0, 3.0))
 FINE_DIRECTIONS = Directions(mu=16, phi=32)
 
@@ -184,6 +185,14 @@ def _with_splitting(treatment: Treatment) -> Treatment:
     return change_tracking(splitting=Splitting(start=box.center, end=end, gain=4.0))(treatment)
 
 
+def _phase_space(scene: Scene) -> PhaseSpace:
+    return PhaseSpace(mu=16, time=0.5 * scene.duration)
+
+
+def _snapshot(scene: Scene) -> Snapshot:
+    return Snapshot(time=0.5 * scene.duration, particles=1000)
+
+
 def _with_via(scene: Scene) -> Scene:
     names = [one.name for one in (*scene.surfaces, *scene.meters) if one.name is not None]
     return set_on_detectors(via=names[0])(Treatment(scene)).scene if names else scene
@@ -197,9 +206,12 @@ def _with_camera(scene: Scene) -> Scene:
 
 def _replace_last(make: Callable[[Surface], Surface]) -> Change:
     """Replace the surface that was added last."""
-    return scene_change(
-        lambda scene: replace(scene, surfaces=(*scene.surfaces[:-1], make(scene.surfaces[-1])))
-    )
+
+    def change(scene: Scene) -> Scene:
+        *others, last = scene.surfaces
+        return replace(scene, surfaces=(*others, make(last)))
+
+    return scene_change(change)
 
 
 def _last_material(material: object) -> Change:
@@ -234,12 +246,12 @@ IN_ANY_SCENE = (
     Addition("... bins of time, 16", set_on_detectors(times=16), CLOCK),
     Addition(
         "... phase space at an instant",
-        add_detector(lambda scene: PhaseSpace(mu=16, time=0.5 * scene.duration)),
+        add_detector(_phase_space),
         CLOCK,
     ),
     Addition(
         "... a snapshot",
-        add_detector(lambda scene: Snapshot(time=0.5 * scene.duration, particles=1000)),
+        add_detector(_snapshot),
         CLOCK,
     ),
     Addition("a volume detector", _add_volume_detector()),
@@ -309,7 +321,7 @@ IN_THE_ROOM = (
     Addition("... of 8 x 8 x 8 voxels", _replace_last(lambda _: _filled_box(VOXEL_GRID)), WITH_FOG_BOX),
     Addition(
         "... with emission",
-        _replace_last(lambda _: _filled_box(Medium(0.1, 0.5, emission=0.1))),
+        _replace_last(lambda _: _filled_box(GLOWING_FOG)),
         WITH_FOG_BOX,
     ),
     Addition("a point detector", add_detector(lambda scene: PointDetector((0.2, 0.1, 0.0), "point"))),
