@@ -125,13 +125,10 @@ def _describe_numbers(name: str, values: list, columns: Columns) -> dict[str, ob
 def _describe_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[str, object]:
     first = values[0]
     if first.dtype.names is not None:
-        fields = {
-            key: (
-                describe_columns(f"{name}.{key}", [value[key] for value in values], columns),
-                first.dtype[key].str,
-            )
-            for key in first.dtype.names
-        }
+        fields = {}
+        for key in first.dtype.names:
+            column = describe_columns(f"{name}.{key}", [value[key] for value in values], columns)
+            fields[key] = column, first.dtype[key].str
         return {"record": fields, "lengths": [len(value) for value in values]}
     if len({value.dtype for value in values}) > 1 or len({value.shape[1:] for value in values}) > 1:
         return _describe_each(name, values, columns)

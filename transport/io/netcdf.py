@@ -21,6 +21,7 @@ from transport.io.columns import Column, Columns, Pieces, join_small_pieces
 from transport.io.tables import RUN_GROUP, Table, Variable
 from transport.validation import pip_install
 
+COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 CHUNK_SIZE = 1 << 16  # numbers per compressed chunk
 
 
@@ -146,9 +147,8 @@ def _write_variable(patient: _ErrorStoringFile, group, name: str, variable: Vari
         made = group.create_variable(name, variable.dims, dtype)
         made[...] = values
     else:
-        made = _write_pieces(
-            patient, group, name, variable.dims, Column(values.dtype, values.shape, [values])
-        )
+        column = Column(values.dtype, values.shape, [values])
+        made = _write_pieces(patient, group, name, variable.dims, column)
     made.attrs.update(variable.attributes)
     patient.check()
 
@@ -156,15 +156,8 @@ def _write_variable(patient: _ErrorStoringFile, group, name: str, variable: Vari
 def _write_pieces(patient: _ErrorStoringFile, group, name: str, axes: Sequence[str], column: Column):
     """Write a compressed variable piece by piece."""
     _create_dimensions(group, axes, column.shape)
-    made = group.create_variable(
-        name,
-        tuple(axes),
-        column.dtype,
-        chunks=_chunk_shape(column.shape),
-        compression="gzip",
-        compression_opts=1,
-        shuffle=True,
-    )
+    chunks = _chunk_shape(column.shape)
+    made = group.create_variable(name, tuple(axes), column.dtype, chunks=chunks, **COMPRESSION)
     begin = 0
     for piece in join_small_pieces(column.pieces, CHUNK_SIZE):
         made[begin : begin + len(piece)] = piece

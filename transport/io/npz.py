@@ -56,11 +56,8 @@ def _write_variable(archive: zipfile.ZipFile, name: str, variable: Variable) -> 
 
 
 def _write_column(archive: zipfile.ZipFile, name: str, column: Column) -> None:
-    header = {
-        "descr": np.lib.format.dtype_to_descr(column.dtype),
-        "fortran_order": False,
-        "shape": column.shape,
-    }
+    kind = np.lib.format.dtype_to_descr(column.dtype)
+    header = {"descr": kind, "fortran_order": False, "shape": column.shape}
     with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
         np.lib.format.write_array_header_2_0(entry, header)
         for piece in column.pieces:

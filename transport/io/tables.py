@@ -58,10 +58,9 @@ class Table:
 def result_tables(result: Result, is_over: bool) -> Iterator[Table]:
     """Yield the ledger, then each detector; for a checkpoint (not `is_over`) only attributes."""
     written = datetime.now(UTC).isoformat(timespec="seconds")
+    command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
     attributes = {"title": run_line(result), "seed": str(result.seed), "method": result.plan.method.title}
-    attributes["history"] = (
-        f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # NetCDF convention
-    )
+    attributes["history"] = f"{written} {command}"  # NetCDF convention
     if not is_over:
         yield Table("", attributes | {"completeness": CHECKPOINT_NOTE}, iter(()))
         return
@@ -148,10 +147,8 @@ def _with_error(
     is_judged = not quantity._replicates.is_chunked
     judged = {}
     if not dims:
-        judged = {
-            "verdict": quantity.verdict,
-            "findings": json.dumps([each.record() for each in quantity.findings]),
-        }
+        findings = json.dumps([each.record() for each in quantity.findings])
+        judged = {"verdict": quantity.verdict, "findings": findings}
     yield name, Variable(dims, np.asarray(quantity.value), units | judged)
     if is_judged and np.any(doubtful := quantity.is_doubtful):
         words = {"units": "1", "long_name": f"whether the error of {units['long_name']} is doubtful"}

@@ -186,11 +186,10 @@ class AnyEstimate(Generic[Number, Reason]):
             raise ValueError(
                 "Only an estimate of one run has values by batch; this one combines several or none"
             )
-        deviations = self._replicates.deviations.get(
-            self.run, np.zeros((len(self.run), *self._replicates.value.shape))
-        )
+        value = self._replicates.value
+        none = np.zeros((len(self.run), *value.shape))
         with np.errstate(invalid="ignore", over="ignore"):
-            return self._replicates.value + deviations
+            return value + self._replicates.deviations.get(self.run, none)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -254,12 +253,8 @@ class AnyEstimate(Generic[Number, Reason]):
         """All findings before comparison with the error; for a single number also that it has few scores."""
         if callable(self._unjudged):
             found = tuple(self._unjudged())
-            if not (
-                self.coords
-                or self.exact
-                or self._bars_from
-                or any(each.name == FEW_CARRIERS for each in found)
-            ):
+            has_few = any(each.name == FEW_CARRIERS for each in found)
+            if not (self.coords or self.exact or self._bars_from or has_few):
                 number, error = self._replicates, np.asarray(self._error_bars.error).item()
                 is_sum = self._is_sum_of_scores and bool(np.all(self.values >= 0))
                 found += few_scores_findings(number.scores.item(), number.value.item(), error, is_sum)
@@ -272,14 +267,12 @@ class AnyEstimate(Generic[Number, Reason]):
         from scipy.special import ndtri
 
         reason, error = self._replicates.reason, np.asarray(self._error_bars.error)
-        bounds = [
-            each.bound for each in self._raw_findings if each.name == UNKNOWN and np.all(each.bound >= 0)
-        ]
-        unknown = reduce(
-            np.hypot, bounds, np.where(np.equal(reason, CONSTANT), self._unknown_error_limits, 0.0)
-        ) / ndtri(0.975)
-        known = np.where(np.equal(reason, None), error, np.where(np.equal(reason, CONSTANT), 0.0, np.inf))
-        return np.hypot(known, unknown)
+        unknown = [each.bound for each in self._raw_findings if each.name == UNKNOWN]
+        bounds = [bound for bound in unknown if np.all(bound >= 0)]
+        is_constant = np.equal(reason, CONSTANT)
+        limit = reduce(np.hypot, bounds, np.where(is_constant, self._unknown_error_limits, 0.0))
+        known = np.where(np.equal(reason, None), error, np.where(is_constant, 0.0, np.inf))
+        return np.hypot(known, limit / ndtri(0.975))
 
     @property
     def _even_scores_findings(self) -> tuple[Finding, ...]:
@@ -309,10 +302,9 @@ class AnyEstimate(Generic[Number, Reason]):
     @cached_property
     def _unknown_error_limits(self) -> np.ndarray:
         """Limits of numbers with unknown error besides the findings, ``(*dims)``; 0 if the error is known."""
-        runs = self._replicates.runs
+        number, runs = self._replicates, self._replicates.runs
         histories = min((run.histories for run in runs), default=0)
         is_sure = all(run.is_even or len(run) >= MIN_EQUAL_BATCHES for run in runs)
-        number = self._replicates
         return unknown_error_limits(
             number.reason, number.scale, number.scores, histories, is_sure, self._raw_findings
         )
@@ -394,10 +386,8 @@ class AnyEstimate(Generic[Number, Reason]):
             limits = self._unknown_error_limits
             unknown = np.where(np.isfinite(limits), limits, np.nan)
             reach = np.where(np.equal(self._replicates.reason, None), known, unknown)
-        below, above = self._bounds
-        return _unwrapped(self._replicates.value - reach - below), _unwrapped(
-            self._replicates.value + reach + above
-        )
+        value, (below, above) = self._replicates.value, self._bounds
+        return _unwrapped(value - reach - below), _unwrapped(value + reach + above)
 
     @property
     def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
@@ -427,9 +417,8 @@ class AnyEstimate(Generic[Number, Reason]):
         value, expected = self._replicates.value, np.asarray(exact_value, dtype=float)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             if self.exact:
-                agree = np.abs(value - expected) <= 1e-12 * np.maximum(
-                    self._replicates.scale, np.abs(expected)
-                )
+                size = np.maximum(self._replicates.scale, np.abs(expected))
+                agree = np.abs(value - expected) <= 1e-12 * size
                 surely_not = np.where(np.isnan(value), np.nan, np.copysign(np.inf, value - expected))
                 return _unwrapped(np.where(agree, 0.0, surely_not))
             t = (value - expected) / self._error_bars.error
@@ -491,15 +480,13 @@ class AnyEstimate(Generic[Number, Reason]):
         if not isinstance(exponent, Real):
             return NotImplemented
         made = self._like(power(self._replicates, exponent), self.unit**exponent)
-        number = self._replicates
-        made = made._with_findings(
-            lambda: propagated_findings(
-                lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)
-            ),
-            self.allowed,
-        )
+
+        def findings() -> tuple[Finding, ...]:
+            operand = self._replicates.value, self._raw_findings
+            return propagated_findings(lambda x: np.power(x, float(exponent)), operand)
+
         _keep_error_bars(made, self)
-        return made
+        return made._with_findings(findings, self.allowed)
 
     def _add_signed(self, other: object, sign: int) -> Self:
         if isinstance(other, Real) and other == 0:  # sum() starts with 0

@@ -89,9 +89,7 @@ def value_and_error_maps(
     tall = _map_height(names, edges, value.shape)
     unit = f" [{unit}]" if unit != "1" else ""
     panels = [(means, VIRIDIS, f"value{unit}", 1.0)]
-    if (
-        np.isfinite(relative).any() and relative[np.isfinite(relative)].any()
-    ):  # otherwise the values are exact, or no error is known
+    if relative[np.isfinite(relative)].any():  # otherwise the values are exact, or no error is known
         panels.append((errors, MAGMA, "relative standard error [%]", 100.0))
     drawn = [
         _panel(LEFT + k * (WIDTH + GAP), tall, numbers * times, names, edges, colours, title)
@@ -175,9 +173,8 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
     if is_log:
         low = max(positive.min(), high * 1e-6)
         with np.errstate(divide="ignore"):
-            shades = shade(
-                np.log(np.where(numbers > 0, np.fmax(numbers, low), np.nan)), np.log(low), np.log(high)
-            )
+            logarithms = np.log(np.where(numbers > 0, np.fmax(numbers, low), np.nan))
+        shades = shade(logarithms, np.log(low), np.log(high))
     else:
         low = min(low, 0.0) if low < 0.5 * high else low
         shades = shade(numbers, low, high)
