@@ -198,7 +198,10 @@ class Diagnosis:
         found = [each for each in total.findings if each.severity != NOTE]
         if not found:
             return
-        worst, more = found[0], sum(each.severity == DOUBTFUL for each in found[1:])
+        worst, *rest = found
+        # Few scores of light, and few that carry the error, are one doubt.
+        known = (FEW_CARRIERS, ALL_LIGHT) if worst.name in (FEW_CARRIERS, ALL_LIGHT) else (worst.name,)
+        more = sum(each.severity == DOUBTFUL and each.name not in known for each in rest)
         times = math.nan  # the number of scores predicts it for some
         if worst.name in SCORE_LIMITED:
             times = max(particle_factors_needed([worst], total.value, total.error, total.allowed)[:2])
