@@ -10,7 +10,6 @@ import numpy as np
 
 from transport.compile.detectors import max_relative_speed, reference_velocity
 from transport.compile.layout import VELOCITY_SUMS
-from transport.renderers import function_for
 from transport.results.batches import chosen_records, common_probability, distinct_identities
 from transport.results.tally import (
     Formula,
@@ -281,6 +280,3 @@ class SnapshotReading(Tally):
 
     def __repr__(self) -> str:
         return f"<{self.name}: {len(self)} particles at {self.time:g} s>"
-
-    def _repr_html_(self) -> str:
-        return function_for(type(self), "html")(self)

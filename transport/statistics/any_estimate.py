@@ -11,6 +11,7 @@ from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 
 import numpy as np
 
+from transport.renderers import function_for
 from transport.statistics.axes import axis_unit
 from transport.statistics.batches import normal_score, student_quantile
 from transport.statistics.error_bars import error_bars_of
@@ -317,6 +318,9 @@ class AnyEstimate(Generic[Number, Reason]):
         """Attach findings, with bounds in the unit of this quantity: a tuple, or a function that makes it."""
         self._unjudged, self.allowed = findings, allowed
         return self
+
+    def _repr_html_(self) -> str:
+        return function_for(type(self), "html")(self)
 
     def __getstate__(self) -> dict[str, Any]:
         made = {"_unjudged": self._raw_findings, "_error_bars": self._error_bars}

@@ -122,9 +122,6 @@ class Estimate(AnyEstimate[float, str | None]):
     def __repr__(self) -> str:
         return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
 
-    def _repr_html_(self) -> str:
-        return function_for(type(self), "html")(self)
-
     @property
     def _whole(self) -> Estimate:
         return self
@@ -438,9 +435,6 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
         for each in self._error_bars:
             release_pages(each)
         return f"<EstimateArray ({axes}) {', '.join(parts)}>"
-
-    def _repr_html_(self) -> str:
-        return function_for(type(self), "html")(self)
 
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
