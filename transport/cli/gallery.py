@@ -60,8 +60,8 @@ class DrawnPiece:
 
 
 @dataclass(frozen=True)
-class Settings:
-    """Settings of the gallery's runs; `particles` limits the number per scene, None: no limit."""
+class GallerySettings:
+    """GallerySettings of the gallery's runs; `particles` limits the number per scene, None: no limit."""
 
     particles: int | None = None
     seed: int = 0
@@ -77,7 +77,7 @@ class Settings:
         return wanted if self.particles is None else min(wanted, self.particles)
 
 
-def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: bool = False) -> int:
+def build_gallery(settings: GallerySettings, only: Sequence[str], folder: Path, json: bool = False) -> int:
     """Draw the selected pieces, print each, and write the page; return status 1 if a picture is missing."""
     wanted, found = select_pieces(pieces(settings), only), []
     for piece, made, seconds in draw_pieces(wanted, folder):
@@ -95,7 +95,7 @@ def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: b
     return int(any(not made.paths and not made.is_unsupported for _, made, _ in found))
 
 
-def pieces(settings: Settings) -> list[Piece]:
+def pieces(settings: GallerySettings) -> list[Piece]:
     """Return all pieces: general figures, costs and experiments.  Raises SceneError without matplotlib."""
     with optional_packages("gallery"):
         exhibits = importlib.import_module("transport.viz.exhibits").EXHIBITS
@@ -127,7 +127,9 @@ def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, 
         yield piece, made, perf_counter() - start
 
 
-def write_page(found: Sequence[tuple[Piece, DrawnPiece, float]], folder: Path, settings: Settings) -> Path:
+def write_page(
+    found: Sequence[tuple[Piece, DrawnPiece, float]], folder: Path, settings: GallerySettings
+) -> Path:
     """Write the Markdown page with each picture, its description, notes and command; return its path."""
     lines = ["# Gallery", ""]
     limits = "as many particles as each needs"
@@ -176,7 +178,7 @@ def _entry(piece: Piece, made: DrawnPiece, folder: Path) -> list[str]:
 class ResultCache:
     """Results of exhibits; exhibits with the same scene share one run."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: GallerySettings) -> None:
         self._settings, self._results = settings, {}
 
     def result_for(self, exhibit: object) -> Result:
@@ -200,7 +202,7 @@ class ResultCache:
         return result
 
 
-def _general(exhibit: object, runs: ResultCache, settings: Settings) -> Piece:
+def _general(exhibit: object, runs: ResultCache, settings: GallerySettings) -> Piece:
     def draw(folder: Path) -> DrawnPiece:
         if exhibit.is_solid and (lack := _missing_screen()):
             return DrawnPiece([], exhibit.says, why=lack, is_unsupported=True)
@@ -225,7 +227,7 @@ def _missing_screen() -> str:
     return ""
 
 
-def _experiment(name: str, settings: Settings) -> Piece:
+def _experiment(name: str, settings: GallerySettings) -> Piece:
     module = experiment(name)
     particles = settings.limited(min(getattr(module, "particles", DEFAULT_PARTICLES), MAX_PARTICLES))
 
@@ -241,7 +243,7 @@ def _experiment(name: str, settings: Settings) -> Piece:
     return Piece(name, "experiments", f"transport run {name} --particles {particles}", draw)
 
 
-def _cost(name: str, settings: Settings) -> Piece:
+def _cost(name: str, settings: GallerySettings) -> Piece:
     def draw(folder: Path) -> DrawnPiece:
         costs = costs_of_case(experiment(name), {}, None, COST_SECONDS, settings.seed, 1)
         paths, why = draw_costs(costs, folder / "costs")

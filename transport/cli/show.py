@@ -13,7 +13,7 @@ import typer
 from transport.analysis.tracks import Tracks, tracks
 from transport.cli.console import print_json, print_rich
 from transport.cli.effects.treatment import experiment_treatment
-from transport.cli.gallery import Settings, build_gallery
+from transport.cli.gallery import GallerySettings, build_gallery
 from transport.cli.options import Json, Seed, Set, Sim, Threads, named_values, whole_number
 from transport.cli.printout import print_pictures
 from transport.cli.run import checked_experiment, draw_to
@@ -312,7 +312,7 @@ def gallery(
       transport gallery --only power_flow --only convergence
       transport gallery --only lambert_disk --particles 1e5 --out pictures
     """
-    settings = Settings(whole_number("--particles", particles), seed, threads)
+    settings = GallerySettings(whole_number("--particles", particles), seed, threads)
     raise typer.Exit(build_gallery(settings, only or (), out, json))
 
 

@@ -90,10 +90,14 @@ def verify_hard(families: list[str] | None, json: bool) -> int:
     if json:
         print_json([row.record for row in found])
     else:
-        style = "bold red" if failed else "bold green"
-        print_rich(f"{len(found) - failed} of {len(found)} hard cases hold", style=style)
+        _print_number(failed, len(found), "hard cases")
         print_rich(HARD_NOTE)
     return exit_status(failed, complete=len(found) == len(cases))
+
+
+def _print_number(failed: int, number: int, what: str) -> None:
+    """Print how many rows or cases hold, in green if all do."""
+    print_rich(f"{number - failed} of {number} {what} hold", style="bold red" if failed else "bold green")
 
 
 def judge_cases(cases: list[Case], others: int = 0) -> Iterator[JudgedCase]:
@@ -172,9 +176,7 @@ def verify_laws(sims: list[str] | None, limits: dict[str, object], json: bool) -
         print_json([law_record(law, rate) for law in laws])
     else:
         print_rich(*law_tables(laws, rate))
-        print_rich(
-            f"{len(laws) - failed} of {len(laws)} rows hold", style="bold red" if failed else "bold green"
-        )
+        _print_number(failed, len(laws), "rows")
         print_rich(
             f"false alarms: {LAWS_FALSE_ALARM:g} over all rows; smallest bias: relative, detected with"
             f" {POWER:.0%} power"
@@ -281,8 +283,7 @@ def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -
         print_json(times | {"laws": rows, "hard": [row.record for row in found]})
     else:
         _print_table(parts, found, rate)
-        style, number = "bold red" if failed else "bold green", len(laws) + len(found)
-        print_rich(f"{number - failed} of {number} rows and hard cases hold", style=style)
+        _print_number(failed, len(laws) + len(found), "rows and hard cases")
         print_rich(
             LONG_NOTE,
             f"{duration(took)}, estimated {duration(sum(foreseen))}; {particles:.3g} particles per case",

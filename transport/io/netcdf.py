@@ -17,7 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from transport.io.atomic import FileError, append_checksum, verify_checksum
-from transport.io.columns import Column, Columns, Pieces, join_small_pieces
+from transport.io.columns import Columns, Pieces, StoredColumn, join_small_pieces
 from transport.io.tables import RUN_GROUP, Table, Variable
 from transport.validation import pip_install
 
@@ -147,13 +147,13 @@ def _write_variable(patient: _ErrorStoringFile, group, name: str, variable: Vari
         made = group.create_variable(name, variable.dims, dtype)
         made[...] = values
     else:
-        column = Column(values.dtype, values.shape, [values])
+        column = StoredColumn(values.dtype, values.shape, [values])
         made = _write_pieces(patient, group, name, variable.dims, column)
     made.attrs.update(variable.attributes)
     patient.check()
 
 
-def _write_pieces(patient: _ErrorStoringFile, group, name: str, axes: Sequence[str], column: Column):
+def _write_pieces(patient: _ErrorStoringFile, group, name: str, axes: Sequence[str], column: StoredColumn):
     """Write a compressed variable piece by piece."""
     _create_dimensions(group, axes, column.shape)
     chunks = _chunk_shape(column.shape)
