@@ -59,6 +59,9 @@ class DrawnPiece:
     is_unsupported: bool = False  # True if this machine cannot draw it
 
 
+Timed = tuple[Piece, DrawnPiece, float]  # a piece, its outcome, and the seconds that it took
+
+
 @dataclass(frozen=True)
 class GallerySettings:
     """GallerySettings of the gallery's runs; `particles` limits the number per scene, None: no limit."""
@@ -115,7 +118,7 @@ def select_pieces(found: Sequence[Piece], only: Sequence[str]) -> list[Piece]:
     return [names[name] for name in dict.fromkeys(only)] if only else list(found)
 
 
-def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, DrawnPiece, float]]:
+def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[Timed]:
     """Draw each piece into the folder; yield (piece, outcome, seconds)."""
     folder.mkdir(parents=True, exist_ok=True)
     for piece in wanted:
@@ -127,9 +130,7 @@ def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, 
         yield piece, made, perf_counter() - start
 
 
-def write_page(
-    found: Sequence[tuple[Piece, DrawnPiece, float]], folder: Path, settings: GallerySettings
-) -> Path:
+def write_page(found: Sequence[Timed], folder: Path, settings: GallerySettings) -> Path:
     """Write the Markdown page with each picture, its description, notes and command; return its path."""
     lines = ["# Gallery", ""]
     limits = "as many particles as each needs"
@@ -148,7 +149,7 @@ def write_page(
     return path
 
 
-def record_of_gallery(found: Sequence[tuple[Piece, DrawnPiece, float]]) -> list[dict[str, object]]:
+def record_of_gallery(found: Sequence[Timed]) -> list[dict[str, object]]:
     """Return the entries as JSON-ready types."""
     return [
         {
