@@ -117,16 +117,14 @@ def test_a_warning_about_two_detectors_names_the_particles_of_the_one_that_takes
 def test_a_warning_says_how_many_smaller_findings_a_number_has_and_where_they_are():
     """Next-event rays miss the light of a mirror, of near walls, and of a small wall just above the meter."""
     lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.05), tp.Lambertian(radiance=1.0))
-    sizes = {"mirror": 2.0, "wall": 4.0, "near": 0.05}
-    places = {
-        "mirror": ((1, 0, 1), (-1, 0, 0)),
-        "wall": ((0, 0, 0), (0, 0, 1)),
-        "near": ((0, 0, 0.3), (0, 0, -1)),
+    walls = {
+        "mirror": (tp.Mirror(0.9), {"center": (1, 0, 1), "normal": (-1, 0, 0)}, 2.0),
+        "wall": (tp.Diffuse(0.5), {"center": (0, 0, 0), "normal": (0, 0, 1)}, 4.0),
+        "near": (tp.Diffuse(0.9), {"center": (0, 0, 0.3), "normal": (0, 0, -1)}, 0.05),
     }
-    materials = {"mirror": tp.Mirror(0.9), "wall": tp.Diffuse(0.5), "near": tp.Diffuse(0.9)}
     surfaces = [
-        tp.Surface(tp.Rectangle(*places[name], width=size, height=size), materials[name], name)
-        for name, size in sizes.items()
+        tp.Surface(tp.Rectangle(**place, width=size, height=size), material, name)
+        for name, (material, place, size) in walls.items()
     ]
     meter = tp.Detector(tp.Disk(center=(0.3, 0.2, 0.01), normal=(0, 0, 1), radius=0.02), "meter")
     scene = tp.Scene(lamp, surfaces, meter)
