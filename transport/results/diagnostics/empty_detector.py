@@ -267,8 +267,12 @@ def _bounding_ball(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 
 def _opaque_rooms(scene: Scene) -> list[Room]:
     """The rooms that opaque surfaces enclose; computed once per scene."""
-    opaque = {k: each for k, each in enumerate(scene.surfaces) if not each.material.is_transmissive}
-    return proven(scene, "opaque rooms", lambda: finite_enclosures(opaque))
+
+    def find() -> list[Room]:
+        surfaces = enumerate(scene.surfaces)
+        return finite_enclosures({k: each for k, each in surfaces if not each.material.is_transmissive})
+
+    return proven(scene, "opaque rooms", find)
 
 
 # ---- planes ----
