@@ -12,7 +12,7 @@ from transport.scene.bins import Directions
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Gas, Isotropic, Lambertian
 from transport.scene.materials import Black, Dielectric, Diffuse, Mirror, Mixture, Surface, Transparent
-from transport.scene.media import Grid, Medium
+from transport.scene.media import Grid, Medium, Vacuum
 from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
 from transport.scene.points import PointDetector
 from transport.scene.pulses import Instant
@@ -205,14 +205,44 @@ def rod():
     return Scene(sun, ground, looks, Medium(absorption=0.2, scattering=0.8))
 
 
+def shells():
+    """Nested media, in each of which two detectors keep path lengths, by direction, with moments beside them."""
+    media = Medium(absorption=0.2, scattering=1.0), Medium(absorption=0.1, scattering=3.0)
+    spheres = [
+        Surface(Sphere(radius=radius), CLEAR, f"shell {k}", inside=medium)
+        for k, (radius, medium) in enumerate(zip((1.0, 0.4), media, strict=True))
+    ]
+    walls = Surface(Box(size=3.0), Diffuse(0.5), "walls")
+    looks = [
+        Detector("walls", side="inside", path_lengths=[media[1], Vacuum(), media[0]]),
+        Detector("shell 0", side="inside", path_lengths=media, directions=Directions(mu=3), moments=True),
+    ]
+    return Scene(Source("walls", LIGHT, side="inside"), [*spheres, walls], looks)
+
+
 STATION = Splitting(start=(0, 0, 0), end=(0, 0, -3), gain=100.0)
 TRACKINGS = {
     "cloud": Tracking(absorption="analog"),
     "hall": Tracking(splitting=Splitting(start=(0, 0, 0), end=(0, 0, 1.5), gain=10.0)),
     "thin": Tracking(forced=True),
     "deep": Tracking(splitting=STATION),
+    "shells": Tracking(forced=True),
 }  # what is not the default
 MEDIA = {
     scene.__name__: scene
-    for scene in (layers, pile, cloud, smoke, thin, deep, hall, seen, flash_in_the_dark, draught, still, rod)
+    for scene in (
+        layers,
+        pile,
+        cloud,
+        smoke,
+        thin,
+        deep,
+        hall,
+        seen,
+        flash_in_the_dark,
+        draught,
+        still,
+        rod,
+        shells,
+    )
 }

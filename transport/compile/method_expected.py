@@ -21,8 +21,8 @@ def refusal(scene: Scene) -> str | None:
         return f"PointDetector {name!r} casts its own rays; run it in a separate scene"
     if not any(uses_next_event(scene, detector) for detector in scene.meters):
         got = ", ".join(f"{type(part).__name__} {part.name!r}" for part in scene.detectors) or "no detector"
-        cure = "use a Detector on a Rectangle, Disk, Triangle or whole Sphere, without speeds or moments"
-        return f"it cannot sample points on {got}; {cure}"
+        cure = "use a Detector on a Rectangle, Disk, Triangle, Polygon or whole Sphere"
+        return f"it cannot sample points on {got}; {cure}, without speeds, moments or path_lengths"
     return None
 
 

@@ -12,6 +12,8 @@ from llvmlite import ir
 from numba import carray, config, njit, types
 from numba.extending import intrinsic
 
+from transport.compile.detectors import MAX_PATHS
+
 # Lanes per bundle: a constant of the build. Only tests set the environment variable.
 LANES = int(os.environ.get("TRANSPORT_LANES", "256"))
 # Words from one field to the next: one cache line more than LANES, so that the fields of one lane do not all
@@ -96,6 +98,8 @@ CARRIED = (
     ("ex", "f8"),  # ... and the point where the direction was sampled
     ("ey", "f8"),
     ("ez", "f8"),
+    # path lengths by medium [scene lengths], where a detector has `path_lengths` (engine/passes/paths.py)
+    *((f"path_{k}", "f8") for k in range(MAX_PATHS)),
 )
 
 # Values that one step computes and the next forgets.

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from transport.compile.detectors import PATH_UNIT, path_media
 from transport.compile.rows import Rows
 from transport.geometry.shape import Shape
 from transport.results.solid_angles import solid_angles_of
@@ -39,12 +40,15 @@ from transport.scene.detectors import Detector
 from transport.scene.parts import SceneParts
 from transport.scene.scene_speeds import has_several_speeds, missing_mass_message, scene_mass, scene_speeds
 from transport.statistics.axes import COORDINATES, DIRECTION, POSITION, Axis
+from transport.statistics.chunked import batch_totals, over_batches
 from transport.statistics.estimates import EstimateOrArray
 
 BINS = (POSITION, DIRECTION)
 # Score of a crossing in a fluence rate, relative to its weight: the mean of 1/|mu| for constant radiance.
 MEAN_INVERSE_COSINE = 2.0
-CLOCK, OF_MOMENTS, BOTH = ("clock",), ("moments",), ("slant in", "slant out")
+MISSING_PATH = 10.0  # mean paths: the longest path that a particle which the run has missed is taken to have
+CLOCK, OF_MOMENTS, OF_PATHS = ("clock",), ("moments",), ("path lengths",)
+BOTH = ("slant in", "slant out")
 
 
 class Reading(Tally):
@@ -224,6 +228,24 @@ class Reading(Tally):
     mean_square_speed_out = Mean(
         "Mean square speed of departures [m^2 s^-2].", "square out", "share out", (), OF_MOMENTS
     )
+    mean_path_in = Mean(
+        """Mean length of the paths of arrivals in each medium of `path_lengths` [m], from birth to arrival.
+
+        The mean is over arriving weight, so it is the relative loss of what arrives per absorption
+        coefficient: -d ln(flux_in)/d(absorption) of that medium.
+        """,
+        "path in",
+        "share in",
+        BINS,
+        OF_PATHS,
+    )
+    mean_path_out = Mean(
+        "Mean length of the paths of departures in each medium of `path_lengths` [m].",
+        "path out",
+        "share out",
+        BINS,
+        OF_PATHS,
+    )
     mean_energy_in = Formula(
         "Mean kinetic energy of arrivals [J]: m v²/2 for particles of known mass.",
         lambda tally: tally.mean_square_speed_in * tally.constant("half mass"),
@@ -239,7 +261,10 @@ class Reading(Tally):
         super().__init__(result, detector)
         self.shape = self.scene.shape_of(detector)
         self.rows = self._arrival_rows()
-        self.axes = tuple(axis for name in COORDINATES for axis in self.rows.axes if axis.name == name)
+        media = np.arange(len(detector.path_lengths or ()))
+        self.media = (Axis("medium", media, is_instants=True),) if len(media) else ()
+        axes = (*self.media, *self.rows.axes)
+        self.axes = tuple(axis for name in COORDINATES for axis in axes if axis.name == name)
 
     def _arrival_rows(self) -> Rows:
         """Return the rows of arrivals; those of departures follow after plan.half."""
@@ -288,7 +313,30 @@ class Reading(Tally):
                         share, column=self._column("square"), unit="m^2 s^-2", scale=v**2
                     ),
                 }
+            if media := self.detector.path_lengths:
+                found[f"path {of_side}"] = replace(
+                    share,
+                    column=self._path_columns(),
+                    counts=lambda batch, a, b: np.broadcast_to(batch.counts[a:b], (len(media), b - a)),
+                    unit="m",
+                    scale=PATH_UNIT * plan.space.size,
+                    largest=partial(self._longest_paths, side),
+                    parts=self.media[0],
+                )
         return found
+
+    def _longest_paths(self, side: int) -> np.ndarray:
+        """The longest path of missing particles in each medium, as sums: a multiple of the mean path."""
+        paths = over_batches(self.sums(f"path {SIDES[side]}")).reshape(len(self.media[0]), -1).sum(axis=1)
+        weight = batch_totals(self.sums(f"share {SIDES[side]}")).sum()
+        return MISSING_PATH * paths / weight if weight > 0 else np.zeros(len(paths))
+
+    def _path_columns(self) -> Column:
+        """The sums of path lengths in each medium of `path_lengths`."""
+        sums, known = self.plan.long_sums, path_media(self.scene)
+        places = [sums.index(f"path {known.index(medium)}") for medium in self.detector.path_lengths]
+        columns = [moment_column(place, len(sums)) for place in places]
+        return lambda batch, a, b: np.array([column(batch, a, b) for column in columns])
 
     @property
     def heading(self) -> str:
@@ -361,7 +409,7 @@ class Reading(Tally):
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
         """Yield radiance by direction, or irradiance and exitance by position, or flux by time or speed."""
-        groups = [axis.group for axis in self.axes]
+        groups = [axis.group for axis in self.rows.axes]
         for score, names in zip(
             self.main,
             (("radiance", "irradiance", "flux_in"), ("radiance_out", "exitance", "flux_out")),
@@ -397,6 +445,8 @@ def _surface_lacks(scene: SceneParts, detector: Detector, shape: Shape) -> Lacks
         and has_several_speeds(speeds)
         and ("bins of speed where speeds differ", "write speeds=edges in m/s"),
         "moments": not detector.moments and ("moments", "write Detector(..., moments=True)"),
+        "path lengths": not detector.path_lengths
+        and ("path_lengths=[...], got None", "write path_lengths=[medium] with a medium of the scene"),
         "mass": not has_mass and mass,
         "mass of momentum": not has_mass and not is_light and mass,
     }

@@ -65,8 +65,8 @@ class Score:
     findings : callable or None
         findings(is_whole) returns the findings, with bounds for a mean score of 1 per history, of all bins
         together or of single ones.
-    largest : float
-        The score of a missing particle relative to those bounds.
+    largest : float or callable
+        The score of a missing particle relative to those bounds; of parts a function that returns them all.
     notes : callable
         Findings of this score alone, whose bounds are not scaled.
     parts : Axis or None
@@ -83,7 +83,7 @@ class Score:
     is_sure: Callable[[], bool] = lambda: False
     is_mean: bool = False
     findings: Callable[[bool], Iterable[Finding]] | None = None
-    largest: float = 1.0
+    largest: float | Callable[[], np.ndarray] = 1.0
     notes: Callable[[], Iterable[Finding]] = tuple
     parts: Axis | None = None
 
@@ -462,7 +462,10 @@ class Tally:
         bins = made._replicates.shape
 
         def findings() -> Iterator[Finding]:
-            each = (np.broadcast_to(one, bins) if bins else float(np.ravel(one)[0])) * score.largest
+            largest = score.largest
+            if callable(largest):
+                largest = largest().reshape(-1, *(1,) * (len(bins) - 1))
+            each = (np.broadcast_to(one, bins) if bins else float(np.ravel(one)[0])) * largest
             for finding in score.findings(not bins) if score.findings is not None else ():
                 yield replace(finding, bound=np.abs(finding.bound * each))
             yield from score.notes()

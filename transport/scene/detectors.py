@@ -17,6 +17,8 @@ from transport.scene.bins import (
     edges_of,
     is_above_horizon,
 )
+from transport.scene.materials import AnyMedium
+from transport.scene.media import canonical_medium
 from transport.scene.sides import AnyDetector, Sided
 from transport.validation import (
     ConvertedAs,
@@ -70,6 +72,9 @@ class Detector(Sided, AnyDetector):
         `events=(1, math.inf)` the rest.
     moments : bool, default False
         Whether to add pressure and mean speed and energy.
+    path_lengths : Medium, Grid or Vacuum, or a sequence of them, default None
+        Media of the scene in which to average the path lengths of the particles that arrive and leave:
+        `mean_path_in` and `mean_path_out`, in this order.
 
     Raises
     ------
@@ -112,6 +117,9 @@ class Detector(Sided, AnyDetector):
     via: ConvertedAs[str | Sequence[str] | None, tuple[str, ...] | None, tuple[str, ...] | str | None] = None
     events: tuple[int, float] | int | None = None
     moments: bool = False
+    path_lengths: ConvertedAs[
+        AnyMedium | Sequence[AnyMedium] | None, tuple[AnyMedium, ...] | None, tuple[AnyMedium, ...] | None
+    ] = None
 
     def __post_init__(self) -> None:
         coerce_name(self)
@@ -121,6 +129,7 @@ class Detector(Sided, AnyDetector):
                 refuse(self, "name must be given with a shape, got None; write name='detector'")
             set_fields(self, name=self.shape)
         self._check_side()
+        self._coerce_path_lengths()
         self._coerce_bins()
         self._coerce_via()
         self._coerce_events()
@@ -131,7 +140,9 @@ class Detector(Sided, AnyDetector):
     @property
     def options_of_crossings(self) -> dict[str, object]:
         """The options in use that only a particle's own crossing can score, not next-event estimation."""
-        return {name: value for name in ("speeds", "moments") if (value := getattr(self, name))}
+        return {
+            name: value for name in ("speeds", "moments", "path_lengths") if (value := getattr(self, name))
+        }
 
     @property
     def options_of_the_past(self) -> dict[str, object]:
@@ -142,7 +153,7 @@ class Detector(Sided, AnyDetector):
     @property
     def long_sums(self) -> int:
         """Number of sums per bin beside weight, count and slant."""
-        return 3 if self.moments else 0
+        return (3 if self.moments else 0) + len(self.path_lengths or ())
 
     def time_edges(self, duration: float | None) -> np.ndarray | None:
         """Return the edges of the time bins.
@@ -266,3 +277,16 @@ class Detector(Sided, AnyDetector):
             )
         least, most = span
         set_fields(self, events=(int(least), math.inf if most == math.inf else int(most)))
+
+    def _coerce_path_lengths(self) -> None:
+        """Convert `path_lengths` to None or a tuple of distinct media; the plan checks that they exist."""
+        if self.path_lengths is None:
+            return
+        media = self.path_lengths if isinstance(self.path_lengths, tuple | list) else (self.path_lengths,)
+        if not media or not all(isinstance(medium, AnyMedium) for medium in media):
+            must = "path_lengths must be a medium of the scene or a list of them"
+            refuse(self, f"{must}, got {short_repr(self.path_lengths)}; write path_lengths=[tissue]")
+        media = tuple(map(canonical_medium, media))
+        if len(set(media)) < len(media):
+            refuse(self, f"path_lengths must name each medium once, got {short_repr(self.path_lengths)}")
+        set_fields(self, path_lengths=media)

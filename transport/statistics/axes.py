@@ -9,6 +9,7 @@ import numpy as np
 
 # Groups of axes. A quantity keeps the axes of a group, or sums over them.
 TIME, SPEED, POSITION, DIRECTION, CELL, PHASE = "time", "speed", "position", "direction", "cell", "phase"
+MEDIUM = "medium"
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class Coordinate:
 
 # Every coordinate that can be binned. A new kind of axis is a new line.
 COORDINATES = {
+    "medium": Coordinate(MEDIUM, "1", ""),
     "time": Coordinate(TIME, "s", "time"),
     "speed": Coordinate(SPEED, "m s^-1", "speed"),
     "u": Coordinate(POSITION, "", "u"),
@@ -47,7 +49,10 @@ COORDINATES = {
 }
 
 
-AXES_OF_PLACES = ("time",)  # axes that may be lists of places, such as instants, and not of bins
+AXES_OF_PLACES = (
+    "time",
+    "medium",
+)  # axes that may be lists, such as instants, and not bins
 
 
 def axis_unit(name: str, units: Mapping[str, str]) -> str:

@@ -21,6 +21,7 @@ from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.solid import Box, Sphere
 from transport.run.progress import open_progress
 from transport.scene.bins import Directions, Positions
+from transport.scene.bodies import surrounding_medium
 from transport.scene.cameras import Camera
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Effusive, Lambertian
@@ -198,6 +199,10 @@ def _with_via(scene: Scene) -> Scene:
     return set_on_detectors(via=names[0])(Treatment(scene)).scene if names else scene
 
 
+def _with_path_lengths(scene: Scene) -> Scene:
+    return set_on_detectors(path_lengths=[surrounding_medium(scene)])(Treatment(scene)).scene
+
+
 def _with_camera(scene: Scene) -> Scene:
     """Replace the detectors by a pinhole camera above the floor, for backward histories."""
     where = {"position": (0, 0, -0.9), "direction": (0, 0, 1), "up": (0, 1, 0)}
@@ -242,6 +247,7 @@ IN_ANY_SCENE = (
     Addition("filter by crossed surface (via)", scene_change(_with_via)),
     Addition("filter by events (events=0)", set_on_detectors(events=0)),
     Addition("moments of velocity", set_on_detectors(moments=True)),
+    Addition("path lengths in the surrounding medium", scene_change(_with_path_lengths)),
     Addition(CLOCK, scene_change(_with_duration)),
     Addition("... bins of time, 16", set_on_detectors(times=16), CLOCK),
     Addition(

@@ -1,0 +1,225 @@
+"""Mean path lengths by medium: geometry, 4V/S, the derivative by absorption, and other ways of tracking."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import transport as tp
+from transport.validation import SceneError
+
+FOG, HAZE = tp.Medium(scattering=2.0), tp.Medium(scattering=0.5, phase=tp.HenyeyGreenstein(0.6))
+VACUUM = tp.Vacuum()
+
+
+def run(scene, particles=1e5, **settings):
+    return tp.simulate(scene, particles=particles, seed=11, progress=False, **settings)
+
+
+# ---- Isotropic light in a body: the mean chord.
+
+
+def in_isotropic_light(body, medium, media):
+    """Return a scene of a body in isotropic light, with a detector inside its surface."""
+    far = tp.Sphere(radius=5.0)
+    lamp = tp.Source(far, tp.Lambertian(power=1.0), side="inside")
+    surfaces = [tp.Surface(far, tp.Black(), "far"), tp.Surface(body, tp.Transparent(), "body", back=medium)]
+    return tp.Scene(lamp, surfaces, tp.Detector("body", side="inside", path_lengths=media))
+
+
+BODIES = [tp.Sphere(radius=1.5), tp.Box(size=(1.0, 2.0, 0.3)), tp.Sphere(center=(1, 0, 0), radius=0.7)]
+
+
+@pytest.mark.parametrize("medium", [FOG, HAZE], ids=["isotropic", "forward"])
+@pytest.mark.parametrize("body", BODIES, ids=["sphere", "box", "off centre"])
+def test_the_mean_path_through_a_body_is_four_volumes_over_its_surface(body, medium):
+    """In isotropic light it does not depend on scattering (Blanco and Fournier 2003)."""
+    path = run(in_isotropic_light(body, medium, medium), particles=4e5)["body"].mean_path_in
+    assert path.dims == ("medium",)
+    assert abs(path.z(4 * body.volume / body.area)[0]) < 3.5
+
+
+def test_a_body_that_is_crossed_again_adds_to_the_path():
+    """A white wall sends light through the body many times; its detector counts the path since birth."""
+    room = tp.Sphere(radius=2.0)
+    lamp = tp.Source(room, tp.Lambertian(power=1.0), side="inside")
+    walls = [tp.Surface(room, tp.Diffuse(0.5), "room")]
+    scene = tp.Scene(lamp, walls, tp.Detector("room", side="inside", path_lengths=[VACUUM]))
+    # Arrival n has flown n chords, and weighs 0.5^(n - 1): mean chord times sum n 2^-n / sum 2^-n = 2.
+    assert abs(run(scene)["room"].mean_path_in.z(2 * 4 / 3 * 2.0)[0]) < 3.5
+
+
+# ---- A ray through layers: exact lengths.
+
+
+def layers(*media, power=1.0, **options):
+    """Return a scene of an oblique pencil through boxes of media of 0.5 m, with a detector behind them."""
+    boxes = [
+        tp.Surface(
+            tp.Box(center=(0, 0, 0.25 + k), size=(20, 20, 0.5)), tp.Transparent(), f"box {k}", back=medium
+        )
+        for k, medium in enumerate(media)
+    ]
+    lamp = tp.Source(tp.Point(position=(0.01, 0.02, -1.0)), tp.Beam(direction=(0.6, 0, 0.8), power=power))
+    end = tp.Disk(center=(0, 0, len(media) + 1.0), normal=(0, 0, -1), radius=20.0)
+    return tp.Scene(lamp, boxes, tp.Detector(end, "end", **options))
+
+
+WEAK, STRONG = tp.Medium(absorption=0.3), tp.Medium(absorption=1.7, index=1.0)
+
+
+def test_paths_of_a_pencil_through_layers_are_their_lengths():
+    scene = layers(WEAK, STRONG, WEAK, path_lengths=[STRONG, WEAK, VACUUM])
+    path = run(scene, particles=1e3)["end"].mean_path_in
+    # From z = -1 to z = 4 at cosine 0.8; three layers of 0.5.
+    assert path.value == pytest.approx(np.array([0.5, 1.0, 3.5]) / 0.8, rel=1e-13)
+
+
+def test_each_detector_has_its_own_media_in_its_own_order():
+    scene = layers(WEAK, STRONG, path_lengths=[STRONG])
+    middle = tp.Detector(
+        tp.Disk(center=(0, 0, 0.75), normal=(0, 0, -1), radius=20.0),
+        "middle",
+        path_lengths=[VACUUM, STRONG, WEAK],
+    )
+    result = run(replace(scene, detectors=(*scene.detectors, middle)), particles=1e3)
+    assert result["end"].mean_path_in.value == pytest.approx([0.5 / 0.8], rel=1e-13)
+    assert result["middle"].mean_path_in.value == pytest.approx(np.array([1.25, 0.0, 0.5]) / 0.8, rel=1e-13)
+
+
+def test_paths_by_direction_follow_the_slant_of_the_ray():
+    lamp = tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0))
+    far = tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=40, height=40)
+    directions = tp.Directions(mu=8)
+    scene = tp.Scene(lamp, (), tp.Detector(far, "far", directions=directions, path_lengths=VACUUM))
+    path = run(scene)["far"].mean_path_in
+    assert path.dims == ("medium", "mu") and path.shape == (1, 8)
+    # Light from a point has intensity uniform in mu: the mean of 1/mu over a bin.
+    edges = np.linspace(0, 1, 9)
+    exact = np.log(edges[2:] / edges[1:-1]) / np.diff(edges[1:])
+    assert np.abs(path.z(np.array([[np.nan, *exact]]))[0, 1:]).max() < 4
+
+
+# ---- Absorption: the mean path is the derivative of the logarithm of the flux.
+
+
+def slab(absorption, extra, **tracking):
+    """Return a scattering sphere with an absorbing core, in a beam; detector of all that leaves it."""
+    core = tp.Medium(absorption=absorption[0], scattering=3.0, phase=tp.HenyeyGreenstein(0.5))
+    shell = tp.Medium(absorption=absorption[1], scattering=1.0, index=1.0)
+    surfaces = [
+        tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), "shell", back=shell),
+        tp.Surface(tp.Sphere(radius=0.5), tp.Transparent(), "core", back=core),
+    ]
+    lamp = tp.Source(tp.Disk(center=(0, 0, -2), radius=0.8), tp.Beam(direction=(0, 0, 1), power=1.0))
+    media = (core, shell)
+    return tp.Scene(lamp, surfaces, tp.Detector("shell", side="inside", path_lengths=media, **extra))
+
+
+@pytest.mark.parametrize("medium", [0, 1], ids=["core", "shell"])
+def test_the_mean_path_is_the_relative_loss_per_absorption_coefficient(medium):
+    """Both runs have the same flights, for absorption only lessens weights: the difference has no noise."""
+    step, fluxes = 1e-4, []
+    tracking = tp.Tracking(absorption="weighted", roulette=1e-12)
+    for sign in (-1, 1):
+        absorption = [0.2, 0.1]
+        absorption[medium] += sign * step
+        fluxes.append(run(slab(absorption, {}), particles=2e4, tracking=tracking)["shell"].flux_in.value)
+    path = run(slab([0.2, 0.1], {}), particles=2e4, tracking=tracking)["shell"].mean_path_in[medium]
+    slope = -np.log(fluxes[1] / fluxes[0]) / (2 * step)
+    # The ratio's estimate is corrected for its bias of one in the number of batches; the slope is not.
+    assert path.value == pytest.approx(slope, rel=1e-5)
+
+
+WAYS = {
+    "analog": tp.Tracking(absorption="analog"),
+    "forced": tp.Tracking(forced=True),
+    "splitting": tp.Tracking(splitting=tp.Splitting(start=(0, 0, -1), end=(0, 0, 1), gain=16)),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_way_of_tracking_has_the_same_mean_paths(way):
+    plain = run(slab([0.2, 0.1], {}), particles=2e5)["shell"].mean_path_in
+    other = run(slab([0.2, 0.1], {}), particles=2e5, tracking=WAYS[way])["shell"].mean_path_in
+    assert np.abs((plain - other).z(0.0)).max() < 3.5
+
+
+def test_voxels_have_the_paths_of_the_medium_that_they_write_out():
+    medium = tp.Medium(absorption=0.4, scattering=2.0)
+    box = tp.Box(size=(1, 1, 1))
+    voxels = np.full((3, 3, 3), 1.0)
+    voxels[0, 0, 0] = 1.0 + 1e-12  # not collapsed to one number
+    grid = tp.Grid(absorption=0.4 * voxels, scattering=2.0 * voxels, box=box)
+    paths = [
+        run(in_isotropic_light(box, each, each), particles=2e5)["body"].mean_path_in
+        for each in (medium, grid)
+    ]
+    assert abs((paths[0] - paths[1]).z(0.0)[0]) < 3.5
+
+
+def test_paths_with_a_clock_end_with_it():
+    speed = tp.SPEED_OF_LIGHT if hasattr(tp, "SPEED_OF_LIGHT") else 299792458.0
+    scene = layers(WEAK, path_lengths=[WEAK, VACUUM], power=1.0)
+    lamp = replace(scene.sources[0])
+    timed = replace(scene, sources=(lamp,), duration=10.0 / speed)
+    path = run(timed, particles=1e4)["end"].mean_path_in
+    assert path.value == pytest.approx(np.array([0.5, 2.5]) / 0.8, rel=1e-12)
+
+
+# ---- Estimators, arguments, files.
+
+
+def test_an_aimed_run_knows_the_straight_path():
+    scene = layers(VACUUM, path_lengths=VACUUM)
+    lamp = tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0))
+    ring = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0), "end", path_lengths=VACUUM)
+    scene = tp.Scene(lamp, (), ring)
+    # Isotropic light within 45 degrees: mean of 1/mu over mu from 1/sqrt(2) to 1.
+    exact = np.log(np.sqrt(2)) / (1 - np.sqrt(0.5))
+    assert abs(run(scene, estimator="aimed")["end"].mean_path_in.z(exact)[0]) < 3.5
+
+
+def test_backward_and_expected_runs_refuse_path_lengths():
+    far = tp.Sphere(radius=2.0)
+    lamp = tp.Source(tp.Disk(radius=0.1), tp.Lambertian(power=1.0))
+    scene = tp.Scene(
+        lamp, tp.Surface(far, tp.Black(), "far"), tp.Detector("far", side="inside", path_lengths=VACUUM)
+    )
+    with pytest.raises(SceneError, match=r"path_lengths=\(Vacuum\(\),\), which only forward histories know"):
+        run(scene, estimator="backward")
+    with pytest.raises(SceneError, match="without speeds, moments or path_lengths"):
+        run(scene, estimator="expected")
+
+
+def test_unknown_media_are_refused_by_name():
+    with pytest.raises(
+        SceneError, match=r"path_lengths must name media of the scene, got Medium\(scattering=2.0\)"
+    ):
+        run(layers(WEAK, path_lengths=FOG))
+    with pytest.raises(SceneError, match="path_lengths must name each medium once"):
+        layers(WEAK, path_lengths=[WEAK, tp.Medium(absorption=0.3)])
+    with pytest.raises(SceneError, match="write path_lengths=\\[tissue\\]"):
+        layers(WEAK, path_lengths="tissue")
+    media = [tp.Medium(absorption=0.1 * k) for k in range(1, 10)]
+    with pytest.raises(SceneError, match="8 media at most, got 9"):
+        run(layers(*media, path_lengths=media))
+    with pytest.raises(SceneError, match="mean_path_in needs path_lengths"):
+        _ = run(layers(WEAK), particles=1e3)["end"].mean_path_in
+
+
+def test_scenes_and_runs_with_path_lengths_are_stored(tmp_path):
+    scene = layers(WEAK, STRONG, path_lengths=[STRONG, VACUUM], directions=tp.Directions(mu=3))
+    assert tp.Scene.from_json(scene.to_json()) == scene
+    result = run(scene, particles=1e3)
+    result.save(tmp_path / "run.nc")
+    again = tp.load(tmp_path / "run.nc")
+    assert (again["end"].mean_path_in.value == result["end"].mean_path_in.value)[:, 2].all()
+
+
+def test_a_dataset_and_a_picture_have_the_axis_of_media():
+    path = run(layers(WEAK, path_lengths=[WEAK, VACUUM]), particles=1e3)["end"]
+    data = path.to_dataset("mean_path_in")
+    assert data.mean_path_in.dims == ("medium",) and data.mean_path_in.attrs["units"] == "m"
+    assert data.medium.values.tolist() == [0, 1]
+    assert path.plot("mean_path_in") is not None
