@@ -26,7 +26,7 @@ from transport.results.tally import (
     Column,
     Formula,
     Lacks,
-    Mean,
+    MeanPerWeight,
     Measure,
     Quantity,
     Score,
@@ -218,17 +218,19 @@ class Reading(Tally):
         ("time", "area"),
         ("moments", "mass of momentum", "area"),
     )
-    mean_speed_in = Mean(
+    mean_speed_in = MeanPerWeight(
         "Mean speed of arrivals [m s^-1], each crossing counted once.", "speed in", "share in", (), OF_MOMENTS
     )
-    mean_speed_out = Mean("Mean speed of departures [m s^-1].", "speed out", "share out", (), OF_MOMENTS)
-    mean_square_speed_in = Mean(
+    mean_speed_out = MeanPerWeight(
+        "Mean speed of departures [m s^-1].", "speed out", "share out", (), OF_MOMENTS
+    )
+    mean_square_speed_in = MeanPerWeight(
         "Mean square speed of arrivals [m^2 s^-2].", "square in", "share in", (), OF_MOMENTS
     )
-    mean_square_speed_out = Mean(
+    mean_square_speed_out = MeanPerWeight(
         "Mean square speed of departures [m^2 s^-2].", "square out", "share out", (), OF_MOMENTS
     )
-    mean_path_in = Mean(
+    mean_path_in = MeanPerWeight(
         """Mean length of the paths of arrivals in each medium of `path_lengths` [m], from birth to arrival.
 
         The mean is over arriving weight, so it is the relative loss of what arrives per absorption
@@ -239,7 +241,7 @@ class Reading(Tally):
         BINS,
         OF_PATHS,
     )
-    mean_path_out = Mean(
+    mean_path_out = MeanPerWeight(
         "Mean length of the paths of departures in each medium of `path_lengths` [m].",
         "path out",
         "share out",

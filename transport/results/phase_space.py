@@ -14,7 +14,7 @@ from transport.results.batches import chosen_records, common_probability, distin
 from transport.results.tally import (
     Formula,
     Lacks,
-    Mean,
+    MeanPerWeight,
     Measure,
     Quantity,
     Score,
@@ -37,7 +37,7 @@ MOMENTS, BINS = ("moments",), (PHASE,)
 
 def _mean_velocity(axis: str) -> Formula:
     """Mean of a component of the velocity; its moments are taken about a reference velocity."""
-    mean = Mean("", f"v{axis}", "weight", BINS)
+    mean = MeanPerWeight("", f"v{axis}", "weight", BINS)
     return Formula(
         f"Mean {axis} component of the velocity [m s^-1].",
         lambda tally: mean.of(tally) + tally.constant(f"reference v{axis}"),
@@ -47,7 +47,7 @@ def _mean_velocity(axis: str) -> Formula:
 
 def _variance(axis: str) -> Formula:
     """Variance of a component of the velocity."""
-    means = [Mean("", name, "weight", BINS) for name in (f"v{axis}", f"v{axis}2")]
+    means = [MeanPerWeight("", name, "weight", BINS) for name in (f"v{axis}", f"v{axis}2")]
 
     def variance(tally: Tally) -> EstimateArray:
         mean, square = (each.of(tally) for each in means)
@@ -94,7 +94,7 @@ class PhaseReading(Tally):
     outside = Quantity("Particles (or J) outside all bins or outside `within`.", "outside")
     mean_vx, mean_vy, mean_vz = map(_mean_velocity, "xyz")
     variance_vx, variance_vy, variance_vz = map(_variance, "xyz")
-    mean_speed = Mean("Mean speed [m s^-1].", "speed", "weight", BINS, MOMENTS)
+    mean_speed = MeanPerWeight("Mean speed [m s^-1].", "speed", "weight", BINS, MOMENTS)
     fluence_rate = Quantity(
         "n v: density times mean speed; φ = ∫ L dω [m^-2 s^-1] if `within` makes it a density in space.",
         "speed",

@@ -171,7 +171,7 @@ class Quantity(_Named):
         return reduce(add, [tally.estimate(score, self.by, self.per) for score in self.scores])
 
 
-class Mean(_Named):
+class MeanPerWeight(_Named):
     """A mean per weight: the sum of a score over the sum of weights; of too few scores without an error."""
 
     def __init__(
