@@ -53,6 +53,7 @@ BACK, ON, STAYS, STRAIGHT, SCATTERED = (
     "transmitted unscattered",
     "transmitted scattered",
 )
+PATH = "mean path / thickness"
 SHOWN = 4  # slabs in the figure of radiance
 DEEPEST, OCTAVES, STEPS = (
     16.0,
@@ -111,14 +112,20 @@ def scene(
         phase=tp.Rayleigh() if phase == "rayleigh" else henyey,
     )
     body = tp.Slab(center=(0, 0, -thickness / 2), thickness=thickness)
+    paths = fog if _has_known_path(albedo, incidence) else None
     bottom, bins = tp.Plane(center=(0, 0, -thickness), normal=(0, 0, -1)), tp.Directions(mu=BINS)
     detectors = [
-        tp.Detector(tp.Plane(), "top", directions=bins),
-        tp.Detector(bottom, "bottom", directions=bins),
+        tp.Detector(tp.Plane(), "top", directions=bins, path_lengths=paths),
+        tp.Detector(bottom, "bottom", directions=bins, path_lengths=paths),
         tp.Detector(bottom, "straight", directions=bins, events=0),
     ]
     source = _source(incidence, mu0, thickness)
     return tp.Scene(source, tp.Surface(body, tp.Transparent(), "slab", inside=fog), detectors)
+
+
+def _has_known_path(albedo: float, incidence: str) -> bool:
+    """Whether the mean path of what leaves is the mean chord: of Lambertian light that nothing absorbs."""
+    return albedo == 1 and incidence == "lambertian"
 
 
 def _check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
@@ -144,9 +151,19 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     mu0 = -emission.direction[2] if isinstance(emission, tp.Beam) else 1.0
     if _passes_straight(body.inside.extinction * body.shape.thickness, mu0):
         rows |= {STRAIGHT: straight / emitted, SCATTERED: (on - straight) / emitted}
+    if result["top"].detector.path_lengths:
+        rows[PATH] = mean_path(result) / constant(result, body.shape.thickness, "m")
     for way, shares in (("back", shares_back(result)), ("scattered on", shares_on(result))):
         rows |= {_bin(way, k): shares[k : k + GROUP].sum() for k in range(0, BINS, GROUP)}
     return rows
+
+
+def mean_path(result: tp.Result) -> tp.Estimate:
+    """Mean path length in the fog of all that leaves it [m]."""
+    leaving = [result["top"], result["bottom"]]
+    fluxes = [each.intensity_out for each in leaving]
+    paths = [(each.mean_path_out[0] * flux).sum() for each, flux in zip(leaving, fluxes, strict=True)]
+    return (paths[0] + paths[1]) / (fluxes[0].sum() + fluxes[1].sum())
 
 
 def _passes_straight(tau: float, mu0: float) -> bool:
@@ -174,6 +191,8 @@ def exact(**parameters: object) -> dict[str, float]:
     rows = {BACK: light.reflected, ON: light.transmitted}
     if given["albedo"] < 1:
         rows[STAYS] = light.absorbed
+    if _has_known_path(given["albedo"], given["incidence"]):
+        rows[PATH] = 2.0  # 4 V/S
     if _passes_straight(given["tau"], given["mu0"] if given["incidence"] == "beam" else 1.0):
         rows |= {STRAIGHT: light.unscattered_on, SCATTERED: light.transmitted_diffuse}
     edges = EDGES[::GROUP]

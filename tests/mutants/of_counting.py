@@ -42,6 +42,27 @@ FAULTS = (
         ("test_fields_at_meters",),
     ),
     Fault(
+        "engine/passes/paths.py",
+        "words[word + k] = 0.0",
+        "words[word + k] += 0.0",
+        "paths that begin where the lane's last particle ended",
+        ("test_path_lengths::test_the_mean_path_through_a_body_is_four_volumes_over_its_surface",),
+    ),
+    Fault(
+        "engine/passes/paths.py",
+        "length, number = b.flight_end[k] - b.start[k], numbers[b.medium[k]]",
+        "length, number = b.flight_end[k] - b.start[k], numbers[0]",
+        "every path in the surrounding medium",
+        ("test_path_lengths::test_paths_of_a_pencil_through_layers_are_their_lengths",),
+    ),
+    Fault(
+        "engine/stages/births.py",
+        "        if score.at_birth is not None:\n            yield step_by_name((score.at_birth, score.table))\n",
+        "        pass\n",
+        "paths that are never begun",
+        ("test_path_lengths::test_every_way_of_tracking_has_the_same_mean_paths",),
+    ),
+    Fault(
         SUMS,
         "    return high, int64((scaled - float64(high)) * 2147483648.0)\n\n\n@device\ndef unbiased_limbs",
         "    return high, int64(0)\n\n\n@device\ndef unbiased_limbs",
