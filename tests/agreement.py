@@ -10,13 +10,13 @@ import math
 import numpy as np
 from scipy.special import bdtr, bdtrc, chdtr, chdtrc, nctdtrinc, ndtr, ndtri
 
+from transport.statistics.any_estimate import AnyEstimate
 from transport.statistics.batches import normal_score, student_quantile
-from transport.statistics.quantities import Quantity
 
 _SMALLEST_EXPECTATION = 20.0  # counts in a bin below which chi-square would not be trusted far out
 
 
-def assert_agrees(estimate: Quantity, exact: float | np.ndarray, false_alarm: float = 1e-5) -> None:
+def assert_agrees(estimate: AnyEstimate, exact: float | np.ndarray, false_alarm: float = 1e-5) -> None:
     """Fail unless the estimate lies within its error of the exact value, two-sided, through Student's t.
 
     An array of estimates shares the false-alarm rate among its bins.  An unknown error fails.
@@ -38,7 +38,9 @@ def assert_agrees(estimate: Quantity, exact: float | np.ndarray, false_alarm: fl
     )
 
 
-def smallest_bias(estimate: Quantity, false_alarm: float = 1e-5, power: float = 0.95) -> float | np.ndarray:
+def smallest_bias(
+    estimate: AnyEstimate, false_alarm: float = 1e-5, power: float = 0.95
+) -> float | np.ndarray:
     """Relative bias that `assert_agrees` would catch with this power: noncentral Student's t."""
     if estimate.exact:
         return 1e-12

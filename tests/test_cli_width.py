@@ -22,7 +22,7 @@ def written(capsys, monkeypatch):
             monkeypatch.delenv(name, raising=False)
         for name, value in environment.items():
             monkeypatch.setenv(name, value)
-        table = tables.plain_table("quantity", "estimate ± error>", "unit", "")
+        table = tables.table_of(("quantity", "estimate ± error>", "unit", ""), ())
         table.add_row(*CELLS)
         print_rich(table)
         rows = capsys.readouterr().out.splitlines()

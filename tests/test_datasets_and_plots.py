@@ -135,6 +135,12 @@ def test_available_quantities_are_those_that_can_be_read(forward, backward, stea
     assert "energy_in" in forward["plain"].available and "radiance" not in forward["plain"].available
 
 
+def test_a_sample_has_no_quantity_to_convert(forward):
+    with pytest.raises(tp.SceneError, match=r"Snapshot 'shot': no quantity 'weights'; it is a sample"):
+        forward["shot"].to_dataset("weights")
+    assert "weights" in forward["shot"].to_dataset()
+
+
 # Pictures
 
 

@@ -14,7 +14,7 @@ from rich.console import Console
 
 import transport as tp
 from transport.cli.effects.passes import effects_of
-from transport.cli.run import warnings_of
+from transport.cli.run import case_warnings
 from transport.cli.tables import pass_table
 from transport.verification.experiment import run_experiment
 
@@ -170,17 +170,17 @@ def told(*warnings):
 )  # fmt: skip
 def test_a_warning_names_its_cases_or_counts_them(warned, cases, whose):
     outcomes = told(*(["beware"] if case in warned else [] for case in "abcdefgh"[:cases]))
-    assert warnings_of(outcomes) == [f"{whose}: beware"]
+    assert case_warnings(outcomes) == [f"{whose}: beware"]
 
 
 def test_each_warning_has_cases_of_its_own():
-    said = warnings_of(told(["one", "two"], ["two"], ["one"], ["two"], ["two"], ["two"]))
+    said = case_warnings(told(["one", "two"], ["two"], ["one"], ["two"], ["two"], ["two"]))
     assert said == ["a; c: one", "5 of 6 cases: two"]
 
 
 def test_a_single_case_need_not_be_named():
-    assert warnings_of(told(["beware"])) == ["beware"]
-    assert warnings_of(told([], [])) == []
+    assert case_warnings(told(["beware"])) == ["beware"]
+    assert case_warnings(told([], [])) == []
 
 
 def test_a_run_tells_whose_warnings_they_are():
@@ -195,7 +195,7 @@ def test_a_run_tells_whose_warnings_they_are():
     outcomes = run_experiment(
         experiment_of(cases, scene=scene, measure=lambda result: {"flux": result["meter"].flux_in}), seed=1
     )
-    [warning] = warnings_of(outcomes)
+    [warning] = case_warnings(outcomes)
     assert warning.startswith("4 of 5 cases: detector 'meter' counted nothing: Surface 'wall' encloses every")
 
 

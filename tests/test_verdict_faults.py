@@ -114,6 +114,27 @@ def test_a_warning_about_two_detectors_names_the_particles_of_the_one_that_takes
         assert "Use about 1e5 particles" in warning
 
 
+def test_a_warning_says_how_many_smaller_findings_a_number_has_and_where_they_are():
+    """Next-event rays miss the light of a mirror, of near walls, and of a small wall just above the meter."""
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.05), tp.Lambertian(radiance=1.0))
+    walls = {
+        "mirror": (tp.Mirror(0.9), {"center": (1, 0, 1), "normal": (-1, 0, 0)}, 2.0),
+        "wall": (tp.Diffuse(0.5), {"center": (0, 0, 0), "normal": (0, 0, 1)}, 4.0),
+        "near": (tp.Diffuse(0.9), {"center": (0, 0, 0.3), "normal": (0, 0, -1)}, 0.05),
+    }
+    surfaces = [
+        tp.Surface(tp.Rectangle(**place, width=size, height=size), material, name)
+        for name, (material, place, size) in walls.items()
+    ]
+    meter = tp.Detector(tp.Disk(center=(0.3, 0.2, 0.01), normal=(0, 0, 1), radius=0.02), "meter")
+    scene = tp.Scene(lamp, surfaces, meter)
+    result = tp.simulate(scene, 300, seed=1, estimator="expected", progress=False)
+    (warning,) = [each for each in result.warnings if each.startswith("flux_in")]
+    doubts = [each for each in result.quality("meter.flux_in").findings if each.severity == "doubtful"]
+    assert len(doubts) >= 3 and doubts[0].what in warning
+    assert "; result.quality('meter.flux_in') lists 2 more doubtful findings. " in warning
+
+
 def test_a_detector_that_one_of_two_aims_leaves_out_is_told_of():
     there, here = (
         tp.Disk(center=(3, 0, 2), normal=(0, 0, -1), radius=1.0),

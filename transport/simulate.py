@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING
 
@@ -15,10 +15,10 @@ from transport.run.interruption import delay_interrupts
 from transport.run.programs import compiled_program_for
 from transport.run.progress import PilotProgress, Progress, open_progress
 from transport.run.run import Run
-from transport.run.settings import Settings, checked_integer, checked_limits, checked_part, checked_threads
+from transport.run.settings import RunRequest, Settings, checked_part, checked_threads
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.validation import SceneError, name_hint, short_repr
+from transport.validation import SceneError
 
 if TYPE_CHECKING:
     from transport.io.resuming import Checkpoints
@@ -132,59 +132,30 @@ def simulate(
     >>> result["meter"].flux_in
     <Estimate (0.151 ± 0.003) W, 32 batches>
     """
-    return _run(
-        scene,
-        threads,
-        cluster,
-        progress,
-        resume,
-        checkpoint,
-        every,
-        particles=particles,
-        error=error,
-        seconds=seconds,
-        batches=batches,
-        part=part,
-        seed=seed,
-        estimator=estimator,
-        sampling=sampling,
-        tracking=tracking,
-    )
+    request = RunRequest(scene, particles, error, seconds, batches, part, seed, estimator, sampling, tracking)
+    return _run(request, threads, cluster, progress, resume, checkpoint, every)
 
 
 def simulate_all_quantities(scene: Scene, particles: float | None = None, **arguments) -> Result:
     """Run like `simulate`, but any quantity and the energy balance may be read, whatever `error` names."""
-    return _run(scene, particles=particles, reads_all=True, **arguments)
+    names = [field.name for field in fields(RunRequest) if field.name in arguments]
+    request = RunRequest(scene, particles, **{name: arguments.pop(name) for name in names}, reads_all=True)
+    return _run(request, **arguments)
 
 
 def _run(
-    scene: Scene,
+    request: RunRequest,
     threads: int | None = None,
     cluster: object = None,
     progress: bool | str | None = None,
     resume: Result | str | PathLike | None = None,
     checkpoint: str | PathLike | None = None,
     every: float = 60.0,
-    *,
-    reads_all: bool = False,
-    seed: int | None = None,
-    tracking: Tracking | str | None = None,
-    **request,
 ) -> Result:
-    """Check the arguments, resolve the settings and run.
-
-    reads_all: whether any quantity may be read, although `error` names some only; request: the arguments of
-    `_new_settings`.
-    """
-    if not isinstance(scene, Scene):
-        raise SceneError(
-            f"simulate: scene must be a Scene, got {short_repr(scene)}; write Scene(sources=[...], ...)"
-        )
-    request["seed"] = None if seed is None else checked_integer("seed", seed, 0, 2**64 - 1)
-    request["tracking"] = coerce_tracking(scene, tracking)
+    """Resolve the settings of a run, and run it or continue the saved one."""
     threads = _checked_threads(threads, cluster)
     # Lock the file before it is read: another run might be writing it.
-    with _checkpoints(checkpoint, every, scene) as keep:
+    with _checkpoints(checkpoint, every, request.scene) as keep:
         saved = None
         if resume is not None or checkpoint is not None:
             from transport.io.resuming import run_to_resume
@@ -193,11 +164,11 @@ def _run(
         begun = time.perf_counter()
         with open_progress(progress) as bar:
             if saved is None:
-                settings = _new_settings(scene, bar, reads_all, **request)
+                settings = _new_settings(request, bar)
             else:
                 from transport.io.resuming import resumed_settings
 
-                settings = resumed_settings(saved, scene, **request)
+                settings = resumed_settings(saved, request)
             return _execute(settings, threads, cluster, bar, begun, saved, keep)
 
 
@@ -251,42 +222,23 @@ def _open_executor(settings: Settings, threads: int, cluster: object, bar: Progr
         yield executor
 
 
-def _new_settings(
-    scene: Scene,
-    bar: Progress,
-    reads_all: bool,
-    *,
-    particles: float | None = None,
-    error: Mapping[str, float] | None = None,
-    seconds: float | None = None,
-    batches: int | None = None,
-    part: tuple[int, int] | None = None,
-    seed: int | None = None,
-    estimator: str | None = None,
-    sampling: str | None = None,
-    tracking: Tracking | None = None,
-) -> Settings:
+def _new_settings(request: RunRequest, bar: Progress) -> Settings:
     """Settings of a new run; for "auto", pilot runs choose the method."""
-    limits = checked_limits(scene, particles, error, seconds, batches)  # before any pilot runs
-    one_part = checked_part(part, limits)
-    choice, seed = None, 0 if seed is None else seed
+    scene, estimator, sampling = request.scene, request.estimator, request.sampling
+    limits = request.limits()  # before any pilot runs
+    part = checked_part(request.part, limits)
+    choice, seed = None, 0 if request.seed is None else request.seed
     if estimator == AUTO or (estimator is None and limits.is_open):
-        _check_no_part(one_part)
+        _check_no_part(part)
         # Without `error` and `estimator` any quantity may be read.
-        reads_all = reads_all or (estimator is None and not limits.error)
-        choice = choose_method(
-            scene,
-            limits.error,
-            sampling,
-            _pilots(scene, seed, tracking, bar),
-            particles=limits.particles,
-            seconds=limits.seconds,
-            reads_all=reads_all,
-        )
+        reads_all = request.reads_all or (estimator is None and not limits.error)
+        pilot = _pilots(scene, seed, request.tracking, bar)
+        wanted = {"particles": limits.particles, "seconds": limits.seconds, "reads_all": reads_all}
+        choice = choose_method(scene, limits.error, sampling, pilot, **wanted)
         estimator, sampling = choice.method.estimator, choice.method.sampling
     method = coerce_method(scene, estimator, "random" if sampling is None else sampling)
-    limits = checked_limits(scene, particles, error, seconds, batches, method)
-    return Settings(scene, method, replace(limits, part=one_part), seed, tracking, choice)
+    limits = replace(request.limits(method), part=part)
+    return Settings(scene, method, limits, seed, request.tracking, choice)
 
 
 def _pilots(
@@ -298,7 +250,7 @@ def _pilots(
     def pilot(method: Method, particles: int) -> Result:
         bar.trying(method.title)
         method = coerce_method(scene, method.estimator, method.sampling)
-        limits = checked_limits(scene, particles, None, None, None, method)
+        limits = RunRequest(scene, particles).limits(method)
         settings = Settings(scene, method, limits, seed ^ PILOT_SEED_MASK, tracking)
         result = _execute(settings, 1, None, quiet, time.perf_counter())
         if not result.is_complete:
@@ -332,31 +284,3 @@ def _checkpoints(
     keep = Checkpoints(checkpoint, every, scene)
     with locked(keep.path):
         yield keep
-
-
-def coerce_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:
-    """Return the tracking as a Tracking, or None for the default of the scene."""
-    given = tracking
-    if isinstance(tracking, str) and tracking in ("analog", "weighted"):
-        tracking = Tracking(absorption=tracking)
-    if tracking is None or isinstance(tracking, Tracking):
-        if tracking is not None and tracking.absorption == "weighted" and scene.duration is not None:
-            cure = "leave it out" if isinstance(given, str) else "write Tracking(absorption='analog', ...)"
-            raise SceneError(
-                f"simulate: tracking must be analog in a scene with a duration, got {short_repr(given)};"
-                f" {cure}"
-            )
-        return tracking
-    must = "tracking must be 'analog', 'weighted' or a Tracking"
-    raise SceneError(f"simulate: {must}, got {short_repr(tracking)}; {_tracking_cure(tracking)}")
-
-
-def _tracking_cure(tracking: object) -> str:
-    """Suggest a valid tracking for an invalid one."""
-    if isinstance(tracking, str):
-        if tracking in ("roulette", "forced", "splitting"):
-            return f"write tracking=Tracking({tracking}=...)"
-        meant = name_hint(tracking, ("analog", "weighted"))
-        if meant.startswith("did you mean"):
-            return meant
-    return "leave it out for the default of the scene"

@@ -15,8 +15,7 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 
 from transport import EstimateArray
-from transport.io.html.maps import TOP_DOWN_AXES, VERTICAL_AXES, is_seen_from_inside
-from transport.results.report import title_of
+from transport.io.html.maps import TOP_DOWN_AXES, VERTICAL_AXES, azimuth_note, has_azimuth_to_the_left
 from transport.results.tally import Tally
 from transport.statistics.axes import axis_places, axis_symbol, axis_unit
 from transport.validation import short_repr
@@ -55,7 +54,7 @@ def plot_tally(
     array = tally.named(name)
     if not isinstance(array, EstimateArray):
         raise ValueError(f"plot: {name} of {tally.name!r} has no bins, it is {array}")
-    title, words = title_of(tally.detector, tally), words_of(shape_of(tally))
+    title, words = tally.heading, words_of(shape_of(tally))
     return plot_array(array, axes, decades, name.replace("_", " "), title, words)
 
 
@@ -114,7 +113,7 @@ def _main_quantity(tally: Tally) -> str:
         if isinstance(getattr(tally, name), EstimateArray):
             return name
     cure = "give the detector bins, such as positions=, directions=, cells= or times=, or print it"
-    raise ValueError(f"plot: {tally.title}{tally.name!r} has no quantity with bins; {cure}")
+    raise ValueError(f"plot: {tally.title} has no quantity with bins; {cure}")
 
 
 # ---- Axes: their bins in units that suit, and their labels.
@@ -215,9 +214,9 @@ class MapLayout(NamedTuple):
         if np.isnan(field).any():
             hatch(axes)
         drawn = axes.pcolorfast(across.edges, up.edges, np.ma.masked_invalid(field), norm=norm, cmap=colours)
-        is_inside = is_seen_from_inside((up.name, across.name))
-        axes.set(xlabel=f"{across.label}, seen from inside" if is_inside else across.label, ylabel=up.label)
-        axes.xaxis.set_inverted(is_inside)
+        names = up.name, across.name
+        axes.set(xlabel=across.label + azimuth_note(names), ylabel=up.label)
+        axes.xaxis.set_inverted(has_azimuth_to_the_left(names))
         axes.yaxis.set_inverted(up.name in TOP_DOWN_AXES)
         axes.xaxis.set_major_locator(across.ticks)
         axes.yaxis.set_major_locator(up.ticks)

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from transport.scene.phase_functions import Phase
-from transport.statistics.quantities import Quantity
+from transport.statistics.any_estimate import AnyEstimate
 
 # Powers of the factors of length and of power.  Light keeps its speed, so that times go as lengths.
 POWERS = {
@@ -61,7 +61,7 @@ def _multiplied(given: object, factor: float) -> object:
     return np.multiply(given, factor) if isinstance(given, np.ndarray) else given * factor
 
 
-def factor_of(name: str, quantity: Quantity, length: float, power: float, is_light: bool) -> float:
+def factor_of(name: str, quantity: AnyEstimate, length: float, power: float, is_light: bool) -> float:
     """By what a quantity of that name should have grown."""
     powers = dict(quantity.unit.powers)
     grows = sum(float(powers.get(symbol, 0)) * by for symbol, by in OF_SYMBOLS.items())

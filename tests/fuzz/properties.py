@@ -13,7 +13,7 @@ from tests.fuzz import samples
 from tests.fuzz.dimensions import factor_of
 from tests.fuzz.worlds import World
 from transport.results.result import Result
-from transport.statistics.quantities import Quantity
+from transport.statistics.any_estimate import AnyEstimate
 
 ROUNDING = 1e-12  # of a sum over histories, against its largest part
 SIGNED = (
@@ -92,7 +92,7 @@ def is_told(result: Result) -> None:
     assert "ledger" in result.report()
 
 
-def quantities_of(result: Result) -> dict[str, Quantity]:
+def quantities_of(result: Result) -> dict[str, AnyEstimate]:
     """All that a run has found, by name, the ledger first."""
     found = {f"ledger.{name}": entry for name, entry in result.ledger.items()}
     for name in result:

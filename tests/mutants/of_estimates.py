@@ -71,7 +71,7 @@ FAULTS = (
         ("test_estimates",),
     ),
     Fault(
-        "statistics/quantities.py",
+        "statistics/any_estimate.py",
         "student_quantile(0.5 + confidence / 2,",
         "student_quantile(confidence,",
         "a one-sided interval for a two-sided one",

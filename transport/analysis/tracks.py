@@ -9,10 +9,9 @@ import numpy as np
 from transport.compile.methods import coerce_method
 from transport.io.html.charts import BAR_COLOUR
 from transport.io.html.elements import escaped, framed, heading, plain_typeset, side_by_side, table, typeset
-from transport.run.settings import checked_integer
+from transport.run.settings import checked_integer, coerce_tracking
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.simulate import coerce_tracking
 from transport.validation import SceneError, short_repr
 
 FLIGHTS_PER_PARTICLE = 64  # flights per particle for which memory is allocated at first

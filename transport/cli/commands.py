@@ -8,7 +8,15 @@ import typer
 from typer.core import TyperGroup
 
 from transport import __version__
-from transport.cli.console import INTERRUPTED, INVALID, TEXT_WIDTH, print_json, print_rich, report_errors
+from transport.cli.console import (
+    INTERRUPTED,
+    INVALID,
+    TEXT_WIDTH,
+    print_json,
+    print_rich,
+    print_to_stderr,
+    report_errors,
+)
 from transport.cli.files import merge, show
 from transport.cli.measure import bench, cost, effects
 from transport.cli.options import (
@@ -38,7 +46,6 @@ from transport.cli.printout import (
     print_checks,
     print_menu,
     print_run,
-    print_to_stderr,
     report_unsaved,
     text_of,
 )

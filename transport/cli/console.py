@@ -88,7 +88,7 @@ def as_json(data: object) -> object:
 def exit_status(failed: int, complete: bool) -> int:
     """Return the exit status of a verification: 1 if rows fail, 130 (with a message) if incomplete."""
     if not complete:
-        console(stderr=True).print("interrupted: the rows are incomplete", style="bold red")
+        print_to_stderr("interrupted: the rows are incomplete", style="bold red")
         return INTERRUPTED
     return int(failed > 0)
 
@@ -102,18 +102,19 @@ def report_errors(debug: bool = False) -> Iterator[None]:
     """
     try:
         yield
-    except (SceneError, UnitError) as refusal:
+        return
+    except (SceneError, UnitError, WorkersLost) as error:
         if debug:
             raise
-        line = " ".join(str(refusal).split())
-        console(stderr=True).print(Text(f"error: {line}", style="bold red"), soft_wrap=True)
-        raise typer.Exit(INVALID) from None
-    except WorkersLost as lost:
-        if debug:
-            raise
-        console(stderr=True).print(Text(str(lost), style="bold red"), soft_wrap=True)
-        raise typer.Exit(FAILED) from None
+        is_lost = isinstance(error, WorkersLost)
+        line = str(error) if is_lost else f"error: {' '.join(str(error).split())}"
+        status = FAILED if is_lost else INVALID
     except KeyboardInterrupt as interruption:
-        line = str(interruption) or "interrupted before the first result"
-        console(stderr=True).print(Text(line, style="bold red"), soft_wrap=True)
-        raise typer.Exit(INTERRUPTED) from None
+        line, status = str(interruption) or "interrupted before the first result", INTERRUPTED
+    print_to_stderr(line, style="bold red")
+    raise typer.Exit(status)
+
+
+def print_to_stderr(line: str, style: str = "yellow") -> None:
+    """Print a line to standard error."""
+    console(stderr=True).print(Text(line, style=style), soft_wrap=True)

@@ -28,16 +28,10 @@ from transport.validation import SceneError, pip_install
 
 # ---- Pages of the reference: every public name on the page of its module, with its docstring.
 
-UNITS = {  # SI units of the conversion factors, as in 650 * tp.nm
-    name: unit
-    for names, unit in (
-        ("nm um mm cm km au", "m"),
-        ("ns us", "s"),
-        ("deg arcmin arcsec mrad", "rad"),
-        ("speed_of_light", "m s^-1"),
-    )
-    for name in names.split()
-}
+# SI units of the conversion factors, as in 650 * tp.nm
+FACTORS = {"m": "nm um mm cm km au", "s": "ns us", "rad": "deg arcmin arcsec mrad"}
+UNITS = {name: unit for unit, names in FACTORS.items() for name in names.split()}
+UNITS["speed_of_light"] = "m s^-1"
 RETURNED_CLASSES = (
     Reading, VolumeReading, PointReading, PhaseReading, SnapshotReading, Ledger, ViewReading, Cost,
 )  # fmt: skip
@@ -62,24 +56,17 @@ class Page:
 
 def pages() -> list[Page]:
     """Return the pages with all public names.  Raises LookupError for a name without a page."""
+    sources = "scene.scene", "scene.sources", "scene.emissions", "scene.pulses", "validation"
+    detectors = "scene.detectors", "scene.bins", "scene.cameras", "scene.volumes", "scene.points"
+    analysis = "analysis.tracks", "analysis.solid_angle", "analysis.view_factors"
     found = [
-        Page(
-            "scene",
-            "Scenes and sources",
-            ("scene.scene", "scene.sources", "scene.emissions", "scene.pulses", "validation"),
-        ),
+        Page("scene", "Scenes and sources", sources),
         Page("shapes", "Shapes", ("geometry",)),
         Page("materials", "Surfaces and materials", ("scene.materials",)),
         Page("media", "Media", ("scene.media", "scene.phase_functions", "scene.tracking")),
         Page("speeds", "Speeds and phase space", ("scene.speeds", "scene.phase_space")),
-        Page(
-            "detectors",
-            "Detectors",
-            ("scene.detectors", "scene.bins", "scene.cameras", "scene.volumes", "scene.points"),
-        ),
-        Page(
-            "runs", "Runs", ("simulate", "analysis.tracks", "analysis.solid_angle", "analysis.view_factors")
-        ),
+        Page("detectors", "Detectors", detectors),
+        Page("runs", "Runs", ("simulate", *analysis)),
         Page("results", "Results", ("results", "statistics"), RETURNED_CLASSES),
         Page("cost", "What accuracy costs", ("analysis.cost", "analysis.binning")),
         Page("units", "Units", ("units",)),
@@ -114,12 +101,8 @@ def _class_entry(kind: type) -> str:
     names = kind.known if issubclass(kind, Tally) else ()
     if not names:
         return entry
-    table = [
-        f".. list-table:: Quantities of `{kind.__name__}`",
-        "   :header-rows: 1",
-        "   :widths: 22 60 18",
-        "",
-    ]
+    table = [f".. list-table:: Quantities of `{kind.__name__}`"]
+    table += ["   :header-rows: 1", "   :widths: 22 60 18", ""]
     rows = [("quantity", "meaning [unit]", "needs")]
     for name in names:
         quantity = getattr(kind, name)
@@ -148,20 +131,9 @@ GUIDES = PACKAGE / "guides"
 WIDE_CSS = ".content { width: 56em; }\n"  # code blocks have lines of 100 characters
 REQUIRED_PACKAGES = ("sphinx", "furo", "myst_parser")
 GUIDE_ORDER = (
-    "surfaces",
-    "media",
-    "clocks",
-    "cost",
-    "numbers",
-    "scenes",
-    "saving",
-    "clusters",
-    "commands",
-    "laws",
-    "performance",
-    "extending",
-    "code",
-)
+    "surfaces", "media", "clocks", "cost", "numbers", "scenes", "saving", "clusters", "commands", "laws",
+    "performance", "extending", "code",
+)  # fmt: skip
 
 
 def build_site(out: Path, commands: Any) -> Path:

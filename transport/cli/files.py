@@ -8,7 +8,7 @@ import typer
 
 from transport.cli.console import print_json, print_labelled, print_rich
 from transport.cli.options import Json
-from transport.cli.run import bins_record, estimate_record
+from transport.cli.run import bins_record, estimate_record, number_record
 from transport.results.report import run_line
 from transport.results.result import Result
 from transport.statistics.estimates import Estimate, EstimateArray
@@ -99,10 +99,7 @@ def _result_record(result: Result) -> dict[str, object]:
         ],
         "bins": [bins_record(name, q) for name, q in arrays.items() if q.value.size <= MAX_BINS],
         "left out": [name for name, q in arrays.items() if q.value.size > MAX_BINS],
-        "ledger": {
-            name: {"value": entry.value, "error": entry.error, "unit": str(entry.unit)}
-            for name, entry in result._own_ledger.items()
-        },
+        "ledger": {name: number_record(entry) for name, entry in result._own_ledger.items()},
         "cost": None if result.cost is None else asdict(result.cost),
         "warnings": result.warnings,
         "done by": [vars(origin) for origin in result.state.origins],

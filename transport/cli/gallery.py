@@ -7,15 +7,15 @@ from pathlib import Path
 from time import perf_counter
 
 from transport.analysis.tracks import tracks
-from transport.cli.console import NO_BREAK_SPACE, console, print_json, print_labelled
+from transport.cli.console import NO_BREAK_SPACE, print_json, print_labelled, print_to_stderr
 from transport.cli.costs import costs_of_case, draw_costs
 from transport.cli.run import (
+    case_warnings,
     checked_experiment,
     draw_experiment,
     draw_to,
     is_complete,
     verdict_on,
-    warnings_of,
 )
 from transport.results.result import Result
 from transport.simulate import simulate
@@ -34,10 +34,8 @@ COST_SECONDS = 6.0  # CPU time of a cost diagram
 COST_PREFIX = "cost_"  # prefix of experiments whose cost diagram is drawn too
 PAGE = "README.md"
 HEADINGS = {
-    "general": "Figures of any result",
-    "costs": "Cost of accuracy",
-    "experiments": "The experiments",
-}
+    "general": "Figures of any result", "costs": "Cost of accuracy", "experiments": "The experiments"
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -61,9 +59,12 @@ class DrawnPiece:
     is_unsupported: bool = False  # True if this machine cannot draw it
 
 
+Timed = tuple[Piece, DrawnPiece, float]  # a piece, its outcome, and the seconds that it took
+
+
 @dataclass(frozen=True)
-class Settings:
-    """Settings of the gallery's runs; `particles` limits the number per scene, None: no limit."""
+class GallerySettings:
+    """GallerySettings of the gallery's runs; `particles` limits the number per scene, None: no limit."""
 
     particles: int | None = None
     seed: int = 0
@@ -79,13 +80,13 @@ class Settings:
         return wanted if self.particles is None else min(wanted, self.particles)
 
 
-def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: bool = False) -> int:
+def build_gallery(settings: GallerySettings, only: Sequence[str], folder: Path, json: bool = False) -> int:
     """Draw the selected pieces, print each, and write the page; return status 1 if a picture is missing."""
     wanted, found = select_pieces(pieces(settings), only), []
     for piece, made, seconds in draw_pieces(wanted, folder):
         found.append((piece, made, seconds))
         if made.why:
-            console(stderr=True).print(f"{piece.name}: no picture: {made.why}", style="yellow")
+            print_to_stderr(f"{piece.name}: no picture: {made.why}")
         elif not json:
             paths = ", ".join(str(path).replace(" ", NO_BREAK_SPACE) for path in made.paths)
             print_labelled(f"{piece.name:24s}", f"{paths}  ({seconds:.1f} s)")
@@ -97,7 +98,7 @@ def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: b
     return int(any(not made.paths and not made.is_unsupported for _, made, _ in found))
 
 
-def pieces(settings: Settings) -> list[Piece]:
+def pieces(settings: GallerySettings) -> list[Piece]:
     """Return all pieces: general figures, costs and experiments.  Raises SceneError without matplotlib."""
     with optional_packages("gallery"):
         exhibits = importlib.import_module("transport.viz.exhibits").EXHIBITS
@@ -117,31 +118,26 @@ def select_pieces(found: Sequence[Piece], only: Sequence[str]) -> list[Piece]:
     return [names[name] for name in dict.fromkeys(only)] if only else list(found)
 
 
-def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, DrawnPiece, float]]:
+def draw_pieces(wanted: Sequence[Piece], folder: Path) -> Iterator[Timed]:
     """Draw each piece into the folder; yield (piece, outcome, seconds)."""
     folder.mkdir(parents=True, exist_ok=True)
     for piece in wanted:
         start = perf_counter()
         try:
             made = piece.draw(folder)
-        except SceneError as refusal:
-            made = DrawnPiece([], why=str(refusal))
+        except SceneError as error:
+            made = DrawnPiece([], why=str(error))
         yield piece, made, perf_counter() - start
 
 
-def write_page(found: Sequence[tuple[Piece, DrawnPiece, float]], folder: Path, settings: Settings) -> Path:
+def write_page(found: Sequence[Timed], folder: Path, settings: GallerySettings) -> Path:
     """Write the Markdown page with each picture, its description, notes and command; return its path."""
     lines = ["# Gallery", ""]
-    limits_text = (
-        "as many particles as each needs"
-        if settings.particles is None
-        else f"at most {settings.particles:_} particles"
-    )
-    lines += [
-        f"Figures of `transport gallery`: {limits_text}, seed {settings.seed}."
-        " Bars and bands are two standard errors.",
-        "",
-    ]
+    limits = "as many particles as each needs"
+    if settings.particles is not None:
+        limits = f"at most {settings.particles:_} particles"
+    bars = "Bars and bands are two standard errors."
+    lines += [f"Figures of `transport gallery`: {limits}, seed {settings.seed}. {bars}", ""]
     for heading, words in HEADINGS.items():
         shown = [(piece, made) for piece, made, _ in found if piece.heading == heading]
         if shown:
@@ -153,7 +149,7 @@ def write_page(found: Sequence[tuple[Piece, DrawnPiece, float]], folder: Path, s
     return path
 
 
-def record_of_gallery(found: Sequence[tuple[Piece, DrawnPiece, float]]) -> list[dict[str, object]]:
+def record_of_gallery(found: Sequence[Timed]) -> list[dict[str, object]]:
     """Return the entries as JSON-ready types."""
     return [
         {
@@ -183,7 +179,7 @@ def _entry(piece: Piece, made: DrawnPiece, folder: Path) -> list[str]:
 class ResultCache:
     """Results of exhibits; exhibits with the same scene share one run."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: GallerySettings) -> None:
         self._settings, self._results = settings, {}
 
     def result_for(self, exhibit: object) -> Result:
@@ -207,7 +203,7 @@ class ResultCache:
         return result
 
 
-def _general(exhibit: object, runs: ResultCache, settings: Settings) -> Piece:
+def _general(exhibit: object, runs: ResultCache, settings: GallerySettings) -> Piece:
     def draw(folder: Path) -> DrawnPiece:
         if exhibit.is_solid and (lack := _missing_screen()):
             return DrawnPiece([], exhibit.says, why=lack, is_unsupported=True)
@@ -232,24 +228,23 @@ def _missing_screen() -> str:
     return ""
 
 
-def _experiment(name: str, settings: Settings) -> Piece:
+def _experiment(name: str, settings: GallerySettings) -> Piece:
     module = experiment(name)
     particles = settings.limited(min(getattr(module, "particles", DEFAULT_PARTICLES), MAX_PARTICLES))
 
     def draw(folder: Path) -> DrawnPiece:
-        outcomes = list(
-            iterate_outcomes(checked_experiment(module), {}, settings.limits | {"particles": particles})
-        )
+        limits = settings.limits | {"particles": particles}
+        outcomes = list(iterate_outcomes(checked_experiment(module), {}, limits))
         if not is_complete(outcomes):
             raise KeyboardInterrupt
         paths, why = draw_experiment(module, outcomes, folder / "experiments")
         says = " ".join(f"{getattr(module, 'question', '')} {verdict_on(module, outcomes)}".split())
-        return DrawnPiece(paths, says, warnings_of(outcomes), why)
+        return DrawnPiece(paths, says, case_warnings(outcomes), why)
 
     return Piece(name, "experiments", f"transport run {name} --particles {particles}", draw)
 
 
-def _cost(name: str, settings: Settings) -> Piece:
+def _cost(name: str, settings: GallerySettings) -> Piece:
     def draw(folder: Path) -> DrawnPiece:
         costs = costs_of_case(experiment(name), {}, None, COST_SECONDS, settings.seed, 1)
         paths, why = draw_costs(costs, folder / "costs")
@@ -259,9 +254,5 @@ def _cost(name: str, settings: Settings) -> Piece:
         )
         return DrawnPiece(paths, says, why=why)
 
-    return Piece(
-        f"price_{name.removeprefix(COST_PREFIX)}",
-        "costs",
-        f"transport cost {name} --seconds {COST_SECONDS:g}",
-        draw,
-    )
+    command = f"transport cost {name} --seconds {COST_SECONDS:g}"
+    return Piece(f"price_{name.removeprefix(COST_PREFIX)}", "costs", command, draw)

@@ -68,7 +68,7 @@ def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: f
     if estimate.exact:
         return ROUNDING if exact != 0 else 0.0
     if is_exact_in_every_batch(estimate, exact):
-        return max(ROUNDING, -math.log(1 - power) / int(estimate.run.sizes.sum()))
+        return max(ROUNDING, -math.log(1 - power) / estimate.run.histories)
     if math.isnan(estimate.error):
         return math.nan
     limit = student_quantile(1 - false_alarm / 2, estimate.dof)
@@ -123,6 +123,5 @@ def split_law(text: str) -> tuple[str, str]:
 
 
 def _is_source(text: str) -> bool:
-    return bool(re.search(YEAR_PATTERN, text) or re.search(NAME_PATTERN, text)) and not re.search(
-        FORMULA_PATTERN, text
-    )
+    has_author = re.search(YEAR_PATTERN, text) or re.search(NAME_PATTERN, text)
+    return bool(has_author) and not re.search(FORMULA_PATTERN, text)

@@ -6,12 +6,10 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-from rich.text import Text
-
 from transport.analysis.cost import price_notes
-from transport.cli.console import NO_BREAK_SPACE, console, print_labelled, print_rich
+from transport.cli.console import NO_BREAK_SPACE, print_labelled, print_rich, print_to_stderr
 from transport.cli.costs import Costs
-from transport.cli.run import draw_experiment, is_complete, verdict_on, warnings_of
+from transport.cli.run import case_warnings, draw_experiment, is_complete, verdict_on
 from transport.cli.tables import bins_table, case_table, cost_table, effect_table, ledger_line
 from transport.results.diagnostics.table import CHECKS
 from transport.results.record import total_cost
@@ -26,10 +24,7 @@ def print_menu(with_commands: bool = True) -> None:
         module = experiment(name)
         groups.setdefault(text_of(module, "question"), []).append((name, text_of(module, "law")))
     if with_commands:
-        print_rich(
-            "transport: Monte Carlo transport and radiometry with standard errors",
-            style="bold",
-        )
+        print_rich("transport: Monte Carlo transport and radiometry with standard errors", style="bold")
         print_rich("")
     width = max((len(name) for group in groups.values() for name, _ in group), default=0)
     for question, sims in groups.items():
@@ -82,7 +77,7 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     for line in (*lines, *cost_lines(whole)):
         label, _, text = line.partition(": ")
         print_labelled(label, text)
-    for warning in warnings_of(outcomes):
+    for warning in case_warnings(outcomes):
         print_labelled("warning", warning, style="bold yellow")
     return outcomes
 
@@ -105,20 +100,12 @@ def report_unsaved(outcomes: Iterable[Outcome]) -> bool:
     return not lines
 
 
-def print_to_stderr(line: str, style: str = "yellow") -> None:
-    """Print a line to standard error."""
-    console(stderr=True).print(Text(line, style=style), soft_wrap=True)
-
-
 def bins_line(outcome: Outcome) -> str:
     """Return the names of the binned quantities with their axes and numbers of bins."""
     parts = []
     for name, array in outcome.bins.items():
-        axes = zip(array.dims, array.shape, strict=True)
-        parts.append(
-            f"{name}{NO_BREAK_SPACE}("
-            f"{f',{NO_BREAK_SPACE}'.join(f'{dim}{NO_BREAK_SPACE}{bins}' for dim, bins in axes)})"
-        )
+        axes = ", ".join(f"{dim} {bins}" for dim, bins in zip(array.dims, array.shape, strict=True))
+        parts.append(f"{name} ({axes})".replace(" ", NO_BREAK_SPACE))
     return ", ".join(parts)
 
 
@@ -130,7 +117,7 @@ def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quie
 def print_pictures(paths: list[Path], why: str, quiet: bool) -> None:
     """Print the paths of figures unless quiet, or the reason why there are none to standard error."""
     if not paths:
-        console(stderr=True).print(f"no picture: {why}", style="yellow")
+        print_to_stderr(f"no picture: {why}")
     elif not quiet:
         print_labelled("picture", ", ".join(str(path).replace(" ", NO_BREAK_SPACE) for path in paths))
 

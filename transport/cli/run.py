@@ -83,14 +83,11 @@ def outcomes_record(module: ModuleType, outcomes: list[Outcome]) -> dict[str, ob
     names = dict.fromkeys(name for outcome in outcomes for name in outcome.parameters)
     parameters = {name: _one_or_all(one, [o.parameters.get(name) for o in outcomes]) for name in names}
     ledgers = [outcome.result._own_ledger for outcome in outcomes]
-    ledger = {
-        name: {
-            "value": _one_or_all(one, [ledger[name].value for ledger in ledgers]),
-            "error": _one_or_all(one, [ledger[name].error for ledger in ledgers]),
-            "unit": str(ledgers[0][name].unit),
-        }
-        for name in ledgers[0]
-    }
+    ledger = {}
+    for name, entry in ledgers[0].items():
+        ledger[name] = {"unit": str(entry.unit)}
+        for key in ("value", "error"):
+            ledger[name][key] = _one_or_all(one, [getattr(each[name], key) for each in ledgers])
     bins = [
         bins_record(row_name(outcome, name, len(outcomes)), array)
         for outcome in outcomes
@@ -106,7 +103,7 @@ def outcomes_record(module: ModuleType, outcomes: list[Outcome]) -> dict[str, ob
         "ledger": ledger,
         "cost": asdict(cost) | rates,
         "verdict": verdict_on(module, outcomes),
-        "warnings": warnings_of(outcomes),
+        "warnings": case_warnings(outcomes),
         "method": _one_or_all(one, [_method(outcome.result) for outcome in outcomes]),
     }
 
@@ -128,15 +125,19 @@ def _method(result) -> dict[str, object]:
 def estimate_record(estimate: Estimate) -> dict[str, object]:
     """Return an estimate for JSON, with its verdict and findings."""
     findings = [finding.record() for finding in estimate.findings]
-    numbers = {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
-    return numbers | {"verdict": estimate.verdict, "findings": findings}
+    return number_record(estimate) | {"verdict": estimate.verdict, "findings": findings}
+
+
+def number_record(estimate: Estimate) -> dict[str, object]:
+    """Return value, error and unit of an estimate for JSON."""
+    return {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
 
 
 def _one_or_all(one: bool, values: list[object]) -> object:
     return values[0] if one else values
 
 
-def warnings_of(outcomes: list[Outcome]) -> list[str]:
+def case_warnings(outcomes: list[Outcome]) -> list[str]:
     """Return each warning once, preceded by its cases if there are several cases."""
     cases: dict[str, list[str]] = {}
     for outcome in outcomes:

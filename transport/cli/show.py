@@ -13,7 +13,7 @@ import typer
 from transport.analysis.tracks import Tracks, tracks
 from transport.cli.console import print_json, print_rich
 from transport.cli.effects.treatment import experiment_treatment
-from transport.cli.gallery import Settings, build_gallery
+from transport.cli.gallery import GallerySettings, build_gallery
 from transport.cli.options import Json, Seed, Set, Sim, Threads, named_values, whole_number
 from transport.cli.printout import print_pictures
 from transport.cli.run import checked_experiment, draw_to
@@ -60,18 +60,19 @@ class View:
     @property
     def title(self) -> str:
         """The experiment and the parameters of its case in one line."""
-        parameters_text = ", ".join(
-            f"{name} = {_short(value)}" if isinstance(value, float) else f"{name} = {value}"
-            for name, value in self.parameters.items()
-        )
-        return textwrap.shorten(
-            f"{self.sim}: {parameters_text}" if parameters_text else self.sim, MAX_TITLE, placeholder=" …"
-        )
+        text = ", ".join(f"{name} = {_short(value)}" for name, value in self.parameters.items())
+        return textwrap.shorten(f"{self.sim}: {text}" if text else self.sim, MAX_TITLE, placeholder=" …")
 
 
-def _short(value: float) -> str:
-    """Return all digits if they are few, else four: 0.99999 must not read as 1."""
-    return repr(value) if len(repr(value)) <= SHORT_NUMBER else f"{value:.4g}"
+def _short(value: object) -> str:
+    """Return a number with all digits if they are few, else four: 0.99999 must not read as 1."""
+    is_long = isinstance(value, float) and len(repr(value)) > SHORT_NUMBER
+    return f"{value:.4g}" if is_long else str(value)
+
+
+def _viz(name: str) -> ModuleType:
+    """Import a module of the pictures."""
+    return importlib.import_module(f"transport.viz.{name}")
 
 
 def output_kinds(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple[str, ...]:
@@ -79,11 +80,10 @@ def output_kinds(page: bool, files: bool, movie: bool, folder: Path | None) -> t
 
     Raises SceneError, with the packages to install, if this machine cannot draw them.
     """
-    kinds = tuple(
-        kind for kind, is_requested in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_requested
-    )
+    requested = {PAGE: page, FILES: files, MOVIE: movie}
+    kinds = tuple(kind for kind, is_requested in requested.items() if is_requested)
     with optional_packages("view"):
-        screen = importlib.import_module("transport.viz.screen")
+        screen = _viz("screen")
         if not kinds:
             kinds = (WINDOW if folder is None and screen.has_display() else PICTURE,)
         if not set(kinds) <= {FILES, PAGE}:  # these are written without drawing
@@ -127,23 +127,13 @@ def make_view(
     flown, note = (
         _find_tracks(scene, flying, seed, ways is None) if MOVIE in kinds and film is None else (None, note)
     )
-    return View(
-        sim=experiment_name(module),
-        parameters=parameters,
-        scene=scene,
-        result=result,
-        tracks=shown,
-        movie_tracks=flown,
-        colour=colour,
-        case=case,
-        note=note,
-    )
+    return View(experiment_name(module), parameters, scene, result, shown, flown, colour, case, note)
 
 
 def open_window(view: View) -> None:
     """Open an interactive window of the scene, and wait until it is closed."""
-    scene_view = importlib.import_module("transport.viz.scene_view")
-    scene_view.scene_plotter(view.scene, view.result, view.tracks, off_screen=False).show(title=view.title)
+    plotter = _viz("scene_view").scene_plotter(view.scene, view.result, view.tracks, off_screen=False)
+    plotter.show(title=view.title)
 
 
 def write_files(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
@@ -166,11 +156,8 @@ def _case_parameters(module: ModuleType, settings: dict[str, object], number: in
     """Return the parameters of a case, counted from 1.  Raises SceneError for a number out of range."""
     cases = cases_of(module, settings)
     if not 1 <= number <= len(cases):
-        has = (
-            f"{experiment_name(module)} has {len(cases)} cases, counted from 1"
-            if len(cases) > 1
-            else "there is only one"
-        )
+        many = f"{experiment_name(module)} has {len(cases)} cases, counted from 1"
+        has = many if len(cases) > 1 else "there is only one"
         raise SceneError(f"view: no case {number}; {has}")
     return cases[number - 1]
 
@@ -209,7 +196,7 @@ def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
     if scene.duration is None:
         return None
     with optional_packages("view"):
-        film = importlib.import_module("transport.viz.flying").filmed(scene)
+        film = _viz("flying").filmed(scene)
     try:
         compiles = experiment_treatment(module, film).plan is not None
     except SceneError:
@@ -218,27 +205,22 @@ def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
 
 
 def _write_picture(view: View, path: Path) -> object:
-    scene_view = importlib.import_module("transport.viz.scene_view").scene_view
-    return scene_view(view.scene, path, view.result, view.tracks, title=view.title)
+    return _viz("scene_view").scene_view(view.scene, path, view.result, view.tracks, title=view.title)
 
 
 def _write_page(view: View, path: Path) -> object:
-    scene_page = importlib.import_module("transport.viz.page").scene_page
-    return scene_page(view.scene, path, view.result, view.tracks, title=view.title)
+    return _viz("page").scene_page(view.scene, path, view.result, view.tracks, title=view.title)
 
 
 def _write_vtk(view: View, path: Path) -> object:
-    blocks = importlib.import_module("transport.viz.scene_view").scene_blocks(
-        view.scene, view.result, view.tracks
-    )
+    blocks = _viz("scene_view").scene_blocks(view.scene, view.result, view.tracks)
     path.open("wb").close()  # raises OSError; the VTK writer would only print
     blocks.save(path)
     return path
 
 
 def _write_movie(view: View, path: Path) -> object:
-    movie = importlib.import_module("transport.viz.movie")
-    common = {"colour": view.colour, "title": view.title}
+    movie, common = _viz("movie"), {"colour": view.colour, "title": view.title}
     if view.movie_tracks is None:
         return movie.clock_movie(view.scene, path, view.result, **common)
     return movie.tracks_movie(view.scene, path, view.movie_tracks, **common)
@@ -291,18 +273,9 @@ def view(
     """
     folder = Path("out") if out is None and json else out
     kinds = output_kinds(html, vtk, movie, folder)
-    number_of = whole_number("--particles", particles)
-    seen = make_view(
-        checked_experiment(experiment(sim)),
-        named_values(set_ or ()),
-        kinds,
-        case,
-        number_of,
-        tracks,
-        colour,
-        seed,
-        threads,
-    )
+    module, settings = checked_experiment(experiment(sim)), named_values(set_ or ())
+    options = whole_number("--particles", particles), tracks, colour, seed, threads
+    seen = make_view(module, settings, kinds, case, *options)
     if WINDOW in kinds:
         open_window(seen)
         return
@@ -339,7 +312,7 @@ def gallery(
       transport gallery --only power_flow --only convergence
       transport gallery --only lambert_disk --particles 1e5 --out pictures
     """
-    settings = Settings(whole_number("--particles", particles), seed, threads)
+    settings = GallerySettings(whole_number("--particles", particles), seed, threads)
     raise typer.Exit(build_gallery(settings, only or (), out, json))
 
 
@@ -363,9 +336,8 @@ def schema(
         try:
             out.write_text(schema_text(), encoding="utf-8")
         except OSError as error:
-            raise SceneError(
-                f"schema: cannot write {out}: {error.strerror or error}; pass another --out FILE"
-            ) from None
+            why = error.strerror or error
+            raise SceneError(f"schema: cannot write {out}: {why}; pass another --out FILE") from None
 
 
 def docs(

@@ -18,82 +18,68 @@ from transport.results.result import Result
 from transport.statistics.estimates import Estimate
 from transport.statistics.findings import CONSTANT, DOUBTFUL, SOUND
 from transport.statistics.notation import estimate_text
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, Row
 
-WRAPPED_COLUMNS = (
-    "quantity",
-    "case",
-    "naive formula",
-    "effect",
-    "over",
-    "measured",
-    "kind of scene",
-)  # columns that wrap if the console is too narrow
+# columns that wrap if the console is too narrow
+WRAPPED_COLUMNS = "quantity", "case", "naive formula", "effect", "over", "measured", "kind of scene"
 
 
 def case_table(outcome: Outcome) -> Table:
     """Return a table of estimates ± one standard error, with exact values and z if any is known."""
     is_judged = not all(math.isnan(row.exact) for row in outcome.rows)
-    table = plain_table("quantity", "estimate ± error>", "unit", *(("exact>", "z>") if is_judged else ()))
-    for row in outcome.rows:
-        judged = exact_number(row.exact, row.estimate), z_cell(z_score(row.estimate, row.exact))
-        cells = row.name, estimate_cell(row.estimate), unit_cell(row.estimate)
-        table.add_row(*cells, *(judged if is_judged else ()))
-    return table
+
+    def cells(row: Row) -> Iterator[str | Text]:
+        yield from (row.name, estimate_cell(row.estimate), unit_cell(row.estimate))
+        if is_judged:
+            yield from (exact_number(row.exact, row.estimate), z_cell(z_score(row.estimate, row.exact)))
+
+    heads = ("quantity", "estimate ± error>", "unit", *(("exact>", "z>") if is_judged else ()))
+    return table_of(heads, map(cells, outcome.rows))
 
 
 def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
     """Yield for each law a title (formula, source, experiment) and a table of its rows."""
     for (sim, law, source), group in groupby(laws, key=lambda law: (law.sim, law.law, law.source)):
         yield Text.assemble((law, "bold"), f" ({source}) " if source else " ", (sim, "cyan"))
-        table = plain_table("quantity", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", "")
-        for row in group:
-            table.add_row(*_law_cells(row, false_alarm))
-        yield table
+        heads = "quantity", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", ""
+        yield table_of(heads, (_law_cells(row, false_alarm) for row in group))
         yield Text()
 
 
 def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
     """Return a table of passes in order, with ns per lane if measured."""
-    table = plain_table(">", "pass", *(["ns per lane>"] if costs else []))
-    number = 1
+    rows, number = [], 1
     for name, run in groupby(names):
         times = len(list(run))
         title = name if times == 1 else f"{name} × {times}"
-        table.add_row(str(number), title, *([_cost_cell(costs.get(name))] if costs else []))
+        rows.append([str(number), title, *([_cost_cell(costs.get(name))] if costs else [])])
         number += times
-    return table
+    return table_of([">", "pass", *(["ns per lane>"] if costs else [])], rows)
 
 
 def cost_table(cost: CostOfAccuracy) -> Table:
     """Return a table of the cost of each estimator, with the slope of its error."""
-    table = plain_table(*price_heads(cost))
-    for row in price_rows(cost):
-        table.add_row(*row)
-    return table
+    return table_of(price_heads(cost), price_rows(cost))
 
 
 def bins_table(bins: BinsAgainstNoise) -> Table:
     """Return a table of noise, blur and their sum by number of bins, with the best sums marked."""
-    more = 100 * bins.particles
-    table = plain_table(
-        f"bins along {bins.dim}>", "noise>", "blur>", f"both, {bins.particles:.2g} particles>", f"{more:.2g}>"
-    )
+    sums = f"both, {bins.particles:.2g} particles>", f"{100 * bins.particles:.2g}>"
+    rows, best = [], (bins.best(), bins.best(100))
     columns = zip(bins.bins, bins.noise, bins.blur, bins.total(), bins.total(100), strict=True)
     for number, noise, blur, *totals in columns:
-        best = (bins.best(), bins.best(100))
         cells = [f"{100 * t:.2g} %{' ★' if number == b else '  '}" for t, b in zip(totals, best, strict=True)]
-        table.add_row(str(number), f"{100 * noise:.2g} %", f"{100 * blur:.2g} %", *cells)
-    return table
+        rows.append([str(number), f"{100 * noise:.2g} %", f"{100 * blur:.2g} %", *cells])
+    return table_of([f"bins along {bins.dim}>", "noise>", "blur>", *sums], rows)
 
 
 def effect_table(effects: Sequence[EffectCost]) -> Table:
     """Return a table of ns per history, share and possible saving of each effect."""
-    table = plain_table("effect", "ns per history>", "share>", "left out, saves>")
+    rows = []
     for effect in effects:
-        saved = f"{100 * effect.share:.0f} %" if effect.can_go else "–"
-        table.add_row(effect.name, f"{effect.ns:.3g}", f"{100 * effect.share:.0f} %", saved)
-    return table
+        share = f"{100 * effect.share:.0f} %"
+        rows.append([effect.name, f"{effect.ns:.3g}", share, share if effect.can_go else "–"])
+    return table_of(["effect", "ns per history>", "share>", "left out, saves>"], rows)
 
 
 def effects_lines(effects: Effects) -> list[tuple[str, str]]:
@@ -174,26 +160,23 @@ def _cost_cell(cost: float | None) -> str:
 
 def _law_cells(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
     """Return the cells of a law's row."""
-    unit = unit_cell(law.estimate)
+    unit, exact = unit_cell(law.estimate), exact_number(law.exact, law.estimate)
     bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
-    state = Text("holds", "green") if law.holds(false_alarm) else Text("FAILS", "bold red")
-    return (
-        law.quantity,
-        estimate_cell(law.estimate),
-        unit,
-        exact_number(law.exact, law.estimate),
-        z_cell(law.z),
-        bias,
-        state,
-    )
+    numbers = estimate_cell(law.estimate), unit, exact, z_cell(law.z), bias
+    return law.quantity, *numbers, state_cell(law.holds(false_alarm))
 
 
-def plain_table(*columns: str) -> Table:
-    """Return a table with these column heads; columns whose head ends in > are right-aligned."""
+def state_cell(holds: bool) -> Text:
+    """Return whether a law or case holds, as a coloured word."""
+    return Text("holds", "green") if holds else Text("FAILS", "bold red")
+
+
+def table_of(heads: Iterable[str], rows: Iterable[Iterable[str | Text]]) -> Table:
+    """Return a table with these column heads and rows; columns whose head ends in > are right-aligned."""
     table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
-    for head in columns:
-        align = "right" if head.endswith(">") else "left"
-        table.add_column(
-            head.rstrip(">"), justify=align, overflow="fold", no_wrap=head not in WRAPPED_COLUMNS
-        )
+    for head in heads:
+        align, is_whole = "right" if head.endswith(">") else "left", head not in WRAPPED_COLUMNS
+        table.add_column(head.rstrip(">"), justify=align, overflow="fold", no_wrap=is_whole)
+    for row in rows:
+        table.add_row(*row)
     return table

@@ -16,10 +16,10 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from transport.cli.console import console, exit_status, print_json, print_rich
+from transport.cli.console import exit_status, print_json, print_rich, print_to_stderr
 from transport.cli.laws import LAWS_FALSE_ALARM, POWER, Law, laws_of
 from transport.cli.run import checked_experiment, is_complete
-from transport.cli.tables import bias_text, estimate_cell, law_tables, plain_table, z_cell
+from transport.cli.tables import bias_text, estimate_cell, law_tables, state_cell, table_of, z_cell
 from transport.results.record import Cost, total_cost
 from transport.run.settings import MAX_PARTICLES, checked_integer
 from transport.statistics.estimates import Estimate
@@ -90,10 +90,14 @@ def verify_hard(families: list[str] | None, json: bool) -> int:
     if json:
         print_json([row.record for row in found])
     else:
-        style = "bold red" if failed else "bold green"
-        print_rich(f"{len(found) - failed} of {len(found)} hard cases hold", style=style)
+        _print_number(failed, len(found), "hard cases")
         print_rich(HARD_NOTE)
     return exit_status(failed, complete=len(found) == len(cases))
+
+
+def _print_number(failed: int, number: int, what: str) -> None:
+    """Print how many rows or cases hold, in green if all do."""
+    print_rich(f"{number - failed} of {number} {what} hold", style="bold red" if failed else "bold green")
 
 
 def judge_cases(cases: list[Case], others: int = 0) -> Iterator[JudgedCase]:
@@ -125,18 +129,15 @@ def _run_case(case: Case) -> CaseResult:
 
 def hard_table(rows: list[JudgedCase]) -> Table:
     """Return a table of found, exact and naive values."""
-    table = plain_table("case", "found>", "exact>", "off>", "naive formula", "gives>", "")
-    for row in rows:
-        table.add_row(*_cells(row))
-    return table
+    return table_of(["case", "found>", "exact>", "off>", "naive formula", "gives>", ""], map(_cells, rows))
 
 
 def _cells(row: JudgedCase) -> tuple[str | Text, ...]:
     seen = row.seen
-    state = Text("holds", "green") if row.holds else Text("FAILS", "bold red")
     found = estimate_cell(seen.found) if seen.is_noisy else f"{seen.value:.7g}"
     off = z_cell(seen.off) if seen.is_noisy else Text(_difference_text(seen))
-    return (row.case.title, found, f"{seen.exact:.7g}", off, row.case.naive, _naive_text(seen), state)
+    numbers = found, f"{seen.exact:.7g}", off
+    return row.case.title, *numbers, row.case.naive, _naive_text(seen), state_cell(row.holds)
 
 
 def _difference_text(seen: CaseResult) -> str:
@@ -175,9 +176,7 @@ def verify_laws(sims: list[str] | None, limits: dict[str, object], json: bool) -
         print_json([law_record(law, rate) for law in laws])
     else:
         print_rich(*law_tables(laws, rate))
-        print_rich(
-            f"{len(laws) - failed} of {len(laws)} rows hold", style="bold red" if failed else "bold green"
-        )
+        _print_number(failed, len(laws), "rows")
         print_rich(
             f"false alarms: {LAWS_FALSE_ALARM:g} over all rows; smallest bias: relative, detected with"
             f" {POWER:.0%} power"
@@ -235,6 +234,7 @@ def law_record(law: Law, rate: float) -> dict[str, object]:
 
 # ---- `transport verify --long`.
 
+PROGRESS = "cyan"  # style of lines on standard error, apart from the results
 DEFAULT_PARTICLES = 100_000_000  # histories per case by default
 PILOT_FRACTIONS = 1000, 250  # the two pilots run these fractions (1/1000, 1/250) of the histories ...
 MIN_PILOT_PARTICLES = 50_000, 200_000  # ... but at least so many, because start-up takes time too
@@ -262,11 +262,12 @@ def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -
     particles = DEFAULT_PARTICLES if limits["particles"] is None else limits["particles"]
     checked_integer("particles", particles, 1, MAX_PARTICLES * 100)
     modules, cases = experiment_modules(sims), [] if sims else list(cases_of())
-    _print_progress("running pilots to estimate the time")
+    print_to_stderr("running pilots to estimate the time", PROGRESS)
     foreseen = [_estimate_seconds(module, limits, particles) for module in modules]
-    _print_progress(
+    print_to_stderr(
         f"experiments: {len(modules)}, with {particles:.3g} particles per case; hard cases: {len(cases)};"
-        f" about {duration(sum(foreseen))} according to the pilots; Ctrl-C stops and prints the finished rows"
+        f" about {duration(sum(foreseen))} by the pilots; Ctrl-C stops and prints the finished rows",
+        PROGRESS,
     )
     begun = time.perf_counter()
     parts, complete = _run_experiments(modules, limits | {"particles": particles}, foreseen)
@@ -282,8 +283,7 @@ def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -
         print_json(times | {"laws": rows, "hard": [row.record for row in found]})
     else:
         _print_table(parts, found, rate)
-        style, number = "bold red" if failed else "bold green", len(laws) + len(found)
-        print_rich(f"{number - failed} of {number} rows and hard cases hold", style=style)
+        _print_number(failed, len(laws) + len(found), "rows and hard cases")
         print_rich(
             LONG_NOTE,
             f"{duration(took)}, estimated {duration(sum(foreseen))}; {particles:.3g} particles per case",
@@ -321,35 +321,27 @@ def _run_experiments(
         started = time.perf_counter()
         outcomes, complete = run_until_interrupt(module, limits)
         now = time.perf_counter()
-        parts.append(
-            ExperimentLaws(
-                experiment_name(module), len(outcomes), tuple(laws_of(module, outcomes)), now - started
-            )
-        )
+        laws = tuple(laws_of(module, outcomes))
+        parts.append(ExperimentLaws(experiment_name(module), len(outcomes), laws, now - started))
         if not complete:
             return parts, False
         rest = (now - begun) * sum(foreseen[number:]) / sum(foreseen[:number])
         to_go = f"; about {duration(rest)} left" if number < len(modules) else ""
-        _print_progress(f"{number} of {len(modules)}: {parts[-1].name}, {duration(now - started)}{to_go}")
+        line = f"{number} of {len(modules)}: {parts[-1].name}, {duration(now - started)}{to_go}"
+        print_to_stderr(line, PROGRESS)
     return parts, True
-
-
-def _print_progress(line: str) -> None:
-    """Print a line to standard error, apart from the results."""
-    console(stderr=True).print(line, style="cyan")
 
 
 def _print_table(parts: list[ExperimentLaws], found: list[JudgedCase], rate: float) -> None:
     """Print the table, then every failing row in full."""
-    table = plain_table("shown by", "cases>", "rows>", "hold>", "farthest>", "bias caught>", "time>")
-    for part in parts:
-        table.add_row(*_cells_of_laws(part, rate))
+    rows = [_cells_of_laws(part, rate) for part in parts]
     for family, of_family in groupby(found, key=lambda row: row.case.family):
-        rows = list(of_family)
-        holding = str(sum(row.holds for row in rows))
-        far = _largest_score([row.seen.off for row in rows if row.seen.is_noisy])
-        table.add_row(f"hard: {family}", str(len(rows)), str(len(rows)), holding, far, "", "")
-    print_rich(table, "")
+        cases = list(of_family)
+        numbers = str(len(cases)), str(len(cases)), str(sum(row.holds for row in cases))
+        far = _largest_score([row.seen.off for row in cases if row.seen.is_noisy])
+        rows.append((f"hard: {family}", *numbers, far, "", ""))
+    heads = "shown by", "cases>", "rows>", "hold>", "farthest>", "bias caught>", "time>"
+    print_rich(table_of(heads, rows), "")
     if failing := [law for part in parts for law in part.laws if not law.holds(rate)]:
         print_rich(*law_tables(failing, rate))
     if failing := [row for row in found if not row.holds]:

@@ -258,7 +258,7 @@ def _moments(plan: Plan) -> LongScore | None:
 MAX_PATHS = 8  # media in which a scene's path lengths are kept, at most
 # [scene lengths] of a path whose sum is 1: far above any path, so that no sum of paths overflows its limbs
 PATH_UNIT = 2.0**24
-# rows: for each row of MEDIA the number of its path, -1 for none;  media: number of paths
+# rows: for each row of layout.MEDIA the number of its path, -1 for none;  media: number of paths
 PATHS = np.dtype([(name, "i8") for name in ("rows", "count", "media", "place", "each")])
 
 

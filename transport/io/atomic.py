@@ -60,23 +60,16 @@ def check_writable(path: Path) -> None:
 
 
 def _temporary_path(path: Path) -> Path:
-    """Return the temporary path beside the file."""
-    return path.with_name(f".{path.name}.{_process_name()}-{next(_counter)}.part")
+    """Return the temporary path beside the file, unique among all processes that may write there."""
+    process = f"{socket.gethostname()}-{os.getpid()}"
+    return path.with_name(f".{path.name}.{process}-{next(_counter)}.part")
 
 
 def _cure(path: Path) -> str:
     if not path.parent.is_dir():
         return f"make the folder {path.parent} first"
-    return (
-        "the old file is unchanged; free disk space, or write elsewhere"
-        if path.exists()
-        else "write elsewhere"
-    )
-
-
-def _process_name() -> str:
-    """Return a name of this process, unique among all that may write into one folder."""
-    return f"{socket.gethostname()}-{os.getpid()}"
+    is_old = path.exists()
+    return "the old file is unchanged; free disk space, or write elsewhere" if is_old else "write elsewhere"
 
 
 def _remove_leftovers(path: Path) -> None:

@@ -26,7 +26,7 @@ from transport.statistics.chunked import empty_memmap, release_pages, to_memmap
 
 
 @dataclass(frozen=True)
-class Column:
+class StoredColumn:
     """An array in consecutive pieces along its first axis, so that the whole is never copied."""
 
     dtype: np.dtype
@@ -34,7 +34,7 @@ class Column:
     pieces: Iterable[np.ndarray]
 
 
-Columns = dict[str, Column]
+Columns = dict[str, StoredColumn]
 Pieces = Callable[[str, Sequence[int]], Iterator[np.ndarray]]  # (name of a column, lengths) -> its pieces
 
 
@@ -118,20 +118,17 @@ def _describe_each(name: str, values: list, columns: Columns) -> dict[str, objec
 def _describe_numbers(name: str, values: list, columns: Columns) -> dict[str, object]:
     kind = float if isinstance(values[0], float) else np.int64 if max(values) < 2**63 else np.uint64
     numbers = np.array(values, kind)
-    columns[name] = Column(numbers.dtype, numbers.shape, [numbers])
+    columns[name] = StoredColumn(numbers.dtype, numbers.shape, [numbers])
     return {"numbers": numbers.dtype.str}
 
 
 def _describe_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[str, object]:
     first = values[0]
     if first.dtype.names is not None:
-        fields = {
-            key: (
-                describe_columns(f"{name}.{key}", [value[key] for value in values], columns),
-                first.dtype[key].str,
-            )
-            for key in first.dtype.names
-        }
+        fields = {}
+        for key in first.dtype.names:
+            column = describe_columns(f"{name}.{key}", [value[key] for value in values], columns)
+            fields[key] = column, first.dtype[key].str
         return {"record": fields, "lengths": [len(value) for value in values]}
     if len({value.dtype for value in values}) > 1 or len({value.shape[1:] for value in values}) > 1:
         return _describe_each(name, values, columns)
@@ -139,11 +136,11 @@ def _describe_arrays(name: str, values: list[np.ndarray], columns: Columns) -> d
     if len({value.shape for value in values}) == 1:
         if first.size:
             rows = (piece[None] for piece in _array_pieces(values, stored))
-            columns[name] = Column(stored, (len(values), *first.shape), rows)
+            columns[name] = StoredColumn(stored, (len(values), *first.shape), rows)
         return {"rows": first.dtype.str, "shape": list(first.shape)}
     lengths, shape = [len(value) for value in values], first.shape[1:]
     if sum(lengths) and 0 not in shape:
-        columns[name] = Column(stored, (sum(lengths), *shape), _array_pieces(values, stored))
+        columns[name] = StoredColumn(stored, (sum(lengths), *shape), _array_pieces(values, stored))
     return {"lengths": lengths, "dtype": first.dtype.str, "shape": list(shape)}
 
 

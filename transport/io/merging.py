@@ -10,15 +10,16 @@ from os import PathLike
 from transport.io.json.differences import differences
 from transport.io.runs import load, original_scene, state_of
 from transport.results.batches import Batch
-from transport.results.record import Cost, total_cost
+from transport.results.record import total_cost
 from transport.results.result import Result
-from transport.run.provenance import distinct_origins, warnings_of
+from transport.run.provenance import distinct_origins, origin_warnings
 from transport.run.run import MISSING_BATCHES
-from transport.run.schedules import Schedule, batches_in, merge_to_at_most, schedule_for
+from transport.run.schedules import batches_in, merge_to_at_most, schedule_for
 from transport.run.settings import Limits
 from transport.run.state import State
 from transport.validation import SceneError, short_repr
 
+SUMMED = ("particles", "crossings", "collisions", "seconds")  # of the states of the merged runs
 MERGED_SCHEDULE = "Merged"  # a schedule kind that no run has: the merged run continues from its batches alone
 
 
@@ -38,14 +39,17 @@ def merge(*runs: Result | str | PathLike) -> Result:
     batches = sorted((batch for result in results for batch in result.batches), key=_batch_key)
     seed = batches[0].seed
     first, limits = results[0], _merged_limits(results)
-    batches = _limit_batches(batches, schedule_for(limits, first.plan))
+    # Combine batches to the number that a resumed run keeps; a single run has no more than that.
+    schedule = schedule_for(limits, first.plan)
+    schedule.make_room()
+    batches = merge_to_at_most(schedule.max_stored, batches, schedule.max_records(2))
     state = _merged_state(results, batches, seed, limits)
     warnings = _inconsistent_parts(titles, results) or _missing_batches(results, batches)
-    warnings += warnings_of(state.origins)
+    warnings += origin_warnings(state.origins)
     is_complete = all(result.is_complete for result in results)
-    return Result(
-        first.plan, batches, seed, _total_cost(results), is_complete, warnings, first.asked, None, state
-    )
+    costs = [result.cost for result in results if result.cost is not None]
+    cost = total_cost(costs) if costs else None
+    return Result(first.plan, batches, seed, cost, is_complete, warnings, first.asked, None, state)
 
 
 def _batch_key(batch: Batch) -> tuple[int, int]:
@@ -81,11 +85,9 @@ def _check_disjoint(titles: list[str], results: list[Result]) -> None:
     if common:
         seed, first, owners = common[0]
         last = max(numbers[-1] for other, numbers, _ in common if other == seed)
-        overlap = (
-            f"batch {last} of seed {seed} is"
-            if last == first[0]
-            else f"batches {first[0]} to {last} of seed {seed} are"
-        )
+        overlap = f"batches {first[0]} to {last} of seed {seed} are"
+        if last == first[0]:
+            overlap = f"batch {last} of seed {seed} is"
         cure = "merge each batch once; use another seed, or continue one of the runs with resume"
         raise SceneError(f"merge: {overlap} in {' and in '.join(sorted(owners))}; {cure}")
 
@@ -138,12 +140,6 @@ def _merged_limits(results: list[Result]) -> Limits:
     return Limits(particles, {}, None, max(batch_counts), is_free)
 
 
-def _limit_batches(batches: list[Batch], schedule: Schedule) -> list[Batch]:
-    """Combine batches to the number that a resumed run keeps; a single run has no more than that."""
-    schedule.make_room()
-    return merge_to_at_most(schedule.max_stored, batches, schedule.max_records(2))
-
-
 def _merged_state(results: list[Result], batches: list[Batch], seed: int, limits: Limits) -> State:
     """Return the state of the merged run; it continues with batches of the first seed that no run owns."""
     states = [state_of(result) for result in results]
@@ -152,14 +148,8 @@ def _merged_state(results: list[Result], batches: list[Batch], seed: int, limits
         MERGED_SCHEDULE,
         {"issued": limits.particles},
         batches,
-        [],
-        [],
-        0,
         _next_batch(results, batches, seed),
-        particles=sum(state.particles for state in states),
-        crossings=sum(state.crossings for state in states),
-        collisions=sum(state.collisions for state in states),
-        seconds=sum(state.seconds for state in states),
+        **{name: sum(getattr(state, name) for state in states) for name in SUMMED},
         origins=distinct_origins(*(state.origins for state in states)),
     )
 
@@ -176,9 +166,3 @@ def _planned_batches(result: Result) -> int:
     if state.limits.part == (1, 1):
         return state.next
     return batches_in(schedule_for(state.limits, result.plan).next_leg([]))
-
-
-def _total_cost(results: list[Result]) -> Cost | None:
-    """Return the sum of the costs; None if none is known."""
-    costs = [result.cost for result in results if result.cost is not None]
-    return total_cost(costs) if costs else None

@@ -17,10 +17,11 @@ from typing import BinaryIO
 import numpy as np
 
 from transport.io.atomic import FileError, append_checksum, verify_checksum
-from transport.io.columns import Column, Columns, Pieces, join_small_pieces
+from transport.io.columns import Columns, Pieces, StoredColumn, join_small_pieces
 from transport.io.tables import RUN_GROUP, Table, Variable
 from transport.validation import pip_install
 
+COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 CHUNK_SIZE = 1 << 16  # numbers per compressed chunk
 
 
@@ -146,25 +147,17 @@ def _write_variable(patient: _ErrorStoringFile, group, name: str, variable: Vari
         made = group.create_variable(name, variable.dims, dtype)
         made[...] = values
     else:
-        made = _write_pieces(
-            patient, group, name, variable.dims, Column(values.dtype, values.shape, [values])
-        )
+        column = StoredColumn(values.dtype, values.shape, [values])
+        made = _write_pieces(patient, group, name, variable.dims, column)
     made.attrs.update(variable.attributes)
     patient.check()
 
 
-def _write_pieces(patient: _ErrorStoringFile, group, name: str, axes: Sequence[str], column: Column):
+def _write_pieces(patient: _ErrorStoringFile, group, name: str, axes: Sequence[str], column: StoredColumn):
     """Write a compressed variable piece by piece."""
     _create_dimensions(group, axes, column.shape)
-    made = group.create_variable(
-        name,
-        tuple(axes),
-        column.dtype,
-        chunks=_chunk_shape(column.shape),
-        compression="gzip",
-        compression_opts=1,
-        shuffle=True,
-    )
+    chunks = _chunk_shape(column.shape)
+    made = group.create_variable(name, tuple(axes), column.dtype, chunks=chunks, **COMPRESSION)
     begin = 0
     for piece in join_small_pieces(column.pieces, CHUNK_SIZE):
         made[begin : begin + len(piece)] = piece

@@ -12,7 +12,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from transport.io.columns import Column, Columns, Pieces
+from transport.io.columns import Columns, Pieces, StoredColumn
 from transport.io.tables import RUN_GROUP, Table, Variable
 
 COMPRESSION_LEVEL = 1  # of compression; higher levels save little and take long
@@ -52,15 +52,12 @@ def open_run(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
 def _write_variable(archive: zipfile.ZipFile, name: str, variable: Variable) -> None:
     values = variable.values
     values = values.astype(str) if values.dtype == object else values
-    _write_column(archive, name, Column(values.dtype, values.shape, [values]))
+    _write_column(archive, name, StoredColumn(values.dtype, values.shape, [values]))
 
 
-def _write_column(archive: zipfile.ZipFile, name: str, column: Column) -> None:
-    header = {
-        "descr": np.lib.format.dtype_to_descr(column.dtype),
-        "fortran_order": False,
-        "shape": column.shape,
-    }
+def _write_column(archive: zipfile.ZipFile, name: str, column: StoredColumn) -> None:
+    kind = np.lib.format.dtype_to_descr(column.dtype)
+    header = {"descr": kind, "fortran_order": False, "shape": column.shape}
     with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
         np.lib.format.write_array_header_2_0(entry, header)
         for piece in column.pieces:

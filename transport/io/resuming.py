@@ -9,7 +9,6 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
 
@@ -19,9 +18,8 @@ from transport.io.json.differences import differences
 from transport.io.runs import checked_destination, checked_path, load, original_scene, save, scene_text
 from transport.results.result import Result
 from transport.run.run import Run
-from transport.run.settings import Settings, checked_limits
+from transport.run.settings import RunRequest, Settings
 from transport.scene.scene import Scene
-from transport.scene.tracking import Tracking
 from transport.validation import SceneError, as_float, short_repr
 
 
@@ -45,20 +43,7 @@ def run_to_resume(resume: object, checkpoint: object) -> Result | None:
     return None if is_same and not path.exists() else load(resume)
 
 
-def resumed_settings(
-    saved: Result,
-    scene: Scene,
-    *,
-    particles: float | None = None,
-    error: Mapping[str, float] | None = None,
-    seconds: float | None = None,
-    batches: int | None = None,
-    part: tuple[int, int] | None = None,
-    seed: int | None = None,
-    estimator: str | None = None,
-    sampling: str | None = None,
-    tracking: Tracking | None = None,
-) -> Settings:
+def resumed_settings(saved: Result, request: RunRequest) -> Settings:
     """Return the settings of a resumed run; limits are those of the saved run if the call has none.
 
     Raises SceneError that names the first argument that differs.
@@ -67,24 +52,23 @@ def resumed_settings(
         raise SceneError(
             "simulate: resume must be a run that can continue; pass a result of simulate, load or merge"
         )
-    if unlike := differences(scene, original_scene(saved)):
+    if unlike := differences(request.scene, original_scene(saved)):
         raise SceneError(f"simulate: the scene differs from that of the saved run: {'; '.join(unlike)}")
-    method, limits = saved.plan.method, saved.state.limits
-    _check_same("seed", seed, saved.seed)
-    _check_same("estimator", None if estimator == AUTO else estimator, method.estimator)
-    _check_same("sampling", sampling, method.sampling)
-    _check_same("tracking", tracking, saved.plan.tracking)
-    _check_same("batches", batches, limits.batches)
+    method, limits, part = saved.plan.method, saved.state.limits, request.part
+    _check_same("seed", request.seed, saved.seed)
+    _check_same("estimator", None if request.estimator == AUTO else request.estimator, method.estimator)
+    _check_same("sampling", request.sampling, method.sampling)
+    _check_same("tracking", request.tracking, saved.plan.tracking)
+    _check_same("batches", request.batches, limits.batches)
     _check_same("part", tuple(part) if isinstance(part, list) else part, limits.part)
-    if particles is not None or error or seconds is not None:
+    if request.particles is not None or request.error or request.seconds is not None:
         if limits.part != (1, 1):
-            _check_same("particles", particles, limits.particles)
-            _check_same("error", error or None, None)
-            _check_same("seconds", seconds or None, None)
-        batches = None if limits.is_free else limits.batches
-        changed = checked_limits(original_scene(saved), particles, error, seconds, batches, method)
+            _check_same("particles", request.particles, limits.particles)
+            _check_same("error", request.error or None, None)
+            _check_same("seconds", request.seconds or None, None)
+        changed = replace(request, batches=None if limits.is_free else limits.batches).limits(method)
         limits = replace(changed, is_free=limits.is_free, part=limits.part)
-    return Settings(scene, method, limits, saved.seed, saved.asked, saved.choice)
+    return Settings(request.scene, method, limits, saved.seed, saved.asked, saved.choice)
 
 
 def _check_same(name: str, requested: object, was: object) -> None:
@@ -98,9 +82,8 @@ def _check_same(name: str, requested: object, was: object) -> None:
 # ---- Checkpoints: a run is saved while it runs, and continues from the last complete file after a crash.
 
 NOT_SAVED = "not saved"  # begins the warning of a run whose end was not saved
-MAX_WRITE_FRACTION = (
-    0.1  # largest fraction of the time spent on writing: large runs are saved less often than requested
-)
+# largest fraction of the time spent on writing: large runs are saved less often than requested
+MAX_WRITE_FRACTION = 0.1
 
 
 class CheckpointWarning(UserWarning):
@@ -112,9 +95,8 @@ class Checkpoints:
 
     def __init__(self, path: object, every: object, scene: Scene) -> None:
         """Raise SceneError for an invalid path or interval, and for a scene that no file can hold."""
-        self.path = checked_destination(
-            "checkpoint", path
-        ).absolute()  # in case the script changes its folder
+        # Make the path absolute, in case the script changes its folder.
+        self.path = checked_destination("checkpoint", path).absolute()
         self.every = _checked_interval(every)
         self.scene, self.due, self.failures = scene_text(scene), time.perf_counter() + self.every, []
 

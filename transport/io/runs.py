@@ -70,9 +70,8 @@ def load(path: str | PathLike) -> Result:
     except FileNotFoundError:
         raise FileError(f"no file {path}{_numbered_files(path)}") from None
     except Exception as error:  # a damaged file raises what its readers never expected
-        raise FileError(
-            f"{path} is not a complete file of a run ({type(error).__name__}: {error})"
-        ) from error
+        why = f"{type(error).__name__}: {error}"
+        raise FileError(f"{path} is not a complete file of a run ({why})") from error
     return _make_result(path, about["rows"], scene, run)
 
 
@@ -94,11 +93,8 @@ def checked_path(what: str, path: object) -> Path:
         )
     path = Path(path)
     if path.suffix not in SUFFIXES:
-        cure = (
-            f"write {path.with_suffix('.nc').name!r} or {path.with_suffix('.npz').name!r}"
-            if path.name
-            else "name a file"
-        )
+        named = " or ".join(repr(path.with_suffix(suffix).name) for suffix in SUFFIXES) if path.name else ""
+        cure = f"write {named}" if named else "name a file"
         raise SceneError(f"{what}: the file of a run ends in .nc or .npz, got {str(path)!r}; {cure}")
     if path.suffix == ".nc":
         netcdf.require_h5netcdf(path)
@@ -156,15 +152,11 @@ def _metadata(result: Result, columns: Columns) -> tuple[str, int]:
 def _checked_metadata(path: Path, about: dict) -> dict:
     """Return the data of a file.  Raises FileError if it is not the file of a run, or of a newer version."""
     if not isinstance(about, dict) or about.get("format") != FORMAT:
-        raise FileError(
-            f"{path} is not the file of a run: its format is {short_repr(about.get('format'))}, not"
-            f" {FORMAT!r}"
-        )
-    if about["version"] > VERSION:
-        raise FileError(
-            f"{path}: its version {about['version']} is newer than {VERSION}, the newest known here;"
-            " update transport"
-        )
+        got = short_repr(about.get("format"))
+        raise FileError(f"{path} is not the file of a run: its format is {got}, not {FORMAT!r}")
+    if (version := about["version"]) > VERSION:
+        newest = f"{VERSION}, the newest known here; update transport"
+        raise FileError(f"{path}: its version {version} is newer than {newest}")
     return about
 
 
@@ -179,22 +171,12 @@ def _make_result(path: Path, rows: dict, scene: str, run: dict) -> Result:
         scene = Scene.from_json(scene)
     except SceneError as error:
         raise FileError(f"{path}: scene: {error}") from error
-    plan = plan_for(scene, run["tracking"], run["method"])
+    plan = plan_for(scene, run["tracking"], run.pop("method"))
     if rows != sum_layout(plan):
         made = ", ".join(f"{origin.version} ({origin.sources})" for origin in run["state"].origins)
         cure = "load it with that version, or read its results with xarray or numpy"
         raise FileError(f"{path} was made by transport {made}, which lays out its sums differently; {cure}")
-    return Result(
-        plan,
-        run["batches"],
-        run["seed"],
-        run["cost"],
-        run["is_complete"],
-        run["warnings"],
-        run["tracking"],
-        run["choice"],
-        run["state"],
-    )
+    return Result(plan, asked=run.pop("tracking"), **run)
 
 
 def original_scene(result: Result) -> Scene:

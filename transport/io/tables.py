@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.results.phase_space import SnapshotReading
-from transport.results.report import run_line, title_of
+from transport.results.report import run_line
 from transport.results.result import Result
 from transport.results.tally import Tally
 from transport.statistics.axes import axis_places
@@ -58,10 +58,9 @@ class Table:
 def result_tables(result: Result, is_over: bool) -> Iterator[Table]:
     """Yield the ledger, then each detector; for a checkpoint (not `is_over`) only attributes."""
     written = datetime.now(UTC).isoformat(timespec="seconds")
+    command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
     attributes = {"title": run_line(result), "seed": str(result.seed), "method": result.plan.method.title}
-    attributes["history"] = (
-        f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # NetCDF convention
-    )
+    attributes["history"] = f"{written} {command}"  # NetCDF convention
     if not is_over:
         yield Table("", attributes | {"completeness": CHECKPOINT_NOTE}, iter(()))
         return
@@ -112,13 +111,14 @@ def _ledger_variables(result: Result) -> Iterator[tuple[str, Variable]]:
 
 def _tally_attributes(tally: Tally) -> dict[str, object]:
     is_sample = isinstance(tally, SnapshotReading)
-    title = "snapshot" if is_sample else title_of(tally.detector, tally)
-    return {"title": title, "name": tally.name}
+    return {"title": tally.kind if is_sample else tally.heading, "name": tally.name}
 
 
 def _tally_variables(tally: Tally, names: Sequence[str] = ()) -> Iterator[tuple[str, Variable]]:
     """Yield these quantities of a tally, or all; new ones are freed before the next is made."""
     if isinstance(tally, SnapshotReading):
+        for name in names:
+            tally.named(name)  # raises: a sample has no quantities
         yield from _sample_variables(tally)
         return
     done, kept = set(), set(vars(tally))
@@ -147,10 +147,8 @@ def _with_error(
     is_judged = not quantity._replicates.is_chunked
     judged = {}
     if not dims:
-        judged = {
-            "verdict": quantity.verdict,
-            "findings": json.dumps([each.record() for each in quantity.findings]),
-        }
+        findings = json.dumps([each.record() for each in quantity.findings])
+        judged = {"verdict": quantity.verdict, "findings": findings}
     yield name, Variable(dims, np.asarray(quantity.value), units | judged)
     if is_judged and np.any(doubtful := quantity.is_doubtful):
         words = {"units": "1", "long_name": f"whether the error of {units['long_name']} is doubtful"}

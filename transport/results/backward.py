@@ -31,7 +31,7 @@ from transport.results.tally import (
     energy_unit,
 )
 from transport.scene.bins import DirectionCone
-from transport.scene.cameras import Camera, PointInstrument
+from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.parts import SceneParts
 from transport.scene.points import PointDetector
@@ -42,6 +42,7 @@ from transport.units import Unit
 from transport.validation import SceneError, short_repr
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
+SENSORS = {Camera: "camera", EnvironmentMap: "environment map", PointDetector: "point detector"}
 PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
 
 
@@ -88,7 +89,7 @@ class BackwardReading(Reading):
         )
         weights = made_column(self.batches, values * self.run.sizes[:, None] / self.plan.unit)
         counts = made_column(self.batches, sum(self.cell_sums.counts))
-        rows, number = self.rows, float(self.run.sizes.sum())
+        rows, number = self.rows, float(self.particles)
         dark, missing = (
             partial(each, "weight in") for each in (self.diagnosis.is_dark, self.diagnosis.missing)
         )
@@ -191,8 +192,6 @@ class ViewReading(Tally):
     lamps : tuple of int, optional
         Indices of the sources that count; None for all.
     """
-
-    title = "detector "
 
     radiance = Quantity(
         """Mean arriving radiance over each pixel's or bin's solid angle [W m^-2 sr^-1].
@@ -328,6 +327,11 @@ class ViewReading(Tally):
         """
         lamps = self.cell_sums.adjoint.sources
         return {lamp.name: ViewReading(self._result, self.detector, (k,)) for k, lamp in enumerate(lamps)}
+
+    @property
+    def heading(self) -> str:
+        """Title in a report."""
+        return f"{SENSORS[type(self.detector)]} {self.name!r}"
 
     @property
     def is_blind(self) -> bool:

@@ -1,6 +1,6 @@
 """Numbers from a batch's integer sums: mean weights per history; the energy balance is checked exactly."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -133,28 +133,16 @@ class Batch:
 
     def merged(self, other: "Batch", most_records: int) -> "Batch":
         """Merge two batches; of more than `most_records` records, keep those of every second history."""
-        return Batch(
-            self.histories + other.histories,
-            self.weights + other.weights,
-            self.counts + other.counts,
-            self.slants + other.slants,
-            self.grazing + other.grazing,
-            self.born + other.born,
-            max(self.heaviest, other.heaviest),
-            {name: value + other.ledger[name] for name, value in self.ledger.items()},
-            self.absorbed + other.absorbed,
-            self.lost + other.lost,
-            self.astray + other.astray,
-            self.unseen + other.unseen,
-            self.crossings + other.crossings,
-            self.collisions + other.collisions,
-            self.moments + other.moments,
-            merged_records(self.records, other.records, most_records),
-            self.sizes + other.sizes,
-            self.seed,
-            min(self.first, other.first),
-            max(self.past, other.past),
-        )
+        merged = {
+            "heaviest": max(self.heaviest, other.heaviest),
+            "ledger": {name: value + other.ledger[name] for name, value in self.ledger.items()},
+            "records": merged_records(self.records, other.records, most_records),
+            "seed": self.seed,
+            "first": min(self.first, other.first),
+            "past": max(self.past, other.past),
+        }
+        summed = [field.name for field in fields(self) if field.name not in merged]
+        return Batch(**merged, **{name: getattr(self, name) + getattr(other, name) for name in summed})
 
 
 def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
@@ -173,12 +161,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
             f" ended {ended / 2**63!r}"
         )
     raw.detectors[0] = 0  # unused row: the target of lanes without a detector
-    rows = {
-        "escaped": layout.ESCAPED,
-        "in_flight": layout.IN_FLIGHT,
-        "roulette": layout.ROULETTE,
-        "lost": layout.LOST,
-    }
+    ends = ("escaped", "in_flight", "roulette", "lost")
     # Convert the sums of the detectors' rows to floats; pack them if they are long.
     detectors, moments, most = raw.detectors, raw.moments, (1 << layout.COUNT_BITS) - 1
     weights, counts, slants = make_columns(
@@ -199,7 +182,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
         _grazing_excess(plan, raw.detectors[:, 2]),
         born * LOW_UNIT,
         float(raw.ledger[layout.BORN, 3].view(np.float64)),
-        {name: whole[row] * LOW_UNIT for name, row in rows.items()},
+        {name: whole[getattr(layout, name.upper())] * LOW_UNIT for name in ends},
         np.array([value * LOW_UNIT for value in whole[layout.ABSORBED + 1 :]]),
         int(ledger[layout.LOST, 2]),
         int(ledger[layout.LOST, 3]),

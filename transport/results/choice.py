@@ -73,17 +73,17 @@ class Choice:
         object.__setattr__(self, "reasons", tuple(renamed.get(reason, reason) for reason in self.reasons))
 
     @property
+    def _reasoned(self) -> list[tuple[Pilot, str]]:
+        """The pilots, each with the reason against its method."""
+        return list(zip(self.pilots, self.reasons or ("",) * len(self.pilots), strict=True))
+
+    @property
     def lines(self) -> list[str]:
         """Lines for the report."""
         taken = next(pilot for pilot in self.pilots if pilot.method == self.method)
-        reasons = self.reasons or ("",) * len(self.pilots)
-        others = [
-            _why_not_chosen(pilot, taken, reason)
-            for pilot, reason in zip(self.pilots, reasons, strict=True)
-            if pilot is not taken
-        ]
+        others = [_why_not_chosen(pilot, taken, why) for pilot, why in self._reasoned if pilot is not taken]
         why = f"by pilots: {'; '.join(others)}" if others else self.why
-        which = "no method for all quantities can" if PARTIAL_REASON in reasons else "no method can"
+        which = "no method for all quantities can" if PARTIAL_REASON in self.reasons else "no method can"
         what = f": {taken.doubt}" if taken.doubt else ""
         doubt = f"; {which} be trusted here, and this is the least doubtful{what}"
         return [
@@ -94,12 +94,8 @@ class Choice:
     @property
     def others(self) -> list[str]:
         """Estimators that could be used instead: those not refused and not found to miss light."""
-        reasons = self.reasons or ("",) * len(self.pilots)
-        found = [
-            pilot.method.estimator
-            for pilot, reason in zip(self.pilots, reasons, strict=True)
-            if not pilot.note and MISSES_LIGHT not in reason
-        ]
+        seen = [pilot for pilot, why in self._reasoned if not pilot.note and MISSES_LIGHT not in why]
+        found = [pilot.method.estimator for pilot in seen]
         return [name for name in dict.fromkeys(found) if name != self.method.estimator]
 
 

@@ -26,7 +26,7 @@ from transport.results.tally import (
     Column,
     Formula,
     Lacks,
-    Mean,
+    MeanPerWeight,
     Measure,
     Quantity,
     Score,
@@ -89,7 +89,6 @@ class Reading(Tally):
     (0.0479 ± 0.0011) W m^-2
     """
 
-    title = "detector "
     main = ("weight in", "weight out")
 
     # ---- through the whole shape, and per area ----
@@ -219,17 +218,19 @@ class Reading(Tally):
         ("time", "area"),
         ("moments", "mass of momentum", "area"),
     )
-    mean_speed_in = Mean(
+    mean_speed_in = MeanPerWeight(
         "Mean speed of arrivals [m s^-1], each crossing counted once.", "speed in", "share in", (), OF_MOMENTS
     )
-    mean_speed_out = Mean("Mean speed of departures [m s^-1].", "speed out", "share out", (), OF_MOMENTS)
-    mean_square_speed_in = Mean(
+    mean_speed_out = MeanPerWeight(
+        "Mean speed of departures [m s^-1].", "speed out", "share out", (), OF_MOMENTS
+    )
+    mean_square_speed_in = MeanPerWeight(
         "Mean square speed of arrivals [m^2 s^-2].", "square in", "share in", (), OF_MOMENTS
     )
-    mean_square_speed_out = Mean(
+    mean_square_speed_out = MeanPerWeight(
         "Mean square speed of departures [m^2 s^-2].", "square out", "share out", (), OF_MOMENTS
     )
-    mean_path_in = Mean(
+    mean_path_in = MeanPerWeight(
         """Mean length of the paths of arrivals in each medium of `path_lengths` [m], from birth to arrival.
 
         The mean is over arriving weight, so it is the relative loss of what arrives per absorption
@@ -240,7 +241,7 @@ class Reading(Tally):
         BINS,
         OF_PATHS,
     )
-    mean_path_out = Mean(
+    mean_path_out = MeanPerWeight(
         "Mean length of the paths of departures in each medium of `path_lengths` [m].",
         "path out",
         "share out",
@@ -276,7 +277,7 @@ class Reading(Tally):
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """The scores of both sides; rows of shadow rays are added to those of flights."""
-        plan, number, energy = self.plan, float(self.run.sizes.sum()), energy_unit(self.plan)
+        plan, number, energy = self.plan, float(self.particles), energy_unit(self.plan)
         found, counts = {}, self._column("counts")
         for side, of_side in enumerate(SIDES):
             rows = replace(self.rows, first=self.rows.first + side * plan.half)
@@ -338,6 +339,11 @@ class Reading(Tally):
         places = [sums.index(f"path {known.index(medium)}") for medium in self.detector.path_lengths]
         columns = [moment_column(place, len(sums)) for place in places]
         return lambda batch, a, b: np.array([column(batch, a, b) for column in columns])
+
+    @property
+    def heading(self) -> str:
+        """Title in a report, with the side."""
+        return f"{self.title}, {self.detector.side}"
 
     @property
     def expectation(self) -> Any:

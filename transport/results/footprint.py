@@ -20,14 +20,8 @@ MAX_KEPT_BYTES = 3 << 28  # bytes of batches that a run keeps, if the user did n
 MIN_BATCHES = 8  # batches, whatever their size
 COUNTING_BYTES = 32  # bytes per row of a batch in progress
 PLAIN_ROW_BYTES = 24  # bytes of weight, count and slant
-COUNT_BYTES, MARK_BYTES = (
-    1,
-    0.375,
-)  # bytes per row: its count, and marks in three columns of whether it has scored
-EQUAL_WEIGHT_BYTES, VARIED_WEIGHT_BYTES = (
-    6.5,
-    14.0,
-)  # bytes per packed row, for whole-number weights and for any weights
+COUNT_BYTES, MARK_BYTES = 1, 0.375  # per row: its count, and marks in three columns of whether it has scored
+EQUAL_WEIGHT_BYTES, VARIED_WEIGHT_BYTES = 6.5, 14.0  # per packed row, for whole-number and for any weights
 
 
 def bytes_of_counting(plan: Plan) -> float:
@@ -39,9 +33,8 @@ def bytes_of_batch(plan: Plan) -> float:
     """Memory of a finished batch, at most [bytes]."""
     if plan.rows <= MAX_UNPACKED_ROWS:
         return bytes_unpacked(plan)
-    return (VARIED_WEIGHT_BYTES if _score_weights_vary(plan) else EQUAL_WEIGHT_BYTES) * scoring_rows(
-        plan
-    ) + 8 * plan.long_rows
+    each = VARIED_WEIGHT_BYTES if _score_weights_vary(plan) else EQUAL_WEIGHT_BYTES
+    return each * scoring_rows(plan) + 8 * plan.long_rows
 
 
 def resident_bytes(plan: Plan, batch_records: float) -> float:

@@ -10,12 +10,11 @@ import numpy as np
 
 from transport.compile.layout import VELOCITY_SUMS
 from transport.compile.phase_space import max_relative_speed, reference_velocity
-from transport.renderers import function_for
 from transport.results.batches import chosen_records, common_probability, distinct_identities
 from transport.results.tally import (
     Formula,
     Lacks,
-    Mean,
+    MeanPerWeight,
     Measure,
     Quantity,
     Score,
@@ -38,7 +37,7 @@ MOMENTS, BINS = ("moments",), (PHASE,)
 
 def _mean_velocity(axis: str) -> Formula:
     """Mean of a component of the velocity; its moments are taken about a reference velocity."""
-    mean = Mean("", f"v{axis}", "weight", BINS)
+    mean = MeanPerWeight("", f"v{axis}", "weight", BINS)
     return Formula(
         f"Mean {axis} component of the velocity [m s^-1].",
         lambda tally: mean.of(tally) + tally.constant(f"reference v{axis}"),
@@ -48,7 +47,7 @@ def _mean_velocity(axis: str) -> Formula:
 
 def _variance(axis: str) -> Formula:
     """Variance of a component of the velocity."""
-    means = [Mean("", name, "weight", BINS) for name in (f"v{axis}", f"v{axis}2")]
+    means = [MeanPerWeight("", name, "weight", BINS) for name in (f"v{axis}", f"v{axis}2")]
 
     def variance(tally: Tally) -> EstimateArray:
         mean, square = (each.of(tally) for each in means)
@@ -82,7 +81,7 @@ class PhaseReading(Tally):
     is J for light.
     """
 
-    title = "phase space "
+    kind = "phase space"
 
     number = Quantity("Number of particles [1], or their energy [J], in each bin.", "weight", BINS)
     density = Quantity(
@@ -95,7 +94,7 @@ class PhaseReading(Tally):
     outside = Quantity("Particles (or J) outside all bins or outside `within`.", "outside")
     mean_vx, mean_vy, mean_vz = map(_mean_velocity, "xyz")
     variance_vx, variance_vy, variance_vz = map(_variance, "xyz")
-    mean_speed = Mean("Mean speed [m s^-1].", "speed", "weight", BINS, MOMENTS)
+    mean_speed = MeanPerWeight("Mean speed [m s^-1].", "speed", "weight", BINS, MOMENTS)
     fluence_rate = Quantity(
         "n v: density times mean speed; φ = ∫ L dω [m^-2 s^-1] if `within` makes it a density in space.",
         "speed",
@@ -234,7 +233,7 @@ class SnapshotReading(Tally):
         Index of the run's batch of each particle, shape (N,).
     """
 
-    title = "snapshot "
+    kind = "snapshot"
 
     def __init__(self, result, snapshot: Snapshot, number: int) -> None:
         self.snapshot = self.detector = snapshot
@@ -271,11 +270,13 @@ class SnapshotReading(Tally):
             " for densities and moments"
         )
 
+    @property
+    def heading(self) -> str:
+        """Title in a report."""
+        return f"{self.title}, {len(self)} particles at {self.time:g} s"
+
     def __len__(self) -> int:
         return len(self.weights)
 
     def __repr__(self) -> str:
         return f"<{self.name}: {len(self)} particles at {self.time:g} s>"
-
-    def _repr_html_(self) -> str:
-        return function_for(type(self), "html")(self)

@@ -32,7 +32,7 @@ class PointReading(Tally):
         The detector of the scene.
     """
 
-    title = "point detector "
+    kind = "point detector"
     main = ("weight",)
 
     fluence_rate = Quantity(
@@ -64,7 +64,7 @@ class PointReading(Tally):
                 is_dark=partial(self.diagnosis.is_sure, "weight"),
                 notes=partial(self.diagnosis.missing, "weight"),
             ),
-            "count": Score(rows, counts, counts, "1", float(self.run.sizes.sum())),
+            "count": Score(rows, counts, counts, "1", float(self.particles)),
         }
 
     @cached_property

@@ -128,14 +128,8 @@ class Record:
         state: from which the run can continue;  wanted: requested relative errors, None for those of the
         state.
         """
-        self.wanted = wanted
-        self.scene, self.plan, self.seed, self.cost, self.is_complete = (
-            plan.scene if plan.adjoint is None else plan.adjoint.scene,
-            plan,
-            seed,
-            cost,
-            is_complete,
-        )
+        self.wanted, self.plan, self.seed, self.cost, self.is_complete = wanted, plan, seed, cost, is_complete
+        self.scene = plan.scene if plan.adjoint is None else plan.adjoint.scene
         self.batches, self.asked, self.choice, self.state = batches, asked, choice, state
         is_even = plan.method.sampling != "random"
         self.run = Batches(np.array([batch.histories for batch in batches]), is_even)
@@ -150,12 +144,11 @@ class Record:
         -------
         int
         """
-        return int(self.run.sizes.sum())
+        return self.run.histories
 
     def allowed_of(self, name: str) -> float:
         """Requested relative error of a detector, up to which a bound is accepted; 1 % by default."""
-        asked = (
-            self.wanted if self.wanted is not None else {} if self.state is None else self.state.limits.error
-        )
+        of_state = {} if self.state is None else self.state.limits.error
+        asked = of_state if self.wanted is None else self.wanted
         errors = [error for quantity, error in asked.items() if quantity.partition(".")[0] == name]
         return min(errors, default=DEFAULT_ALLOWED_BOUND)

@@ -11,14 +11,10 @@ import numpy as np
 from transport.compile.methods import ANALOG, Method, detectors_without_next_event, methods_for
 from transport.results.footprint import batches_that_fit, bytes_of_batch
 from transport.results.record import RANDOM_SLOPE, Cost, Record
-from transport.scene.cameras import Camera, PointInstrument
-from transport.scene.phase_space import PhaseSpace, Snapshot
-from transport.scene.points import PointDetector
-from transport.scene.volumes import VolumeDetector
+from transport.statistics.any_estimate import AnyEstimate
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.findings import BOUNDED
 from transport.statistics.notation import duration, percent
-from transport.statistics.quantities import Quantity
 from transport.validation import join_names
 
 if TYPE_CHECKING:
@@ -31,7 +27,7 @@ if TYPE_CHECKING:
 PRICED_DIGITS = 2  # below the present error, in a report
 
 
-def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = RANDOM_SLOPE) -> float:
+def price_of(quantity: AnyEstimate, cost: Cost, error: float, slope: float = RANDOM_SLOPE) -> float:
     """Seconds of a run for a relative error of the quantity, in its worst known bin that is not doubtful.
 
     nan if there is no such bin.  For the whole run, not its rest, on the same machine with as many threads.
@@ -68,7 +64,7 @@ def price_lines(result: Record, name: str) -> list[str]:
 
 def _has_error(quantity: object) -> bool:
     """Return whether there is an error that a longer run would reduce."""
-    if not isinstance(quantity, Quantity):
+    if not isinstance(quantity, AnyEstimate):
         return False
     relative = np.asarray(quantity.relative_error)
     return bool(np.any((relative > 0) & np.isfinite(relative)))
@@ -94,7 +90,7 @@ def report_of(result) -> str:
     ]
     for detector in result.scene.detectors:
         reading = result[detector.name]
-        lines += ["", title_of(detector, reading)]
+        lines += ["", reading.heading]
         for name, quantity in reading.quantities.items():
             lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
         lines += [f"  {line}" for line in price_lines(result, detector.name)]
@@ -125,11 +121,8 @@ def _doubtful_bins(reading) -> str:
     "" for none.
     """
     arrays = dict(reading.binned()) or reading.quantities
-    many = {
-        name: np.count_nonzero(array._is_known_but_doubtful)
-        for name, array in arrays.items()
-        if isinstance(array, EstimateArray)
-    }
+    arrays = {name: array for name, array in arrays.items() if isinstance(array, EstimateArray)}
+    many = {name: np.count_nonzero(array._is_known_but_doubtful) for name, array in arrays.items()}
     name = max(many, key=many.get, default="")
     if not many.get(name):
         return ""
@@ -155,22 +148,6 @@ def part_text(result) -> str:
     return f"; part {one} of {of} of a run of {limits.particles:_}" if of > 1 else requested
 
 
-def title_of(detector, reading) -> str:
-    """The kind and name of a detector."""
-    match detector:
-        case PhaseSpace(name=name):
-            return f"phase space {name!r}"
-        case Snapshot(name=name):
-            return f"snapshot {name!r}, {len(reading)} particles at {detector.time:g} s"
-        case VolumeDetector(name=name):
-            return f"volume detector {name!r}"
-        case PointDetector(name=name):
-            return f"point detector {name!r}"
-        case PointInstrument(name=name):
-            return f"{'camera' if isinstance(detector, Camera) else 'environment map'} {name!r}"
-    return f"detector {detector.name!r}, {detector.side}"
-
-
 def ledger_lines(ledger) -> list[str]:
     """One line per entry of the energy balance; the absorption of each surface follows `absorbed`."""
     return [
@@ -194,35 +171,24 @@ def cost_lines(result) -> list[str]:
     cost = result.cost
     if cost is None:
         return []
-    rate = cost.particles_per_second / 1e6
+    threads = _number_text(cost.threads, "thread")
+    threads += f" of {_number_text(cost.workers, 'worker')}" if cost.workers else ""
     collisions = f" {cost.collisions:.3g} collisions," if cost.collisions else ""
-    return [
-        f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''}"
-        f"{_worker_text(cost)}, {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions}"
-        f" {rate:.3g} M particles/s",
-        *_pilot_lines(result),
-        *_forecast_lines(cost),
-        f"next digit: a tenth of every error costs about {duration(cost.next_digit)}",
+    lines = [
+        f"cost: {cost.seconds:.3g} s on {threads}, {cost.particles:.3g} particles,"
+        f" {cost.crossings:.3g} crossings,{collisions} {cost.particles_per_second / 1e6:.3g} M particles/s"
     ]
+    # Mention particles of pilots and earlier rounds, which only chose settings, and the forecast of a pilot.
+    if (earlier := cost.particles - result.particles) > 0:
+        lines.append(f"pilots: {earlier:.3g} of them, which are not part of the result")
+    if (plan := cost.forecast) is not None:
+        after, seconds = duration(plan.after), duration(plan.seconds)
+        lines.append(f"forecast after {after}: {seconds}, {plan.particles:.3g} particles")
+    return [*lines, f"next digit: a tenth of every error costs about {duration(cost.next_digit)}"]
 
 
-def _worker_text(cost) -> str:
-    """The workers to which the threads belong, if they are not of this process."""
-    return f" of {cost.workers} worker{'s' if cost.workers > 1 else ''}" if cost.workers else ""
-
-
-def _pilot_lines(result) -> list[str]:
-    """The number of particles of pilots and earlier rounds, which only chose settings, if any."""
-    earlier = result.cost.particles - result.particles
-    return [f"pilots: {earlier:.3g} of them, which are not part of the result"] if earlier > 0 else []
-
-
-def _forecast_lines(cost) -> list[str]:
-    """The forecast of a pilot for the run, if there was one."""
-    if cost.forecast is None:
-        return []
-    after, seconds = duration(cost.forecast.after), duration(cost.forecast.seconds)
-    return [f"forecast after {after}: {seconds}, {cost.forecast.particles:.3g} particles"]
+def _number_text(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number > 1)}"
 
 
 def method_lines(result) -> list[str]:
@@ -244,9 +210,8 @@ def advice_lines(result) -> list[str]:
         and result[detector.name].number_of("weight in") < FEW_SCORES_PER_HISTORY * result.particles
     ]
     others = other_estimators(scene, ANALOG, None) if seldom else ""
-    return [
-        f"estimator: analog; few histories reach {join_names(list(map(repr, seldom)))}, for which {others}"
-    ] * bool(others)
+    names = join_names(list(map(repr, seldom)))
+    return [f"estimator: analog; few histories reach {names}, for which {others}"] if others else []
 
 
 def other_estimators(scene: Scene, taken: Method, choice: Choice | None) -> str:
@@ -255,9 +220,8 @@ def other_estimators(scene: Scene, taken: Method, choice: Choice | None) -> str:
     others = [repr(name) for name in names if name != taken.estimator]
     if not others or choice is not None:
         return ""
-    return (
-        f"{' or '.join(others)} may suit better: estimator='auto' tries {'them' if len(others) > 1 else 'it'}"
-    )
+    them = "them" if len(others) > 1 else "it"
+    return f"{' or '.join(others)} may suit better: estimator='auto' tries {them}"
 
 
 def memory_lines(result) -> list[str]:
@@ -271,18 +235,14 @@ def memory_lines(result) -> list[str]:
 
 def _analog_detectors(result) -> str:
     """The detectors with analog scores in a run with next-event estimation, in words."""
-    names = (
-        detectors_without_next_event(result.scene)
-        if result.plan.sends_shadow_rays and result.plan.adjoint is None
-        else []
-    )
+    has_rays = result.plan.sends_shadow_rays and result.plan.adjoint is None
+    names = detectors_without_next_event(result.scene) if has_rays else []
     return f" ({', '.join(map(repr, names))} by analog scores)" if names else ""
 
 
 def tracking_lines(result) -> list[str]:
     """Lines about the tracking of histories through media, and about options without effect."""
-    plan = result.plan
-    tracking = plan.tracking
+    plan, tracking = result.plan, result.plan.tracking
     if not (plan.scatters or plan.reduces_weights):
         idle = "tracking: without effect, because no medium here absorbs or scatters"
         return [idle] if result.asked is not None else []

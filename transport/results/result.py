@@ -102,7 +102,7 @@ class Result(Record):
     """
 
     def __getitem__(self, name: str) -> "AnyReading":
-        names = [detector.name for detector in self.scene.detectors]
+        names = list(self)
         if name not in names:
             raise SceneError(f"result has no detector {name!r}; {name_hint(str(name), names)}")
         if name not in self._readings:
@@ -131,7 +131,7 @@ class Result(Record):
             raise AttributeError(f"Result has no attribute {name!r}{cure}")
 
     def __contains__(self, name: object) -> bool:
-        return name in [detector.name for detector in self.scene.detectors]
+        return name in list(self)
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names of the detectors."""
@@ -301,11 +301,6 @@ def media_names(plan: Plan) -> dict[int, str]:
     return names
 
 
-def _has_random_kills(plan: Plan) -> bool:
-    """Return whether histories may be killed or split by chance; forced copies only share a weight."""
-    return plan.has_roulette or plan.has_roulette_in_flight or plan.splits
-
-
 class Ledger(Mapping[str, Estimate]):
     """The energy balance of a run: `emitted` equals the sum of all other entries exactly.
 
@@ -337,10 +332,10 @@ class Ledger(Mapping[str, Estimate]):
     def __init__(self, result: Result) -> None:
         plan, batches, run = result.plan, result.batches, result.run
         scene = plan.scene
-        is_gas = scene.measured_in == "particles"
-        unit = Unit.parse("s^-1" if is_gas else "W") * Unit.parse("s") ** plan.has_clock
-        unit = unit if plan.adjoint is None else Unit()
-        scale = plan.unit
+        unit, scale = Unit(), plan.unit
+        if plan.adjoint is None:
+            rate = "s^-1" if scene.measured_in == "particles" else "W"
+            unit = Unit.parse(rate) * Unit.parse("s") ** plan.has_clock
 
         def entry(values: list[float], exact: bool = False) -> Estimate:
             return Estimate(np.array(values) * scale / run.sizes, run, unit, exact=exact)
@@ -360,6 +355,8 @@ class Ledger(Mapping[str, Estimate]):
         # Collect the entries; one is exact if nothing in the scene can change it.
         aimed = any(emitter.target is not None for emitter in plan.emitters)
         is_sure = not (plan.has_acting_surfaces or aimed or plan.has_media)
+        # Histories may be killed or split by chance; forced copies only share a weight.
+        has_kills = plan.has_roulette or plan.has_roulette_in_flight or plan.splits
         roulette = [b.ledger["roulette"] for b in batches]
         if all(abs(gain) <= rounding_error(b.born) for gain, b in zip(roulette, batches, strict=True)):
             roulette = [0.0] * len(batches)  # only rounding of a weight shared by forced copies
@@ -370,7 +367,7 @@ class Ledger(Mapping[str, Estimate]):
             ),
             "escaped": entry([b.ledger["escaped"] for b in batches], plan.has_clock or is_sure),
             "in_flight": entry([b.ledger["in_flight"] for b in batches], not plan.has_clock or is_sure),
-            "roulette": entry(roulette, not any(roulette) and not _has_random_kills(plan)),
+            "roulette": entry(roulette, not any(roulette) and not has_kills),
             "unsampled": entry(
                 [b.histories * share - b.born for b in batches] if aimed else [0.0] * len(batches), not aimed
             ),

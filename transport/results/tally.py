@@ -171,7 +171,7 @@ class Quantity(_Named):
         return reduce(add, [tally.estimate(score, self.by, self.per) for score in self.scores])
 
 
-class Mean(_Named):
+class MeanPerWeight(_Named):
     """A mean per weight: the sum of a score over the sum of weights; of too few scores without an error."""
 
     def __init__(
@@ -212,8 +212,8 @@ class Tally:
         Names of the scores whose totals are diagnosed.
     diagnosis : Diagnosis
         What the run may have missed of it.
-    title : str
-        Kind of detector, in front of its name in messages.
+    kind : str
+        Kind of detector, as messages and reports call it.
     axes : tuple of Axis
         Axes of its bins, in the order of the dimensions of its quantities.
     scores, measures : dict
@@ -227,7 +227,7 @@ class Tally:
     name: str
     known: ClassVar[tuple[str, ...]] = ()
     main: ClassVar[tuple[str, ...]] = ()
-    title = ""
+    kind = "detector"
     axes: tuple[Axis, ...] = ()
     scores: Mapping[str, Score]
     measures: Mapping[str, Callable[[], Measure]]
@@ -272,8 +272,7 @@ class Tally:
         """Return the quantity of this name; raise SceneError if there is none."""
         if not isinstance(name, str) or name not in self.known:
             kind = type(self.detector).__name__
-            hint = name_hint(str(name), self.known)
-            raise SceneError(f"{kind} {self.name!r}: no quantity {short_repr(name)}; {hint}")
+            raise SceneError(f"{kind} {self.name!r}: no quantity {short_repr(name)}; {self._cure(str(name))}")
         return getattr(self, name)
 
     @property
@@ -348,7 +347,17 @@ class Tally:
         -------
         int
         """
-        return int(self.run.sizes.sum())
+        return self.run.histories
+
+    @property
+    def title(self) -> str:
+        """Kind and name of the detector, as messages call it."""
+        return f"{self.kind} {self.name!r}"
+
+    @property
+    def heading(self) -> str:
+        """Title of the detector in a report."""
+        return self.title
 
     @property
     def is_blind(self) -> bool:
@@ -513,7 +522,7 @@ class Tally:
         def __getattr__(self, name: str):
             if name.startswith("_"):
                 raise AttributeError(name)
-            raise AttributeError(f"{self.title}{self.name!r} has no quantity {name!r}; {self._cure(name)}")
+            raise AttributeError(f"{self.title} has no quantity {name!r}; {self._cure(name)}")
 
     def _cure(self, name: str) -> str:
         return name_hint(name, self.known)

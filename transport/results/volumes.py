@@ -53,7 +53,7 @@ class VolumeReading(Tally):
     without cells it is an Estimate.  Sources of particles give s^-1 in place of W, and 1 in place of J.
     """
 
-    title = "volume detector "
+    kind = "volume detector"
     main = ("path",)
 
     fluence_rate = Quantity(
@@ -125,7 +125,7 @@ class VolumeReading(Tally):
         weights, counts = plain_column("weights"), plain_column("counts")
         missing = partial(self.diagnosis.missing, "path")
         path = Score(rows, weights, counts, f"{energy} m", self.unit * plan.unit, findings=missing)
-        found = {"path": path, "count": Score(rows, counts, counts, "1", float(self.run.sizes.sum()))}
+        found = {"path": path, "count": Score(rows, counts, counts, "1", float(self.particles))}
         if self._absorbed_rows is not None:
             found["all absorbed"] = Score(self._absorbed_rows, weights, counts, energy)
             found["absorbed"] = Score(

@@ -40,15 +40,10 @@ if TYPE_CHECKING:
     from transport.scene.scene import Scene
 
 PILOT_SECONDS = 0.4  # time of all pilots together [s], without compilation
-MIN_HISTORIES, GROWTH_FACTOR, MAX_HISTORIES = (
-    1 << 8,
-    4,
-    1 << 26,
-)  # histories of the first pilot, growth factor, most histories
-MIN_PILOT_HISTORIES, LONG_PILOT_SECONDS = (
-    1 << 12,
-    0.25,
-)  # least histories of a pilot, unless they take longer than this [s]
+# histories of the first pilot, growth factor, most histories
+MIN_HISTORIES, GROWTH_FACTOR, MAX_HISTORIES = 1 << 8, 4, 1 << 26
+# least histories of a pilot, unless they take longer than this [s]
+MIN_PILOT_HISTORIES, LONG_PILOT_SECONDS = 1 << 12, 0.25
 FALSE_ALARM = 1e-4  # probability that any pilot lies below another by chance
 TIE_FACTOR = 1.2  # the simplest method within this factor of the lowest price is chosen
 # Cost factor of stratified and Sobol runs for an error or a time: they run in rounds of doubled size, and
@@ -94,9 +89,8 @@ def choose_method(
     trials = [_trial(method, groups, error or {}, run, clock, patience) for method in methods]
     targets = dict(error) if error else dict.fromkeys(_scored_quantities(groups, trials), 1.0)
     in_rounds = ROUNDS_COST_FACTOR if error or seconds is not None else 1.0
-    pilots = [
-        _pilot(trial, targets, 1.0 if trial.method.sampling == "random" else in_rounds) for trial in trials
-    ]
+    costs = [1.0 if method.sampling == "random" else in_rounds for method in methods]
+    pilots = [_pilot(trial, targets, cost) for trial, cost in zip(trials, costs, strict=True)]
     pilots = _check_any_scored(pilots, trials)
     return select_method(pilots, bool(error), particles, seconds, reads_all)
 
@@ -115,15 +109,15 @@ def select_method(
     partial = [k for k, pilot in enumerate(pilots) if reads_all and pilot.method.estimator in ARRIVALS_ONLY]
     if all(k in partial or pilot.price == math.inf for k, pilot in enumerate(pilots)):
         partial = []  # no other method gives anything
-    reasons = [
-        below.get(k, "")
-        or (
-            f"is doubtful: {pilot.doubt}"
-            if excess > 1
-            else PARTIAL_REASON * (k in partial and not pilot.note)
-        )
-        for k, (pilot, excess) in enumerate(zip(pilots, excesses, strict=True))
-    ]
+
+    def reason_against(k: int) -> str:
+        if k in below:
+            return below[k]
+        if excesses[k] > 1:
+            return f"is doubtful: {pilots[k].doubt}"
+        return PARTIAL_REASON if k in partial and not pilots[k].note else ""
+
+    reasons = [reason_against(k) for k in range(len(pilots))]
     # Take the cheapest trusted method, or the least doubtful one.
     trusted = [pilot for pilot, reason in zip(pilots, reasons, strict=True) if not reason and not pilot.note]
     is_trusted = any(pilot.rate > 0 for pilot in trusted)
@@ -221,9 +215,8 @@ def evaluate_quantity(
     whole = quantity._whole
     error = float(whole._error_with_unknown)
     mean = Mean(name, whole.value, error if error < math.inf else math.nan, whole.dof)
-    doubt = particle_factors_needed(
-        whole._all_findings if error < math.inf else whole._raw_findings, whole.value, error, allowed
-    )
+    findings = whole._all_findings if error < math.inf else whole._raw_findings
+    doubt = particle_factors_needed(findings, whole.value, error, allowed)
     return PilotQuantity(square, int(np.count_nonzero(quantity.values)), mean, doubt)
 
 
@@ -267,23 +260,21 @@ def _trial(
             begun = clock()
             result = run(method, particles)
             seconds = max(clock() - begun, 1e-9)
-            is_long = seconds >= patience / (GROWTH_FACTOR + 1) and (
-                particles >= MIN_PILOT_HISTORIES or seconds >= LONG_PILOT_SECONDS
-            )
-            if is_long or particles >= MAX_HISTORIES:
+            is_large = particles >= MIN_PILOT_HISTORIES or seconds >= LONG_PILOT_SECONDS
+            is_long = seconds >= patience / (GROWTH_FACTOR + 1)
+            if (is_long and is_large) or particles >= MAX_HISTORIES:
                 break
             particles *= GROWTH_FACTOR
-    except SceneError as refusal:
-        return _Trial(method, note=str(refusal))
+    except SceneError as error:
+        return _Trial(method, note=str(error))
     seen: dict[str, PilotQuantity] = {}
     refused: dict[str, str] = {}
     for name in (name for group in groups for name in _until_scored(group, seen)):
         try:
-            seen[name] = evaluate_quantity(
-                name, result.quantity(name), allowed.get(name, DEFAULT_ALLOWED_BOUND)
-            )
-        except SceneError as refusal:
-            refused[name] = str(refusal)
+            bound = allowed.get(name, DEFAULT_ALLOWED_BOUND)
+            seen[name] = evaluate_quantity(name, result.quantity(name), bound)
+        except SceneError as error:
+            refused[name] = str(error)
     return _Trial(method, result.particles, seconds, seen, refused)
 
 
@@ -314,9 +305,8 @@ def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
     price *= rounds
     foretold, unseen, doubt = max((each.doubt for each in seen), key=lambda each: max(each[:2]))
     means = tuple(each.mean for each in seen)
-    return Pilot(
-        trial.method, price, rate, trial.particles, "", trial.seconds, means, foretold, unseen, doubt
-    )
+    spent = trial.particles, "", trial.seconds
+    return Pilot(trial.method, price, rate, *spent, means, foretold, unseen, doubt)
 
 
 def _check_any_scored(pilots: list[Pilot], trials: Sequence[_Trial]) -> list[Pilot]:

@@ -112,6 +112,16 @@ class Executor(ABC):
             yield self.ahead.pop(self.next - 1)
 
 
+def timed_batch(compiled, seed: int, number: int, size: int, bundle, count: int) -> tuple[Batch, float]:
+    """Compute a batch in this thread; return it with the seconds that it took."""
+    from transport.engine.driver import run_batch
+
+    begun = time.perf_counter()
+    # Keep no reference to the raw sums: they would double the memory of the next batch.
+    batch = batch_of(compiled.program.plan, run_batch(compiled, seed, number, size, bundle, count), number)
+    return batch, time.perf_counter() - begun
+
+
 class ThreadExecutor(Executor):
     """Compute batches in threads of this process, each with its own bundle."""
 
@@ -162,7 +172,7 @@ class ThreadExecutor(Executor):
 
     def _work(self, bundle) -> None:
         """Run one thread: compute batches in its bundle, and return them in parcels of PARCEL_SECONDS."""
-        from transport.engine.driver import Stopped, run_batch
+        from transport.engine.driver import Stopped
 
         bundle["stop"], bundle["started"] = 0, 0
         parcel, handed = {}, time.perf_counter()
@@ -173,13 +183,11 @@ class ThreadExecutor(Executor):
                     number, size = next(self.tasks, (None, 0))
                 if number is None:
                     break
-                begun = time.perf_counter()
-                # Keep no reference to the raw sums: they would double the memory of the next batch.
-                parcel[number] = batch_of(
-                    self.plan, run_batch(self.compiled, self.seed, number, size, bundle, self.count), number
+                parcel[number], seconds = timed_batch(
+                    self.compiled, self.seed, number, size, bundle, self.count
                 )
                 bundle["started"], now = 0, time.perf_counter()
-                self.done.append((size, now - begun))
+                self.done.append((size, seconds))
                 if now - handed > PARCEL_SECONDS:
                     self.finished.put(parcel)
                     parcel, handed = {}, now

@@ -39,9 +39,8 @@ class Forecaster:
             return
         self.median_batches.append(np.median(batches, axis=0))
         histories = sum(size for size, _ in batches)
-        self.handover_seconds = max(0.0, seconds - self._fitted_seconds(histories, len(batches))) / len(
-            batches
-        )
+        rest = seconds - self._fitted_seconds(histories, len(batches))
+        self.handover_seconds = max(0.0, rest) / len(batches)
 
     def plan(self, elapsed: float, particles: int, histories: float, batches: int) -> None:
         """Forecast the end of the run, where so many particles in so many batches are still to come.
@@ -51,10 +50,9 @@ class Forecaster:
         if not self.median_batches:
             return
         seconds = elapsed + self._fitted_seconds(histories, batches) + self.handover_seconds * batches
-        self.forecast, self.particles = (
-            Forecast(elapsed, float(seconds), _rounded(particles + histories)),
-            particles,
-        )
+        total = particles + histories
+        total = round(total) if total < math.inf else total
+        self.forecast, self.particles = Forecast(elapsed, float(seconds), total), particles
 
     def end(self, elapsed: float, particles: int) -> float:
         """Return the total time of the run [s], as expected at this point; infinite without a forecast."""
@@ -75,7 +73,3 @@ class Forecaster:
         """Return the fitted time of so many particles in so many batches [s]."""
         pace: TimeModel = fit_time(*np.transpose(self.median_batches))
         return pace.latency * batches + pace.per_particle * histories / self.threads
-
-
-def _rounded(number: float) -> int | float:
-    return round(number) if number < math.inf else number

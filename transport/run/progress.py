@@ -77,13 +77,8 @@ class Bar(Progress):
         if stage != self.stage:
             self.bar.reset(self.task)
             self.stage = stage
-        known = share > 0
-        self.bar.update(
-            self.task,
-            description=text,
-            total=1.0 if known else None,
-            completed=min(share, 1.0) if known else 0,
-        )
+        total, completed = (1.0, min(share, 1.0)) if share > 0 else (None, 0)
+        self.bar.update(self.task, description=text, total=total, completed=completed)
 
     def _start(self) -> None:
         from rich.console import Console

@@ -26,7 +26,9 @@ class Origin:
 @cache
 def this_origin() -> Origin:
     """Return the provenance of batches of this process."""
-    return Origin(_version(), sources_digest(), _versions(), _machine())
+    libraries = (f"{name} {_installed_version(name)}" for name in ("numpy", "numba"))
+    versions = f"Python {platform.python_version()}", *libraries
+    return Origin(_installed_version("transport"), sources_digest(), versions, _machine())
 
 
 @cache
@@ -45,32 +47,19 @@ def distinct_origins(*origins: Iterable[Origin]) -> tuple[Origin, ...]:
     return tuple(dict.fromkeys(chain.from_iterable(origins)))
 
 
-def warnings_of(origins: Iterable[Origin]) -> list[str]:
+def origin_warnings(origins: Iterable[Origin]) -> list[str]:
     """Return findings about a run whose batches come from different sources or machines, as sentences."""
     origins, found = list(origins), []
     sources = dict.fromkeys((origin.version, origin.sources) for origin in origins)
     if len(sources) > 1:
         text = ", ".join(f"{number} ({digest})" for number, digest in sources)
-        found.append(
-            f"its batches come from different sources of transport, {text}: a bug in one affects the result"
-        )
+        what = f"its batches come from different sources of transport, {text}"
+        found.append(f"{what}: a bug in one affects the result")
     unlike = dict.fromkeys((*origin.versions, origin.machine) for origin in origins)
     if len(unlike) > 1:
         text = "; ".join(", ".join(each) for each in unlike)
         found.append(f"its batches come from different machines, {text}: the last digits may not repeat")
     return found
-
-
-def _version() -> str:
-    return _installed_version("transport")
-
-
-def _versions() -> tuple[str, ...]:
-    """Return the versions of Python and of the libraries that computed the batches."""
-    return (
-        f"Python {platform.python_version()}",
-        *(f"{name} {_installed_version(name)}" for name in ("numpy", "numba")),
-    )
 
 
 def _installed_version(name: str) -> str:

@@ -16,7 +16,7 @@ from transport.run.forecast import Forecaster
 from transport.run.interruption import Interruption
 from transport.run.memory import check_memory
 from transport.run.progress import Progress
-from transport.run.provenance import Origin, distinct_origins, this_origin, warnings_of
+from transport.run.provenance import Origin, distinct_origins, origin_warnings, this_origin
 from transport.run.schedules import Leg, batches_in, schedule_for, sizes_of
 from transport.run.settings import MAX_BATCHES, MAX_PARTICLES_UNSCORED, Settings
 from transport.run.state import State, restore_schedule, saved_checks
@@ -83,7 +83,7 @@ class Run:
         if self.saved is not None:
             self.schedule.make_room()
         saved = self.saved
-        here = 0 if saved is None else len(saved.batches) + len(saved.current) + len(saved.ahead)
+        here = sum(map(len, (saved.batches, saved.current, saved.ahead))) if saved else 0
         check_memory(self.plan, self.schedule, 0 if self.workers else self.threads, here)
         try:
             # Run leg after leg until the errors are reached.
@@ -98,9 +98,8 @@ class Run:
             self._take_out_of_order()
             if isinstance(why, WorkersLost) and not self.batches:
                 raise
-            self.warnings.append(
-                f"interrupted after {len(self.batches)} batches{f': {why}' * bool(str(why))}"
-            )
+            reason = f": {why}" if str(why) else ""
+            self.warnings.append(f"interrupted after {len(self.batches)} batches{reason}")
             return
         self.state = self.now()
         if not_reached := self._missed_target():
@@ -133,18 +132,9 @@ class Run:
             forecast=self.forecast,
         )
         settings = self.settings
-        warnings = [*self.warnings, *self.executor.warnings, *warnings_of(self.state.origins)]
-        return Result(
-            self.plan,
-            self.batches,
-            settings.seed,
-            cost,
-            is_complete,
-            warnings,
-            settings.tracking,
-            settings.choice,
-            self.state,
-        )
+        warnings = [*self.warnings, *self.executor.warnings, *origin_warnings(self.state.origins)]
+        asked, choice, seed = settings.tracking, settings.choice, settings.seed
+        return Result(self.plan, self.batches, seed, cost, is_complete, warnings, asked, choice, self.state)
 
     def _leg(self) -> bool:
         """Run the batches until the next error check; return False if there are none or time is up."""
@@ -207,10 +197,10 @@ class Run:
             type(schedule).__name__,
             {name: int(getattr(schedule, name)) for name in schedule.remembered},
             list(schedule.batches),
+            self.executor.next,
             list(schedule.current),
             self.leg,
             self.done,
-            self.executor.next,
             dict(self.executor.ahead),
             list(self.looks),
             self.particles,
@@ -260,15 +250,12 @@ class Run:
         """
         # particles per second of one thread, which computes one batch at a time
         rate = self.executor.started / self._elapsed / self.threads
-        message = (
-            f"interrupted before the first batch of {self.size} particles was complete, so there is no result"
-        )
+        message = f"interrupted before the first batch of {self.size} particles was complete"
+        message += ", so there is no result"
         if not rate > 0:
             return message
-        takes, wanted = (
-            self.size / rate,
-            math.ceil((self.limits.particles or 0) / (RESPONSIVE_SECONDS * rate)),
-        )
+        takes = self.size / rate
+        wanted = math.ceil((self.limits.particles or 0) / (RESPONSIVE_SECONDS * rate))
         message += f"; one takes about {duration(takes)}, and {self.threads} run at a time"
         if not self.limits.batches < wanted or takes < 2 * RESPONSIVE_SECONDS:
             return message
@@ -282,9 +269,8 @@ class Run:
             return False
         look = self._check_errors()
         self.looks.append(look)
-        if self.schedule.is_enough(self.looks) or (
-            look.is_blind and self.particles >= MAX_PARTICLES_UNSCORED
-        ):
+        is_hopeless = look.is_blind and self.particles >= MAX_PARTICLES_UNSCORED
+        if self.schedule.is_enough(self.looks) or is_hopeless:
             return not self._may_resolve(look, look.least_seen.unseen)
         # End where a single number has a finding that the other limits leave no room to resolve.
         of_numbers = look.max_unseen_number
@@ -318,14 +304,12 @@ class Run:
     def _check_errors(self) -> Look:
         """Return an error check: what is known about the target errors."""
         result = Result(self.plan, self.batches, self.settings.seed, None, True, [])
-        standings = [
-            status_of(name, result.quantity(name), target) for name, target in self.limits.error.items()
-        ]
-        if result.particles < UNSCORED_PARTICLES:
-            times = UNSCORED_PARTICLES / result.particles
-            standings = [
-                replace(each, foretold=max(each.foretold, min(each.unseen, times))) for each in standings
-            ]
+        times, standings = UNSCORED_PARTICLES / result.particles, []
+        for name, target in self.limits.error.items():
+            each = status_of(name, result.quantity(name), target)
+            if times > 1:
+                each = replace(each, foretold=max(each.foretold, min(each.unseen, times)))
+            standings.append(each)
         return Look(result.particles, len(self.batches), tuple(standings))
 
     def _missed_target(self) -> str | None:

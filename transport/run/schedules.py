@@ -111,13 +111,11 @@ def _group_by_size(batches: list[Batch], size: int) -> list[list[Batch]]:
 
 MAX_BATCH_SIZE = 1 << 24  # particles
 MAX_EVENTS = 1 << 28  # crossings and collisions planned per batch: sums are exact below 2^30
-FIRST_BATCH_SIZE = (
-    512  # particles of the first batches where only the time is limited; doubled as the run goes on
-)
+# particles of the first batches where only the time is limited; doubled as the run goes on
+FIRST_BATCH_SIZE = 512
 PILOT_BATCH_SIZE = 128  # particles per batch of a pilot
-MAX_STORED_BYTES = (
-    1 << 28
-)  # bytes of sums that a run for an error may store, where the number of batches is left open
+# bytes of sums that a run for an error may store, where the number of batches is left open
+MAX_STORED_BYTES = 1 << 28
 MIN_BATCHES = 32  # batches, unless these are very large
 MIN_BATCHES_OF_ROUND = 8  # batches with which an unfinished round is better than the one before it
 # times as many batches as requested, where those would be too large; consecutive ones are then merged
@@ -241,9 +239,8 @@ class Schedule:
     def _merge(self, together: int) -> None:
         """Merge groups of so many consecutive batches; never of two seeds, as a batch records one seed."""
         while together > 1:
-            self.batches = [
-                pair for batches in contiguous_groups(self.batches) for pair in self._paired(batches)
-            ]
+            groups = contiguous_groups(self.batches)
+            self.batches = [pair for batches in groups for pair in self._paired(batches)]
             together //= 2
 
     def _paired(self, batches: list[Batch]) -> list[Batch]:
@@ -423,9 +420,8 @@ class QmcRounds(Schedule):
         if self._growth() == 0:
             histories = self.particles * (2.0 ** sum(doublings) - 1)
             return histories, math.ceil(histories / self.size)
-        return self.count * self.size * float((2.0 ** np.cumsum(doublings)).sum()), self.count * len(
-            doublings
-        )
+        histories = self.count * self.size * float((2.0 ** np.cumsum(doublings)).sum())
+        return histories, self.count * len(doublings)
 
     def is_foreseen(self, looks: list[Look]) -> bool:
         """Return whether the next round is planned to be the last."""
@@ -462,9 +458,8 @@ def _max_batches(limits: Limits, plan: Plan) -> int:
     fit = batches_that_fit(plan)
     if not limits.error:
         return fit
-    return max(
-        MIN_BATCHES_FOR_ERROR, min(fit, max(MIN_BATCHES, MAX_STORED_BYTES // (2 * bytes_unpacked(plan))))
-    )
+    stored = max(MIN_BATCHES, MAX_STORED_BYTES // (2 * bytes_unpacked(plan)))
+    return max(MIN_BATCHES_FOR_ERROR, min(fit, stored))
 
 
 def net_sizes(particles: int, batches: int) -> tuple[int, int]:

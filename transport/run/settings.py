@@ -15,7 +15,7 @@ from transport.results.result import TALLIES
 from transport.scene.phase_space import Snapshot
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.validation import SceneError, name_hint
+from transport.validation import SceneError, name_hint, set_fields, short_repr
 
 MIN_BATCHES_FOR_ERROR = 16  # batches
 # batches, up to twice as many: the error is then known to 1 / sqrt(2 × 128) = 6 % or better
@@ -40,6 +40,37 @@ class Limits:
     def is_open(self) -> bool:
         """Whether the number of particles depends on errors or time."""
         return bool(self.error) or self.seconds is not None
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """The arguments of `simulate` that determine the batches of a run; None where one is left out.
+
+    reads_all: whether any quantity may be read, although `error` names some only.
+    """
+
+    scene: Scene
+    particles: float | None = None
+    error: Mapping[str, float] | None = None
+    seconds: float | None = None
+    batches: int | None = None
+    part: tuple[int, int] | None = None
+    seed: int | None = None
+    estimator: str | None = None
+    sampling: str | None = None
+    tracking: Tracking | str | None = None
+    reads_all: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.scene, Scene):
+            got = short_repr(self.scene)
+            raise SceneError(f"simulate: scene must be a Scene, got {got}; write Scene(sources=[...], ...)")
+        seed = None if self.seed is None else checked_integer("seed", self.seed, 0, 2**64 - 1)
+        set_fields(self, seed=seed, tracking=coerce_tracking(self.scene, self.tracking))
+
+    def limits(self, method: Method = ANALOG) -> Limits:
+        """Return the limits of a new run of this method; raise SceneError where one is invalid."""
+        return checked_limits(self.scene, self.particles, self.error, self.seconds, self.batches, method)
 
 
 def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> Limits:
@@ -143,6 +174,34 @@ def checked_threads(threads: object) -> int:
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return checked_integer("threads", threads, 1, 1024)
+
+
+def coerce_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:
+    """Return the tracking as a Tracking, or None for the default of the scene."""
+    given = tracking
+    if isinstance(tracking, str) and tracking in ("analog", "weighted"):
+        tracking = Tracking(absorption=tracking)
+    if tracking is None or isinstance(tracking, Tracking):
+        if tracking is not None and tracking.absorption == "weighted" and scene.duration is not None:
+            cure = "leave it out" if isinstance(given, str) else "write Tracking(absorption='analog', ...)"
+            raise SceneError(
+                f"simulate: tracking must be analog in a scene with a duration, got {short_repr(given)};"
+                f" {cure}"
+            )
+        return tracking
+    must = "tracking must be 'analog', 'weighted' or a Tracking"
+    raise SceneError(f"simulate: {must}, got {short_repr(tracking)}; {_tracking_cure(tracking)}")
+
+
+def _tracking_cure(tracking: object) -> str:
+    """Suggest a valid tracking for an invalid one."""
+    if isinstance(tracking, str):
+        if tracking in ("roulette", "forced", "splitting"):
+            return f"write tracking=Tracking({tracking}=...)"
+        meant = name_hint(tracking, ("analog", "weighted"))
+        if meant.startswith("did you mean"):
+            return meant
+    return "leave it out for the default of the scene"
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from transport.run.stopping import Look
 class State:
     """State of a run between two of its batches.
 
-    kind: class name of its schedule, whose attributes are `remembered`; leg, done: the present leg, and its
-    number of batches taken; next: number of the next batch; ahead: batches finished before their turn;
+    kind: class name of its schedule, whose attributes are `remembered`; next: number of the next batch; leg,
+    done: the present leg, and its number of batches taken; ahead: batches finished before their turn;
     particles, crossings, collisions: totals, including rounds that a later one has replaced; seconds: wall
     time; origins: provenance of the batches, empty where this process alone computed them.
     """
@@ -29,10 +29,10 @@ class State:
     kind: str
     remembered: dict[str, int]
     batches: list[Batch]
-    current: list[Batch]
-    leg: Leg
-    done: int
     next: int
+    current: list[Batch] = field(default_factory=list)
+    leg: Leg = field(default_factory=list)
+    done: int = 0
     ahead: dict[int, Batch] = field(default_factory=dict)
     looks: list[Look] = field(default_factory=list)
     particles: int = 0

@@ -19,13 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.statistics.any_estimate import AnyEstimate
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, skewness_of_mean
 from transport.statistics.findings import CONSTANT, particle_factors_needed
-from transport.statistics.quantities import Quantity
 
-MAX_SKEWNESS = 1 / math.sqrt(
-    MIN_SCORES_FOR_ERROR
-)  # skewness of a mean above which intervals cover too little
+# skewness of a mean above which intervals cover too little
+MAX_SKEWNESS = 1 / math.sqrt(MIN_SCORES_FOR_ERROR)
 MAX_GROWTH = 16.0  # largest factor of particles from one check to the next
 BLIND_GROWTH = 4.0  # the same where nothing is known yet
 
@@ -119,7 +118,7 @@ class Look:
         return math.ceil(self.particles * (self.particles_needed / self.particles) ** (1 / self.legs))
 
 
-def status_of(name: str, quantity: Quantity, target: float) -> Standing:
+def status_of(name: str, quantity: AnyEstimate, target: float) -> Standing:
     """Return the status of a quantity.
 
     For an array it is that of the bin furthest from the target, with the findings of the sum. Only bins with
@@ -131,10 +130,8 @@ def status_of(name: str, quantity: Quantity, target: float) -> Standing:
     # The second term is noise: one standard error of the skewness.
     allowed = MAX_SKEWNESS + math.sqrt(6) / quantity.batches
     if not known.any():
-        is_constant = np.all(np.atleast_1d(quantity.reason) == CONSTANT)
-        return Standing(
-            name, target, 0.0 if is_constant and np.any(quantity.value) else math.inf, 0.0, allowed
-        )
+        is_constant = np.all(np.atleast_1d(quantity.reason) == CONSTANT) and np.any(quantity.value)
+        return Standing(name, target, 0.0 if is_constant else math.inf, 0.0, allowed)
     # Find the bin furthest from its target, by error or by skewness.
     skewness = np.zeros(relative.shape)
     for run, deviations in replicates.deviations.items():
@@ -245,8 +242,5 @@ def _doublings_to(looks: list[Look], standing: Standing) -> int:
     lopsided = math.ceil(2 * math.log2(max(1.0, standing.skewness / standing.allowed)))
     if trend is None:
         return lopsided
-    wide = next(
-        (k for k in range(MAX_DOUBLINGS) if trend.upper_bound(particles * 2.0**k) <= standing.target),
-        MAX_DOUBLINGS,
-    )
-    return max(wide, lopsided)
+    enough = (k for k in range(MAX_DOUBLINGS) if trend.upper_bound(particles * 2.0**k) <= standing.target)
+    return max(next(enough, MAX_DOUBLINGS), lopsided)

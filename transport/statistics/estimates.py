@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from transport.renderers import function_for
+from transport.statistics.any_estimate import AnyEstimate, Operand
 from transport.statistics.axes import AXES_OF_PLACES, axis_places, axis_unit
 from transport.statistics.chunked import release_pages, replicates_of
 from transport.statistics.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
 from transport.statistics.notation import estimate_text, split_format
 from transport.statistics.pooling import Pooled
-from transport.statistics.quantities import Operand, Quantity
 from transport.statistics.replicates import Batches, Replicates
 from transport.units import Unit
 from transport.validation import optional_packages
@@ -27,20 +27,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Batches", "Estimate", "EstimateArray", "EstimateOrArray"]
 
-_METHODS_WITH_ERRORS = {
-    np.sum: "sum",
-    np.nansum: "sum",
-    np.mean: "mean",
-    np.nanmean: "mean",
-    np.average: "mean",
-}
+_METHODS_WITH_ERRORS = dict.fromkeys((np.sum, np.nansum), "sum")
+_METHODS_WITH_ERRORS |= dict.fromkeys((np.mean, np.nanmean, np.average), "mean")
 
 
-Other = TypeVar("Other", bound=Quantity[Any, Any])
+Other = TypeVar("Other", bound=AnyEstimate[Any, Any])
 Index = int | np.integer | slice | EllipsisType
 
 
-class Estimate(Quantity[float, str | None]):
+class Estimate(AnyEstimate[float, str | None]):
     """One estimated number with its standard error and unit.
 
     Parameters
@@ -95,9 +90,8 @@ class Estimate(Quantity[float, str | None]):
         counts: int | None = None,
     ) -> None:
         if np.ndim(values) != 1:
-            raise ValueError(
-                f"Estimate: values must have one axis, the batches, got shape {np.shape(values)}"
-            )
+            got = f"got shape {np.shape(values)}"
+            raise ValueError(f"Estimate: values must have one axis, the batches, {got}")
         self._replicates = Replicates.of_batches(values, run, exact, counts)
         self._is_measured = self._is_sum_of_scores = True
         self.unit = coerce_unit(unit)
@@ -127,9 +121,6 @@ class Estimate(Quantity[float, str | None]):
 
     def __repr__(self) -> str:
         return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
-
-    def _repr_html_(self) -> str:
-        return function_for(type(self), "html")(self)
 
     @property
     def _whole(self) -> Estimate:
@@ -168,7 +159,7 @@ class Estimate(Quantity[float, str | None]):
         return _from_replicates(replicates, unit, {})
 
 
-class EstimateArray(Quantity[np.ndarray, np.ndarray]):
+class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
     """Estimates over bins, with named axes, bin edges and a unit.
 
     Parameters
@@ -264,15 +255,14 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
 
     def __getitem__(self, index: Index | tuple[Index, ...]) -> EstimateOrArray:
         index = _complete_index(index, self.shape)
-        replicates, shape = self._replicates.indexed(index), self.shape
+        replicates = self._replicates.indexed(index)
         coords = {}
         for (name, edges), along, bins in zip(self.coords.items(), index, self.shape, strict=True):
             if isinstance(along, slice):
                 start, stop, _ = along.indices(bins)
                 coords[name] = edges[start : max(start, stop) + len(edges) - bins]
-        made = self._like(replicates, self.unit, coords)._with_findings(
-            lambda: self._changed(lambda bound: np.broadcast_to(bound, shape)[index]), self.allowed
-        )
+        made = self._like(replicates, self.unit, coords)
+        made = self._pass_findings(made, lambda bound, _: bound[index])
         made._is_sum_of_scores = self._is_sum_of_scores
         made._bars_from = lambda: Pooled(*(np.asarray(each[index]) for each in self._error_bars))
         return made
@@ -329,26 +319,26 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         >>> print(array.sum())
         (5.0 ± 2.0)
         """
-        replicates, left, shape = self._replicates, list(self.dims), self.shape
+        replicates, left = self._replicates, list(self.dims)
         axes = tuple(left.index(name) for name in self._axes(dim, "sum"))
         for name in self._axes(dim, "sum"):
             replicates = replicates.summed(axis=left.index(name) - len(left))
             left.remove(name)
         made = self._like(replicates, self.unit, {name: self.coords[name] for name in left})
         made._is_sum_of_scores = self._is_sum_of_scores
-        return made._with_findings(
-            lambda: [
-                replace(
-                    each, bound=_number(_bound_of_sum(np.broadcast_to(each.bound, shape), axes, each.adds))
-                )
-                for each in self._raw_findings
-            ],
-            self.allowed,
-        )
+        return self._pass_findings(made, lambda bound, adds: _bound_of_sum(bound, axes, adds))
 
-    def _changed(self, change: Callable[[np.ndarray], np.ndarray]) -> Iterator[Finding]:
-        """Yield the findings with their bounds transformed by `change`."""
-        return (replace(finding, bound=_number(change(finding.bound))) for finding in self._raw_findings)
+    def _pass_findings(
+        self, made: EstimateOrArray, change: Callable[[np.ndarray, bool], np.ndarray]
+    ) -> EstimateOrArray:
+        """Attach the findings to bins or sums of this array; change: of a bound, (*dims), and `adds`."""
+
+        def findings() -> Iterator[Finding]:
+            for finding in self._raw_findings:
+                bound = change(np.broadcast_to(finding.bound, self.shape), finding.adds)
+                yield replace(finding, bound=float(bound) if np.ndim(bound) == 0 else bound)
+
+        return made._with_findings(findings, self.allowed)
 
     @property
     def _whole(self) -> Estimate:
@@ -446,9 +436,6 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             release_pages(each)
         return f"<EstimateArray ({axes}) {', '.join(parts)}>"
 
-    def _repr_html_(self) -> str:
-        return function_for(type(self), "html")(self)
-
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
     ) -> EstimateOrArray:
@@ -510,10 +497,6 @@ def _bound_of_sum(bound: np.ndarray, axes: tuple[int, ...], adds: bool) -> np.nd
         return bound.sum(axis=axes)
     low, high = np.nanmin(bound, axis=axes, initial=0.0), np.nanmax(bound, axis=axes, initial=0.0)
     return np.where(np.isnan(bound).any(axis=axes), np.nan, np.where(-low > high, low, high))
-
-
-def _number(array: np.ndarray) -> float | np.ndarray:
-    return float(array) if np.ndim(array) == 0 else array
 
 
 def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, np.ndarray]) -> None:

@@ -64,6 +64,8 @@ class Finding:
         Expected contribution as a fraction of `bound`, if a probe measured it.
     adds : bool, default False
         For bins: whether each bin has its own part of the bound; otherwise any one bin may have all of it.
+    others : str, default ""
+        How many smaller doubtful findings the number has, and where to read them.
 
     Examples
     --------
@@ -84,6 +86,7 @@ class Finding:
     times: float = np.nan
     about: float = np.nan
     adds: bool = False
+    others: str = ""
 
     @property
     def share(self) -> float:

@@ -29,9 +29,7 @@ MIN_BATCHES = 8  # fewer define neither an inner spread nor a tail
 # Weight of a bin's own variance; a full weight would tie the error to the luck of the value.
 OWN_SHARE = 0.1
 PRIOR_DOF = MIN_SCORES_FOR_ERROR  # degrees of freedom with which the next wider window moderates one
-MIN_SIMILAR_BINS = (
-    MIN_SCORES_FOR_ERROR  # number of similar bins from which on their variances replace its own
-)
+MIN_SIMILAR_BINS = MIN_SCORES_FOR_ERROR  # similar bins from which on their variances replace its own
 # An error of d degrees of freedom has a relative precision of 1 / sqrt(2 d), here
 # 1 / sqrt(MIN_SCORES_FOR_ERROR).
 MIN_DOF = MIN_SCORES_FOR_ERROR / 2

@@ -313,7 +313,7 @@ def findings_of_error(total: Estimate, scores: Scores | None, particles: int) ->
     """Findings about a total from the sizes of its scores and from its batches, with bounds in its unit."""
     carriers, _, slope, unseen, trend = _score_statistics(total, scores, particles)
     if scores is not None and scores.number < MIN_SCORES_FOR_ERROR:
-        return  # `Quantity.findings` reports that
+        return  # `AnyEstimate.findings` reports that
     if scores is not None and carriers < MIN_SCORES_FOR_ERROR:
         what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
         bound, times = error_uncertainty(carriers) * total.error, MIN_SCORES_FOR_ERROR / max(carriers, 1)

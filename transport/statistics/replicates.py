@@ -59,6 +59,16 @@ class Batches:
     def __len__(self) -> int:
         return len(self.sizes)
 
+    @property
+    def histories(self) -> int:
+        """Number of histories in all batches.
+
+        Returns
+        -------
+        int
+        """
+        return int(self.sizes.sum())
+
 
 @dataclass(frozen=True, eq=False)
 class Replicates:

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from transport.cli.effects.costs import pass_costs
 from transport.cli.effects.prices import price_rows
-from transport.cli.tables import plain_table
+from transport.cli.tables import table_of
 from transport.geometry.flat import Disk, Plane, Slab
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cylinder
@@ -86,16 +86,12 @@ def media_rows(repeats: int, share: int) -> list[dict]:
     """Return rows of photons per second, with ratios to the yardstick."""
     from transport.cli.bench.yardstick import run_fog
 
-    half = float("inf")
+    half, milk = float("inf"), half_space_scene(**MILK)
     cases = {
         "slab, reflected and transmitted": (slab_scene(), "slab", SLAB),
         "slab, in 30 bins of the cosine": (slab_scene(cells=30), "slab", SLAB),
         "half space of index 1.5": (half_space_scene(), "half space", HALF_SPACE | {"depth": half}),
-        "half space, scattering 1000 times absorption": (
-            half_space_scene(**MILK),
-            "milk",
-            MILK | {"depth": half},
-        ),
+        "half space, scattering 1000 times absorption": (milk, "milk", MILK | {"depth": half}),
     }
     found = []
     for name, (scene, kind, law) in cases.items():
@@ -103,8 +99,8 @@ def media_rows(repeats: int, share: int) -> list[dict]:
         slow = max(2000, photons // 8)
         analog, weighted, by_one = rates(
             repeats,
-            _photons(scene, photons, "analog"),
-            _photons(scene, photons, "weighted"),
+            _run_of(scene, photons, "particles", tracking="analog"),
+            _run_of(scene, photons, "particles", tracking="weighted"),
             lambda slow=slow, law=law: run_fog(slow, 1, **law) and slow,
         )
         found += [
@@ -115,9 +111,10 @@ def media_rows(repeats: int, share: int) -> list[dict]:
     return found
 
 
-def _photons(scene: Scene, photons: int, tracking: str) -> Callable[[], int]:
-    options = {"seed": 1, "threads": 1, "progress": False, "tracking": tracking}
-    return lambda: simulate(scene, particles=photons, **options).cost.particles
+def _run_of(scene: Scene, particles: int, counted: str = "crossings", **options) -> Callable[[], int]:
+    """Return a function that runs the scene, on one thread by default, and returns a number of its cost."""
+    options = {"seed": 1, "threads": 1, "progress": False, **options}
+    return lambda: getattr(simulate(scene, particles, **options).cost, counted)
 
 
 # ---- The scenes and rows of `transport bench`.
@@ -126,12 +123,8 @@ MIN_REPEATS = 5
 SPEED, LONG_DURATION = 300.0, 10.0  # speed of particles [m/s]; duration [s] in which every history ends
 GAS = Maxwellian(sigma=SPEED)
 # particles per timing
-BOX_PARTICLES, BOX_YARDSTICK_PARTICLES, DISK_PARTICLES, DISK_YARDSTICK_PARTICLES = (
-    2_000_000,
-    600_000,
-    20_000_000,
-    3_000_000,
-)
+BOX_PARTICLES, BOX_YARDSTICK_PARTICLES = 2_000_000, 600_000
+DISK_PARTICLES, DISK_YARDSTICK_PARTICLES = 20_000_000, 3_000_000
 
 
 def box_scene(
@@ -219,12 +212,12 @@ def bench(repeats: int = MIN_REPEATS, quick: bool = False, long: bool = False) -
 
 def render(rows: list[dict]) -> Table:
     """Return the rows as a table, rows with a ratio first."""
-    table = plain_table("measured", "ratio>", "value>", "unit")
+    cells = []
     for each in sorted(rows, key=lambda each: each["ratio"] is None):
         ratio = "" if each["ratio"] is None else f"{each['ratio']:.2f}"
         value = f"{each['value'] / 1e6:.1f} M" if each["value"] >= 1e6 else f"{each['value']:.3g}"
-        table.add_row(each["name"], ratio, value, each["unit"])
-    return table
+        cells.append([each["name"], ratio, value, each["unit"]])
+    return table_of(["measured", "ratio>", "value>", "unit"], cells)
 
 
 def _box_rows(repeats: int, share: int) -> list[dict]:
@@ -236,25 +229,16 @@ def _box_rows(repeats: int, share: int) -> list[dict]:
 
     def run_two() -> int:
         cpu, wall = time.process_time(), time.perf_counter()
-        crossings = simulate(scene, particles=histories, seed=1, threads=2, progress=False).cost.crossings
+        crossings = _run_of(scene, histories, threads=2)()
         busy.append((time.process_time() - cpu) / (time.perf_counter() - wall))
         return crossings
 
-    one, two, by_one = rates(
-        repeats,
-        lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings,
-        run_two,
-        lambda: run_box(slow, 1)[0],
-    )
+    one, two, by_one = rates(repeats, _run_of(scene, histories), run_two, lambda: run_box(slow, 1)[0])
+    cores = np.array(busy[1:])
     return [
         row("closed box, against one particle at a time", one, "crossings/s", one / by_one),
         row("closed box, two threads against one", two, "crossings/s", two / one),
-        row(
-            "closed box, two threads: CPU time over wall time",
-            np.array(busy[1:]),
-            "cores",
-            np.array(busy[1:]),
-        ),
+        row("closed box, two threads: CPU time over wall time", cores, "cores", cores),
         row("closed box, one particle at a time", by_one, "crossings/s"),
         row("closed box, lost", sum(batch.lost for batch in first.batches), "particles"),
     ]
@@ -264,11 +248,8 @@ def _disk_rows(repeats: int, share: int) -> list[dict]:
     from transport.cli.bench.yardstick import run_disks
 
     scene, histories, slow = disks_scene(), DISK_PARTICLES // share, DISK_YARDSTICK_PARTICLES // share
-    engine, by_one = rates(
-        repeats,
-        lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.particles,
-        lambda: run_disks(slow, 1) and slow,
-    )
+    run = _run_of(scene, histories, "particles")
+    engine, by_one = rates(repeats, run, lambda: run_disks(slow, 1) and slow)
     return [
         row("coaxial disks, against one particle at a time", engine, "particles/s", engine / by_one),
         row("coaxial disks, one particle at a time", by_one, "particles/s"),
@@ -282,9 +263,7 @@ def _clock_rows(repeats: int, share: int) -> list[dict]:
         "with a clock and speeds, against a clock": box_scene(duration=LONG_DURATION, speed=GAS),
         "with thermal walls as well, against speeds": thermal_box_scene(),
     }
-    found = rates(
-        repeats, *(_crossings(scene, BOX_PARTICLES // share) for scene in (box_scene(), *scenes.values()))
-    )
+    found = _crossing_rates(repeats, share, box_scene(), *scenes.values())
     pairs = zip(scenes, found, found[1:], strict=False)
     return [
         row(f"time of a closed box {what}", 1e9 / rate, "ns/crossing", before / rate)
@@ -295,17 +274,15 @@ def _clock_rows(repeats: int, share: int) -> list[dict]:
 def _optics_rows(repeats: int, share: int) -> list[dict]:
     """Return crossing rates of curved, refracting and meshed surfaces, as ratios to the closed box."""
     scenes = {"tube": tube_scene(), "glass ball": glass_ball_scene(), "mesh box": mesh_box_scene()}
-    found = rates(
-        repeats, *(_crossings(scene, BOX_PARTICLES // share) for scene in (box_scene(), *scenes.values()))
-    )
+    found = _crossing_rates(repeats, share, box_scene(), *scenes.values())
     return [
         row(f"{name}, against the closed box", rate, "crossings/s", rate / found[0])
         for name, rate in zip(scenes, found[1:], strict=True)
     ]
 
 
-def _crossings(scene: Scene, histories: int) -> Callable[[], int]:
-    return lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings
+def _crossing_rates(repeats: int, share: int, *scenes: Scene) -> np.ndarray:
+    return rates(repeats, *(_run_of(scene, BOX_PARTICLES // share) for scene in scenes))
 
 
 def _memory_rows(particles: int) -> list[dict]:

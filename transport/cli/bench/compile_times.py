@@ -34,26 +34,20 @@ SCENES: dict[str, Callable[[], Treatment]] = {
 
 def compile_times() -> dict[str, tuple[CompileTime, CompileTime, Footprint]]:
     """Return for each kind of scene the start with an empty cache, the next start, and the footprint."""
-    from transport.engine.program import build_program
-
     found = {}
     for name, make in SCENES.items():
         kind = treatment_of(make())
         with library_copy() as folder:
             first, second = compile_times_in(folder, [kind, kind])
-        found[name] = first, second, footprint_of(build_program(kind.plan))
+        found[name] = first, second, footprint_of(kind.program)
     return found
 
 
 def compile_time_rows(starts: dict[str, tuple[CompileTime, CompileTime, Footprint]]) -> list[dict]:
     """Return rows {name, value, unit, ratio} with sizes for JSON; ratio is second start / first start."""
     return [
-        {
-            "name": f"cold start, {name}",
-            "value": first.seconds,
-            "unit": "s",
-            "ratio": second.seconds / first.seconds,
-        }
+        {"name": f"cold start, {name}", "value": first.seconds, "unit": "s"}
+        | {"ratio": second.seconds / first.seconds}
         | {"passes": first.passes, "driver": first.driver, "bytes": first.bytes}
         | {"touched": footprint.touched, "carried": footprint.carried, "used": footprint.used}
         for name, (first, second, footprint) in starts.items()

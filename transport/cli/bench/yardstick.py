@@ -161,10 +161,8 @@ with cached_kernels():
 # It uses float64, libm's logarithm, sine and cosine, survival weights and roulette as in MCML (Wang, Jacques,
 # Zheng 1995), branches and plain float64 sums.  Random numbers are the engine's.
 
-ROULETTE_THRESHOLD, SURVIVAL_PROBABILITY = (
-    1e-4,
-    0.1,
-)  # MCML's roulette: threshold weight, and survival probability
+# MCML's roulette: threshold weight, and survival probability
+ROULETTE_THRESHOLD, SURVIVAL_PROBABILITY = 1e-4, 0.1
 
 
 def run_fog(

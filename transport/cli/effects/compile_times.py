@@ -83,9 +83,8 @@ def compile_time_of(treatment: Treatment, compiling=None) -> CompileTime:
 
     from transport.engine.cache import kernel_folder
     from transport.engine.driver import compile_program, run_batch
-    from transport.engine.program import build_program
 
-    program = build_program(treatment.plan)
+    program = treatment.program
     begun = time.process_time()
     machine = compile_program(program, compiling)
     ready = time.process_time()

@@ -29,11 +29,9 @@ def pass_costs(scene: Scene | Treatment) -> dict[str, float]:
     """
     from transport.engine.bundle import LANES
     from transport.engine.driver import Sums, compile_program
-    from transport.engine.program import build_program
 
-    plan = treatment_of(scene).plan
-    program = compile_program(build_program(plan)).program
-    sums = Sums(plan, MAX_STEPS * LANES)
+    program = compile_program(treatment_of(scene).program).program
+    sums = Sums(program.plan, MAX_STEPS * LANES)
     costs = defaultdict(list)
     for (name, entry, table), visits in _record_states(program, sums).items():
         costs[name] += [_time_pass(entry, table, visits)] if visits else []
@@ -47,15 +45,13 @@ def lanes_per_history(scene: Scene | Treatment) -> dict[str, float]:
     """
     from transport.engine.bundle import LANES
     from transport.engine.driver import Sums, compile_program
-    from transport.engine.program import build_program
 
-    plan = treatment_of(scene).plan
-    program, lanes, ready = compile_program(build_program(plan)).program, Counter(), 0
+    program, lanes, ready = compile_program(treatment_of(scene).program).program, Counter(), 0
 
     def count(key, first, live, before, after):
         lanes[key[0]] += max(0, live - first)
 
-    for turn, born in enumerate(_run_steps(program, Sums(plan, MAX_STEPS * LANES), count)):
+    for turn, born in enumerate(_run_steps(program, Sums(program.plan, MAX_STEPS * LANES), count)):
         if turn == WARM_UP:
             ready = born
             lanes.clear()

@@ -40,10 +40,9 @@ class Effects:
 
 def effects_of(scene: Scene | Treatment) -> Effects:
     """Return the effects of a scene without compiling or running anything."""
-    from transport.engine.program import build_program
     from transport.engine.registry import LANE_FIELDS
 
-    program = build_program(treatment_of(scene).plan)
+    program = treatment_of(scene).program
     carried = program.carried
     touched = {name for lane_pass in program.passes for name in lane_pass.fields}
     fields = {
@@ -72,10 +71,9 @@ def measure_passes(scene: Scene | Treatment) -> dict[str, float]:
     """Measure the ns per lane of each pass, nan where no lane reached it; shows a progress bar."""
     from transport.cli.effects.costs import pass_costs
     from transport.engine.driver import compile_program
-    from transport.engine.program import build_program
 
     with open_progress(None) as bar:
-        compile_program(build_program(treatment_of(scene).plan), bar.compiling)
+        compile_program(treatment_of(scene).program, bar.compiling)
     return pass_costs(scene)
 
 

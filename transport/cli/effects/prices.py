@@ -79,9 +79,17 @@ def set_on_detectors(**fields: object) -> Change:
     def change(scene: Scene) -> Scene:
         if any(getattr(detector, name) not in (None, False) for detector in scene.meters for name in fields):
             return scene
-        return replace(scene, detectors=[_with_fields(one, fields) for one in scene.detectors])
+        changed = [replace(one, **fields) if isinstance(one, Detector) else one for one in scene.detectors]
+        return replace(scene, detectors=changed)
 
     return scene_change(change)
+
+
+def set_on_each(kind: str, **fields: object) -> Change:
+    """Set these fields on all "sources" or "surfaces" of the scene."""
+    return scene_change(
+        lambda scene: replace(scene, **{kind: [replace(each, **fields) for each in getattr(scene, kind)]})
+    )
 
 
 def add_detector(make: Callable[[Scene], object]) -> Change:
@@ -153,10 +161,6 @@ def central_box(scene: Scene) -> Box:
     return Box(center=tuple(map(float, middle)), size=0.25 * compile_scene(scene).space.size)
 
 
-def _with_fields(one: object, fields: dict[str, object]) -> object:
-    return replace(one, **fields) if isinstance(one, Detector) else one
-
-
 # ---- The list of additions, and the base room.
 
 LONG_DURATION = 1e6  # [s] duration in which nearly all histories end
@@ -164,6 +168,7 @@ GAS = Maxwellian(sigma=300.0)  # [m/s]
 BALL, TILE, BODY = Sphere(radius=0.3), Disk(radius=0.3), Box(size=1.0)
 VOXELS = 1.0 + np.arange(512.0).reshape(8, 8, 8) % 7  # non-uniform
 VOXEL_GRID = Grid(box=BODY, absorption=0.02 * VOXELS, scattering=0.1 * VOXELS)
+GLOWING_FOG = Medium(0.1, 0.5, emission=0.1)
 PHASE_TABLE = Tabulated(mu=(-1, 0, 1), density=(1.0, 2.0, 3.0))
 FINE_DIRECTIONS = Directions(mu=16, phi=32)
 
@@ -175,34 +180,10 @@ def base_room() -> Treatment:
     return Treatment(Scene([lamp], walls, [Detector("-z", "floor", side="back")]))
 
 
-def _with_gas_source(scene: Scene) -> Scene:
-    lamps = [replace(lamp, emission=Effusive(exitance=1.0, speed=GAS)) for lamp in scene.sources]
-    return replace(scene, sources=lamps)
-
-
-def _with_thermal_walls(scene: Scene) -> Scene:
-    walls = [replace(wall, material=Diffuse(0.5, speed=GAS)) for wall in scene.surfaces]
-    return replace(scene, surfaces=walls)
-
-
-def _with_black_walls(scene: Scene) -> Scene:
-    return replace(scene, surfaces=[replace(wall, material=Black()) for wall in scene.surfaces])
-
-
-def _with_pulse(scene: Scene) -> Scene:
-    return replace(scene, sources=[replace(lamp, pulse=BoxPulse(0.0, 1.0)) for lamp in scene.sources])
-
-
-def _with_aim(scene: Scene) -> Scene:
-    return replace(scene, sources=[replace(lamp, aim=TILE) for lamp in scene.sources])
-
-
 def _with_splitting(treatment: Treatment) -> Treatment:
     box = central_box(treatment.scene)
-    low, _ = box.bounds
-    return change_tracking(splitting=Splitting(start=box.center, end=(*box.center[:2], low[2]), gain=4.0))(
-        treatment
-    )
+    end = (*box.center[:2], box.bounds[0][2])
+    return change_tracking(splitting=Splitting(start=box.center, end=end, gain=4.0))(treatment)
 
 
 def _phase_space(scene: Scene) -> PhaseSpace:
@@ -224,35 +205,33 @@ def _with_path_lengths(scene: Scene) -> Scene:
 
 def _with_camera(scene: Scene) -> Scene:
     """Replace the detectors by a pinhole camera above the floor, for backward histories."""
-    return replace(
-        scene,
-        detectors=[
-            Camera(name="view", position=(0, 0, -0.9), direction=(0, 0, 1), up=(0, 1, 0), pixels=(16, 16))
-        ],
-    )
+    where = {"position": (0, 0, -0.9), "direction": (0, 0, 1), "up": (0, 1, 0)}
+    return replace(scene, detectors=[Camera(name="view", pixels=(16, 16), **where)])
 
 
-def _last_material(material: object):
-    """Change the material of the surface that was added last."""
-    return scene_change(
-        lambda scene: _replace_last(replace(scene.surfaces[-1], material=material))(Treatment(scene)).scene
-    )
-
-
-def _replace_last(thing: Surface):
+def _replace_last(make: Callable[[Surface], Surface]) -> Change:
     """Replace the surface that was added last."""
-    return scene_change(lambda scene: replace(scene, surfaces=(*scene.surfaces[:-1], thing)))
+
+    def change(scene: Scene) -> Scene:
+        *others, last = scene.surfaces
+        return replace(scene, surfaces=(*others, make(last)))
+
+    return scene_change(change)
+
+
+def _last_material(material: object) -> Change:
+    return _replace_last(lambda surface: replace(surface, material=material))
 
 
 def _filled_box(medium: Medium | Grid) -> Surface:
     return Surface(BODY, Transparent(), "box", inside=medium)
 
 
-def _add_detectors(*more: Detector):
+def _add_detectors(*more: Detector) -> Change:
     return scene_change(lambda scene: replace(scene, detectors=(*scene.detectors, *more)))
 
 
-def _add_volume_detector(**fields: object):
+def _add_volume_detector(**fields: object) -> Change:
     return add_detector(lambda scene: VolumeDetector(central_box(scene), "volume", **fields))
 
 
@@ -271,8 +250,16 @@ IN_ANY_SCENE = (
     Addition("path lengths in the surrounding medium", scene_change(_with_path_lengths)),
     Addition(CLOCK, scene_change(_with_duration)),
     Addition("... bins of time, 16", set_on_detectors(times=16), CLOCK),
-    Addition("... phase space at an instant", add_detector(_phase_space), CLOCK),
-    Addition("... a snapshot", add_detector(_snapshot), CLOCK),
+    Addition(
+        "... phase space at an instant",
+        add_detector(_phase_space),
+        CLOCK,
+    ),
+    Addition(
+        "... a snapshot",
+        add_detector(_snapshot),
+        CLOCK,
+    ),
     Addition("a volume detector", _add_volume_detector()),
     Addition("a volume detector of 8 x 8 x 8 cells", _add_volume_detector(cells=(8, 8, 8))),
     Addition("absorption", fill_with_medium(absorption=0.5)),
@@ -298,14 +285,14 @@ IN_ANY_SCENE = (
 DIFFUSE, WITH_BALL, WITH_FOG_BOX = Diffuse(0.5), "a ball", "a box of fog"
 WITH_GAS, WITH_BLACK_WALLS = "... a Maxwellian gas", "black walls"
 IN_THE_ROOM = (
-    Addition("a source aimed at a disk", scene_change(_with_aim)),
-    Addition(WITH_GAS, scene_change(_with_gas_source), CLOCK),
+    Addition("a source aimed at a disk", set_on_each("sources", aim=TILE)),
+    Addition(WITH_GAS, set_on_each("sources", emission=Effusive(exitance=1.0, speed=GAS)), CLOCK),
     Addition(
         "... ... bins of speed, 8", set_on_detectors(speeds=tuple(np.linspace(1.0, 1801.0, 9))), WITH_GAS
     ),
-    Addition("... ... thermal walls", scene_change(_with_thermal_walls), WITH_GAS),
-    Addition("... a pulse", scene_change(_with_pulse), CLOCK),
-    Addition(WITH_BLACK_WALLS, scene_change(_with_black_walls)),
+    Addition("... ... thermal walls", set_on_each("surfaces", material=Diffuse(0.5, speed=GAS)), WITH_GAS),
+    Addition("... a pulse", set_on_each("sources", pulse=BoxPulse(0.0, 1.0)), CLOCK),
+    Addition(WITH_BLACK_WALLS, set_on_each("surfaces", material=Black())),
     Addition("... estimator aimed", change_method(estimator="aimed"), WITH_BLACK_WALLS),
     Addition("a disk", add_surfaces(Surface(TILE, DIFFUSE))),
     Addition(
@@ -330,18 +317,19 @@ IN_THE_ROOM = (
     Addition("... a mixture", _last_material(Mixture({Mirror(): 0.5, Diffuse(0.5): 0.5})), WITH_BALL),
     Addition("... a two-sided material", _last_material(TwoSided(Diffuse(0.5), Black())), WITH_BALL),
     Addition("... a thin lens", _last_material(ThinLens(0.5)), "a disk"),
-    Addition(
-        "a detector on a separate disk",
-        _add_detectors(Detector(TILE, "tile")),
-    ),
+    Addition("a detector on a separate disk", _add_detectors(Detector(TILE, "tile"))),
     Addition("a detector on the source", _add_detectors(Detector("+z", "lamp", side="back"))),
     Addition(
         "a detector on a window in front of the source",
         _add_detectors(Detector(Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=1, height=1), "window")),
     ),
     Addition(WITH_FOG_BOX, add_surfaces(_filled_box(Medium(0.1, 0.5)))),
-    Addition("... of 8 x 8 x 8 voxels", _replace_last(_filled_box(VOXEL_GRID)), WITH_FOG_BOX),
-    Addition("... with emission", _replace_last(_filled_box(Medium(0.1, 0.5, emission=0.1))), WITH_FOG_BOX),
+    Addition("... of 8 x 8 x 8 voxels", _replace_last(lambda _: _filled_box(VOXEL_GRID)), WITH_FOG_BOX),
+    Addition(
+        "... with emission",
+        _replace_last(lambda _: _filled_box(GLOWING_FOG)),
+        WITH_FOG_BOX,
+    ),
     Addition("a point detector", add_detector(lambda scene: PointDetector((0.2, 0.1, 0.0), "point"))),
     Addition(
         "... a point detector", add_detector(lambda scene: PointDetector((0.2, 0.1, 0.0), "point")), FOG
@@ -425,12 +413,8 @@ def price_rows(turns: int = TURNS, share: int = 1) -> list[dict]:
     """
     prices = base_prices(turns, SECONDS / share).prices
     return [
-        {
-            "name": f"base room, {price.name}",
-            "value": price.ns,
-            "unit": "ns/history",
-            "ratio": None if price.over is None else price.ratio,
-        }
+        {"name": f"base room, {price.name}", "value": price.ns, "unit": "ns/history"}
+        | {"ratio": None if price.over is None else price.ratio}
         for price in prices
     ]
 
@@ -481,9 +465,8 @@ class _PreparedTreatment:
 
     def __init__(self, treatment: Treatment, seconds: float, compiling) -> None:
         from transport.engine.driver import compile_program
-        from transport.engine.program import build_program
 
-        self.program = build_program(treatment.plan)
+        self.program = treatment.program
         self.machine = compile_program(self.program, compiling)
         self.histories, self.events = 1 << 10, 0.0
         self.run(0)  # load everything before timing

@@ -20,60 +20,38 @@ from transport.cli.effects.costs import (
 from transport.cli.effects.passes import Effects, measure_passes
 from transport.cli.effects.prices import UNCHANGED, Price, PriceList, base_prices, prices_in
 from transport.cli.effects.treatment import Treatment
-from transport.cli.tables import effect_table, effects_lines, pass_table, plain_table
+from transport.cli.tables import effect_table, effects_lines, pass_table, table_of
 from transport.run.progress import open_progress
 from transport.statistics.notation import duration
 
 # ---- Tables and lines on effects: memory, compilation, and prices of additional effects.
 
 PRICE_HEADS = (
-    "effect",
-    "over",
-    "ns per history>",
-    "adds ns>",
-    "times>",
-    "events>",
-    "ns per event>",
-    "passes>",
+    "effect", "over", "ns per history>", "adds ns>", "times>", "events>", "ns per event>", "passes>",
     "bytes per lane>",
-)
+)  # fmt: skip
 COLD_HEADS = "kind of scene", "passes>", "cold>", "from disk>", "machine code>", "bytes per lane>", "carried>"
 
 
 def price_table(prices: Iterable[Price]) -> Table:
     """Return a table with a row per price; `over` is empty for additions to the unchanged scene."""
-    table = plain_table(*PRICE_HEADS)
+    rows = []
     for price in prices:
-        of_scene = price.over is None
-        table.add_row(
-            price.name,
-            "" if of_scene or price.over == UNCHANGED else price.over,
-            f"{price.ns:.3g}",
-            "" if of_scene else f"{price.added:+.3g}",
-            "" if of_scene else f"{price.ratio:.2f}",
-            f"{price.events:.3g}",
-            f"{price.ns_an_event:.3g}" if price.events else "–",
-            str(price.passes),
-            str(price.footprint.touched),
-        )
-    return table
+        over = "" if price.over in (None, UNCHANGED) else price.over
+        added = ("", "") if price.over is None else (f"{price.added:+.3g}", f"{price.ratio:.2f}")
+        each = f"{price.ns_an_event:.3g}" if price.events else "–"
+        sizes = str(price.passes), str(price.footprint.touched)
+        rows.append([price.name, over, f"{price.ns:.3g}", *added, f"{price.events:.3g}", each, *sizes])
+    return table_of(PRICE_HEADS, rows)
 
 
 def price_lines(prices: PriceList) -> list[tuple[str, str]]:
     """Return (label, text) lines that explain the table and list the omitted additions."""
-    lines = [
-        (
-            "note",
-            "CPU time per history, medians of alternating runs; an event is a crossing or a collision",
-        )
-    ]
+    note = "CPU time per history, medians of alternating runs; an event is a crossing or a collision"
+    lines = [("note", note)]
     if any(price.over not in (None, UNCHANGED) for price in prices.prices):
-        lines.append(
-            (
-                "note",
-                "an effect with an entry under over is compared with a run that has that effect alone",
-            )
-        )
+        note = "an effect with an entry under over is compared with a run that has that effect alone"
+        lines.append(("note", note))
     if prices.idle:
         lines.append(("no change", f"present already, or without effect: {', '.join(prices.idle)}"))
     if prices.refused:
@@ -102,18 +80,12 @@ def start_line(start: CompileTime) -> str:
 
 def cold_table(starts: Mapping[str, tuple[CompileTime, CompileTime, Footprint]]) -> Table:
     """Return a table of the first start (empty cache) and the second start of each kind of scene."""
-    table = plain_table(*COLD_HEADS)
+    rows = []
     for name, (first, second, footprint) in starts.items():
-        table.add_row(
-            name,
-            str(first.passes),
-            duration(first.seconds),
-            duration(second.seconds),
-            f"{first.bytes / 2**20:.1f} MiB",
-            str(footprint.touched),
-            str(footprint.carried),
-        )
-    return table
+        times = duration(first.seconds), duration(second.seconds)
+        sizes = f"{first.bytes / 2**20:.1f} MiB", str(footprint.touched), str(footprint.carried)
+        rows.append([name, str(first.passes), *times, *sizes])
+    return table_of(COLD_HEADS, rows)
 
 
 # ---- The report.
@@ -126,7 +98,7 @@ def print_effects(effects: Effects, scene: Treatment, cold: bool, more: bool) ->
     """
     for label, names in (*effects_lines(effects)[:2], ("absent", absent_line(effects))):
         print_labelled(label, names)
-    print_labelled("memory", memory_line(_footprint(scene)))
+    print_labelled("memory", memory_line(footprint_of(scene.program)))
     print_labelled("compiled", start_line(compile_with_progress(scene)))
     if cold:
         first = cold_compile_time(scene)
@@ -142,9 +114,7 @@ def print_effects(effects: Effects, scene: Treatment, cold: bool, more: bool) ->
     if more:
         found = prices_in(scene)
         print_rich("\ncost of one additional effect", style="bold")
-        print_rich(price_table(found.prices))
-        for label, text in price_lines(found):
-            print_labelled(label, text)
+        _print_prices(found)
 
 
 def absent_line(effects: Effects) -> str:
@@ -168,7 +138,7 @@ def record_of_scene(
     start = compile_with_progress(scene)
     found = prices_in(scene) if more else None
     return {
-        "memory": asdict(_footprint(scene)),
+        "memory": asdict(footprint_of(scene.program)),
         "compiled": asdict(start),
         "cold": asdict(cold_compile_time(scene)) if cold else None,
         "effects": [asdict(effect) for effect in _effect_costs(scene, costs)],
@@ -183,7 +153,11 @@ def print_base_prices(turns: int, json: bool) -> None:
     found = base_prices(turns)
     if json:
         print_json([price.record for price in found.prices])
-        return
+    else:
+        _print_prices(found)
+
+
+def _print_prices(found: PriceList) -> None:
     print_rich(price_table(found.prices))
     for label, text in price_lines(found):
         print_labelled(label, text)
@@ -205,9 +179,3 @@ def compile_with_progress(scene: Treatment) -> CompileTime:
 
 def _effect_costs(scene: Treatment, costs: Mapping[str, float]) -> list[EffectCost]:
     return costs_by_effect(costs, lanes_per_history(scene), files_of_passes()) if costs else []
-
-
-def _footprint(scene: Treatment):
-    from transport.engine.program import build_program
-
-    return footprint_of(build_program(scene.plan))

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from types import ModuleType
 
-from transport.compile.compiler import compile_scene
-from transport.compile.methods import ANALOG, AUTO, Method, aimed_scene, coerce_method
+from transport.compile.methods import ANALOG, AUTO, Method, coerce_method
 from transport.compile.plan import Plan
+from transport.run.programs import plan_for
+from transport.run.settings import coerce_tracking
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.simulate import coerce_tracking
 from transport.verification.experiment import run_settings_of
 
 
@@ -29,8 +29,14 @@ class Treatment:
     @property
     def plan(self) -> Plan:
         """The compiled plan."""
-        scene = aimed_scene(self.scene) if self.method.estimator == "aimed" else self.scene
-        return compile_scene(scene, self.tracking, self.method)
+        return plan_for(self.scene, self.tracking, self.method)
+
+    @property
+    def program(self):
+        """The program of its passes, not compiled."""
+        from transport.engine.program import build_program
+
+        return build_program(self.plan)
 
 
 def treatment_of(scene: Scene | Treatment, **ways: object) -> Treatment:

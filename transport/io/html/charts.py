@@ -112,19 +112,13 @@ def bar_chart(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray
     """
     means, (size,) = block_means(value, (MAX_BARS,))
     errors, _ = block_means(np.where(np.isfinite(value), error, np.nan), (MAX_BARS,))
-    scale = scale_of(
-        np.concatenate([means - 2 * np.nan_to_num(errors), means + 2 * np.nan_to_num(errors)]), means
-    )
+    reach = 2 * np.nan_to_num(errors)
+    scale = scale_of(np.concatenate([means - reach, means + reach]), means)
     places = _bar_edges(block_edges(edges, len(value), size), len(means))
-    drawn = [
-        _bar(scale, *places[k : k + 2], means[k], errors[k])
-        for k in range(len(means))
-        if np.isfinite(means[k])
-    ]
-    ends = [
-        (LEFT, "start", position_text(name, edges[0])),
-        (LEFT + WIDTH, "end", position_text(name, edges[-1])),
-    ]
+    known = np.flatnonzero(np.isfinite(means))
+    drawn = [_bar(scale, *places[k : k + 2], means[k], errors[k]) for k in known]
+    low, high = (position_text(name, edge) for edge in (edges[0], edges[-1]))
+    ends = (LEFT, "start", low), (LEFT + WIDTH, "end", high)
     middle = (LEFT + WIDTH / 2, "middle", axis_label(name))
     top = f"{plain_typeset(f'{scale.high:.4g}')}{f' {plain_typeset(unit)}' if unit != '1' else ''}"
     note = plain_typeset(f", by decades from {scale.low:.0e}") if scale.is_log else ""
@@ -169,10 +163,8 @@ def _bar(scale: Scale, left: float, right: float, value: float, error: float) ->
     )
     if not is_known or error == 0:
         return bar
-    x, low, high = (
-        0.5 * (left + right),
-        *(TOP + HEIGHT * (1 - scale.place(value + k * error)) for k in (-2, 2)),
-    )
+    x = 0.5 * (left + right)
+    low, high = (TOP + HEIGHT * (1 - scale.place(value + k * error)) for k in (-2, 2))
     return bar + f'<path d="M{x:.1f} {low:.1f}V{high:.1f}" stroke="currentColor" stroke-width="1.2"/>'
 
 

@@ -20,7 +20,6 @@ from transport.io.html.elements import (
 )
 from transport.io.html.maps import map_thumbnail, value_and_error_maps
 from transport.results.phase_space import SnapshotReading
-from transport.results.report import title_of
 from transport.statistics.estimates import Estimate, EstimateArray
 
 if TYPE_CHECKING:
@@ -138,17 +137,15 @@ def _bin_label(array: EstimateArray, axis: int, number: int) -> str:
 
 # ---- The reading of a detector in a notebook: a row per quantity.
 
-MAX_NUMBERS = (
-    1 << 22
-)  # numbers (bins times batches) of one quantity, above which other quantities are only named
+# numbers (bins times batches) of one quantity, above which other quantities are only named
+MAX_NUMBERS = 1 << 22
 
 
 def reading_html(reading: Tally) -> str:
     """The reading, with the reason for a missing score if it is known."""
-    note, title = reading.diagnosis.note, title_of(reading.detector, reading)
-    return framed(
-        heading(escaped(title)), warning_boxes([note.what] if note else []), quantities_table(reading)
-    )
+    note = reading.diagnosis.note
+    boxes = warning_boxes([note.what] if note else [])
+    return framed(heading(escaped(reading.heading)), boxes, quantities_table(reading))
 
 
 def quantities_table(reading: Tally) -> str:
@@ -187,8 +184,7 @@ def sample_html(reading: SnapshotReading) -> str:
         [code("positions"), _component_ranges(reading.positions, "m")],
         [code("velocities"), _component_ranges(reading.velocities, "m s^-1")],
     ]
-    title = title_of(reading.detector, reading)
-    return framed(heading(escaped(title)), table(rows) if len(reading) else "")
+    return framed(heading(escaped(reading.heading)), table(rows) if len(reading) else "")
 
 
 def _component_ranges(vectors, unit: str) -> str:

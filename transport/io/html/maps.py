@@ -72,10 +72,7 @@ MAX_CELLS = 96
 WIDTH, TALL, LOW, GAP, LEFT, TOP, BELOW = 190, 190, 80, 24, 52, 18, 52
 VERTICAL_AXES = ("mu", "theta", "v")  # vertical axes if they come first; all others are horizontal
 TOP_DOWN_AXES = ("theta",)  # axes with their small end on top: the zenith
-POLAR = (  # axes of a map of directions beside an azimuth, which grows to the left (seen from inside)
-    "mu",
-    "theta",
-)
+POLAR_AXES = ("mu", "theta")  # of a map of directions beside an azimuth, which grows to the left
 EQUAL_WIDTH_TOLERANCE = 1e-6  # relative spread of bin widths that are drawn as equal
 AXES_TO_SCALE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # pairs of axes drawn to scale
 
@@ -92,9 +89,7 @@ def value_and_error_maps(
     tall = _map_height(names, edges, value.shape)
     unit = f" [{unit}]" if unit != "1" else ""
     panels = [(means, VIRIDIS, f"value{unit}", 1.0)]
-    if (
-        np.isfinite(relative).any() and relative[np.isfinite(relative)].any()
-    ):  # otherwise the values are exact, or no error is known
+    if relative[np.isfinite(relative)].any():  # otherwise the values are exact, or no error is known
         panels.append((errors, MAGMA, "relative standard error [%]", 100.0))
     drawn = [
         _panel(LEFT + k * (WIDTH + GAP), tall, numbers * times, names, edges, colours, title)
@@ -148,9 +143,9 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
     """One map with its title, the ends of the axis below it, and its colour scale."""
     picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _in_image_order(numbers, names), colours)
     y, note = TOP + tall, ", log" if is_log else ""
-    left, right, view = edges[1][0], edges[1][-1], ""
-    if is_seen_from_inside(names):
-        left, right, view = right, left, ", seen from inside"
+    left, right = edges[1][0], edges[1][-1]
+    if has_azimuth_to_the_left(names):
+        left, right = right, left
     ramp = png_url(np.arange(255, dtype=np.uint8)[None, :], colours)
     return "".join(
         [
@@ -159,7 +154,7 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
             f'<rect x="{x}" y="{TOP}" width="{WIDTH}" height="{tall}" fill="none" stroke="currentColor"'
             ' opacity=".35"/>',
             svg_text(x, y + 13, "start", position_text(names[1], left)),
-            svg_text(x + WIDTH / 2, y + 13, "middle", axis_label(names[1]) + view),
+            svg_text(x + WIDTH / 2, y + 13, "middle", axis_label(names[1]) + azimuth_note(names)),
             svg_text(x + WIDTH, y + 13, "end", position_text(names[1], right)),
             f'<image x="{x}" y="{y + 22}" width="{WIDTH}" height="8" preserveAspectRatio="none"'
             f' href="{ramp}"/>',
@@ -178,9 +173,8 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
     if is_log:
         low = max(positive.min(), high * 1e-6)
         with np.errstate(divide="ignore"):
-            shades = shade(
-                np.log(np.where(numbers > 0, np.fmax(numbers, low), np.nan)), np.log(low), np.log(high)
-            )
+            logarithms = np.log(np.where(numbers > 0, np.fmax(numbers, low), np.nan))
+        shades = shade(logarithms, np.log(low), np.log(high))
     else:
         low = min(low, 0.0) if low < 0.5 * high else low
         shades = shade(numbers, low, high)
@@ -194,12 +188,20 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
 def _in_image_order(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
     """Arrange rows from the top and columns from the left."""
     upright = numbers if names[0] in TOP_DOWN_AXES else numbers[::-1]
-    return upright[:, ::-1] if is_seen_from_inside(names) else upright
+    return upright[:, ::-1] if has_azimuth_to_the_left(names) else upright
 
 
-def is_seen_from_inside(names: tuple[str, str]) -> bool:
+def has_azimuth_to_the_left(names: tuple[str, str]) -> bool:
     """Return whether it is a map of directions, by polar angle and azimuth."""
-    return names[0] in POLAR and names[1] == "phi"
+    return names[0] in POLAR_AXES and names[1] == "phi"
+
+
+def azimuth_note(names: tuple[str, str]) -> str:
+    """Return what follows the label of the azimuth of a map with the zenith on top.
+
+    With bins of mu it is empty: they may be directions of flight, as in a volume.
+    """
+    return ", seen from inside" if names == ("theta", "phi") else ""
 
 
 def _vertical_axis(name: str, edges: np.ndarray, tall: float) -> str:

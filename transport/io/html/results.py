@@ -16,7 +16,6 @@ from transport.results.report import (
     price_lines,
     printed_entries,
     run_line,
-    title_of,
     tracking_lines,
 )
 from transport.scene.phase_space import Snapshot
@@ -66,7 +65,7 @@ def ledger_table(ledger: Ledger) -> str:
 
 def _detector_section(result: Result, detector: object, is_open: bool) -> str:
     reading = result[detector.name]
-    title = f"<b>{escaped(title_of(detector, reading))}</b>"
+    title = f"<b>{escaped(reading.heading)}</b>"
     if isinstance(detector, Snapshot):
         return f"<div>{title}</div>"
     prices = "".join(f"<div>{muted(typeset(line))}</div>" for line in price_lines(result, detector.name))

@@ -27,14 +27,8 @@ def constructor_text(thing: object, without: Collection[str] = (), depth: int = 
     without: parameters to leave out.
     """
     if isinstance(thing, Mapping):
-        return (
-            "{"
-            + ", ".join(
-                f"{constructor_text(k, (), depth)}: {constructor_text(v, (), depth)}"
-                for k, v in thing.items()
-            )
-            + "}"
-        )
+        pairs = ([constructor_text(part, (), depth) for part in pair] for pair in thing.items())
+        return f"{{{', '.join(': '.join(pair) for pair in pairs)}}}"
     if not dataclasses.is_dataclass(thing) or _has_own_repr(thing):
         return _literal_text(thing)
     if depth == 0:
@@ -52,9 +46,8 @@ def constructor_text(thing: object, without: Collection[str] = (), depth: int = 
 
 def _has_own_repr(thing: object) -> bool:
     """Return whether it holds arrays or code and its class defines its own text: a mesh, for example."""
-    is_generated = hasattr(
-        type(thing).__repr__, "__wrapped__"
-    )  # a dataclass's generated __repr__ is wrapped, against infinite recursion
+    # A dataclass's generated __repr__ is wrapped, against infinite recursion.
+    is_generated = hasattr(type(thing).__repr__, "__wrapped__")
     parts = (getattr(thing, field.name) for field in dataclasses.fields(thing))
     return not is_generated and any(isinstance(part, np.ndarray) or callable(part) for part in parts)
 
@@ -64,9 +57,8 @@ def _literal_text(thing: object) -> str:
     if isinstance(thing, float) and thing.is_integer() and abs(thing) < 1e15:
         return str(int(thing))
     if isinstance(thing, tuple) and 0 < len(thing) <= 6:
-        return (
-            f"({', '.join(constructor_text(part, (), 2) for part in thing)}{',' if len(thing) == 1 else ''})"
-        )
+        parts = ", ".join(constructor_text(part, (), 2) for part in thing)
+        return f"({parts},)" if len(thing) == 1 else f"({parts})"
     return short_repr(thing)
 
 
@@ -110,33 +102,23 @@ def _section(kind: str, things: Sequence, row: Callable[[object], list[str]]) ->
 
 
 def _source_row(source) -> list[str]:
-    return [
-        _shape_cell(source.shape),
-        code(constructor_text(source.emission)),
-        _other_parameters(source, ("shape", "emission")),
-    ]
+    emission = code(constructor_text(source.emission))
+    return [_shape_cell(source.shape), emission, _other_parameters(source, ("shape", "emission"))]
 
 
 def _surface_row(surface) -> list[str]:
     rest = _other_parameters(surface, ("name", "shape", "material"))
-    return [
-        _name_cell(surface.name),
-        _shape_cell(surface.shape),
-        code(constructor_text(surface.material)),
-        rest,
-    ]
+    material = code(constructor_text(surface.material))
+    return [_name_cell(surface.name), _shape_cell(surface.shape), material, rest]
 
 
 def _detector_row(detector) -> list[str]:
-    has_shape = "shape" in type(detector).__dataclass_fields__
-    if not has_shape:
-        return [_name_cell(detector.name), code(constructor_text(detector, ("name",))), ""]
-    kind = "" if type(detector).__name__ == "Detector" else muted(escaped(type(detector).__name__))
-    return [
-        _name_cell(detector.name),
-        f"{kind} {_shape_cell(detector.shape)}",
-        _other_parameters(detector, ("name", "shape")),
-    ]
+    name, kind = _name_cell(detector.name), type(detector)
+    if "shape" not in kind.__dataclass_fields__:
+        return [name, code(constructor_text(detector, ("name",))), ""]
+    title = "" if kind.__name__ == "Detector" else muted(escaped(kind.__name__))
+    shape = f"{title} {_shape_cell(detector.shape)}"
+    return [name, shape, _other_parameters(detector, ("name", "shape"))]
 
 
 def _name_cell(name: str | None) -> str:

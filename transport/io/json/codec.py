@@ -252,9 +252,8 @@ MARKERS = {  # keys that mark the meaning of a JSON object, with the keys allowe
 }
 ARRAY_MARKERS = ("base64", "constant")
 TITLE_PATTERN = re.compile(r"^(\w+) '([^']+)': ")  # the part that an error message names
-FIELD_PATTERN = re.compile(
-    r"^[^:]*: (?:unknown parameter )?(\w+)"
-)  # the field that an error message starts with
+# the field that an error message starts with
+FIELD_PATTERN = re.compile(r"^[^:]*: (?:unknown parameter )?(\w+)")
 
 
 class Reader:
@@ -304,9 +303,8 @@ class Reader:
         if not isinstance(name, str) or name not in SCENE_TYPES:
             if isinstance(name, str) and name in UNSUPPORTED:
                 raise_at(field_path(path, "type"), f"{name} {UNSUPPORTED[name]}")
-            raise_at(
-                field_path(path, "type"), f"unknown type {value_text(name)}; {name_hint(name, SCENE_TYPES)}"
-            )
+            hint = name_hint(name, SCENE_TYPES)
+            raise_at(field_path(path, "type"), f"unknown type {value_text(name)}; {hint}")
         if "self" in data:  # would clash with the first argument of Python's methods
             raise_at(field_path(path, "self"), f"{name}: unknown parameter self; leave it out")
         kind = SCENE_TYPES[name]
@@ -326,9 +324,8 @@ class Reader:
         if not isinstance(name, str) or name not in self._shared:
             raise_at(path, f"no shared object {value_text(name)}; {name_hint(name, self._shared)}")
         if name in self._in_progress:
-            raise_at(
-                field_path("shared", name), f"contains itself, through {', '.join(self._in_progress[-5:])}"
-            )
+            through = ", ".join(self._in_progress[-5:])
+            raise_at(field_path("shared", name), f"contains itself, through {through}")
         if name not in self._made:
             self._in_progress.append(name)
             self._made[name] = self._shared_object(name)

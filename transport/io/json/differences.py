@@ -54,9 +54,8 @@ def _differences(one: object, other: object, path: str) -> Iterator[str]:
 def _list_differences(one: tuple, other: tuple, path: str) -> Iterator[str]:
     names, others = ([getattr(part, "name", None) for part in parts] for parts in (one, other))
     if names != others and None not in (*names, *others):
-        yield from _named_differences(
-            dict(zip(names, one, strict=True)), dict(zip(others, other, strict=True)), path
-        )
+        both = (dict(zip(known, parts, strict=True)) for known, parts in ((names, one), (others, other)))
+        yield from _named_differences(*both, path)
     elif len(one) != len(other):
         yield f"{path}: {len(one)} instead of {len(other)}"
     else:

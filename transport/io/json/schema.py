@@ -28,31 +28,21 @@ from transport.scene.volumes import COLLISION, TRACK
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 FAMILIES = (Emission, Material, Phase, Pulse, Shape, SpeedDistribution)
+INTEGER = {"type": "integer"}
 PLAIN_TYPES = {
-    float: {"type": "number"},
-    int: {"type": "integer"},
-    str: {"type": "string"},
-    bool: {"type": "boolean"},
-}
+    float: {"type": "number"}, int: INTEGER, str: {"type": "string"}, bool: {"type": "boolean"}
+}  # fmt: skip
 STRING_VALUES = {"side": list(IS_BACK), "frame": list(DIRECTION_RANGES), "estimator": [TRACK, COLLISION]}
 NUMBERS = {"type": "array", "items": {"anyOf": [{"type": "number"}, {"$ref": "#/$defs/numbers"}]}}
 ARRAY = {"$ref": "#/$defs/array"}
+EVENT_RANGE = {
+    "type": "array",
+    "prefixItems": [INTEGER, {"anyOf": [INTEGER, {"$ref": "#/$defs/unending"}]}],
+    "minItems": 2,
+    "maxItems": 2,
+}
 SPECIAL_FIELDS = {  # fields whose type hints are less specific than their values
-    ("Detector", "events"): {
-        "anyOf": [
-            {"type": "null"},
-            {"type": "integer", "minimum": 0},
-            {
-                "type": "array",
-                "prefixItems": [
-                    {"type": "integer"},
-                    {"anyOf": [{"type": "integer"}, {"$ref": "#/$defs/unending"}]},
-                ],
-                "minItems": 2,
-                "maxItems": 2,
-            },
-        ]
-    },
+    ("Detector", "events"): {"anyOf": [{"type": "null"}, INTEGER | {"minimum": 0}, EVENT_RANGE]},
     ("Tabulated", "density"): ARRAY,
     ("Tracking", "absorption"): {"enum": ["analog", "weighted"]},
 }

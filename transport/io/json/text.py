@@ -66,11 +66,8 @@ def value_text(data: object) -> str:
 
 def field_path(path: str, name: str) -> str:
     """Return the path of a field; unprintable or long names are escaped."""
-    name = (
-        name
-        if name.isprintable() and len(name) <= MAX_NAME_LENGTH
-        else short_repr(name[: 2 * MAX_NAME_LENGTH])
-    )
+    if not name.isprintable() or len(name) > MAX_NAME_LENGTH:
+        name = short_repr(name[: 2 * MAX_NAME_LENGTH])
     return f"{path}.{name}" if path else name
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from transport.geometry.line_crossings import crossings
 from transport.geometry.shape import Point, Shape
-from transport.results.diagnostics.proofs import source_name
+from transport.results.diagnostics.proofs import source_title
 from transport.scene.bodies import has_media, media_at
 from transport.statistics.chunked import ChunkedArray, replicates_of
 from transport.statistics.findings import Finding, doubtful, unseen_scores
@@ -58,11 +58,8 @@ class StraightPath:
         return chance > math.log(particles) or self.depth > MAX_OPTICAL_DEPTH
 
 
-def optical_depth_message(tally: Tally, title: str) -> str | None:
-    """Message about a detector without a score if all straight paths to it cross thick media; None otherwise.
-
-    title: name of the detector in the message.
-    """
+def optical_depth_message(tally: Tally) -> str | None:
+    """Message about a detector without a score whose straight paths all cross thick media; else None."""
     plan = tally.plan
     if plan.adjoint is not None or not has_media(plan.scene):
         return None
@@ -71,10 +68,10 @@ def optical_depth_message(tally: Tally, title: str) -> str | None:
     is_hopeless = max(path.absorbed, path.decay) > MAX_OPTICAL_DEPTH
     if not (is_hopeless if plan.splits else path.is_too_deep(plan, tally.particles)):
         return None
-    source, cure = source_name(plan.scene, emitter.source), _depth_cure(plan, emitter, path)
+    source, cure = source_title(plan.scene, emitter.source), _depth_cure(plan, emitter, path)
     return (
-        f"no particle has reached {title}: the straight path from {source} to it crosses {path.depth:.3g}"
-        f" mean free paths of media; {cure}"
+        f"no particle has reached {tally.title}: the straight path from {source} to it crosses"
+        f" {path.depth:.3g} mean free paths of media; {cure}"
     )
 
 
@@ -86,11 +83,9 @@ def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath) -> str:
             " there; let its surface emit instead, Lambertian(radiance=emission / absorption)"
         )
     if max(path.absorbed, path.decay) > MAX_OPTICAL_DEPTH:
-        passes = (
-            f"about exp(-{path.decay:.3g}) of the diffusing light"
-            if path.scattered
-            else f"exp(-{path.depth:.3g}) of it"
-        )
+        passes = f"exp(-{path.depth:.3g}) of it"
+        if path.scattered:
+            passes = f"about exp(-{path.decay:.3g}) of the diffusing light"
         return (
             f"{passes} is transmitted, and no run resolves less than {SMALLEST_WEIGHT:.0e} of a birth weight:"
             " place the detector at a smaller depth"
@@ -122,11 +117,9 @@ def _path_through_media(
     met = [crossings(surface.shape, start, direction).distances.ravel() for surface in scene.surfaces]
     ends = np.concatenate([[0.0], *met, [distance]])
     ends = np.unique(ends[(ends >= 0) & (ends <= distance)])
-    lengths = np.diff(ends)
-    path = np.zeros(3)
-    for length, medium in zip(
-        lengths, media_at(scene, start + np.outer(ends[:-1] + lengths / 2, direction)), strict=True
-    ):
+    lengths, path = np.diff(ends), np.zeros(3)
+    media = media_at(scene, start + np.outer(ends[:-1] + lengths / 2, direction))
+    for length, medium in zip(lengths, media, strict=True):
         absorbed, scattered = (float(np.mean(each)) for each in (medium.absorption, medium.scattering))
         decay = absorbed
         if scattered > 0:
@@ -174,9 +167,8 @@ def survivor_findings(
         error = total.error if total.error > 0 else math.inf
         bins = None if by is None else tally.sums(score, by)
         if bins is not None and not isinstance(bins, ChunkedArray):
-            errors = replicates_of(
-                bins / total.run.sizes.reshape(-1, *(1,) * (bins.ndim - 1)), total.run, False, None
-            ).error
+            means = bins / total.run.sizes.reshape(-1, *(1,) * (bins.ndim - 1))
+            errors = replicates_of(means, total.run, False, None).error
             error = float(np.min(errors, where=errors > 0, initial=error))
         roulette = (error / most if math.isfinite(error) else heaviest / histories) / born
         yield _survivor_finding(plan, roulette, bound)

@@ -89,7 +89,6 @@ class Diagnosis:
 
     def __init__(self, result: Record, tally: Tally) -> None:
         self.tally, self.plan, self.scene = tally, result.plan, result.scene
-        self.title = f"{tally.title}{tally.name!r}"
         self.allowed, self.more = result.allowed_of(tally.name), more_particles_cure(result.choice)
         self._found: dict[str, tuple[list[Finding], list[Finding]]] = {}
 
@@ -98,7 +97,7 @@ class Diagnosis:
     def judged(self, made: Any, findings: Callable[[], Iterable[Finding]]) -> Any:
         """Return an estimate with findings about this detector, judged by the requested error."""
         return made._with_findings(
-            lambda: (replace(each, object=self.title) for each in findings()), self.allowed
+            lambda: (replace(each, object=self.tally.title) for each in findings()), self.allowed
         )
 
     def missing(self, score: str, is_whole: bool = True) -> list[Finding]:
@@ -149,7 +148,7 @@ class Diagnosis:
     @cached_property
     def dark_reason(self) -> str | None:
         """Why no light can reach the detector, if geometry proves it."""
-        return no_light_message(self.scene, self.title, self.tally.shape, self.tally.detector)
+        return no_light_message(self.scene, self.tally.title, self.tally.shape, self.tally.detector)
 
     @cached_property
     def note(self) -> Finding | None:
@@ -158,7 +157,7 @@ class Diagnosis:
         has_scored = not tally.is_blind and any(map(tally.has_weight, tally.main))
         if not tally.main or has_scored:
             return None
-        deep = self.dark_reason or optical_depth_message(tally, self.title)
+        deep = self.dark_reason or optical_depth_message(tally)
         return note("enclosed detector" if self.dark_reason else "optical depth", deep) if deep else None
 
     def _unscored_findings(self) -> Iterator[Finding]:
@@ -179,7 +178,7 @@ class Diagnosis:
 
     def findings(self) -> list[Finding]:
         """Return the findings to read before the numbers are used."""
-        return [replace(each, object=self.title) for each in self._findings()]
+        return [replace(each, object=self.tally.title) for each in self._findings()]
 
     def _findings(self) -> Iterator[Finding]:
         """A note if there is no score; else the worst finding per total, or about the bins, beyond a note."""
@@ -196,9 +195,13 @@ class Diagnosis:
 
     def _worst_finding(self, name: str, total: Estimate) -> Iterator[Finding]:
         """The worst finding about a total beyond a note, in the unit of its quantity if it is one number."""
-        worst = next((each for each in total.findings if each.severity != NOTE), None)
-        if worst is None:
+        found = [each for each in total.findings if each.severity != NOTE]
+        if not found:
             return
+        worst, *rest = found
+        # Few scores of light, and few that carry the error, are one doubt.
+        known = (FEW_CARRIERS, ALL_LIGHT) if worst.name in (FEW_CARRIERS, ALL_LIGHT) else (worst.name,)
+        more = sum(each.severity == DOUBTFUL and each.name not in known for each in rest)
         times = math.nan  # the number of scores predicts it for some
         if worst.name in SCORE_LIMITED:
             times = max(particle_factors_needed([worst], total.value, total.error, total.allowed)[:2])
@@ -210,6 +213,9 @@ class Diagnosis:
         if isinstance(quantity, Estimate) and worst.value:
             unit = quantity.value / worst.value
             worst = replace(worst, bound=worst.bound * unit, value=quantity.value)
+        if more and quantity is not None:
+            where = f"result.quality('{self.tally.name}.{name}')"
+            worst = replace(worst, others=f"{where} lists {more} more doubtful finding{'s' * (more > 1)}")
         yield worst
 
     def _bins_findings(self) -> Iterator[Finding]:

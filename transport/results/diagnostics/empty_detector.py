@@ -193,11 +193,9 @@ def _enclosure_message(scene: Scene, room: Room, target: Sided, sources: list[Si
     ):
         cure = f"Write side={_other_side(target)!r}"
     else:
-        cure = (
-            "Make it Transparent(), or move the detector or a source"
-            if is_within
-            else "Move the detector inside"
-        )
+        cure = "Move the detector inside"
+        if is_within:
+            cure = "Make it Transparent(), or move the detector or a source"
     if is_within:
         return f"{name} {encloses} it, lets no light through, and no source is inside. {cure}"
     return f"{name} {encloses} every source and lets no light through. {cure}, or move a source outside"
@@ -269,12 +267,12 @@ def _bounding_ball(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 
 def _opaque_rooms(scene: Scene) -> list[Room]:
     """The rooms that opaque surfaces enclose; computed once per scene."""
-    surfaces = enumerate(scene.surfaces)
-    return proven(
-        scene,
-        "opaque rooms",
-        lambda: finite_enclosures({k: s for k, s in surfaces if not s.material.is_transmissive}),
-    )
+
+    def find() -> list[Room]:
+        surfaces = enumerate(scene.surfaces)
+        return finite_enclosures({k: each for k, each in surfaces if not each.material.is_transmissive})
+
+    return proven(scene, "opaque rooms", find)
 
 
 # ---- planes ----

@@ -15,6 +15,8 @@ from transport.compile.methods import more_particles_or_backward, uses_next_even
 from transport.compile.next_event import min_collision_distance
 from transport.geometry.relations import is_behind
 from transport.geometry.shape import Shape
+from transport.results.diagnostics.proofs import source_title
+from transport.results.tally import SIDES
 from transport.scene.bodies import body_bits_at, nested_bodies, surrounding_medium
 from transport.scene.parts import surface_name
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, student_quantile
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
     from transport.results.tally import Tally
     from transport.scene.materials import Material, Surface
     from transport.scene.media import Grid, Medium
-    from transport.scene.sources import Source
     from transport.statistics.estimates import Estimate
 
 
@@ -68,21 +69,15 @@ def near_emitter_findings(tally: Tally, fluence: Estimate) -> Iterator[Finding]:
         return
     expected = f"only about {wall.expected:.2g} histories are expected"
     if wall.is_surrounding:
-        what = (
-            f"light scattered nearby in {wall.title} not sampled: {expected} within a mean free path,"
-            f" {wall.distance:.3g} m"
-        )
-        cure = ""
+        what = f"light scattered nearby in {wall.title} not sampled: {expected} within a mean free path"
+        what, cure = f"{what}, {wall.distance:.3g} m", ""
     elif wall.is_small:
-        what = (
-            f"light of {wall.title}, {wall.distance:.3g} m away, hardly sampled: {expected} to be born there"
-        )
+        what = f"light of {wall.title}, {wall.distance:.3g} m away, hardly sampled"
+        what += f": {expected} to be born there"
         cure = "simulate it in a separate scene and add the results, "
     else:
-        what = (
-            f"light of {wall.title}, {wall.distance:.3g} m away, not sampled: {expected}"
-            " to leave so close to it"
-        )
+        what = f"light of {wall.title}, {wall.distance:.3g} m away, not sampled"
+        what += f": {expected} to leave so close to it"
         clear = min(
             wall.distance * math.sqrt(2 * MIN_SCORES_FOR_ERROR / max(wall.expected, 1e-99)),
             MAX_RELATIVE_DISTANCE * wall.extent,
@@ -180,16 +175,9 @@ def _free_path(medium: Medium | Grid) -> tuple[float, float]:
 
 
 def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, Emitter]]:
-    sources = plan.scene.sources
     for emitter in plan.emitters:
         if emitter.source.emission.ray_densities:
-            number = next(k for k, source in enumerate(sources) if source is emitter.source)
-            yield source_title(sources[number], number), emitter
-
-
-def source_title(source: Source, number: int) -> str:
-    """Name of a source in messages."""
-    return f"the source on {source.shape!r}" if isinstance(source.shape, str) else f"sources[{number}]"
+            yield source_title(plan.scene, emitter.source), emitter
 
 
 def _distance(shape: Shape, point: Vector, reach: float, least: float = 0.0) -> float | None:
@@ -342,10 +330,8 @@ def _forward_peaks(
     largest, medium = max(found, key=lambda one: one[0], default=(0.0, None))
     if largest > 0:
         angle = math.sqrt(1 / (math.pi * medium.phase.max_density))
-        what = (
-            f"light scattered by the {type(medium).__name__} within {angle:.2g} rad of the forward direction"
-            " hardly sampled"
-        )
+        within = f"within {angle:.2g} rad of the forward direction"
+        what = f"light scattered by the {type(medium).__name__} {within} hardly sampled"
         yield doubtful("forward peak", what, unseen_scores(0) * largest * each, cure)
 
 
@@ -380,11 +366,9 @@ def grazing_share(tally: Tally) -> float:
     A certain asymmetry matters: an excess above five square roots of a number of crossings is that many of
     the standard errors that they make.
     """
-    weights, slants = (
-        sum(batch_totals(tally.sums(f"{kind} {side}")) for side in ("in", "out"))
-        for kind in ("weight", "slant")
-    )
-    counts = sum(tally.number_of(f"weight {side}") for side in ("in", "out"))
+    weights = sum(batch_totals(tally.sums(f"weight {side}")) for side in SIDES)
+    slants = sum(batch_totals(tally.sums(f"slant {side}")) for side in SIDES)
+    counts = sum(tally.number_of(f"weight {side}") for side in SIDES)
     if not slants.any():
         return 0.0
     inverse = slants.sum() / weights.sum()  # mean of 1/|mu|
@@ -404,9 +388,6 @@ def _is_significant(excess: np.ndarray) -> bool:
     """
     if len(excess) < 2:  # an interrupted run: nothing to compare
         return False
-    limit = (
-        student_quantile(1 - MAX_CHANCE_AGREEMENT / 2, len(excess) - 1)
-        * excess.std(ddof=1)
-        / math.sqrt(len(excess))
-    )
+    quantile = student_quantile(1 - MAX_CHANCE_AGREEMENT / 2, len(excess) - 1)
+    limit = quantile * excess.std(ddof=1) / math.sqrt(len(excess))
     return abs(excess.mean()) > limit

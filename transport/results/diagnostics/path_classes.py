@@ -74,11 +74,9 @@ class PathClass:
         """The finding for a run of so many histories; none if its error already includes the class."""
         if self.scores >= MIN_SCORES_FOR_ERROR or self.largest == 0:
             return ()
-        few = (
-            f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}"
-            if self.scores
-            else f"{self.what} not sampled"
-        )
+        few = f"{self.what} not sampled"
+        if self.scores:
+            few = f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}"
         bound = unseen_scores(self.scores) * self.largest / histories * self.gain
         times = MIN_SCORES_FOR_ERROR / self.scores if self.scores else math.nan
         return (doubtful(self.name, few, bound, self.cure, times=times, seen=self.seen),)
@@ -256,7 +254,7 @@ def cell_path_findings(
     """
     sums, plan, sensor = tally.cell_sums, tally.plan, tally.detector
     scene, share = plan.adjoint.scene, sum(part.share for part in sums.parts)
-    histories = share * sums.run.sizes.sum()
+    histories = share * sums.run.histories
     # Choose the cells with a large weight in the mean.
     heaviest, chosen = 1.0, [None] * len(sums.parts)
     if extents is not None:
@@ -341,14 +339,8 @@ def _classes_of_source(
     if mirrors or is_seen:
         origins = [f"from {lamp.name!r}"] * is_seen
         origins += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
-        yield PathClass(
-            f"light {' or '.join(origins)}",
-            met.flights,
-            heaviest,
-            surfaces=tuple(mirrors),
-            straight=straight,
-            gain=gain,
-        )
+        what, of_lamp = f"light {' or '.join(origins)}", {"straight": straight, "gain": gain}
+        yield PathClass(what, met.flights, heaviest, surfaces=tuple(mirrors), **of_lamp)
     # Rays to the lamp: from collisions and from diffuse walls.
     rays = next((each for each in plan.expectations if each.detector.name == lamp.detector.name), None)
     if rays is None:

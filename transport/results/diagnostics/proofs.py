@@ -96,15 +96,11 @@ def specular_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[i
 def _find_specular_surfaces(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     found = []
     for number, surface in enumerate(scene.surfaces):
-        if not surface.material.is_specular:
+        if not surface.material.is_specular or is_behind(surface.shape, shape, side):
             continue
-        if is_behind(surface.shape, shape, side):
-            continue
-        if _faces_away(surface.shape, surface.material, shape) or are_separated(
-            scene, (shape, side), (surface.shape, None), number
-        ):
-            continue
-        found.append(number)
+        is_away = _faces_away(surface.shape, surface.material, shape)
+        if not is_away and not are_separated(scene, (shape, side), (surface.shape, None), number):
+            found.append(number)
     return found
 
 
@@ -117,9 +113,8 @@ def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
     """Return whether a flat surface with one specular side turns that side away from all of a shape."""
     if not mirror.is_flat:
         return False
-    specular = [
-        side for side, each in zip(("front", "back"), material.sides, strict=True) if each.is_specular
-    ]
+    sides = zip(("front", "back"), material.sides, strict=True)
+    specular = [side for side, each in sides if each.is_specular]
     return not material.is_transmissive and len(specular) == 1 and is_behind(shape, mirror, specular[0])
 
 
@@ -128,13 +123,13 @@ def unconnected_sources(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
     for emitter in plan.emitters:
         emission = emitter.source.emission
         if emitter.target is not None and plan.adjoint is None:
-            yield source_name(plan.scene, emitter.source)
+            yield source_title(plan.scene, emitter.source)
             continue
         if emission.law != "beam" or miss_distance(emitter.shape, emission.direction, shape) > 0:
             continue
         along = dot(emission.direction, shape.normal) if shape.is_flat else 0.0
         if not shape.is_flat or ((along > 0) == IS_BACK[side] and along != 0):
-            yield source_name(plan.scene, emitter.source)
+            yield source_title(plan.scene, emitter.source)
 
 
 def miss_distance(origin: Shape, direction: Vector, shape: Shape) -> float:
@@ -150,10 +145,12 @@ def miss_distance(origin: Shape, direction: Vector, shape: Shape) -> float:
     return max(math.hypot(miss, min(along, 0.0)) - reach, 0.0)
 
 
-def source_name(scene: Scene, source: Source) -> str:
-    """Return the name of a source in messages: `sources[i]`, or an emitting medium."""
-    numbers = [number for number, each in enumerate(scene.sources) if each is source]
-    return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
+def source_title(scene: Scene, source: Source) -> str:
+    """Return how a message names a source: by its surface, by its number, or as an emitting medium."""
+    number = next((number for number, each in enumerate(scene.sources) if each is source), None)
+    if number is None:
+        return "an emitting medium"
+    return f"the source on {source.shape!r}" if isinstance(source.shape, str) else f"sources[{number}]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,16 +268,12 @@ def max_transmitted_weight(plan: Plan, shape: Shape) -> float:
     """
 
     def find() -> float:
-        return max(_max_transmission(plan, emitter.shape, shape) for emitter in plan.emitters)
+        if plan.plays_roulette or not plan.attenuates:  # survivors of roulette are heavier
+            return 1.0
+        return max(math.exp(-_least_depth(plan, emitter.shape, shape)) for emitter in plan.emitters)
 
     # Keep both, so that no other objects take their ids.
     return proven(plan.scene, ("passes", id(plan), id(shape)), lambda: (plan, shape, find()))[2]
-
-
-def _max_transmission(plan: Plan, origin: Shape, shape: Shape) -> float:
-    if plan.plays_roulette or not plan.attenuates:  # survivors of roulette are heavier
-        return 1.0
-    return math.exp(-_least_depth(plan, origin, shape))
 
 
 def _least_depth(plan: Plan, origin: Shape, shape: Shape) -> float:
@@ -313,10 +306,8 @@ def _least_length_in_body(body: Shape, origin: Shape, shape: Shape, is_straight:
     if origin.is_infinite or shape.is_infinite or not body.is_convex:
         return 0.0
     for inner, outer in ((origin, shape), (shape, origin)):
-        if (
-            _height_above_surface(body, outer)[0] >= 0
-            and (height := _height_above_surface(body, inner)[1]) < 0
-        ):
+        height = _height_above_surface(body, inner)[1]
+        if height < 0 <= _height_above_surface(body, outer)[0]:
             return -height
     if not (isinstance(body, Box) and is_straight):
         return 0.0
@@ -349,15 +340,9 @@ def _height_above_surface(body: Box | Sphere, shape: Shape) -> tuple[float, floa
         apart, reach = math.dist(shape.middle, body.center) - body.radius, shape.extent
         return apart - reach, apart + reach
     (low, high), (least, most) = body.bounds, shape.bounds
-    lowest = max(
-        max(p - q for p, q in zip(low, most, strict=True)),
-        max(p - q for p, q in zip(least, high, strict=True)),
-    )
-    highest = max(
-        max(p - q for p, q in zip(low, least, strict=True)),
-        max(p - q for p, q in zip(most, high, strict=True)),
-    )
-    return lowest, highest
+    lowest = np.max([np.subtract(low, most), np.subtract(least, high)])
+    highest = np.max([np.subtract(low, least), np.subtract(most, high)])
+    return float(lowest), float(highest)
 
 
 # ---- bounded classes ----

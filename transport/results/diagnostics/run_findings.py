@@ -83,11 +83,11 @@ def _doubt_warning(findings: list[Finding], particles: int) -> str:
         return f"{names} {'has' if len(titles) == 1 else 'have'} {first.what}. {capitalized(first.cure)}"
     plural = len(titles) > 1 or any(len(quantities) > 1 for quantities in titles.values())
     seen = f" ({first.seen})" if first.seen else ""
+    others = next((f"; {each.others}" for each in findings if each.others), "")
     cure = _cure_with_number(first.cure, particles * max(finding.times for finding in findings))
     worst = max(findings, key=lambda finding: np.nan_to_num(finding.share))
-    return (
-        f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}{seen}. {capitalized(cure)}"
-    )
+    what = f"{first.what}{worst.worth}{seen}{others}"
+    return f"{names} {'are' if plural else 'is'} doubtful: {what}. {capitalized(cure)}"
 
 
 def _cure_with_number(cure: str, particles: float) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from transport.results.diagnostics.empty_detector import no_arrival_warning
-from transport.results.diagnostics.nearby import source_title
+from transport.results.diagnostics.proofs import source_title
 from transport.scene.checks.check_scene import SCENE_CHECKS
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR as FEW
 from transport.statistics.findings import Check
@@ -49,11 +49,11 @@ def faint_sources(result: Record) -> Iterator[str]:
     if plan.adjoint is not None:
         return
     total = math.fsum(emitter.bound for emitter in plan.emitters)
-    for number, source in enumerate(plan.scene.sources):
+    for source in plan.scene.sources:
         share = math.fsum(emitter.bound for emitter in plan.emitters if emitter.source is source) / total
         if share < 0.5 and particles * share < FEW:
             yield (
-                f"{source_title(source, number)} has {share:.2g} of the total power and so about"
+                f"{source_title(plan.scene, source)} has {share:.2g} of the total power and so about"
                 f" {particles * share:.2g} of {particles} histories: light that only it provides is not"
                 " resolved; simulate it in a separate scene and add the results"
             )
@@ -73,8 +73,7 @@ def partial_aims(result: Record) -> Iterator[str]:
         via = [other for other in scene.meters if other.name in (getattr(detector, "via", None) or ())]
         covered = [scene.shape_of(other) for other in (detector, *via)]
         if any(aim not in covered for aim in aims):
-            title = result[detector.name].diagnosis.title
-            yield f"{title} sees an aimed source only in the directions of its aim"
+            yield f"{result[detector.name].title} sees an aimed source only in the directions of its aim"
 
 
 DIAGNOSTICS = (

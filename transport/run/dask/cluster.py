@@ -31,10 +31,8 @@ def checked_cluster(cluster: object) -> None:
     if not isinstance(cluster, str):
         if _address_of(cluster) is None:
             state = " that is not closed" if hasattr(cluster, "scheduler") else ""
-            raise SceneError(
-                f"simulate: cluster must be a Client or an address{state}, got {short_repr(cluster)};"
-                f" {ADVICE}"
-            )
+            must, got = f"cluster must be a Client or an address{state}", short_repr(cluster)
+            raise SceneError(f"simulate: {must}, got {got}; {ADVICE}")
     elif cluster != LOCAL and ":" not in cluster:
         raise SceneError(
             f"simulate: cluster must be an address or 'local', got {short_repr(cluster)}; {ADVICE}"

@@ -196,16 +196,9 @@ class DaskExecutor(Executor):
         while group := self._next_group():
             # Restrict groups to usable workers only where there are others.
             where = list(self.worker_threads) if self.refused else None
-            future = self.client.submit(
-                run_group,
-                self.name,
-                group,
-                self.count,
-                key=self._new_key(),
-                pure=False,
-                workers=where,
-                allow_other_workers=where is not None,
-            )
+            how = {"key": self._new_key(), "pure": False, "workers": where}
+            how["allow_other_workers"] = where is not None
+            future = self.client.submit(run_group, self.name, group, self.count, **how)
             self.in_flight[future] = group
             self.arrivals.add(future)
 

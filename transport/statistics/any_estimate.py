@@ -11,6 +11,7 @@ from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 
 import numpy as np
 
+from transport.renderers import function_for
 from transport.statistics.axes import axis_unit
 from transport.statistics.batches import normal_score, student_quantile
 from transport.statistics.error_bars import error_bars_of
@@ -42,10 +43,10 @@ from transport.units import Unit, UnitError
 
 Number = TypeVar("Number", covariant=True)  # a float of an Estimate, an array of an EstimateArray
 Reason = TypeVar("Reason", covariant=True)
-Operand: TypeAlias = "Quantity[Any, Any] | float | np.number | np.ndarray"
+Operand: TypeAlias = "AnyEstimate[Any, Any] | float | np.number | np.ndarray"
 
 
-class Quantity(Generic[Number, Reason]):
+class AnyEstimate(Generic[Number, Reason]):
     """Replicates with a unit: the common behaviour of Estimate and EstimateArray.
 
     Attributes
@@ -186,11 +187,10 @@ class Quantity(Generic[Number, Reason]):
             raise ValueError(
                 "Only an estimate of one run has values by batch; this one combines several or none"
             )
-        deviations = self._replicates.deviations.get(
-            self.run, np.zeros((len(self.run), *self._replicates.value.shape))
-        )
+        value = self._replicates.value
+        none = np.zeros((len(self.run), *value.shape))
         with np.errstate(invalid="ignore", over="ignore"):
-            return self._replicates.value + deviations
+            return value + self._replicates.deviations.get(self.run, none)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -254,12 +254,8 @@ class Quantity(Generic[Number, Reason]):
         """All findings before comparison with the error; for a single number also that it has few scores."""
         if callable(self._unjudged):
             found = tuple(self._unjudged())
-            if not (
-                self.coords
-                or self.exact
-                or self._bars_from
-                or any(each.name == FEW_CARRIERS for each in found)
-            ):
+            has_few = any(each.name == FEW_CARRIERS for each in found)
+            if not (self.coords or self.exact or self._bars_from or has_few):
                 number, error = self._replicates, np.asarray(self._error_bars.error).item()
                 is_sum = self._is_sum_of_scores and bool(np.all(self.values >= 0))
                 found += few_scores_findings(number.scores.item(), number.value.item(), error, is_sum)
@@ -272,14 +268,12 @@ class Quantity(Generic[Number, Reason]):
         from scipy.special import ndtri
 
         reason, error = self._replicates.reason, np.asarray(self._error_bars.error)
-        bounds = [
-            each.bound for each in self._raw_findings if each.name == UNKNOWN and np.all(each.bound >= 0)
-        ]
-        unknown = reduce(
-            np.hypot, bounds, np.where(np.equal(reason, CONSTANT), self._unknown_error_limits, 0.0)
-        ) / ndtri(0.975)
-        known = np.where(np.equal(reason, None), error, np.where(np.equal(reason, CONSTANT), 0.0, np.inf))
-        return np.hypot(known, unknown)
+        unknown = [each.bound for each in self._raw_findings if each.name == UNKNOWN]
+        bounds = [bound for bound in unknown if np.all(bound >= 0)]
+        is_constant = np.equal(reason, CONSTANT)
+        limit = reduce(np.hypot, bounds, np.where(is_constant, self._unknown_error_limits, 0.0))
+        known = np.where(np.equal(reason, None), error, np.where(is_constant, 0.0, np.inf))
+        return np.hypot(known, limit / ndtri(0.975))
 
     @property
     def _even_scores_findings(self) -> tuple[Finding, ...]:
@@ -287,10 +281,8 @@ class Quantity(Generic[Number, Reason]):
         number, run = self._replicates, self.run
         if not self._is_measured or self.exact or run is None or not run.is_even or number.is_chunked:
             return ()
-        histories = int(run.sizes.sum())
-        return even_scores_findings(
-            number.value, np.asarray(self._error_bars.error), number.scores, histories
-        )
+        error = np.asarray(self._error_bars.error)
+        return even_scores_findings(number.value, error, number.scores, run.histories)
 
     @property
     def _propagated_findings(self) -> tuple[Finding, ...]:
@@ -311,10 +303,9 @@ class Quantity(Generic[Number, Reason]):
     @cached_property
     def _unknown_error_limits(self) -> np.ndarray:
         """Limits of numbers with unknown error besides the findings, ``(*dims)``; 0 if the error is known."""
-        runs = self._replicates.runs
-        histories = min((run.sizes.sum() for run in runs), default=0)
+        number, runs = self._replicates, self._replicates.runs
+        histories = min((run.histories for run in runs), default=0)
         is_sure = all(run.is_even or len(run) >= MIN_EQUAL_BATCHES for run in runs)
-        number = self._replicates
         return unknown_error_limits(
             number.reason, number.scale, number.scores, histories, is_sure, self._raw_findings
         )
@@ -327,6 +318,9 @@ class Quantity(Generic[Number, Reason]):
         """Attach findings, with bounds in the unit of this quantity: a tuple, or a function that makes it."""
         self._unjudged, self.allowed = findings, allowed
         return self
+
+    def _repr_html_(self) -> str:
+        return function_for(type(self), "html")(self)
 
     def __getstate__(self) -> dict[str, Any]:
         made = {"_unjudged": self._raw_findings, "_error_bars": self._error_bars}
@@ -396,10 +390,8 @@ class Quantity(Generic[Number, Reason]):
             limits = self._unknown_error_limits
             unknown = np.where(np.isfinite(limits), limits, np.nan)
             reach = np.where(np.equal(self._replicates.reason, None), known, unknown)
-        below, above = self._bounds
-        return _unwrapped(self._replicates.value - reach - below), _unwrapped(
-            self._replicates.value + reach + above
-        )
+        value, (below, above) = self._replicates.value, self._bounds
+        return _unwrapped(value - reach - below), _unwrapped(value + reach + above)
 
     @property
     def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
@@ -429,9 +421,8 @@ class Quantity(Generic[Number, Reason]):
         value, expected = self._replicates.value, np.asarray(exact_value, dtype=float)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             if self.exact:
-                agree = np.abs(value - expected) <= 1e-12 * np.maximum(
-                    self._replicates.scale, np.abs(expected)
-                )
+                size = np.maximum(self._replicates.scale, np.abs(expected))
+                agree = np.abs(value - expected) <= 1e-12 * size
                 surely_not = np.where(np.isnan(value), np.nan, np.copysign(np.inf, value - expected))
                 return _unwrapped(np.where(agree, 0.0, surely_not))
             t = (value - expected) / self._error_bars.error
@@ -493,15 +484,13 @@ class Quantity(Generic[Number, Reason]):
         if not isinstance(exponent, Real):
             return NotImplemented
         made = self._like(power(self._replicates, exponent), self.unit**exponent)
-        number = self._replicates
-        made = made._with_findings(
-            lambda: propagated_findings(
-                lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)
-            ),
-            self.allowed,
-        )
+
+        def findings() -> tuple[Finding, ...]:
+            operand = self._replicates.value, self._raw_findings
+            return propagated_findings(lambda x: np.power(x, float(exponent)), operand)
+
         _keep_error_bars(made, self)
-        return made
+        return made._with_findings(findings, self.allowed)
 
     def _add_signed(self, other: object, sign: int) -> Self:
         if isinstance(other, Real) and other == 0:  # sum() starts with 0
@@ -525,9 +514,9 @@ class Quantity(Generic[Number, Reason]):
         units = {name: axis_unit(name, self.axis_units) for name in self.coords}
         return error_bars_of(self._replicates, self.coords, units)
 
-    def _operand(self, other: object) -> Quantity | None:
+    def _operand(self, other: object) -> AnyEstimate | None:
         """The other operand; a number or array becomes an exact quantity with the same axes."""
-        if isinstance(other, Quantity):
+        if isinstance(other, AnyEstimate):
             return other
         if not isinstance(other, Real | np.ndarray) or np.asarray(other).dtype.kind not in "biuf":
             return None
@@ -543,7 +532,7 @@ class Quantity(Generic[Number, Reason]):
         return self._like(Replicates.constant(value, self._replicates.runs), unit)
 
     @property
-    def _whole(self) -> Quantity[float, str | None]:
+    def _whole(self) -> AnyEstimate[float, str | None]:
         """The sum over all bins; a single estimate itself."""
         raise NotImplementedError
 
@@ -552,7 +541,9 @@ class Quantity(Generic[Number, Reason]):
         raise NotImplementedError
 
 
-def _combined(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
+def _combined(
+    function: Callable, plain: Callable, first: AnyEstimate, second: AnyEstimate, unit: Unit
+) -> AnyEstimate:
     """Apply a function to the replicates of both operands, with their axes matched by name.
 
     plain: the same function of bare values.
@@ -586,7 +577,7 @@ def _combined(function: Callable, plain: Callable, first: Quantity, second: Quan
     return made
 
 
-def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding]:
+def _aligned_findings(quantity: AnyEstimate, dims: tuple[str, ...]) -> list[Finding]:
     """The findings of a quantity, with bounds along the axes `dims`."""
     own, shape = tuple(quantity.coords), quantity._replicates.shape
     return [
@@ -595,7 +586,7 @@ def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding
     ]
 
 
-def _keep_error_bars(made: Quantity, operand: Quantity) -> None:
+def _keep_error_bars(made: AnyEstimate, operand: AnyEstimate) -> None:
     """Let a function of one uncertain quantity keep its pooled errors, which scale as its batches' errors."""
     if made._replicates.is_chunked or tuple(operand.coords) not in ((), tuple(made.coords)):
         return
