@@ -15,8 +15,9 @@ from numba import njit
 
 from tests.agreement import assert_follows
 from transport.physics.device import ARITHMETIC
-from transport.physics.directions import sample_cosine_law, sample_isotropic, turned, turned_by
+from transport.physics.directions import sample_cosine_law, sample_isotropic, turned_by
 from transport.physics.interfaces import reflected
+from transport.physics.scattering import turned_by_angle
 from transport.physics.streams import DIRECTION, random_words, uniform
 
 FALSE_ALARM = 1e-6
@@ -57,7 +58,8 @@ def isotropic(u, turn):
 def turned_about(n, mu, turn):
     w = np.empty((mu.size, 3))
     for k in range(mu.size):
-        w[k, 0], w[k, 1], w[k, 2] = turned(n[k, 0], n[k, 1], n[k, 2], mu[k], turn[k])
+        sine = math.sqrt(max(1.0 - mu[k] * mu[k], 0.0))
+        w[k, 0], w[k, 1], w[k, 2] = turned_by_angle(n[k, 0], n[k, 1], n[k, 2], mu[k], sine, turn[k])
     return w
 
 

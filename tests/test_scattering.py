@@ -20,10 +20,10 @@ from tests.agreement import assert_follows
 from transport.compile.media import tabulated_rows
 from transport.physics.device import ARITHMETIC
 from transport.physics.scattering import (
+    choose_segment,
     sample_henyey_greenstein,
     sample_rayleigh,
-    sample_tabulated,
-    sample_uniform_cosine,
+    sample_segment,
     turned_by_angle,
 )
 from transport.theory import phases
@@ -58,14 +58,6 @@ def by_rayleigh(u):
     return mu, sine
 
 
-@njit(**ARITHMETIC)
-def isotropically(u):
-    mu, sine = np.empty_like(u), np.empty_like(u)
-    for k in range(u.size):
-        mu[k], sine[k] = sample_uniform_cosine(u[k])
-    return mu, sine
-
-
 def by_table(rows, u):
     return by_rows(rows.view(np.recarray) if config.DISABLE_JIT else rows, u)
 
@@ -74,7 +66,8 @@ def by_table(rows, u):
 def by_rows(rows, u):
     mu, sine, count = np.empty_like(u), np.empty_like(u), len(rows)
     for k in range(u.size):
-        mu[k], sine[k] = sample_tabulated(rows, count, u[k])
+        start, width, share, r = choose_segment(rows, count, u[k])
+        mu[k], sine[k] = sample_segment(start, width, share, r)
     return mu, sine
 
 
@@ -210,15 +203,6 @@ def test_rayleigh_angles_are_exact_to_the_last_digits():
         errors = [abs(s / e - 1) for s, e in zip(sine, sines, strict=True) if e > 1e-20]
     assert max(errors) <= SINE
     np.testing.assert_allclose(mu, phases.rayleigh_cosine(u), rtol=0, atol=1e-15)
-
-
-def test_isotropic_angles_are_exact_to_the_last_digits():
-    u = hard_uniforms(seed=6)
-    mu, sine = isotropically(u)
-    assert (mu == 2 * u - 1).all()
-    with mp.workdps(50):
-        exact = [2 * mp.sqrt(mp.mpf(float(each)) * (1 - mp.mpf(float(each)))) for each in u]
-        assert all(abs(s - e) <= SINE * e for s, e in zip(sine, exact, strict=True))
 
 
 # ---- tables ----

@@ -9,7 +9,7 @@ import pytest
 from transport.statistics.batches import (
     merge,
     normal_score,
-    pseudo_values,
+    pseudo_shifts,
     standard_error,
     student_quantile,
     weighted_mean,
@@ -78,6 +78,13 @@ def test_merged_parts_are_the_whole_also_beside_a_large_mean():
     assert together[1] == pytest.approx(mean, rel=1e-15)
     assert together[2] == pytest.approx(squares, rel=1e-6)
     assert merge((0, 0.0, 0.0), (0, 0.0, 0.0)) == (0, 0.0, 0.0)
+
+
+def pseudo_values(function, values, sizes):
+    """Delete-one jackknife pseudo-values of a function of several batch means."""
+    means = [weighted_mean(each, sizes) for each in values]
+    deviations = [each - mean for each, mean in zip(values, means, strict=True)]
+    return function(*means) + pseudo_shifts(function, means, deviations, sizes)
 
 
 def test_pseudo_values_of_a_mean_are_the_batches_themselves():

@@ -207,8 +207,8 @@ FAULTS = (
     ),
     Fault(
         RANDOM,
-        "uint64(purpose) ^ upper,",
-        "uint64(purpose),",
+        "own = uint64(purpose) ^ ((uint64(history) >> uint64(24)) & UPPER24)",
+        "own = uint64(purpose)",
         "copies that share the numbers of others: half of their own number is left out",
         ("test_streams",),
     ),

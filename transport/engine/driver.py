@@ -10,14 +10,7 @@ from itertools import chain
 import numpy as np
 from numba import config, float64, int64, njit
 
-from transport.compile.layout import ABSORBED, BORN, PATH_SEGMENT, RECORD, SURFACE_MASK, SURFACE_SHIFT
-from transport.compile.limits_exceeded import (
-    endless_particles_error,
-    full_bank_error,
-    too_many_copies_error,
-    too_many_crossings_error,
-    too_many_scores_error,
-)
+from transport.compile import layout, limits_exceeded
 from transport.compile.plan import Plan
 from transport.engine.bundle import LANES, PlainRecord, call_pass, empty_bundle
 from transport.engine.cache import cached_kernels
@@ -27,9 +20,8 @@ from transport.engine.program import Program
 from transport.physics.bits import bits_of
 from transport.physics.streams import SHARES, random_words, uniform
 
-SURFACE_PASS_COST = (
-    0.5  # cost of a pass at a surface over that of a pass in flight: it serves only part of the lanes
-)
+# cost of a pass at a surface over that of a pass in flight: it serves only part of the lanes
+SURFACE_PASS_COST = 0.5
 MAX_ROUNDS = 64  # rounds of flight and collision before lanes at a surface go on
 MAX_COPIES_PER_HISTORY = 20_000  # copies per history on average, and as many per lane
 MAX_CROSSINGS = 1 << 30  # per batch: below it no sum can overflow its 64 bits (engine/tally.py)
@@ -39,9 +31,8 @@ PATIENCE, PATIENCE_IN_MEDIA, UNLIMITED = 256 * 10**6, 1 << 30, 1 << 62
 ROUNDING = 2.0**-40  # relative: a number of histories this close to an integer is that integer
 # Golden section: its multiples modulo 1 are as evenly spread as possible (Knuth, TAOCP, 6.4).
 GOLDEN = 0.6180339887498949
-MIN_BRIGHTEST_SHARE = (
-    0.95  # least share of its due histories that the brightest emitter keeps when the others are rounded up
-)
+# least share of its due histories that the brightest emitter keeps when the others are rounded up
+MIN_BRIGHTEST_SHARE = 0.95
 MAX_SCORED = 1 << 60  # largest sum of a volume detector [2^-32], to which each score adds up to 2^28
 
 
@@ -69,16 +60,15 @@ class Sums:
 
     def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
         self.tallies = np.zeros((plan.rows, 4), np.int64)
-        self.ledger = np.zeros((ABSORBED + len(plan.surfaces) + plan.media_rows, 4), np.int64)
+        self.ledger = np.zeros((layout.ABSORBED + len(plan.surfaces) + plan.media_rows, 4), np.int64)
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
         self.sizes = np.zeros(plan.size_cells, np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // max(1, wanted))
-        self.bank = np.zeros(
-            (BANK_CAPACITY, FIELDS) if plan.splits or plan.forces_collisions else (1, 1), np.int64
-        )
-        self.tracks = np.zeros(plan.max_path_segments, PATH_SEGMENT)
-        self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
+        copies = plan.splits or plan.forces_collisions
+        self.bank = np.zeros((BANK_CAPACITY, FIELDS) if copies else (1, 1), np.int64)
+        self.tracks = np.zeros(plan.max_path_segments, layout.PATH_SEGMENT)
+        self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), layout.RECORD)
 
     def enter(self, bundle: np.ndarray) -> None:
         """Write the addresses and sizes of this memory into a bundle's header."""
@@ -160,13 +150,9 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
         # Detect endless histories; stop on request or before a sum overflows.
         new = history + copied - begun
         calm = _detect_endless(b, calm, live, before + new - live - (b.killed - killed), new)
-        if (
-            b.stop != 0
-            or b.trapped != 0
-            or b.bank_overflow != 0
-            or b.crossings >= MAX_CROSSINGS
-            or max(b.scored, sight[0][0].scored) >= MAX_SCORED
-        ):
+        if b.stop != 0 or b.trapped != 0 or b.bank_overflow != 0 or b.crossings >= MAX_CROSSINGS:
+            return
+        if max(b.scored, sight[0][0].scored) >= MAX_SCORED:
             return
 
 
@@ -363,22 +349,11 @@ def run_batch(
     sums = Sums(plan, histories, batches)
     sums.enter(bundle)
     # Reset the header of the bundle.
-    header = {
-        "seed_low": seed & 0xFFFFFFFF,
-        "seed_high": (seed >> 32) & 0xFFFFFFFF,
-        "batch": batch,
-        "started": 0,
-        "crossings": 0,
-        "collisions": 0,
-        "scored": 0,
-        "banked": 0,
-        "bank_capacity": BANK_CAPACITY,
-        "bank_overflow": 0,
-        "killed": 0,
-        "patience": UNLIMITED if plan.has_clock else PATIENCE,
-        "patience_in_media": UNLIMITED if plan.has_clock else PATIENCE_IN_MEDIA,
-        "trapped": 0,
-    }
+    counts = "started", "crossings", "collisions", "scored", "banked", "bank_overflow", "killed", "trapped"
+    header = dict.fromkeys(counts, 0) | {"batch": batch, "bank_capacity": BANK_CAPACITY}
+    header |= {"seed_low": seed & 0xFFFFFFFF, "seed_high": (seed >> 32) & 0xFFFFFFFF}
+    header["patience"] = UNLIMITED if plan.has_clock else PATIENCE
+    header["patience_in_media"] = UNLIMITED if plan.has_clock else PATIENCE_IN_MEDIA
     for name, value in header.items():
         bundle[name] = value
     lanes, handle = _handle(bundle)
@@ -390,36 +365,30 @@ def run_batch(
     bundle["shadow"], bundle["rays_cast"], bundle["rays_taken"] = shadows["address"], 0, 0
     sight = (*_handle(shadows), *compiled.shadow_table)
     dealt, worths = _deal_histories(compiled, histories)
-    drive(
-        lanes,
-        handle,
-        compiled.step_table,
-        (*compiled.birth_table, dealt, worths),
-        sight,
-        compiled.split_table,
-        histories,
-    )
+    births = (*compiled.birth_table, dealt, worths)
+    drive(lanes, handle, compiled.step_table, births, sight, compiled.split_table, histories)
     # Raise if the batch was stopped, cannot end, or exceeds a limit.
     if bundle["stop"][0]:
         raise Stopped
     counted = ("crossings", "started", "bank_overflow", "trapped", "killed")
     crossings, started, copies, trapped, killed = (int(bundle[name][0]) for name in counted)
-    are_all_killed = 0 < killed == histories and not sums.ledger[ABSORBED:, :2].any()
+    are_all_killed = 0 < killed == histories and not sums.ledger[layout.ABSORBED :, :2].any()
     if trapped or are_all_killed:
         particles = trapped or killed
-        raise endless_particles_error(plan, _last_surfaces(plan, bundle, particles), particles)
+        last = _last_surfaces(plan, bundle, particles)
+        raise limits_exceeded.endless_particles_error(plan, last, particles)
     if copies > 1:
-        raise too_many_copies_error(plan, copies, started)
+        raise limits_exceeded.too_many_copies_error(plan, copies, started)
     if copies:
-        raise full_bank_error(plan, BANK_CAPACITY)
+        raise limits_exceeded.full_bank_error(plan, BANK_CAPACITY)
     if crossings >= MAX_CROSSINGS:
-        raise too_many_crossings_error(plan, crossings, started)
+        raise limits_exceeded.too_many_crossings_error(plan, crossings, started)
     if max(int(bundle["scored"][0]), int(shadows["scored"][0])) >= MAX_SCORED:
-        raise too_many_scores_error(histories)
+        raise limits_exceeded.too_many_scores_error(histories)
     records = np.sort(sums.records[: int(bundle["record_count"][0])], order=("snapshot", "history"))
     return RawSums(
         histories,
-        _total_birth_weight(plan, histories - int(sums.ledger[BORN, 2]), dealt, worths),
+        _total_birth_weight(plan, histories - int(sums.ledger[layout.BORN, 2]), dealt, worths),
         sums.tallies,
         sums.ledger,
         sums.moments,
@@ -436,7 +405,7 @@ def run_batch(
 
 def _last_surfaces(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
     """Return the sorted numbers of the surfaces that the lanes hit last."""
-    rows = (bundle["hit"][0][:lanes] >> SURFACE_SHIFT) & SURFACE_MASK
+    rows = (bundle["hit"][0][:lanes] >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK
     return sorted({plan.surface_numbers[row - 1] for row in rows.tolist() if row > 0})
 
 

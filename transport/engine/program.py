@@ -22,7 +22,7 @@ from transport.engine.passes import (
     variance_reduction,
     velocities,
 )
-from transport.engine.registry import Pass, Step, step, step_by_name, table_of_rows
+from transport.engine.registry import Pass, Step, step, step_by_name, table_of_rows, table_of_two
 from transport.engine.stages.births import birth_steps
 from transport.engine.stages.flights import find_media, flight_steps, intersect_surfaces, prepare_flight
 from transport.engine.stages.next_event import (
@@ -65,11 +65,8 @@ class Program:
     @property
     def passes(self) -> list[Pass]:
         """Every pass once, in order of first use."""
-        return list(
-            dict.fromkeys(
-                p for part in (*self.births, self.steps, self.shadow_steps, self.bank_steps) for p, _ in part
-            )
-        )
+        parts = (*self.births, self.steps, self.shadow_steps, self.bank_steps)
+        return list(dict.fromkeys(lane_pass for part in parts for lane_pass, _ in part))
 
     @cached_property
     def carried(self) -> tuple[str, ...]:
@@ -95,26 +92,16 @@ def build_program(plan: Plan) -> Program:
     # Steps of flight: preparation, rounds through media, then move, land and act at a surface.
     ready, rounds = list(prepare_flight(plan)), list(flight_steps(plan, program.moved_fields))
     program.setup_count, program.round_count = len(ready), len(rounds) if plan.scatters else 0
-    program.steps = [
-        *ready,
-        *rounds,
-        *_flight(plan, program.moved_fields),
-        *_landing(plan),
-        *_crossing(plan, program.moved_fields),
-    ]
+    program.steps = [*ready, *rounds, *_flight(plan, program.moved_fields), *_landing(plan)]
+    program.steps += _crossing(plan, program.moved_fields)
     # Steps of shadow rays: to point detectors, or to detectors scored by next-event estimation.
+    nearest = [*find_media(plan), *intersect_surfaces(plan)]
     if plan.points:
-        program.shadow_steps = list(
-            point_ray_steps(plan, find_media(plan), intersect_surfaces(plan), transmit_shadow_rays(plan))
-        )
+        program.shadow_steps = list(point_ray_steps(plan, nearest, transmit_shadow_rays(plan)))
     if plan.expectations:
-        crossing = cross_next_event_rays(plan)
-        program.shadow_steps = list(
-            next_event_ray_steps(plan, find_media(plan), intersect_surfaces(plan), crossing)
-        )
-    program.bank_steps = (
-        [step(bank.take_copies, program.moved_fields)] if plan.splits or plan.forces_collisions else []
-    )
+        program.shadow_steps = list(next_event_ray_steps(plan, nearest, cross_next_event_rays(plan)))
+    if plan.splits or plan.forces_collisions:
+        program.bank_steps = [step(bank.take_copies, program.moved_fields)]
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
         _use_sampling(program, plan.method.sampling)
@@ -169,13 +156,7 @@ def _crossing(plan, moved):
     if plan.needs_more_random_numbers:
         yield step(surfaces.draw_second_block)
     if plan.selects_material:
-        both = {
-            "rows": plan.surfaces.ctypes.data,
-            "count": len(plan.surfaces),
-            "others": plan.optics.ctypes.data,
-            "other_count": len(plan.optics),
-        }
-        yield step(surfaces.choose_material, layout.row(layout.TWO_ROWS, **both))
+        yield step(surfaces.choose_material, table_of_two(plan.surfaces, plan.optics))
     yield step(surfaces.look_up_surface, table_of_rows(plan.surfaces))
     for law in sorted(plan.albedo_laws):
         yield step_by_name((f"look_up_{law}", table_of_rows(plan.optics)))

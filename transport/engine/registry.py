@@ -9,7 +9,7 @@ from functools import cached_property
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from threading import RLock
-from types import ModuleType
+from types import FunctionType, ModuleType
 
 import numpy as np
 from numba import cfunc, config, from_dtype, types
@@ -27,10 +27,8 @@ from transport.physics.device import ARITHMETIC
 
 FOLDER = Path(__file__).parent / "passes"
 PASS_MARK = "\n@lane_pass("
-IMPORT_ATTRIBUTES = (
-    "__name__",
-    "__spec__",
-)  # attributes that the import system reads before a module is executed
+# attributes that the import system reads before a module is executed
+IMPORT_ATTRIBUTES = "__name__", "__spec__"
 EXECUTING = []
 EXECUTION_LOCK = RLock()
 
@@ -122,12 +120,8 @@ class Pass:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Names of the lane fields that the loop uses, read from its bytecode as attributes of its first
-        parameter.
-        """
-        bundle = self.function.__code__.co_varnames[0]
-        steps = list(dis.get_instructions(self.function))
-        named = {after.argval for step, after in itertools.pairwise(steps) if step.argval == bundle}
+        """Names of the lane fields that the loop uses, itself or in functions that it gives the bundle to."""
+        named = _bundle_attributes(self.function)
         return tuple(name for name in LANE_FIELDS if name in named)
 
     @cached_property
@@ -141,6 +135,20 @@ class Pass:
     def entry(self):
         """Address of the callback for the driver, or the Python function without compilation."""
         return self.function if config.DISABLE_JIT else self.compiled.address
+
+
+def _bundle_attributes(function: FunctionType) -> set[str]:
+    """Return the attributes of the bundle, a function's first parameter, by its bytecode and that of the
+    functions that it calls with a bundle `b`.
+    """
+    bundle, steps = function.__code__.co_varnames[0], list(dis.get_instructions(function))
+    named = {after.argval for step, after in itertools.pairwise(steps) if step.argval == bundle}
+    for name in {step.argval for step in steps if step.opname == "LOAD_GLOBAL"}:
+        value = function.__globals__.get(name)
+        called = getattr(value, "py_func", value)
+        if isinstance(called, FunctionType) and called.__code__.co_varnames[:1] == ("b",):
+            named |= _bundle_attributes(called)
+    return named
 
 
 def lane_pass(table: np.dtype, arithmetic: dict = ARITHMETIC):
@@ -188,18 +196,18 @@ def table_of_rows(array: np.ndarray) -> np.ndarray:
     return layout.row(layout.ROWS, rows=array.ctypes.data, count=len(array))
 
 
+def table_of_two(array: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return a table that points to two arrays, which the plan keeps alive."""
+    first = {"rows": array.ctypes.data, "count": len(array)}
+    return layout.row(layout.TWO_ROWS, **first, others=other.ctypes.data, other_count=len(other))
+
+
 def table_of_layer(plan: Plan, layer: int, rows: np.ndarray | None = None) -> np.ndarray:
     """Return the table of the detectors of one layer.
 
     rows: other rows of layout.LAYER than those that flights use.
     """
     rows = plan.layers[layer] if rows is None else rows
-    return layout.row(
-        layout.LAYERS,
-        rows=rows.ctypes.data,
-        count=len(rows),
-        layer=layer,
-        half=plan.half,
-        detectors=plan.detectors.ctypes.data,
-        detector_count=len(plan.detectors),
-    )
+    detectors = {"detectors": plan.detectors.ctypes.data, "detector_count": len(plan.detectors)}
+    arrays = {"rows": rows.ctypes.data, "count": len(rows)} | detectors
+    return layout.row(layout.LAYERS, layer=layer, half=plan.half, **arrays)

@@ -55,6 +55,14 @@ def limbs(weight):
 
 
 @device
+def limbs_of_loss(before, after):
+    """Return the weight lost from before to after, as a difference of exact sums."""
+    high, low = limbs(before)
+    left_high, left_low = limbs(after)
+    return high - left_high, low - left_low
+
+
+@device
 def unbiased_limbs(weight, chance):
     """Return limbs that are unbiased for a weight below FAINT; `limbs` would keep few digits of it or none.
 
@@ -82,6 +90,13 @@ def long_limbs(value):
     rest = (rest - float64(middle)) * 2147483648.0
     low = int64(rest)
     return high, middle, low, int64((rest - float64(low)) * 2147483648.0)
+
+
+@device
+def add_long(address, value):
+    """Add a value to the row of four limbs at an address."""
+    high, middle, low, rest = long_limbs(value)
+    add_to_row(address, high, middle, low, rest)
 
 
 @device

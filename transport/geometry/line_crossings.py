@@ -151,9 +151,8 @@ DEFAULT_LINES = 256  # default number of lines
 MAX_LINE_FACETS = 1_000_000  # most lines times triangles of meshes
 EDGE_TOLERANCE = 1e-9  # relative to the scene's size: lines this close to an edge or a tangent are ignored
 COINCIDENCE_TOLERANCE = 1e-11  # relative to the scene's size: surfaces this close count as coincident
-KRONECKER_STRIDES = 2.0 ** -(
-    np.arange(1, 6) / 6
-)  # increments of an evenly distributed sequence in five dimensions
+# increments of an evenly distributed sequence in five dimensions
+KRONECKER_STRIDES = 2.0 ** -(np.arange(1, 6) / 6)
 
 
 def scene_size(shapes: list[Shape]) -> float:

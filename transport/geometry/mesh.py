@@ -427,11 +427,8 @@ class Mesh(Shape):
     def __repr__(self) -> str:
         kind = "closed"
         if not self.is_closed:
-            counts = {
-                "open": self.edges.open,
-                "non-manifold": self.edges.crowded,
-                "misoriented": self.edges.turned,
-            }
+            edges = self.edges
+            counts = {"open": edges.open, "non-manifold": edges.crowded, "misoriented": edges.turned}
             found = [f"{n} {name} edge{'s' if n > 1 else ''}" for name, n in counts.items() if n]
             kind = ", ".join(found) or "inverted"
         return f"Mesh({self.triangles} triangle{'s' if self.triangles > 1 else ''}, {kind})"

@@ -11,10 +11,7 @@ from numba import njit
 ARITHMETIC = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
 
 # For passes whose rounding must be the same wherever it occurs, and the functions that they call.
-EXACT = {
-    "error_model": "numpy",
-    "fastmath": False,
-}
+EXACT = {"error_model": "numpy", "fastmath": False}
 
 device = njit(forceinline=True, **ARITHMETIC)
 exact_device = njit(forceinline=True, **EXACT)

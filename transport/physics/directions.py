@@ -7,21 +7,26 @@ from transport.physics.elementary import cos_sin_turn
 
 
 @device
-def turned(nx, ny, nz, mu, turn):
-    """Return the unit direction at cosine mu and azimuth 2 pi turn about the unit vector n.
+def unit_and_length(x, y, z):
+    """Return the unit vector along a vector, 0 for a vector of length 0, and its length."""
+    r = math.sqrt(x * x + y * y + z * z)
+    inverse = 1.0 / r if r > 0.0 else 0.0
+    return x * inverse, y * inverse, z * inverse, r
 
-    Orthonormal frame without a branch or a singularity: Duff et al. (2017), "Building an orthonormal basis,
-    revisited".
-    """
-    s2 = 1.0 - mu * mu
-    s = math.sqrt(s2 if s2 > 0.0 else 0.0)
-    c, d = cos_sin_turn(turn)
-    return turned_by(nx, ny, nz, mu, s * c, s * d)
+
+@device
+def from_frame(u, v, w, eux, euy, euz, evx, evy, evz, nx, ny, nz):
+    """Return the vector with components (u, v, w) in a frame (e_u, e_v, n)."""
+    return u * eux + v * evx + w * nx, u * euy + v * evy + w * ny, u * euz + v * evz + w * nz
 
 
 @device
 def turned_by(nx, ny, nz, mu, sine_cos, sine_sin):
-    """Return the unit direction with components (sine_cos, sine_sin, mu) in the frame of Duff et al. at n."""
+    """Return the unit direction with components (sine_cos, sine_sin, mu) in a frame at n.
+
+    Orthonormal frame without a branch or a singularity: Duff et al. (2017), "Building an orthonormal basis,
+    revisited".
+    """
     sign = 1.0 if nz >= 0.0 else -1.0
     a = -1.0 / (sign + nz)
     b = nx * ny * a

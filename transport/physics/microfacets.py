@@ -7,7 +7,7 @@ the masking-shadowing function"; sampling of visible normals as a spherical cap:
 import math
 
 from transport.physics.device import device
-from transport.physics.elementary import TWO_PI, cos_sin_turn
+from transport.physics.elementary import cos_sin_turn
 
 
 @device
@@ -39,16 +39,3 @@ def unshadowed_share(mu_in, mu_out, alpha):
     s_out = math.sqrt(mu_out * mu_out + a2 * (1.0 - mu_out) * (1.0 + mu_out))
     lit = (s_in + mu_in) * mu_out
     return lit / (lit + (s_out - mu_out) * mu_in) if mu_out > 0.0 else 0.0
-
-
-@device
-def visible_normal_pdf(mu, cosine, height, alpha):
-    """Return the pdf of visible normals per solid angle.
-
-    mu: cosine of the view direction; cosine: of the normal to that direction; height: of the normal to the
-    surface.
-    """
-    a2 = alpha * alpha
-    s = math.sqrt(mu * mu + a2 * (1.0 - mu) * (1.0 + mu))
-    k = (1.0 - height) * (1.0 + height) + a2 * height * height
-    return 4.0 * a2 * cosine / (TWO_PI * k * k * (mu + s))

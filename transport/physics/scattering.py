@@ -21,12 +21,6 @@ def cosine_and_sine(x, sign):
 
 
 @device
-def sample_uniform_cosine(u):
-    """Return cosine and sine of isotropic scattering: mu uniform in [-1, 1], for u in [0, 1]."""
-    return 2.0 * u - 1.0, 2.0 * math.sqrt(u * (1.0 - u))
-
-
-@device
 def sample_henyey_greenstein(g, u):
     """Return cosine and sine by Henyey and Greenstein (1941), for mean cosine g in (-1, 1) and u in [0, 1].
 
@@ -81,20 +75,11 @@ def turned_by_angle(ux, uy, uz, mu, sine, turn):
 
 
 @device
-def sample_tabulated(rows, count, u):
-    """Return cosine and sine by a pdf that is linear between the points of a table, for u in [0, 1).
-
-    Exact.
-
-    rows: `count` rows of media.SEGMENT. mu does not increase with u.
-    """
-    start, width, share, r = choose_segment(rows, count, u)
-    return sample_segment(start, width, share, r)
-
-
-@device
 def choose_segment(rows, count, u):
-    """Return a segment of the table, chosen by its probability, and a fresh uniform in [0, 1] from u.
+    """Return a segment of a table, chosen by its probability, and a fresh uniform in [0, 1] from u in [0, 1).
+
+    rows: `count` rows of media.SEGMENT. The pdf is linear between the points of the table; with
+    `sample_segment`, mu follows it exactly and does not increase with u.
 
     One gather of a cache line and no search: the alias method (Walker 1977). count is a power of two, so the
     place in the row is exact.

@@ -12,9 +12,8 @@ from transport.physics.bits import float_of
 from transport.physics.device import device
 
 # Purposes: the fourth word of the counter, one per kind of draw.
-EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED, WALL, PATH, VOXELS, SHADOW, WEIGH, AGAIN = (
-    range(14)
-)
+EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED = range(8)
+WALL, PATH, VOXELS, SHADOW, WEIGH, AGAIN = range(8, 14)
 EXPECT = 14  # points on detectors; the upper bits of the event hold the detector's number
 
 LOW32 = uint64(0xFFFFFFFF)
@@ -57,15 +56,8 @@ def event_words(history, batch, event, purpose, seed_low, seed_high):
 
     The upper 24 of its number's 56 bits (engine/passes/variance_reduction.py) are combined with the purpose.
     """
-    upper = (uint64(history) >> uint64(24)) & UPPER24
-    return philox(
-        uint64(history) & LOW32,
-        uint64(batch),
-        uint64(event) & LOW32,
-        uint64(purpose) ^ upper,
-        uint64(seed_low),
-        uint64(seed_high),
-    )
+    own = uint64(purpose) ^ ((uint64(history) >> uint64(24)) & UPPER24)
+    return random_words(uint64(history) & LOW32, batch, uint64(event) & LOW32, own, seed_low, seed_high)
 
 
 @device

@@ -64,19 +64,6 @@ def merge(first: Partial, second: Partial) -> Partial:
     return count, mean_a + difference * share, squares_a + squares_b + difference**2 * count_a * share
 
 
-def pseudo_values(
-    function: Callable[..., np.ndarray], batch_values: Sequence[np.ndarray], sizes: np.ndarray
-) -> np.ndarray:
-    """Delete-one jackknife pseudo-values of a function of several batch means, shape (B, *dims).
-
-    Their weighted mean is the function's value without its O(1/B) bias, their standard error its error
-    (Quenouille 1956; Tukey 1958).  For batches of different sizes: (f(x) - (1 - w_b) f(x without b)) / w_b.
-    """
-    means = [weighted_mean(values, sizes) for values in batch_values]
-    deviations = [values - mean for values, mean in zip(batch_values, means, strict=True)]
-    return function(*means) + pseudo_shifts(function, means, deviations, sizes)
-
-
 def pseudo_shifts(
     function: Callable[..., np.ndarray],
     means: Sequence[np.ndarray],
@@ -84,6 +71,10 @@ def pseudo_shifts(
     sizes: np.ndarray,
 ) -> np.ndarray:
     """Jackknife pseudo-values minus function(*means), shape (B, *dims); needs two batches or more.
+
+    The weighted mean of the pseudo-values is the function's value without its O(1/B) bias, their standard
+    error its error (Quenouille 1956; Tukey 1958). For batches of different sizes a pseudo-value is
+    (f(x) - (1 - w_b) f(x without b)) / w_b.
 
     means: shapes that broadcast to (*dims);  deviations: of the batches from them, (B, *dims), or 0.0.
     Shifts within rounding are set to 0, because the factor B would amplify them.

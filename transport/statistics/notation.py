@@ -16,9 +16,8 @@ _DURATION_UNITS = (
     (0, "µs"),
 )
 MAX_PRINTED_RATIO = 10_000  # a larger ratio is of no use to a reader, and not known to two digits
-_FORMAT = re.compile(
-    r"((?:.?[<>^])?)([-+ ]?)(\d*)(?:s|([,_]?(?:\.\d+)?[eEfFgGn%]?))"
-)  # fill, sign, width, number
+# fill, sign, width, number
+_FORMAT = re.compile(r"((?:.?[<>^])?)([-+ ]?)(\d*)(?:s|([,_]?(?:\.\d+)?[eEfFgGn%]?))")
 
 
 def plus_minus(value: float, error: float) -> str:

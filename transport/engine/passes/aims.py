@@ -9,19 +9,20 @@ import math
 import numpy as np
 from numba import int64
 
-from transport.compile.layout import BORN, NO_TABLE, TARGET
+from transport.compile import layout
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
 from transport.engine.tally import limbs
 from transport.physics.bits import bits_of
-from transport.physics.directions import turned_by
+from transport.physics.directions import select, turned_by, unit_and_length
 from transport.physics.elementary import TWO_PI, cos_sin_turn
 from transport.physics.emission import aimed_weight, cone_about
+from transport.physics.positions import sample_disk, sample_rectangle, sample_triangle
 from transport.physics.rays import box_crossings, plane_crossing
 from transport.physics.streams import AIM, random_words, short_uniform, uniform
 
 
-@lane_pass(TARGET)
+@lane_pass(layout.TARGET)
 def sample_target_rectangle(b, table, first, live):
     """Sample a point uniformly on a rectangle, and find whether the ray as it is hits the rectangle.
 
@@ -33,7 +34,7 @@ def sample_target_rectangle(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
-        u, v = (2.0 * uniform(w0, w1) - 1.0) * half_u, (2.0 * uniform(w2, w3) - 1.0) * half_v
+        u, v = sample_rectangle(half_u, half_v, uniform(w0, w1), uniform(w2, w3))
         b.ox[k], b.oy[k], b.oz[k] = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
         rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
         t, qx, qy, qz = plane_crossing(rx, ry, rz, b.ux[k], b.uy[k], b.uz[k], nx, ny, nz)
@@ -42,7 +43,7 @@ def sample_target_rectangle(b, table, first, live):
     return live
 
 
-@lane_pass(TARGET)
+@lane_pass(layout.TARGET)
 def sample_target_disk(b, table, first, live):
     """Sample a point uniformly on a disk or annulus, and find whether the ray as it is hits it.
 
@@ -54,9 +55,7 @@ def sample_target_disk(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
-        c, s = cos_sin_turn(uniform(w2, w3))
-        r = math.sqrt(inner2 + uniform(w0, w1) * (outer2 - inner2))
-        u, v = r * c, r * s
+        u, v = sample_disk(inner2, outer2, uniform(w0, w1), uniform(w2, w3))
         b.ox[k], b.oy[k], b.oz[k] = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
         rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
         t, qx, qy, qz = plane_crossing(rx, ry, rz, b.ux[k], b.uy[k], b.uz[k], nx, ny, nz)
@@ -65,7 +64,7 @@ def sample_target_disk(b, table, first, live):
     return live
 
 
-@lane_pass(TARGET)
+@lane_pass(layout.TARGET)
 def sample_target_triangle(b, table, first, live):
     """Sample a point uniformly on a triangle, and find whether the ray as it is hits it.
 
@@ -79,8 +78,7 @@ def sample_target_triangle(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
-        s, share = math.sqrt(uniform(w0, w1)), uniform(w2, w3)
-        u, v = s * (1.0 - share), s * share
+        u, v = sample_triangle(uniform(w0, w1), uniform(w2, w3))
         b.ox[k], b.oy[k], b.oz[k] = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
         rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
         t, qx, qy, qz = plane_crossing(rx, ry, rz, b.ux[k], b.uy[k], b.uz[k], nx, ny, nz)
@@ -89,7 +87,7 @@ def sample_target_triangle(b, table, first, live):
     return live
 
 
-@lane_pass(TARGET)
+@lane_pass(layout.TARGET)
 def aim_at_sampled_point(b, table, first, live):
     """Aim at the point sampled on a flat target.
 
@@ -119,15 +117,13 @@ def aim_at_sampled_point(b, table, first, live):
         f = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
         w = aimed_weight(f, area, abs(ux * nx + uy * ny + uz * nz), reach * reach, natural)
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
-        b.x[k] = b.x[k] if keeps else cx + px
-        b.y[k] = b.y[k] if keeps else cy + py
-        b.z[k] = b.z[k] if keeps else cz + pz
+        b.x[k], b.y[k], b.z[k] = select(keeps, b.x[k], b.y[k], b.z[k], cx + px, cy + py, cz + pz)
         b.start[k] = 0.0 if keeps else -distance
         b.weight[k] *= w * scale if (not keeps) | (reach > 0.0) else 0.0
     return live
 
 
-@lane_pass(TARGET)
+@lane_pass(layout.TARGET)
 def aim_at_sphere(b, table, first, live):
     """Sample a direction uniform in the solid angle of a sphere, or uniform over all directions inside it.
 
@@ -164,7 +160,7 @@ def aim_at_sphere(b, table, first, live):
     return live
 
 
-@lane_pass(TARGET)
+@lane_pass(layout.TARGET)
 def aim_at_box(b, table, first, live):
     """Aim at a point uniform on a box's faces; the pdf counts both faces that the ray crosses.
 
@@ -186,13 +182,11 @@ def aim_at_box(b, table, first, live):
         py = hy * (end if on_y else (u if on_x else v))
         pz = hz * (v if on_x | on_y else end)
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        vx, vy, vz = px - ox, py - oy, pz - oz
-        distance = math.sqrt(vx * vx + vy * vy + vz * vz)
-        inverse = 1.0 / distance if distance > 0.0 else 0.0
+        vx, vy, vz, distance = unit_and_length(px - ox, py - oy, pz - oz)
         keeps = short_uniform(d3) < natural
-        ux = b.ux[k] if keeps else vx * inverse
-        uy = b.uy[k] if keeps else vy * inverse
-        uz = b.uz[k] if keeps else vz * inverse
+        ux = b.ux[k] if keeps else vx
+        uy = b.uy[k] if keeps else vy
+        uz = b.uz[k] if keeps else vz
         # Weight: pdf of the emitter over the mixture's.
         near, near_cosine, far, far_cosine = box_crossings(ox, oy, oz, ux, uy, uz, hx, hy, hz)
         # A face seen edge-on is sampled but never hit: such directions have measure zero.
@@ -203,15 +197,13 @@ def aim_at_box(b, table, first, live):
         density = (far * far / far_cosine + (near * near / near_cosine if near > 0.0 else 0.0)) / area
         w = f / (natural * f + (1.0 - natural) * density)
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
-        b.x[k] = b.x[k] if keeps else cx + px
-        b.y[k] = b.y[k] if keeps else cy + py
-        b.z[k] = b.z[k] if keeps else cz + pz
+        b.x[k], b.y[k], b.z[k] = select(keeps, b.x[k], b.y[k], b.z[k], cx + px, cy + py, cz + pz)
         b.start[k] = 0.0 if keeps else -distance
         b.weight[k] *= w * scale if meets & (f > 0.0) & (w > 0.0) else 0.0
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def account_births(b, table, first, live):
     """Add the births towards a target to the ledger, with the largest weight.
 
@@ -220,14 +212,14 @@ def account_births(b, table, first, live):
     Fields: reads `weight`.
     """
     ledger, total_high, total_low = view(b.ledger, b.ledger_words, np.int64), 0, 0
-    heaviest = ledger[4 * BORN + 3]  # as bits, whose order is that of the weights
+    heaviest = ledger[4 * layout.BORN + 3]  # as bits, whose order is that of the weights
     for k in range(first, live):
         high, low = limbs(b.weight[k])
         total_high += high
         total_low += low
         heaviest = max(heaviest, bits_of(b.weight[k]))
-    ledger[4 * BORN] += total_high
-    ledger[4 * BORN + 1] += total_low
-    ledger[4 * BORN + 2] += int64(live) - int64(first)
-    ledger[4 * BORN + 3] = heaviest
+    ledger[4 * layout.BORN] += total_high
+    ledger[4 * layout.BORN + 1] += total_low
+    ledger[4 * layout.BORN + 2] += int64(live) - int64(first)
+    ledger[4 * layout.BORN + 3] = heaviest
     return live

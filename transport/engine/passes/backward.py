@@ -9,7 +9,8 @@ import math
 import numpy as np
 from numba import int64, uint64
 
-from transport.compile.layout import COLLISION_CLEARANCE, DETECTOR, LAYERS, NO_TABLE, SENSOR, VOLUME
+from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import PARALLEL, tangential_part
 from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
@@ -17,14 +18,14 @@ from transport.engine.registry import lane_pass
 from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import device
-from transport.physics.directions import select, turned_by
+from transport.physics.directions import from_frame, select, turned_by
 from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.streams import DIRECTION, POSITION, SHARES, random_words, uniform
 
 SLANT_UNITS = 1 << 22  # units of a slant of 1
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def assign_cells(b, table, first, live):
     """Assign cells in turn, from a random one on: per batch each has equally many histories, or one more.
 
@@ -40,7 +41,7 @@ def assign_cells(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def draw_place(b, table, first, live):
     """Draw the uniforms u0, u1 for a position in a cell.
 
@@ -53,7 +54,7 @@ def draw_place(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def draw_direction(b, table, first, live):
     """Draw the uniforms u2, u3 for a direction in a cell.
 
@@ -73,7 +74,7 @@ def coordinate_in_bin(edges, cells, number, u):
     return bounds[number] + u * (bounds[number + 1] - bounds[number])
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def place_in_cell(b, table, first, live):
     """Set the two coordinates, uniform in area, within the cell's bin of position.
 
@@ -86,7 +87,7 @@ def place_in_cell(b, table, first, live):
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def direction_in_cell(b, table, first, live):
     """Set the two coordinates, uniform in their measure, within the cell's bin of direction.
 
@@ -99,7 +100,7 @@ def direction_in_cell(b, table, first, live):
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def hemisphere_direction_in_cell(b, table, first, live):
     """Set squared cosine, squared sine and turn within the cell's bin.
 
@@ -122,7 +123,7 @@ def positive_turn(turn):
     return turn + 1.0 if turn < 0.0 else turn
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def start_on_rectangle(b, table, first, live):
     """Set the position on a rectangle from its lengths u0, u1.
 
@@ -136,7 +137,7 @@ def start_on_rectangle(b, table, first, live):
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def start_on_disk(b, table, first, live):
     """Set the position on a disk from squared radius u0 and azimuth u1.
 
@@ -152,7 +153,7 @@ def start_on_disk(b, table, first, live):
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def start_on_sphere(b, table, first, live):
     """Set position and normal on a sphere from the cosine to its axis u0 and the azimuth u1 (Archimedes).
 
@@ -166,13 +167,13 @@ def start_on_sphere(b, table, first, live):
         c, s = cos_sin_turn(positive_turn(b.u1[k]))
         sine = math.sqrt((1.0 - w) * (1.0 + w))
         u, v = sine * c, sine * s
-        nx, ny, nz = u * eux + v * evx + w * ax, u * euy + v * evy + w * ay, u * euz + v * evz + w * az
+        nx, ny, nz = from_frame(u, v, w, eux, euy, euz, evx, evy, evz, ax, ay, az)
         b.x[k], b.y[k], b.z[k] = cx + radius * nx, cy + radius * ny, cz + radius * nz
         b.nx[k], b.ny[k], b.nz[k] = side * nx, side * ny, side * nz
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def cosine_law_from_plane(b, table, first, live):
     """Set a direction by the cosine law within the cell's bin, for one common normal.
 
@@ -186,13 +187,11 @@ def cosine_law_from_plane(b, table, first, live):
         mu, sine = math.sqrt(b.u2[k]), math.sqrt(b.u4[k])
         c, s = cos_sin_turn(positive_turn(b.u3[k]))
         c, s = c * sine, s * sine
-        b.ux[k] = c * eux + s * evx + mu * nx
-        b.uy[k] = c * euy + s * evy + mu * ny
-        b.uz[k] = c * euz + s * evz + mu * nz
+        b.ux[k], b.uy[k], b.uz[k] = from_frame(c, s, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def cosine_law_from_surface(b, table, first, live):
     """Set a direction by the cosine law about the local normal; e_v is the projected axis of the shape.
 
@@ -211,13 +210,11 @@ def cosine_law_from_surface(b, table, first, live):
         scale = 1.0 / math.sqrt(evx * evx + evy * evy + evz * evz)
         evx, evy, evz = evx * scale, evy * scale, evz * scale
         eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
-        b.ux[k] = c * eux + s * evx + mu * nx
-        b.uy[k] = c * euy + s * evy + mu * ny
-        b.uz[k] = c * euz + s * evz + mu * nz
+        b.ux[k], b.uy[k], b.uz[k] = from_frame(c, s, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def uniform_direction(b, table, first, live):
     """Set a direction from its cosine to +z and azimuth: uniform in solid angle.
 
@@ -231,7 +228,7 @@ def uniform_direction(b, table, first, live):
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def direction_in_cone(b, table, first, live):
     """Set a direction uniform in the solid angle of a cone: 1 - cos uniform up to `spread`.
 
@@ -246,7 +243,7 @@ def direction_in_cone(b, table, first, live):
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def direction_through_pixel(b, table, first, live):
     """Set the direction through a point of the image plane at distance 1.
 
@@ -258,13 +255,11 @@ def direction_through_pixel(b, table, first, live):
         u, v = b.u2[k], b.u3[k]
         mu = 1.0 / math.sqrt(1.0 + u * u + v * v)
         u, v = mu * u, mu * v
-        b.ux[k] = u * eux + v * evx + mu * nx
-        b.uy[k] = u * euy + v * evy + mu * ny
-        b.uz[k] = u * euz + v * evz + mu * nz
+        b.ux[k], b.uy[k], b.uz[k] = from_frame(u, v, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def weigh_pixel(b, table, first, live):
     """Weight by solid angle per area of the image plane, cos^3: the mean is per solid angle.
 
@@ -277,7 +272,7 @@ def weigh_pixel(b, table, first, live):
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def weigh_by_plane(b, table, first, live):
     """Weight uniform directions by their cosine to the side; 0 below its horizon.
 
@@ -290,7 +285,7 @@ def weigh_by_plane(b, table, first, live):
     return live
 
 
-@lane_pass(SENSOR)
+@lane_pass(layout.SENSOR)
 def weigh_by_surface(b, table, first, live):
     """Weight directions by their cosine to the local normal; 0 below the surface.
 
@@ -302,7 +297,7 @@ def weigh_by_surface(b, table, first, live):
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def refine_by_cell(b, table, first, live):
     """Score arrivals at a source, by flights or next-event rays, in the row of the cell of birth.
 
@@ -312,7 +307,7 @@ def refine_by_cell(b, table, first, live):
 
     Fields: reads `weight`, `cell`, `detector_row`, `detector_index`; updates `bin`; writes `slant`.
     """
-    detectors, half = view(table.detectors, table.detector_count, DETECTOR), table.half
+    detectors, half = view(table.detectors, table.detector_count, layout.DETECTOR), table.half
     for k in range(first, live):
         m, is_flight = detectors[b.detector_index[k]], b.detector_row[k] < half
         arrives = is_flight | ((b.detector_row[k] >= 2 * half) & (b.detector_row[k] < 3 * half))
@@ -322,7 +317,7 @@ def refine_by_cell(b, table, first, live):
     return live
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def score_path_by_cell(b, table, first, live):
     """Score weight times path length in a source that fills a volume, by cell of birth.
 
@@ -332,9 +327,8 @@ def score_path_by_cell(b, table, first, live):
     for k in range(first, live):
         length = b.length_inside[k]
         if length > 0.0:
-            high, low = unbiased_limbs(
-                b.weight[k] * length * scale, hashed_uniform(bits_of(length), salt + b.history[k])
-            )
+            chance = hashed_uniform(bits_of(length), salt + b.history[k])
+            high, low = unbiased_limbs(b.weight[k] * length * scale, chance)
             seen = 1 if length > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
             add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)
             total += high
@@ -342,7 +336,7 @@ def score_path_by_cell(b, table, first, live):
     return live
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def score_path_by_cell_in_media(b, table, first, live):
     """Score the mean weight along a path times its length by cell of birth, where media absorb.
 

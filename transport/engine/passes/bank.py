@@ -8,7 +8,7 @@ Results do not depend on when a copy is taken up.
 import numpy as np
 from numba import int64, uint64
 
-from transport.compile.layout import FIELD_MOVES
+from transport.compile import layout
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
 from transport.engine.passes.lanes import FIELDS
 from transport.engine.registry import lane_pass
@@ -66,7 +66,7 @@ def write_copy(b, fields, words, count, k, place):
     return row
 
 
-@lane_pass(FIELD_MOVES)
+@lane_pass(layout.FIELD_MOVES)
 def bank_copies(b, table, first, live):
     """Put `copies` copies of each lane into the bank.
 
@@ -82,7 +82,7 @@ def bank_copies(b, table, first, live):
     return live
 
 
-@lane_pass(FIELD_MOVES)
+@lane_pass(layout.FIELD_MOVES)
 def bank_forced_copies(b, table, first, live):
     """Put the copies of force_collision into the bank, with a weight and a path of their own.
 
@@ -102,7 +102,7 @@ def bank_forced_copies(b, table, first, live):
     return live
 
 
-@lane_pass(FIELD_MOVES)
+@lane_pass(layout.FIELD_MOVES)
 def take_copies(b, table, first, live):
     """Fill free lanes with copies from the bank.
 

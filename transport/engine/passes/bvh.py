@@ -27,11 +27,9 @@ def _build(vertices, faces, center, nodes, order):
     low, high, middle = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     for i in range(n):
         for a in range(3):
-            p, q, r = (
-                vertices[faces[i, 0], a] - center[a],
-                vertices[faces[i, 1], a] - center[a],
-                vertices[faces[i, 2], a] - center[a],
-            )
+            p = vertices[faces[i, 0], a] - center[a]
+            q = vertices[faces[i, 1], a] - center[a]
+            r = vertices[faces[i, 2], a] - center[a]
             low[i, a], high[i, a] = min(p, min(q, r)), max(p, max(q, r))
             middle[i, a] = 0.5 * (low[i, a] + high[i, a])
         order[i] = i
@@ -117,29 +115,15 @@ def _build(vertices, faces, center, nodes, order):
 @njit(inline="always")
 def _write_child(node, child, low, high, first, count):
     """Write a child of a node: its box, and its first facet and count, or its node and 0."""
+    low_x, low_y, low_z = _rounded_down(low[0]), _rounded_down(low[1]), _rounded_down(low[2])
+    high_x, high_y, high_z = -_rounded_down(-high[0]), -_rounded_down(-high[1]), -_rounded_down(-high[2])
     if child == 0:
-        node.low_x0, node.low_y0, node.low_z0 = (
-            _rounded_down(low[0]),
-            _rounded_down(low[1]),
-            _rounded_down(low[2]),
-        )
-        node.high_x0, node.high_y0, node.high_z0 = (
-            -_rounded_down(-high[0]),
-            -_rounded_down(-high[1]),
-            -_rounded_down(-high[2]),
-        )
+        node.low_x0, node.low_y0, node.low_z0 = low_x, low_y, low_z
+        node.high_x0, node.high_y0, node.high_z0 = high_x, high_y, high_z
         node.first0, node.count0 = first, count
     else:
-        node.low_x1, node.low_y1, node.low_z1 = (
-            _rounded_down(low[0]),
-            _rounded_down(low[1]),
-            _rounded_down(low[2]),
-        )
-        node.high_x1, node.high_y1, node.high_z1 = (
-            -_rounded_down(-high[0]),
-            -_rounded_down(-high[1]),
-            -_rounded_down(-high[2]),
-        )
+        node.low_x1, node.low_y1, node.low_z1 = low_x, low_y, low_z
+        node.high_x1, node.high_y1, node.high_z1 = high_x, high_y, high_z
         node.first1, node.count1 = first, count
 
 

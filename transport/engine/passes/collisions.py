@@ -10,18 +10,12 @@ carries one through a surface.
 
 import math
 
-from transport.compile.layout import (
-    ABSORBING_MEDIUM,
-    COLLISION_CLEARANCE,
-    MEDIA,
-    NO_TABLE,
-    PHASE_LAW,
-    TWO_ROWS,
-)
+from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE
 from transport.compile.media import SEGMENT
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
-from transport.engine.tally import add_to_ledger, hash_salt, hashed_uniform, limbs
+from transport.engine.tally import add_to_ledger, hash_salt, hashed_uniform, limbs, limbs_of_loss
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
 from transport.physics.directions import sample_isotropic, select
@@ -53,8 +47,10 @@ def is_weak(depth):
 
 
 @device
-def attenuated_unbiased(before, depth, salt):
-    """Return before * exp(-depth) for depth < WEAK_DEPTH, rounded at random: exact in the mean over salts."""
+def attenuated(before, depth, salt):
+    """Return before * exp(-depth); for a weak depth rounded at random, exact in the mean over salts."""
+    if not (is_weak(depth) and before != 0.0):
+        return before * exp_negative(-depth)
     kept = before * (depth - depth * depth * (0.5 - depth / 6.0))
     after = before - kept
     excess = (before - after) - kept  # by which rounding has absorbed too much
@@ -65,7 +61,7 @@ def attenuated_unbiased(before, depth, salt):
 # ---- The passes.
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def start_flight(b, table, first, live):
     """Mark all lanes as flying: distance 0, no hit.
 
@@ -77,7 +73,7 @@ def start_flight(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def fly_uncollided(b, table, first, live):
     """Set an infinite free path (no collisions): fly to the next surface.
 
@@ -96,7 +92,7 @@ def is_flying(hit, distance, weight):
     return (hit == 0) & (distance < math.inf) & (weight != 0.0)
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def sample_free_path(b, table, first, live):
     """Sample a free path by the exponential law, and the uniforms u0, u1 of the collision at its end.
 
@@ -107,15 +103,14 @@ def sample_free_path(b, table, first, live):
     for k in range(first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
         flies = is_flying(b.hit[k], b.distance[k], b.weight[k])
-        b.distance[k] = (
-            b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if flies else b.distance[k]
-        )
+        path = depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE
+        b.distance[k] = b.start[k] + path if flies else b.distance[k]
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def collide(b, table, first, live):
     """Move lanes to the end of the free path where no surface came before it; mark them as colliding.
 
@@ -138,7 +133,7 @@ def collide(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def attenuate(b, table, first, live):
     """Absorb along the path: weight times exp(-sigma_a path).
 
@@ -156,9 +151,7 @@ def attenuate(b, table, first, live):
         length, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
         depth = sigma_a * length if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
         after = before * exp_negative(-depth)
-        high, low = limbs(before)
-        left_high, left_low = limbs(after)
-        b.high[k], b.low[k] = high - left_high, low - left_low
+        b.high[k], b.low[k] = limbs_of_loss(before, after)
         b.weight[k] = after
     return live
 
@@ -173,17 +166,12 @@ def attenuate_unbiased(b, first, live):
     for k in range(first, live):
         length, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
         depth = sigma_a * length if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
-        fair = is_weak(depth) and before != 0.0
-        after = (
-            attenuated_unbiased(before, depth, salt + b.history[k]) if fair else before * exp_negative(-depth)
-        )
-        high, low = limbs(before)
-        left_high, left_low = limbs(after)
-        b.high[k], b.low[k] = high - left_high, low - left_low
+        after = attenuated(before, depth, salt + b.history[k])
+        b.high[k], b.low[k] = limbs_of_loss(before, after)
         b.weight[k] = after
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def absorb_at_collisions(b, table, first, live):
     """Absorb all or nothing at a collision: survive with probability `survival`; rescales and reuses u0.
 
@@ -201,7 +189,7 @@ def absorb_at_collisions(b, table, first, live):
     return live
 
 
-@lane_pass(ABSORBING_MEDIUM)
+@lane_pass(layout.ABSORBING_MEDIUM)
 def account_absorbed_in(b, table, first, live):
     """Add the absorption in one medium to its row of the ledger.
 
@@ -216,7 +204,7 @@ def account_absorbed_in(b, table, first, live):
     return live
 
 
-@lane_pass(ABSORBING_MEDIUM)
+@lane_pass(layout.ABSORBING_MEDIUM)
 def account_absorbed_in_all(b, table, first, live):
     """Add the absorption in all media to their rows of the ledger: one addition per lane.
 
@@ -228,7 +216,7 @@ def account_absorbed_in_all(b, table, first, live):
     return live
 
 
-@lane_pass(TWO_ROWS)
+@lane_pass(layout.TWO_ROWS)
 def choose_phase(b, table, first, live):
     """Choose the phase function of the medium; of a mixture, one part with the probability of its share.
 
@@ -236,7 +224,8 @@ def choose_phase(b, table, first, live):
 
     Fields: reads `medium`; updates `u0`, `collides`.
     """
-    media, laws = view(table.rows, table.count, MEDIA), view(table.others, table.other_count, PHASE_LAW)
+    media = view(table.rows, table.count, layout.MEDIA)
+    laws = view(table.others, table.other_count, layout.PHASE_LAW)
     for k in range(first, live):
         if b.collides[k] != 0:
             chosen = media[b.medium[k]].phase
@@ -250,7 +239,7 @@ def choose_phase(b, table, first, live):
     return live
 
 
-@lane_pass(PHASE_LAW)
+@lane_pass(layout.PHASE_LAW)
 def scatter_isotropic(b, table, first, live):
     """Sample an isotropic direction.
 
@@ -264,7 +253,7 @@ def scatter_isotropic(b, table, first, live):
     return live
 
 
-@lane_pass(PHASE_LAW)
+@lane_pass(layout.PHASE_LAW)
 def scatter_henyey_greenstein(b, table, first, live):
     """Sample the scattering angle by the phase function of Henyey and Greenstein (1941).
 
@@ -279,7 +268,7 @@ def scatter_henyey_greenstein(b, table, first, live):
     return live
 
 
-@lane_pass(PHASE_LAW)
+@lane_pass(layout.PHASE_LAW)
 def scatter_rayleigh(b, table, first, live):
     """Sample the scattering angle by the phase function of Rayleigh (1871), 3/(16 pi) (1 + mu^2).
 
@@ -294,7 +283,7 @@ def scatter_rayleigh(b, table, first, live):
     return live
 
 
-@lane_pass(PHASE_LAW)
+@lane_pass(layout.PHASE_LAW)
 def choose_segment_of_table(b, table, first, live):
     """Choose a segment of a tabulated phase function (alias method).
 
@@ -310,7 +299,7 @@ def choose_segment_of_table(b, table, first, live):
     return live
 
 
-@lane_pass(PHASE_LAW)
+@lane_pass(layout.PHASE_LAW)
 def scatter_tabulated(b, table, first, live):
     """Sample the scattering angle by a tabulated phase function, within the chosen segment.
 
@@ -326,7 +315,7 @@ def scatter_tabulated(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def count_scatterings(b, table, first, live):
     """Count the scattering of lanes that collided and survived.
 

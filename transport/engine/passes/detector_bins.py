@@ -8,21 +8,10 @@ import math
 
 import numpy as np
 
-from transport.compile.layout import (
-    CONE,
-    DETECTOR,
-    DISK_PLACE,
-    LAYER,
-    LAYERS,
-    RECTANGLE_PLACE,
-    REVOLVED_PLACE,
-    SHEET_SHIFT,
-    SPHERE_AZIMUTH,
-    WORLD_AZIMUTH,
-    WORLD_COSINE,
-)
+from transport.compile import layout
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
+from transport.engine.words import sheet_of
 from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn
 
@@ -84,19 +73,19 @@ def tangential_part(ax, ay, az, nx, ny, nz):
     return ax - a * nx, ay - a * ny, az - a * nz
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def find_detector_row(b, table, first, live):
     """Set the index of the detector's row, for the bin axes that follow.
 
     Fields: reads `hit`; writes `detector_index`.
     """
-    rows = view(table.rows, table.count, LAYER)
+    rows = view(table.rows, table.count, layout.LAYER)
     for k in range(first, live):
-        b.detector_index[k] = rows[b.hit[k] >> SHEET_SHIFT].detector
+        b.detector_index[k] = rows[sheet_of(b.hit[k])].detector
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def refine_by_time(b, table, first, live):
     """Bin by the time of crossing.
 
@@ -104,7 +93,7 @@ def refine_by_time(b, table, first, live):
 
     Fields: reads `time`, `detector_index`; updates `detector_row`, `bin`.
     """
-    detectors = view(table.detectors, table.detector_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
             m = detectors[b.detector_index[k]]
@@ -116,13 +105,13 @@ def refine_by_time(b, table, first, live):
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def refine_by_speed(b, table, first, live):
     """Bin by speed, with outside rows like those of time.
 
     Fields: reads `speed`, `detector_index`; updates `detector_row`, `bin`.
     """
-    detectors = view(table.detectors, table.detector_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.detector_row[k]:
             m = detectors[b.detector_index[k]]
@@ -134,22 +123,22 @@ def refine_by_speed(b, table, first, live):
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def refine_by_cosine(b, table, first, live):
     """Bin by cosine with given edges, by cosine in the world's frame, or by one cone.
 
     Fields: reads `ux, uy, uz`, `mu`, `detector_row`, `detector_index`; updates `bin`.
     """
-    detectors = view(table.detectors, table.detector_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.detector_row[k]:  # not yet outside of another axis
             m = detectors[b.detector_index[k]]
             if m.mu_kind != 0:
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by the direction they come from
                 value = abs(b.mu[k])
-                if m.mu_kind == WORLD_COSINE:
+                if m.mu_kind == layout.WORLD_COSINE:
                     value = toward * b.uz[k]
-                if m.mu_kind == CONE:
+                if m.mu_kind == layout.CONE:
                     value = -sine_squared(
                         toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z
                     )
@@ -158,13 +147,13 @@ def refine_by_cosine(b, table, first, live):
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def refine_by_azimuth(b, table, first, live):
     """Bin by azimuth of the direction, from e_u towards e_v, or from the world's x towards y.
 
     Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `detector_row`, `detector_index`; updates `bin`.
     """
-    detectors = view(table.detectors, table.detector_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.detector_row[k]:
             m = detectors[b.detector_index[k]]
@@ -173,21 +162,21 @@ def refine_by_azimuth(b, table, first, live):
                 ux, uy, uz = toward * b.ux[k], toward * b.uy[k], toward * b.uz[k]
                 eux, euy, euz, evx, evy, evz = m.eux, m.euy, m.euz, m.evx, m.evy, m.evz
                 # On a sphere: e_v = projected axis, e_u = e_v x n; lengths do not matter.
-                if m.turn_kind == SPHERE_AZIMUTH:
+                if m.turn_kind == layout.SPHERE_AZIMUTH:
                     nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]
                     evx, evy, evz = tangential_part(m.axis_x, m.axis_y, m.axis_z, nx, ny, nz)
                     if evx * evx + evy * evy + evz * evz < PARALLEL:  # a facet of a mesh across the axis
                         evx, evy, evz = tangential_part(m.evx, m.evy, m.evz, nx, ny, nz)
                     eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
                 e_u, e_v = ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz
-                if m.turn_kind == WORLD_AZIMUTH:
+                if m.turn_kind == layout.WORLD_AZIMUTH:
                     e_u, e_v = ux, uy
                 found = azimuth_cell(e_u, e_v, m.turn_low, m.turn_cells, m.turn_edges)
                 b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.turn_stride)
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def refine_by_place(b, table, first, live):
     """Bin by position in the shape's coordinates: width and height.
 
@@ -195,7 +184,7 @@ def refine_by_place(b, table, first, live):
 
     Fields: reads `x, y, z`, `detector_row`, `detector_index`; updates `bin`.
     """
-    detectors = view(table.detectors, table.detector_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     for k in range(first, live):
         if b.bin[k] > b.detector_row[k]:
             m = detectors[b.detector_index[k]]
@@ -203,15 +192,15 @@ def refine_by_place(b, table, first, live):
                 px, py, pz = b.x[k] - m.cx, b.y[k] - m.cy, b.z[k] - m.cz
                 u = px * m.eux + py * m.euy + pz * m.euz
                 v = px * m.evx + py * m.evy + pz * m.evz
-                if m.place == RECTANGLE_PLACE:
+                if m.place == layout.RECTANGLE_PLACE:
                     u = m.handed * u
-                elif m.place == DISK_PLACE:
+                elif m.place == layout.DISK_PLACE:
                     u = m.handed * u
                     u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI
                 else:
                     w = px * m.nx + py * m.ny + pz * m.nz
                     polar = azimuth_turn(w, math.sqrt(u * u + v * v)) * TWO_PI
-                    u, v = w if m.place == REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
+                    u, v = w if m.place == layout.REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
                 found = find_cell(u, m.u_cells, m.u_edges)
                 b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.u_stride)
                 if b.bin[k] > b.detector_row[k]:

@@ -6,42 +6,32 @@ azimuth, cosine), the last fastest, after one row for values outside all bins; d
 
 from numba import float64, int64, uint64
 
-from transport.compile.layout import (
-    DETECTOR,
-    DETECTOR_BACK,
-    DETECTOR_BASE_MASK,
-    DETECTOR_CELLS_MASK,
-    DETECTOR_CELLS_SHIFT,
-    LAYER,
-    LAYERS,
-    MOMENTS,
-    NO_TABLE,
-    SHEET_SHIFT,
-)
+from transport.compile import layout
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
 from transport.engine.tally import (
+    add_long,
     count_grazing,
     hash_salt,
     hashed_uniform,
     is_grazing,
-    long_limbs,
     slant,
     unbiased_limbs,
 )
+from transport.engine.words import is_covered, sheet_of
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def find_detector(b, table, first, live):
     """Set the packed word of the detector of this layer on the sheet that was hit.
 
     Fields: reads `hit`; writes `detector_word`.
     """
-    rows = view(table.rows, table.count, LAYER)
+    rows = view(table.rows, table.count, layout.LAYER)
     for k in range(first, live):
-        b.detector_word[k] = rows[uint64(b.hit[k] >> SHEET_SHIFT)].detector_word
+        b.detector_word[k] = rows[uint64(sheet_of(b.hit[k]))].detector_word
     return live
 
 
@@ -51,81 +41,63 @@ def cosine_to_side(word, hit, layer, mu):
 
     0 without detector.
     """
-    covered = (word != 0) & (((hit >> layer) & 1) != 0)
-    return (-mu if word & DETECTOR_BACK else mu) if covered else 0.0
+    covered = (word != 0) & is_covered(hit, layer)
+    return (-mu if word & layout.DETECTOR_BACK else mu) if covered else 0.0
 
 
 @device
 def cosine_bin(word, mu):
     """Return the row of the cosine bin relative to the detector's first row, which is the outside row."""
-    cells = (word >> DETECTOR_CELLS_SHIFT) & DETECTOR_CELLS_MASK
+    cells = (word >> layout.DETECTOR_CELLS_SHIFT) & layout.DETECTOR_CELLS_MASK
     return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)
 
 
-@lane_pass(LAYERS)
+@device
+def bin_cosines(b, table, first, live, arrivals, departures):
+    """Find the cosine bin of arrivals at the detector's side, of departures from it, or of both.
+
+    Sets the integers to score too.
+
+    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`,
+    `low`, `slant`, `is_grazing`.
+    """
+    layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
+    for k in range(first, live):
+        word, mu = b.detector_word[k], b.mu[k]
+        side = cosine_to_side(word, b.hit[k], layer, mu)
+        departs = departures & (side > 0.0)
+        here = (departs | (arrivals & (side < 0.0))) & (b.weight[k] != 0.0)
+        base = (word & layout.DETECTOR_BASE_MASK) + (half if departs else 0)
+        b.detector_row[k], b.bin[k] = base, base + cosine_bin(word, mu) if here else 0
+        any_grazes |= is_grazing(here, mu)
+        chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
+        b.slant[k] = slant(b.weight[k], mu, chance)
+    b.any_grazing = any_grazes
+
+
+@lane_pass(layout.LAYERS)
 def bin_arrivals(b, table, first, live):
-    """Find the cosine bin of arrivals at the detector's side, and the integers to score.
-
-    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`,
-    `low`, `slant`, `is_grazing`.
-    """
-    layer, any_grazes, salt = table.layer, 0, hash_salt(b.seed_low, b.batch)
-    for k in range(first, live):
-        word, mu = b.detector_word[k], b.mu[k]
-        base = word & DETECTOR_BASE_MASK
-        here = (cosine_to_side(word, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
-        b.detector_row[k], b.bin[k] = base, base + cosine_bin(word, mu) if here else 0
-        any_grazes |= is_grazing(here, mu)
-        chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
-        b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
-        b.slant[k] = slant(b.weight[k], mu, chance)
-    b.any_grazing = any_grazes
+    """Find the cosine bin of arrivals at the detector's side (`bin_cosines`)."""
+    bin_cosines(b, table, first, live, True, False)
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def bin_departures(b, table, first, live):
-    """Find the cosine bin of departures from the detector's side, and the integers to score.
-
-    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`,
-    `low`, `slant`, `is_grazing`.
-    """
-    layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
-    for k in range(first, live):
-        word, mu = b.detector_word[k], b.mu[k]
-        base = (word & DETECTOR_BASE_MASK) + half
-        here = (cosine_to_side(word, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
-        b.detector_row[k], b.bin[k] = base, base + cosine_bin(word, mu) if here else 0
-        any_grazes |= is_grazing(here, mu)
-        chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
-        b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
-        b.slant[k] = slant(b.weight[k], mu, chance)
-    b.any_grazing = any_grazes
+    """Find the cosine bin of departures from the detector's side (`bin_cosines`)."""
+    bin_cosines(b, table, first, live, False, True)
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def bin_crossings(b, table, first, live):
-    """Find the cosine bin where nothing acts: arrival on one side is departure from the other.
-
-    Fields: reads `weight`, `history`, `hit`, `mu`, `detector_word`; writes `detector_row`, `bin`, `high`,
-    `low`, `slant`, `is_grazing`.
-    """
-    layer, half, any_grazes, salt = table.layer, table.half, 0, hash_salt(b.seed_low, b.batch)
-    for k in range(first, live):
-        word, mu = b.detector_word[k], b.mu[k]
-        side = cosine_to_side(word, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
-        base = (word & DETECTOR_BASE_MASK) + (half if side > 0.0 else 0)
-        b.detector_row[k], b.bin[k] = base, base + cosine_bin(word, mu) if side != 0.0 else 0
-        any_grazes |= is_grazing((side != 0.0), mu)
-        chance = hashed_uniform(bits_of(abs(mu)), salt + b.history[k])
-        b.high[k], b.low[k] = unbiased_limbs(b.weight[k], chance)
-        b.slant[k] = slant(b.weight[k], mu, chance)
-    b.any_grazing = any_grazes
+    """Find the cosine bin where nothing acts: arrival on one side is departure from the other."""
+    bin_cosines(b, table, first, live, True, True)
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def score(b, table, first, live):
     """Add weight, count and slant (weight/|mu|) to the row of the bin, for the few lanes that have one.
 
@@ -142,7 +114,7 @@ def score(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def score_all(b, table, first, live):
     """Add weight, count and slant where nearly every lane has a bin; row 0 takes the rest and is never read.
 
@@ -154,7 +126,7 @@ def score_all(b, table, first, live):
     return live
 
 
-@lane_pass(MOMENTS)
+@lane_pass(layout.MOMENTS)
 def score_moments(b, table, first, live):
     """Add normal momentum, speed and squared speed of the lanes with a bin to its three moment rows.
 
@@ -173,38 +145,35 @@ def score_moments(b, table, first, live):
         weight, v = b.weight[k], b.speed[k] / fastest
         momentum = slowest / b.speed[k] if is_light != 0 else v
         row = b.moments + 32 * (each * b.bin[k] + place)
-        high, middle, low, rest = long_limbs(weight * abs(b.mu[k]) * momentum)
-        add_to_row(row, high, middle, low, rest)
-        high, middle, low, rest = long_limbs(weight * v)
-        add_to_row(row + 32, high, middle, low, rest)
-        high, middle, low, rest = long_limbs(weight * v * v)
-        add_to_row(row + 64, high, middle, low, rest)
+        add_long(row, weight * abs(b.mu[k]) * momentum)
+        add_long(row + 32, weight * v)
+        add_long(row + 64, weight * v * v)
     return live
 
 
 # ---- Filters by history: marks of visited objects (`via`) and numbers of reflections (`events`).
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def mark_visit(b, table, first, live):
     """Set the visit bit of the object at this crossing, where a detector has it in `via`.
 
     Fields: reads `hit`; updates `visited`.
     """
-    rows, layer = view(table.rows, table.count, LAYER), table.layer
+    rows, layer = view(table.rows, table.count, layout.LAYER), table.layer
     for k in range(first, live):
-        mark = rows[b.hit[k] >> SHEET_SHIFT].mark
-        b.visited[k] |= mark if ((b.hit[k] >> layer) & 1) != 0 else 0
+        mark = rows[sheet_of(b.hit[k])].mark
+        b.visited[k] |= mark if is_covered(b.hit[k], layer) else 0
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def require_visits(b, table, first, live):
     """Drop the bin of lanes that have not visited all objects in the detector's `via`.
 
     Fields: reads `visited`, `detector_index`; updates `bin`.
     """
-    detectors = view(table.detectors, table.detector_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
             via = detectors[b.detector_index[k]].via
@@ -212,13 +181,13 @@ def require_visits(b, table, first, live):
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def require_reflections(b, table, first, live):
     """Drop the bin of lanes whose number of reflections lies outside the detector's `events`.
 
     Fields: reads `reflections`, `detector_index`; updates `bin`.
     """
-    detectors = view(table.detectors, table.detector_count, DETECTOR)
+    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     for k in range(first, live):
         if b.bin[k] != 0:
             m = detectors[b.detector_index[k]]

@@ -7,30 +7,18 @@ import math
 
 from numba import int64
 
-from transport.compile.layout import (
-    BEAM,
-    BIRTH,
-    DISK,
-    HIT_WORD,
-    HOLED,
-    MEDIUM,
-    NO_TABLE,
-    PATCH,
-    QUADRIC,
-    RECTANGLE,
-    SHEET_SHIFT,
-    TRIANGLE,
-)
+from transport.compile import layout
 from transport.engine.passes.flats import distance_from_hole
 from transport.engine.registry import lane_pass
 from transport.physics.bits import float_of
-from transport.physics.directions import sample_cosine_law, sample_isotropic
+from transport.physics.directions import from_frame, sample_cosine_law, sample_isotropic
 from transport.physics.elementary import cos_sin_turn
+from transport.physics.positions import sample_disk, sample_rectangle, sample_triangle
 from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, uniform
 from transport.physics.velocities import sample_normal_pair
 
 
-@lane_pass(BIRTH)
+@lane_pass(layout.BIRTH)
 def start_history(b, table, first, live):
     """Start a new history: number, birth weight, ray parameter and sheet.
 
@@ -46,7 +34,7 @@ def start_history(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def reset_events(b, table, first, live):
     """Set the event counter, which numbers the random blocks, to 0.
 
@@ -57,7 +45,7 @@ def reset_events(b, table, first, live):
     return live
 
 
-@lane_pass(MEDIUM)
+@lane_pass(layout.MEDIUM)
 def set_birth_index(b, table, first, live):
     """Set the refractive index to that of the source's medium.
 
@@ -69,7 +57,7 @@ def set_birth_index(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def reset_visits(b, table, first, live):
     """Clear the bit set of visited objects.
 
@@ -80,7 +68,7 @@ def reset_visits(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def reset_reflections(b, table, first, live):
     """Set the count of reflections to 0.
 
@@ -91,7 +79,7 @@ def reset_reflections(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def save_birth_weight(b, table, first, live):
     """Keep the birth weight as the reference of Russian roulette.
 
@@ -102,7 +90,7 @@ def save_birth_weight(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_on_rectangle(b, table, first, live):
     """Sample a point uniformly on a rectangle.
 
@@ -113,12 +101,12 @@ def born_on_rectangle(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
-        u, v = (2.0 * uniform(w0, w1) - 1.0) * half_u, (2.0 * uniform(w2, w3) - 1.0) * half_v
+        u, v = sample_rectangle(half_u, half_v, uniform(w0, w1), uniform(w2, w3))
         b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_on_disk(b, table, first, live):
     """Sample a point uniformly on a disk or annulus.
 
@@ -129,14 +117,12 @@ def born_on_disk(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
-        r = math.sqrt(inner2 + uniform(w0, w1) * (outer2 - inner2))
-        c, s = cos_sin_turn(uniform(w2, w3))
-        u, v = r * c, r * s
+        u, v = sample_disk(inner2, outer2, uniform(w0, w1), uniform(w2, w3))
         b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_on_triangle(b, table, first, live):
     """Sample a point uniformly on a triangle with corner c and edges e_u, e_v.
 
@@ -147,39 +133,27 @@ def born_on_triangle(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
-        s, share = math.sqrt(uniform(w0, w1)), uniform(w2, w3)
-        u, v = s * (1.0 - share), s * share
+        u, v = sample_triangle(uniform(w0, w1), uniform(w2, w3))
         b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
     return live
 
 
-@lane_pass(HOLED)
+@lane_pass(layout.HOLED)
 def born_beside_hole(b, table, first, live):
     """Sample a point uniformly on a rectangle with a hole, by rejection of points in the hole.
 
     Fields: reads `history`; writes `x, y, z`.
     """
+    hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
+    half_p, half_q = table.half_p, table.half_q
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        u, v, draws, outside = 0.0, 0.0, 0, False
+        u, v, draws, beyond = 0.0, 0.0, 0, -1.0
         # Reject points in the hole.
-        while not outside:
+        while beyond < 0.0:
             w0, w1, w2, w3 = random_words(b.history[k], batch, draws, POSITION, seed_low, seed_high)
-            u = (2.0 * uniform(w0, w1) - 1.0) * table.half_u
-            v = (2.0 * uniform(w2, w3) - 1.0) * table.half_v
-            outside = (
-                distance_from_hole(
-                    u,
-                    v,
-                    table.hole_u,
-                    table.hole_v,
-                    table.hole_cos,
-                    table.hole_sin,
-                    table.half_p,
-                    table.half_q,
-                )
-                >= 0.0
-            )
+            u, v = sample_rectangle(table.half_u, table.half_v, uniform(w0, w1), uniform(w2, w3))
+            beyond = distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
             draws += 1
         b.x[k] = table.cx + u * table.eux + v * table.evx
         b.y[k] = table.cy + u * table.euy + v * table.evy
@@ -187,7 +161,7 @@ def born_beside_hole(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_on_sphere(b, table, first, live):
     """Sample a point uniformly on a sphere, with its normal on the emitting side.
 
@@ -203,7 +177,7 @@ def born_on_sphere(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_on_sphere_cross_section(b, table, first, live):
     """Sample a point on a sphere, uniformly over its cross section, for a parallel beam.
 
@@ -222,7 +196,7 @@ def born_on_sphere_cross_section(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def set_emission_normal(b, table, first, live):
     """Set the normal of the emitting side, by which an aim weights directions; 0 for isotropic emission.
 
@@ -234,7 +208,7 @@ def set_emission_normal(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_at_point(b, table, first, live):
     """Set the position to one point.
 
@@ -246,20 +220,14 @@ def born_at_point(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_in_box(b, table, first, live):
     """Sample a point uniformly in a box.
 
     Fields: reads `history`; writes `x, y, z`.
     """
-    cx, cy, cz, half_u, half_v, half_w = (
-        table.cx,
-        table.cy,
-        table.cz,
-        table.half_u,
-        table.half_v,
-        table.half_w,
-    )
+    cx, cy, cz = table.cx, table.cy, table.cz
+    half_u, half_v, half_w = table.half_u, table.half_v, table.half_w
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
@@ -270,7 +238,7 @@ def born_in_box(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_in_sphere(b, table, first, live):
     """Sample a point uniformly in a ball.
 
@@ -290,20 +258,14 @@ def born_in_sphere(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def born_in_cloud(b, table, first, live):
     """Sample a point of a normal distribution with a standard deviation per coordinate.
 
     Fields: reads `history`; writes `x, y, z`.
     """
-    cx, cy, cz, half_u, half_v, half_w = (
-        table.cx,
-        table.cy,
-        table.cz,
-        table.half_u,
-        table.half_v,
-        table.half_w,
-    )
+    cx, cy, cz = table.cx, table.cy, table.cz
+    half_u, half_v, half_w = table.half_u, table.half_v, table.half_w
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
@@ -314,7 +276,7 @@ def born_in_cloud(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def emit_lambertian(b, table, first, live):
     """Sample a direction by the cosine law about the normal of the emitting side.
 
@@ -328,7 +290,7 @@ def emit_lambertian(b, table, first, live):
     return live
 
 
-@lane_pass(PATCH)
+@lane_pass(layout.PATCH)
 def emit_lambertian_from_plane(b, table, first, live):
     """Sample a direction by the cosine law about one normal for all lanes, in a frame computed once.
 
@@ -344,13 +306,11 @@ def emit_lambertian_from_plane(b, table, first, live):
         c, s = cos_sin_turn(uniform(w2, w3))
         mu, sine = math.sqrt(1.0 - u), math.sqrt(u)
         c, s = c * sine, s * sine
-        b.ux[k] = c * eux + s * evx + mu * nx
-        b.uy[k] = c * euy + s * evy + mu * ny
-        b.uz[k] = c * euz + s * evz + mu * nz
+        b.ux[k], b.uy[k], b.uz[k] = from_frame(c, s, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def emit_isotropic(b, table, first, live):
     """Sample a direction uniformly over the sphere.
 
@@ -363,7 +323,7 @@ def emit_isotropic(b, table, first, live):
     return live
 
 
-@lane_pass(BEAM)
+@lane_pass(layout.BEAM)
 def emit_beam(b, table, first, live):
     """Set one direction for all.
 
@@ -381,19 +341,19 @@ def emit_beam(b, table, first, live):
 # its birthplace for these steps.
 
 
-@lane_pass(BIRTH)
+@lane_pass(layout.BIRTH)
 def hit_birth_sheet(b, table, first, live):
     """Set the hit to the sheet of birth, without detectors yet.
 
     Fields: writes `hit`.
     """
-    code = table.sheet << SHEET_SHIFT
+    code = table.sheet << layout.SHEET_SHIFT
     for k in range(first, live):
         b.hit[k] = code
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def move_to_birthplace(b, table, first, live):
     """Move an aimed particle from its target back along the ray to its birthplace.
 
@@ -409,7 +369,7 @@ def move_to_birthplace(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def move_to_target(b, table, first, live):
     """Restore the target as the position, to its full precision.
 
@@ -420,7 +380,7 @@ def move_to_target(b, table, first, live):
     return live
 
 
-@lane_pass(RECTANGLE)
+@lane_pass(layout.RECTANGLE)
 def born_over_rectangle(b, table, first, live):
     """Add the detectors of this rectangle to the hit of births within it.
 
@@ -434,7 +394,7 @@ def born_over_rectangle(b, table, first, live):
     return live
 
 
-@lane_pass(DISK)
+@lane_pass(layout.DISK)
 def born_over_disk(b, table, first, live):
     """Add the detectors of this disk to the hit of births within it.
 
@@ -447,7 +407,7 @@ def born_over_disk(b, table, first, live):
     return live
 
 
-@lane_pass(TRIANGLE)
+@lane_pass(layout.TRIANGLE)
 def born_over_triangle(b, table, first, live):
     """Add the detectors of this triangle to the hit of births within it.
 
@@ -461,7 +421,7 @@ def born_over_triangle(b, table, first, live):
     return live
 
 
-@lane_pass(HOLED)
+@lane_pass(layout.HOLED)
 def born_over_holed(b, table, first, live):
     """Add the detectors of this rectangle with a hole to the hit of births within it.
 
@@ -479,7 +439,7 @@ def born_over_holed(b, table, first, live):
     return live
 
 
-@lane_pass(QUADRIC)
+@lane_pass(layout.QUADRIC)
 def born_over_quadric(b, table, first, live):
     """Add the detectors of this surface of revolution to the hit of births between its heights.
 
@@ -491,7 +451,7 @@ def born_over_quadric(b, table, first, live):
     return live
 
 
-@lane_pass(HIT_WORD)
+@lane_pass(layout.HIT_WORD)
 def born_all_over(b, table, first, live):
     """Add the detectors of the emitter's own shape to the hit of all births, despite rounding at its rim.
 

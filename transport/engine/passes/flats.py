@@ -2,18 +2,11 @@
 
 import math
 
-from transport.compile.layout import (
-    EDGE,
-    HOLED,
-    PLANE,
-    PLANES,
-    ROUNDING,
-    SHEET_SHIFT,
-    STANDING_SHEET_MASK,
-    TRIANGLE,
-)
-from transport.engine.passes.intersections import is_ahead
+from transport.compile import layout
+from transport.compile.layout import EDGE, ROUNDING
+from transport.engine.passes.intersections import is_ahead, keep_nearest
 from transport.engine.registry import lane_pass
+from transport.engine.words import sheet_of, standing_sheet
 from transport.physics.device import device
 from transport.physics.rays import plane_crossing
 
@@ -29,7 +22,7 @@ def distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
     return round_ if half_q == 0.0 else square
 
 
-@lane_pass(PLANE)
+@lane_pass(layout.PLANE)
 def meet_plane(b, table, first, live):
     """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead.
 
@@ -40,13 +33,13 @@ def meet_plane(b, table, first, live):
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         t, _, _, _ = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
-        nearer = (t < b.distance[k]) & (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
+        nearer = (t < b.distance[k]) & (t > b.start[k]) & (standing_sheet(b.sheet[k]) != sheet)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = code if nearer else b.hit[k]
     return live
 
 
-@lane_pass(PLANE)
+@lane_pass(layout.PLANE)
 def cover_plane(b, table, first, live):
     """Intersect rays with a transparent detector on a plane; keep it if its sheet is the nearest ahead.
 
@@ -66,18 +59,12 @@ def cover_plane(b, table, first, live):
 
 @device
 def keep_nearer_plane(t, code, sheet, start, places, distance, hit):
-    """Return distance and hit after a detector's plane at t.
-
-    A nearer plane replaces them; on the sheet of the nearest hit its bit is added.
-    """
-    same = (hit >> SHEET_SHIFT) == sheet
+    """Return distance and hit after a detector's plane at t."""
     covers = (t < math.inf) & is_ahead(t, start, sheet, places)
-    nearer = covers & ((t < distance) | same)
-    found = (hit | code if same else code) if nearer else hit
-    return t if nearer & (not same) else distance, found
+    return keep_nearest(covers, sheet_of(hit) == sheet, t, code, distance, hit)
 
 
-@lane_pass(PLANES)
+@lane_pass(layout.PLANES)
 def cover_planes(b, table, first, live):
     """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine.
 
@@ -97,7 +84,7 @@ def cover_planes(b, table, first, live):
     return live
 
 
-@lane_pass(TRIANGLE)
+@lane_pass(layout.TRIANGLE)
 def meet_triangle(b, table, first, live):
     """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead.
 
@@ -114,14 +101,14 @@ def meet_triangle(b, table, first, live):
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         r, beyond = 1.0 - p - q, slack + ROUNDING * t
         nearer = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (r >= -beyond * reach_c)
-        nearer &= (t < b.distance[k]) & (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
+        nearer &= (t < b.distance[k]) & (t > b.start[k]) & (standing_sheet(b.sheet[k]) != sheet)
         edge = (p < least_a) | (q < least_b) | (r < least_c)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
     return live
 
 
-@lane_pass(TRIANGLE)
+@lane_pass(layout.TRIANGLE)
 def cover_triangle(b, table, first, live):
     """Intersect rays with a transparent detector on a triangle; keep it if its sheet is the nearest ahead.
 
@@ -141,17 +128,15 @@ def cover_triangle(b, table, first, live):
         t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
-        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        same = sheet_of(b.hit[k]) == sheet
         beyond = slack + ROUNDING * abs(t)
         covers = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (p + q <= 1.0 + beyond * reach_c)
         covers &= is_ahead(t, b.start[k], sheet, b.sheet[k])
-        nearer = covers & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+        b.distance[k], b.hit[k] = keep_nearest(covers, same, t, code, b.distance[k], b.hit[k])
     return live
 
 
-@lane_pass(HOLED)
+@lane_pass(layout.HOLED)
 def meet_holed(b, table, first, live):
     """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead.
 
@@ -169,14 +154,14 @@ def meet_holed(b, table, first, live):
         u, v = abs(pu), abs(pv)
         beyond = distance_from_hole(pu, pv, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
         nearer = (u - slack <= half_u) & (v - slack <= half_v) & (beyond + slack >= 0.0) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
+        nearer &= (t > b.start[k]) & (standing_sheet(b.sheet[k]) != sheet)
         edge = (u > inner_u) | (v > inner_v) | (beyond < margin)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
     return live
 
 
-@lane_pass(HOLED)
+@lane_pass(layout.HOLED)
 def cover_holed(b, table, first, live):
     """Intersect rays with a transparent detector on a rectangle with a hole; keep it if nearest.
 
@@ -197,10 +182,8 @@ def cover_holed(b, table, first, live):
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         u, v = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz
         beyond = distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
-        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        same = sheet_of(b.hit[k]) == sheet
         covers = (abs(u) <= half_u) & (abs(v) <= half_v) & (beyond >= 0.0)
         covers &= is_ahead(t, b.start[k], sheet, b.sheet[k])
-        nearer = covers & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+        b.distance[k], b.hit[k] = keep_nearest(covers, same, t, code, b.distance[k], b.hit[k])
     return live

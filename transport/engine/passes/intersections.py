@@ -7,24 +7,13 @@ its exact bounds.
 
 import math
 
-from transport.compile.layout import (
-    DISK,
-    EDGE,
-    ESCAPED,
-    LEFT_BOX,
-    NO_TABLE,
-    PASSED_SHIFT,
-    RECTANGLE,
-    ROUNDING,
-    SHEET_SHIFT,
-    SPHERE,
-    STANDING_SHEET_MASK,
-    SURFACE_MASK,
-    SURFACE_SHIFT,
-)
+from transport.compile import layout
+from transport.compile.layout import EDGE, ROUNDING
 from transport.engine.registry import lane_pass
 from transport.engine.tally import add_lost, add_to_ledger, limbs
+from transport.engine.words import passed_sheet, sheet_of, standing_sheet, surface_of
 from transport.physics.device import device
+from transport.physics.directions import select
 from transport.physics.rays import plane_crossing, sphere_crossing
 
 
@@ -35,10 +24,10 @@ def is_ahead(t, start, sheet, places):
     Of detectors that meet in a line, the next number is next. places: the lane's `sheet` word; the sheets
     that the ray began on or passed last do not count.
     """
-    passed = places >> PASSED_SHIFT
+    passed = passed_sheet(places)
     further = (t > start) & (passed != sheet)
     is_next = (t == start) & (passed != 0) & (passed < sheet)
-    return (further | is_next) & ((places & STANDING_SHEET_MASK) != sheet)
+    return (further | is_next) & (standing_sheet(places) != sheet)
 
 
 @device
@@ -47,10 +36,20 @@ def is_box_face_passed(t, start, tie, leaves, places):
 
     tie: number of the box's first sheet.
     """
-    return (t == start) & ((places >> PASSED_SHIFT) >= tie) & (((places & LEFT_BOX) != 0) == leaves)
+    return (t == start) & (passed_sheet(places) >= tie) & (((places & layout.LEFT_BOX) != 0) == leaves)
 
 
-@lane_pass(NO_TABLE)
+@device
+def keep_nearest(covers, same, t, code, distance, hit):
+    """Return distance and hit after a transparent detector at t.
+
+    A nearer one replaces them; on the sheet of the nearest hit (`same`) its bit is added.
+    """
+    nearer = covers & ((t < distance) | same)
+    return t if nearer & (not same) else distance, (hit | code if same else code) if nearer else hit
+
+
+@lane_pass(layout.NO_TABLE)
 def reset_hit(b, table, first, live):
     """Reset the nearest hit: infinite distance, no sheet.
 
@@ -62,7 +61,7 @@ def reset_hit(b, table, first, live):
     return live
 
 
-@lane_pass(RECTANGLE)
+@lane_pass(layout.RECTANGLE)
 def meet_rectangle(b, table, first, live):
     """Intersect rays with an acting rectangle; keep it if it is the nearest surface ahead.
 
@@ -79,14 +78,14 @@ def meet_rectangle(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         u, v, slack = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz), ROUNDING * t
         nearer = (u - slack <= half_u) & (v - slack <= half_v) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
+        nearer &= (t > b.start[k]) & (standing_sheet(b.sheet[k]) != sheet)
         edge = (u > inner_u) | (v > inner_v)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
     return live
 
 
-@lane_pass(RECTANGLE)
+@lane_pass(layout.RECTANGLE)
 def cover_rectangle(b, table, first, live):
     """Intersect rays with a rectangular transparent detector; keep it if its sheet is the nearest ahead.
 
@@ -105,16 +104,14 @@ def cover_rectangle(b, table, first, live):
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
         leaves = outward * (ux * nx + uy * ny + uz * nz) > 0.0
-        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        same = sheet_of(b.hit[k]) == sheet
         covers = (u <= half_u) & (v <= half_v) & is_ahead(t, b.start[k], sheet, b.sheet[k])
         covers &= not is_box_face_passed(t, b.start[k], tie, leaves, b.sheet[k])
-        nearer = covers & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+        b.distance[k], b.hit[k] = keep_nearest(covers, same, t, code, b.distance[k], b.hit[k])
     return live
 
 
-@lane_pass(RECTANGLE)
+@lane_pass(layout.RECTANGLE)
 def bound_rectangle(b, table, first, live):
     """Intersect rays with a rectangular boundary of a medium; keep it if its sheet is the nearest ahead.
 
@@ -134,15 +131,13 @@ def bound_rectangle(b, table, first, live):
         px, py, pz, slack = t * ux - rx, t * uy - ry, t * uz - rz, ROUNDING * t
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
         found = code | EDGE if (u > inner_u) | (v > inner_v) else code
-        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        same = sheet_of(b.hit[k]) == sheet
         covers = (u - slack <= half_u) & (v - slack <= half_v) & is_ahead(t, b.start[k], sheet, b.sheet[k])
-        nearer = covers & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | found if same else found) if nearer else b.hit[k]
+        b.distance[k], b.hit[k] = keep_nearest(covers, same, t, found, b.distance[k], b.hit[k])
     return live
 
 
-@lane_pass(DISK)
+@lane_pass(layout.DISK)
 def meet_disk(b, table, first, live):
     """Intersect rays with an acting disk or annulus; keep it if it is the nearest surface ahead.
 
@@ -156,14 +151,14 @@ def meet_disk(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         r2, slack = px * px + py * py + pz * pz, ROUNDING * breadth * t
         nearer = (r2 - slack <= outer2) & (r2 + slack >= inner2) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING_SHEET_MASK) != sheet)
+        nearer &= (t > b.start[k]) & (standing_sheet(b.sheet[k]) != sheet)
         edge = (r2 > most2) | (r2 < least2)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
     return live
 
 
-@lane_pass(DISK)
+@lane_pass(layout.DISK)
 def cover_disk(b, table, first, live):
     """Intersect rays with a transparent detector on a disk; keep it if its sheet is the nearest ahead.
 
@@ -180,15 +175,13 @@ def cover_disk(b, table, first, live):
         t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         r2 = px * px + py * py + pz * pz
-        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        same = sheet_of(b.hit[k]) == sheet
         covers = (r2 <= outer2) & (r2 >= inner2) & is_ahead(t, b.start[k], sheet, b.sheet[k])
-        nearer = covers & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+        b.distance[k], b.hit[k] = keep_nearest(covers, same, t, code, b.distance[k], b.hit[k])
     return live
 
 
-@lane_pass(SPHERE)
+@lane_pass(layout.SPHERE)
 def meet_sphere(b, table, first, live):
     """Intersect rays with an acting sphere; keep it if it is the nearest surface ahead.
 
@@ -197,7 +190,7 @@ def meet_sphere(b, table, first, live):
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        standing, start = (b.sheet[k] & STANDING_SHEET_MASK) == sheet, b.start[k]
+        standing, start = standing_sheet(b.sheet[k]) == sheet, b.start[k]
         own = start if start < 0.0 else 0.0  # ray parameter of the origin
         t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, False, False)
         nearer = t < b.distance[k]
@@ -206,7 +199,7 @@ def meet_sphere(b, table, first, live):
     return live
 
 
-@lane_pass(SPHERE)
+@lane_pass(layout.SPHERE)
 def cover_sphere(b, table, first, live):
     """Intersect rays with a transparent detector on a sphere; keep it if its sheet is the nearest ahead.
 
@@ -217,8 +210,8 @@ def cover_sphere(b, table, first, live):
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
-        standing = (b.sheet[k] & STANDING_SHEET_MASK) == sheet
+        start, last = b.start[k], passed_sheet(b.sheet[k])
+        standing = standing_sheet(b.sheet[k]) == sheet
         own = start if start < 0.0 else 0.0
         # Of detectors that meet in a line, the next number is next.
         closed = (last != 0) & (sheet > last)
@@ -228,14 +221,12 @@ def cover_sphere(b, table, first, live):
         other = -2.0 * (ox * b.ux[k] + oy * b.uy[k] + oz * b.uz[k]) - t
         # the hit is the other crossing, found by a zone of the same sphere
         is_other = abs(t - b.distance[k]) > abs(other - b.distance[k])
-        same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not is_other)
-        nearer = (t < math.inf) & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+        same = (sheet_of(b.hit[k]) == sheet) & (not is_other)
+        b.distance[k], b.hit[k] = keep_nearest(t < math.inf, same, t, code, b.distance[k], b.hit[k])
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def end_escaped(b, table, first, live):
     """End lanes without a surface ahead as escaped, and lanes with a non-finite state as lost.
 
@@ -255,7 +246,7 @@ def end_escaped(b, table, first, live):
         hits += 0 if gone | (w == 0.0) else 1
         any_lost |= 0 if is_sane | (w == 0.0) else 1
         b.weight[k] = 0.0 if gone & is_sane else w
-    add_to_ledger(b, ESCAPED, high, low)
+    add_to_ledger(b, layout.ESCAPED, high, low)
     b.crossings += hits
     # Rarely: end lanes whose state is not finite, as lost.
     if any_lost != 0:
@@ -268,7 +259,7 @@ def end_escaped(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def move(b, table, first, live):
     """Move each lane along its ray to the hit.
 
@@ -283,7 +274,7 @@ def move(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def save_ray(b, table, first, live):
     """Keep the origin of the ray, in scenes with detectors that other surfaces may touch.
 
@@ -292,11 +283,11 @@ def save_ray(b, table, first, live):
     for k in range(first, live):
         b.rx[k], b.ry[k], b.rz[k] = b.x[k], b.y[k], b.z[k]
         # The x of an aimed ray is its target: such a ray began on no sheet.
-        b.ray_sheet[k] = b.sheet[k] & STANDING_SHEET_MASK if b.start[k] >= 0.0 else 0
+        b.ray_sheet[k] = standing_sheet(b.sheet[k]) if b.start[k] >= 0.0 else 0
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def restore_ray(b, table, first, live):
     """Restore the origin of the ray after a transparent detector; `start` becomes the crossing's distance.
 
@@ -306,10 +297,8 @@ def restore_ray(b, table, first, live):
     Fields: reads `distance`, `hit`, `rx, ry, rz`, `ray_sheet`; updates `x, y, z`, `sheet`, `start`.
     """
     for k in range(first, live):
-        passes = (b.hit[k] != 0) & (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0)
-        b.x[k] = b.rx[k] if passes else b.x[k]
-        b.y[k] = b.ry[k] if passes else b.y[k]
-        b.z[k] = b.rz[k] if passes else b.z[k]
+        passes = (b.hit[k] != 0) & (surface_of(b.hit[k]) == 0)
+        b.x[k], b.y[k], b.z[k] = select(passes, b.rx[k], b.ry[k], b.rz[k], b.x[k], b.y[k], b.z[k])
         b.start[k] = b.distance[k] if passes else b.start[k]
-        b.sheet[k] = ((b.sheet[k] << PASSED_SHIFT) | b.ray_sheet[k]) if passes else b.sheet[k]
+        b.sheet[k] = ((b.sheet[k] << layout.PASSED_SHIFT) | b.ray_sheet[k]) if passes else b.sheet[k]
     return live

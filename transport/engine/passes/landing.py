@@ -4,25 +4,11 @@ import math
 
 from numba import uint64
 
-from transport.compile.layout import (
-    CONTACT,
-    DISK_RIM,
-    EDGE,
-    LEFT_BOX,
-    NO_TABLE,
-    QUADRIC_RIM,
-    RECTANGLE_RIM,
-    RIM,
-    ROWS,
-    SHEET,
-    SHEET_SHIFT,
-    STANDING_SHEET_MASK,
-    SURFACE_MASK,
-    SURFACE_SHIFT,
-    TRIANGLE_RIM,
-)
+from transport.compile import layout
+from transport.compile.layout import EDGE
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
+from transport.engine.words import sheet_of, standing_sheet, surface_of
 from transport.physics.device import device
 from transport.physics.quadrics import quadric_form
 
@@ -33,7 +19,7 @@ MAX_RETREAT_SHARE = 31.0 / 32.0
 CONTACT_ZONE = 64.0  # in units of `reach`: distance from a surface within which a point is kept clear of it
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def set_sheet(b, table, first, live):
     """Set the sheet and its normal.
 
@@ -41,22 +27,22 @@ def set_sheet(b, table, first, live):
 
     Fields: reads `hit`; writes `sheet`, `nx, ny, nz`.
     """
-    sheets = view(table.rows, table.count, SHEET)
+    sheets = view(table.rows, table.count, layout.SHEET)
     for k in range(first, live):
-        s = b.hit[k] >> SHEET_SHIFT
+        s = sheet_of(b.hit[k])
         b.sheet[k] = s
         row = sheets[uint64(s)]
         b.nx[k], b.ny[k], b.nz[k] = row.nx, row.ny, row.nz
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def project_onto_sphere(b, table, first, live):
     """On a sphere: set the normal from the point, and project the point to the radius.
 
     Fields: reads `sheet`; updates `x, y, z`, `nx, ny, nz`.
     """
-    sheets = view(table.rows, table.count, SHEET)
+    sheets = view(table.rows, table.count, layout.SHEET)
     for k in range(first, live):
         row = sheets[b.sheet[k]]
         curved = row.curvature != 0.0
@@ -71,7 +57,7 @@ def project_onto_sphere(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def set_cosine(b, table, first, live):
     """Set mu = u·n: negative where the particle moves against the normal.
 
@@ -82,7 +68,7 @@ def set_cosine(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def mark_box_exit(b, table, first, live):
     """Mark in `ray_sheet` that a ray leaves a box through this face, where boxes are detectors.
 
@@ -90,13 +76,13 @@ def mark_box_exit(b, table, first, live):
 
     Fields: reads `sheet`, `mu`; updates `ray_sheet`.
     """
-    sheets = view(table.rows, table.count, SHEET)
+    sheets = view(table.rows, table.count, layout.SHEET)
     for k in range(first, live):
-        b.ray_sheet[k] |= LEFT_BOX if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
+        b.ray_sheet[k] |= layout.LEFT_BOX if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def save_origin(b, table, first, live):
     """Keep the origin of the flight and its sheet.
 
@@ -109,7 +95,7 @@ def save_origin(b, table, first, live):
         b.ox[k] = b.x[k] + start * b.ux[k]
         b.oy[k] = b.y[k] + start * b.uy[k]
         b.oz[k] = b.z[k] + start * b.uz[k]
-        b.flight_sheet[k] = b.sheet[k] & STANDING_SHEET_MASK
+        b.flight_sheet[k] = standing_sheet(b.sheet[k])
     return live
 
 
@@ -131,7 +117,7 @@ def height_and_normal(px, py, pz, ax, ay, az, alpha, beta, gamma, is_plane):
     )
 
 
-@lane_pass(CONTACT)
+@lane_pass(layout.CONTACT)
 def keep_to_side(b, table, first, live):
     """Keep a point on one surface, close to another that cuts or touches it, on the side that it came from.
 
@@ -162,13 +148,10 @@ def keep_to_side(b, table, first, live):
         back = 2.0 * reach / (steepest if steepest > GRAZING_COSINE else GRAZING_COSINE)
         back = MAX_RETREAT_SHARE * flight if back > MAX_RETREAT_SHARE * flight else back
         # Which lanes move, and how.
-        near = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (
-            abs(height) <= CONTACT_ZONE * reach
-        )
+        near = (surface_of(b.hit[k]) == surface) & (abs(height) <= CONTACT_ZONE * reach)
         grazes = (slope <= GRAZING_COSINE) & (abs(height) <= reach)
-        narrow = (
-            MIN_RETREAT if flight > MIN_RETREAT else flight
-        )  # between two surfaces that touch, both grazed
+        # Between two surfaces that touch, both grazed:
+        narrow = MIN_RETREAT if flight > MIN_RETREAT else flight
         along = back if near & (slope > GRAZING_COSINE) else 0.0
         along = narrow if near & grazes & (abs(b.mu[k]) <= GRAZING_COSINE) else along
         across = (2.0 * reach if from_front else -2.0 * reach) - height
@@ -227,7 +210,7 @@ def clamp_to_triangle(rim, u, v):
     return p - excess, q - excess
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def clamp_inside_edge(b, table, first, live):
     """Clamp the lanes that landed within rounding of an edge (bit EDGE) to the inner side of it.
 
@@ -240,40 +223,39 @@ def clamp_inside_edge(b, table, first, live):
         any_edge |= b.hit[k] & EDGE
     if any_edge == 0:
         return live
-    rims = view(table.rows, table.count, RIM)  # one row per surface
+    rims = view(table.rows, table.count, layout.RIM)  # one row per surface
     for k in range(first, live):
         if b.hit[k] & EDGE:
-            rim = rims[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
+            rim = rims[surface_of(b.hit[k])]
             px, py, pz = b.x[k] - rim.cx, b.y[k] - rim.cy, b.z[k] - rim.cz
-            if rim.form == QUADRIC_RIM:
+            if rim.form == layout.QUADRIC_RIM:
                 # Surface of revolution: clamp the height, then project onto the surface and renew its normal.
                 w = px * rim.nx + py * rim.ny + pz * rim.nz
                 qx, qy, qz = px - w * rim.nx, py - w * rim.ny, pz - w * rim.nz
                 w = min(max(w, rim.low), rim.high)
-                rho2, q2 = rim.alpha + w * (rim.beta + rim.gamma * w), qx * qx + qy * qy + qz * qz
+                alpha, beta, gamma = rim.alpha, rim.beta, rim.gamma
+                rho2, q2 = alpha + w * (beta + gamma * w), qx * qx + qy * qy + qz * qz
                 if q2 == 0.0:  # on the axis, at the apex of a cone
                     qx, qy, qz, q2 = rim.eux, rim.euy, rim.euz, 1.0
                 s = math.sqrt(rho2 / q2) if rho2 > 0.0 else 0.0
                 px, py, pz = w * rim.nx + s * qx, w * rim.ny + s * qy, w * rim.nz + s * qz
                 b.x[k], b.y[k], b.z[k] = rim.cx + px, rim.cy + py, rim.cz + pz
-                _, gx, gy, gz, _ = quadric_form(
-                    px, py, pz, rim.nx, rim.ny, rim.nz, rim.alpha, rim.beta, rim.gamma
-                )
+                _, gx, gy, gz, _ = quadric_form(px, py, pz, rim.nx, rim.ny, rim.nz, alpha, beta, gamma)
                 inverse = 1.0 / math.sqrt(gx * gx + gy * gy + gz * gz)
                 b.nx[k], b.ny[k], b.nz[k] = gx * inverse, gy * inverse, gz * inverse
                 b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
             else:
                 # Flat shapes: clamp (u, v); for a triangle, the weights of two vertices, with edges e_u, e_v.
-                is_triangle = rim.form == TRIANGLE_RIM
+                is_triangle = rim.form == layout.TRIANGLE_RIM
                 u = px * rim.eux + py * rim.euy + pz * rim.euz
                 v = px * rim.evx + py * rim.evy + pz * rim.evz
                 if is_triangle:
                     u = px * rim.ax + py * rim.ay + pz * rim.az
                     v = px * rim.bx + py * rim.by + pz * rim.bz
                 new_u, new_v = u, v
-                if rim.form == RECTANGLE_RIM:
+                if rim.form == layout.RECTANGLE_RIM:
                     new_u, new_v = clamp_to_rectangle(rim, u, v)
-                elif rim.form == DISK_RIM:
+                elif rim.form == layout.DISK_RIM:
                     new_u, new_v = clamp_to_disk(rim, u, v)
                 elif is_triangle:
                     new_u, new_v = clamp_to_triangle(rim, u, v)

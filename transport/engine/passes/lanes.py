@@ -3,15 +3,14 @@
 import numpy as np
 from numba import int64, uint64
 
-from transport.compile.layout import FIELD_MOVES
+from transport.compile import layout
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
 from transport.engine.registry import lane_pass
 from transport.physics.device import device
 
 FIELDS_PER_GROUP = 4  # fields moved at once, so that both lane numbers are fetched once per group
-PADDING = [
-    len(CARRIED) + k for k in range(FIELDS_PER_GROUP - 1)
-]  # numbers of scratch fields that fill up a group
+# numbers of scratch fields that fill up a group
+PADDING = [len(CARRIED) + k for k in range(FIELDS_PER_GROUP - 1)]
 FIELDS = len(CARRIED) + len(PADDING)
 
 
@@ -31,7 +30,20 @@ def pad_group(numbers: list[int]) -> list[int]:
     return numbers + PADDING[: -len(numbers) % FIELDS_PER_GROUP]
 
 
-@lane_pass(FIELD_MOVES)
+@device
+def fill_gaps(b, table, gaps):
+    """Move all carried fields of the lanes in `movers` to those in `listed`, four fields at a time."""
+    fields = view(table.fields, table.count, np.int64)
+    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    for f in range(0, table.count, FIELDS_PER_GROUP):
+        r0, r1, r2, r3 = field_offsets(fields, f)
+        for j in range(gaps):
+            here, there = uint64(b.listed[j]), uint64(b.movers[j])
+            words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
+            words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
+
+
+@lane_pass(layout.FIELD_MOVES)
 def compact_lanes(b, table, first, live):
     """Drop ended lanes (weight 0): move the last live lanes into their gaps.
 
@@ -56,19 +68,11 @@ def compact_lanes(b, table, first, live):
     for k in range(uint64(alive), uint64(live)):
         b.movers[movers] = k
         movers += 1 if b.weight[k] != 0.0 else 0
-    # Move all carried fields, four at a time.
-    fields = view(table.fields, table.count, np.int64)
-    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for f in range(0, table.count, FIELDS_PER_GROUP):
-        r0, r1, r2, r3 = field_offsets(fields, f)
-        for j in range(gaps):
-            here, there = uint64(b.listed[j]), uint64(b.movers[j])
-            words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
-            words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
+    fill_gaps(b, table, gaps)
     return alive
 
 
-@lane_pass(FIELD_MOVES)
+@lane_pass(layout.FIELD_MOVES)
 def compact_and_sort(b, table, first, live):
     """Sort lanes: first those that fly on in a medium (hit 0), then those at a surface; drop ended lanes.
 
@@ -113,10 +117,5 @@ def compact_and_sort(b, table, first, live):
     for k in range(uint64(end), uint64(live)):
         b.movers[movers] = k
         movers += 1 if b.weight[k] != 0.0 else 0
-    for f in range(0, table.count, FIELDS_PER_GROUP):
-        r0, r1, r2, r3 = field_offsets(fields, f)
-        for j in range(gaps):
-            here, there = uint64(b.listed[j]), uint64(b.movers[j])
-            words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
-            words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
+    fill_gaps(b, table, gaps)
     return end

@@ -14,21 +14,11 @@ import math
 
 import numpy as np
 
-from transport.compile.layout import (
-    FACET_AREAS,
-    MESH,
-    MESHED_SHEET,
-    NODE,
-    PASSED_SHIFT,
-    ROUNDING,
-    ROWS,
-    SHEET_SHIFT,
-    STANDING_SHEET_MASK,
-    SURFACE_MASK,
-    SURFACE_SHIFT,
-)
+from transport.compile import layout
+from transport.compile.layout import ROUNDING
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
+from transport.engine.words import passed_sheet, sheet_of, standing_sheet, surface_of
 from transport.physics.device import EXACT, exact_device
 from transport.physics.facets import facet_crossing, lies_beside_edge, plane_distance, within_facet
 from transport.physics.streams import DEPTH, POSITION, random_words, uniform
@@ -99,26 +89,9 @@ def folds_back(places, normals, a, b, c, at, f):
 
 @exact_device
 def next_facet(
-    mesh,
-    nodes,
-    places,
-    faces,
-    normals,
-    stack,
-    entries,
-    ox,
-    oy,
-    oz,
-    ux,
-    uy,
-    uz,
-    own,
-    side,
-    acts,
-    start,
-    last,
-    furthest,
-):
+    mesh, nodes, places, faces, normals, stack, entries, ox, oy, oz, ux, uy, uz,
+    own, side, acts, start, last, furthest,
+):  # fmt: skip
     """Return the next facet that a ray crosses after (start, last), and its distance (BVH traversal).
 
     The facet is -1 if none is nearer than `furthest`. The nearer child is visited first, with a stack in
@@ -170,32 +143,20 @@ def next_facet(
                 here = first
             for f in range(first, first + count):
                 a, b, c = 3 * faces[3 * f], 3 * faces[3 * f + 1], 3 * faces[3 * f + 2]
-                az, bz, cz_ = (
-                    sz * (places[a + kz] - o_z),
-                    sz * (places[b + kz] - o_z),
-                    sz * (places[c + kz] - o_z),
-                )
+                az, bz = sz * (places[a + kz] - o_z), sz * (places[b + kz] - o_z)
+                cz_ = sz * (places[c + kz] - o_z)
                 t, area = facet_crossing(
-                    (places[a + kx] - o_x) - u_x * az,
-                    (places[a + ky] - o_y) - u_y * az,
-                    az,
-                    (places[b + kx] - o_x) - u_x * bz,
-                    (places[b + ky] - o_y) - u_y * bz,
-                    bz,
-                    (places[c + kx] - o_x) - u_x * cz_,
-                    (places[c + ky] - o_y) - u_y * cz_,
-                    cz_,
-                )
+                    (places[a + kx] - o_x) - u_x * az, (places[a + ky] - o_y) - u_y * az, az,
+                    (places[b + kx] - o_x) - u_x * bz, (places[b + ky] - o_y) - u_y * bz, bz,
+                    (places[c + kx] - o_x) - u_x * cz_, (places[c + ky] - o_y) - u_y * cz_, cz_,
+                )  # fmt: skip
                 if f == own:
                     continue
                 cosine = ux * normals[3 * f] + uy * normals[3 * f + 1] + uz * normals[3 * f + 2]
                 # At the origin, a joined facet that the ray leaves through is crossed at once.
                 heads_out = cosine * side < 0.0
-                if (
-                    heads_out
-                    and begins_here
-                    and joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz)
-                ):
+                joins = heads_out and begins_here
+                if joins and joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
                     best, found, slope = start, f, cosine
                     continue
                 if area == 0.0:
@@ -219,17 +180,15 @@ def next_facet(
     return found, best
 
 
-@lane_pass(MESH, EXACT)
+@lane_pass(layout.MESH, EXACT)
 def meet_mesh(b, table, first, live):
     """Intersect rays with an acting mesh; keep the facet if it is the nearest surface ahead.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `own_facet`; updates `distance`; writes
     `hit`, `facet`.
     """
-    nodes, places = (
-        view(table.nodes, table.node_count, NODE),
-        view(table.vertices, 3 * table.vertex_count, np.float64),
-    )
+    nodes = view(table.nodes, table.node_count, layout.NODE)
+    places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
     normals = view(table.normals, 3 * table.facet_count, np.float64)
     code, sheet = table.code, table.sheet
@@ -237,10 +196,10 @@ def meet_mesh(b, table, first, live):
         if b.weight[k] != 0.0:
             x, y, z, ux, uy, uz, start = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.start[k]
             own, side = -1, 0.0
-            if (b.sheet[k] & STANDING_SHEET_MASK) == sheet:
+            if standing_sheet(b.sheet[k]) == sheet:
                 own = b.own_facet[k]
                 at = 3 * own
-                if b.sheet[k] >> PASSED_SHIFT == 0:  # still at its origin
+                if passed_sheet(b.sheet[k]) == 0:  # still at its origin
                     side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
             found, t = next_facet(
                 table, nodes, places, faces, normals, b.listed, b.rx, x, y, z, ux, uy, uz,
@@ -251,7 +210,7 @@ def meet_mesh(b, table, first, live):
     return live
 
 
-@lane_pass(MESH, EXACT)
+@lane_pass(layout.MESH, EXACT)
 def cover_mesh(b, table, first, live):
     """Intersect rays with a transparent mesh detector; keep the facet if its sheet is the nearest ahead.
 
@@ -260,20 +219,18 @@ def cover_mesh(b, table, first, live):
     Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `own_facet`, `passed_facet`; updates
     `distance`, `hit`; writes `facet`.
     """
-    nodes, places = (
-        view(table.nodes, table.node_count, NODE),
-        view(table.vertices, 3 * table.vertex_count, np.float64),
-    )
+    nodes = view(table.nodes, table.node_count, layout.NODE)
+    places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
     normals = view(table.normals, 3 * table.facet_count, np.float64)
     code, sheet = table.code, table.sheet
     for k in range(first, live):
-        if (b.hit[k] >> SHEET_SHIFT) == sheet:  # the same mesh
+        if sheet_of(b.hit[k]) == sheet:  # the same mesh
             b.hit[k] |= code
         elif b.weight[k] != 0.0:
             # Which facets at the current distance have been crossed already.
-            passed = b.sheet[k] >> PASSED_SHIFT
-            own = b.own_facet[k] if (b.sheet[k] & STANDING_SHEET_MASK) == sheet else -1
+            passed = passed_sheet(b.sheet[k])
+            own = b.own_facet[k] if standing_sheet(b.sheet[k]) == sheet else -1
             last = NONE_AT_START
             if (passed != 0) & (passed <= sheet):
                 last = b.passed_facet[k] if passed == sheet else -1
@@ -287,7 +244,7 @@ def cover_mesh(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def land_on_facet(b, table, first, live):
     """On a mesh: set the facet's normal and move the point onto the facet.
 
@@ -297,7 +254,7 @@ def land_on_facet(b, table, first, live):
     Fields: reads `weight`, `sheet`, `hit`, `facet`; updates `x, y, z`; writes `own_facet`, `passed_facet`,
     `nx, ny, nz`.
     """
-    sheets = view(table.rows, table.count, MESHED_SHEET)
+    sheets = view(table.rows, table.count, layout.MESHED_SHEET)
     for k in range(first, live):
         row = sheets[b.sheet[k]]
         if (row.facet_count != 0) & (b.weight[k] != 0.0):
@@ -311,7 +268,7 @@ def land_on_facet(b, table, first, live):
                 places[j + 2], places[m], places[m + 1], places[m + 2], nx, ny, nz,
             )  # fmt: skip
             b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
-            acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
+            acts = surface_of(b.hit[k]) != 0
             if acts:
                 b.own_facet[k] = b.facet[k]
             else:
@@ -319,7 +276,7 @@ def land_on_facet(b, table, first, live):
     return live
 
 
-@lane_pass(FACET_AREAS)
+@lane_pass(layout.FACET_AREAS)
 def born_on_mesh(b, table, first, live):
     """Sample a point uniformly on a mesh: a facet by its area, then a point uniform on it.
 

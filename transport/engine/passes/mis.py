@@ -9,26 +9,15 @@ import math
 import numpy as np
 from numba import uint64
 
-from transport.compile.layout import (
-    DIFFUSE,
-    GUARD,
-    MATERIAL_MASK,
-    MATERIAL_SHIFT,
-    MIS_PEAK,
-    MIS_SHARE,
-    NO_TABLE,
-    SHEET_SHIFT,
-    STANDING_SHEET_MASK,
-    SURFACE_MASK,
-    SURFACE_SHIFT,
-)
+from transport.compile import layout
 from transport.engine.bundle import view
 from transport.engine.registry import lane_pass
+from transport.engine.words import material_of, sheet_of, standing_sheet, surface_of
 from transport.physics.connections import flights_share
 from transport.physics.directions import select
 
 
-@lane_pass(MIS_PEAK)
+@lane_pass(layout.MIS_PEAK)
 def record_pdf_at_births(b, table, first, live):
     """Record the point and the largest pdf of the direction sampled at birth.
 
@@ -42,7 +31,7 @@ def record_pdf_at_births(b, table, first, live):
     return live
 
 
-@lane_pass(MIS_PEAK)
+@lane_pass(layout.MIS_PEAK)
 def record_pdf_at_walls(b, table, first, live):
     """Record the same at acting surfaces.
 
@@ -52,15 +41,15 @@ def record_pdf_at_walls(b, table, first, live):
     """
     peak = table.peak
     for k in range(first, live):
-        acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
-        is_diffuse = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        acts = surface_of(b.hit[k]) != 0
+        is_diffuse = material_of(b.hit[k]) == layout.DIFFUSE
         now, before = peak if is_diffuse else 0.0, b.mis_pdf[k]
         b.mis_pdf[k] = now if acts else before
         b.ex[k], b.ey[k], b.ez[k] = select(acts, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
     return live
 
 
-@lane_pass(MIS_PEAK)
+@lane_pass(layout.MIS_PEAK)
 def record_pdf_at_collisions(b, table, first, live):
     """Record the same at collisions.
 
@@ -74,7 +63,7 @@ def record_pdf_at_collisions(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def save_weight(b, table, first, live):
     """Save the full weight.
 
@@ -85,7 +74,7 @@ def save_weight(b, table, first, live):
     return live
 
 
-@lane_pass(MIS_SHARE)
+@lane_pass(layout.MIS_SHARE)
 def apply_mis_weight(b, table, first, live):
     """Multiply the weight by the MIS share of flights, at one detector that next-event rays score too.
 
@@ -94,16 +83,16 @@ def apply_mis_weight(b, table, first, live):
     cx, cy, cz, area, sheet = table.cx, table.cy, table.cz, table.area, table.sheet
     is_pure, is_ball, passing = table.how == 1, table.how == 3, table.passing != 0
     for k in range(first, live):
-        acts, peak, weight = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0, b.mis_pdf[k], b.weight[k]
+        acts, peak, weight = surface_of(b.hit[k]) != 0, b.mis_pdf[k], b.weight[k]
         px, py, pz = select(is_ball, cx, cy, cz, b.x[k], b.y[k], b.z[k])
         rx, ry, rz = px - b.ex[k], py - b.ey[k], pz - b.ez[k]
         share = 0.0 if is_pure else flights_share(rx * rx + ry * ry + rz * rz, area, peak)
-        here = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (peak > 0.0) & (not (passing & acts))
+        here = (sheet_of(b.hit[k]) == sheet) & (peak > 0.0) & (not (passing & acts))
         b.weight[k] = weight * share if here else weight
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def restore_weight(b, table, first, live):
     """Restore the full weight.
 
@@ -114,7 +103,7 @@ def restore_weight(b, table, first, live):
     return live
 
 
-@lane_pass(GUARD)
+@lane_pass(layout.GUARD)
 def count_in_guard(b, table, first, live):
     """Count flights through a ball around a detector that have no next-event ray, by sheet of origin.
 
@@ -137,5 +126,5 @@ def count_in_guard(b, table, first, live):
         n += 1 if b.score[k] <= radius2 else 0
     for j in range(n):
         k = uint64(b.listed[j])
-        counts[uint64(begin + (b.sheet[k] & STANDING_SHEET_MASK))] += 1
+        counts[uint64(begin + standing_sheet(b.sheet[k]))] += 1
     return live

@@ -10,31 +10,22 @@ import math
 import numpy as np
 from numba import uint64
 
-from transport.compile.layout import (
-    DETECTOR_BASE_MASK,
-    DIFFUSE,
-    EXPECTATION,
-    LAYERS,
-    MATERIAL_MASK,
-    MATERIAL_SHIFT,
-    NO_TABLE,
-    STANDING_SHEET_MASK,
-    SURFACE_MASK,
-    SURFACE_SHIFT,
-)
+from transport.compile import layout
 from transport.engine.bundle import view
 from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, SCORE_BOUND, direction_to
 from transport.engine.registry import lane_pass
+from transport.engine.words import is_covered, material_of, standing_sheet, surface_of
 from transport.physics.connections import ball_connection, flat_connection
 from transport.physics.directions import turned_by
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.emission import cone_about
+from transport.physics.positions import sample_disk, sample_rectangle, sample_triangle
 from transport.physics.streams import EXPECT, event_words, random_words, uniform
 
 # ---- Points on detectors ----
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def draw_joint_point_at_birth(b, table, first, live):
     """Draw the uniforms p0, p1 for a point on the first detector.
 
@@ -49,36 +40,28 @@ def draw_joint_point_at_birth(b, table, first, live):
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def draw_point_at_birth(b, table, first, live):
     """Draw the uniforms p0, p1 for a point on a further detector.
 
     Fields: reads `history`; writes `p0`, `p1`.
     """
-    seed_low, seed_high, batch, number = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    number = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         w0, w1, w2, w3 = event_words(b.history[k], batch, number, EXPECT, seed_low, seed_high)
         b.p0[k], b.p1[k] = uniform(w0, w1), uniform(w2, w3)
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def draw_point_at_event(b, table, first, live):
     """Draw the uniforms p0, p1 for a point on a detector at a later event.
 
     Fields: reads `history`, `event`; writes `p0`, `p1`.
     """
-    seed_low, seed_high, batch, number = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    number = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         event = uint64(b.event[k]) | number
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, EXPECT, seed_low, seed_high)
@@ -86,7 +69,7 @@ def draw_point_at_event(b, table, first, live):
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def point_on_rectangle(b, table, first, live):
     """Set a point uniform on a rectangle from p0, p1.
 
@@ -95,12 +78,12 @@ def point_on_rectangle(b, table, first, live):
     cx, cy, cz, half_u, half_v = table.cx, table.cy, table.cz, table.half_u, table.half_v
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     for k in range(first, live):
-        u, v = (2.0 * b.p0[k] - 1.0) * half_u, (2.0 * b.p1[k] - 1.0) * half_v
+        u, v = sample_rectangle(half_u, half_v, b.p0[k], b.p1[k])
         b.sx[k], b.sy[k], b.sz[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def point_on_disk(b, table, first, live):
     """Set a point uniform on a disk or annulus from p0, p1.
 
@@ -109,14 +92,12 @@ def point_on_disk(b, table, first, live):
     cx, cy, cz, inner2, outer2 = table.cx, table.cy, table.cz, table.inner2, table.outer2
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     for k in range(first, live):
-        r = math.sqrt(inner2 + b.p0[k] * (outer2 - inner2))
-        c, s = cos_sin_turn(b.p1[k])
-        u, v = r * c, r * s
+        u, v = sample_disk(inner2, outer2, b.p0[k], b.p1[k])
         b.sx[k], b.sy[k], b.sz[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def point_on_triangle(b, table, first, live):
     """Set a point uniform on a triangle (corner c, edges e_u, e_v) from p0, p1.
 
@@ -125,13 +106,12 @@ def point_on_triangle(b, table, first, live):
     cx, cy, cz = table.cx, table.cy, table.cz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     for k in range(first, live):
-        s, share = math.sqrt(b.p0[k]), b.p1[k]
-        u, v = s * (1.0 - share), s * share
+        u, v = sample_triangle(b.p0[k], b.p1[k])
         b.sx[k], b.sy[k], b.sz[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def point_on_polygon(b, table, first, live):
     """Set a point uniform on a polygon from p0, p1: a triangle by its area, then a point uniform on it.
 
@@ -148,15 +128,14 @@ def point_on_polygon(b, table, first, live):
             width -= half
         i = 10 * found
         before = parts[i - 10] if found > 0 else 0.0
-        s, share = math.sqrt((chance - before) / (parts[i] - before)), b.p1[k]
-        u, v = s * (1.0 - share), s * share
+        u, v = sample_triangle((chance - before) / (parts[i] - before), b.p1[k])
         b.sx[k] = parts[i + 1] + u * parts[i + 4] + v * parts[i + 7]
         b.sy[k] = parts[i + 2] + u * parts[i + 5] + v * parts[i + 8]
         b.sz[k] = parts[i + 3] + u * parts[i + 6] + v * parts[i + 9]
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def connect_to_flat(b, table, first, live):
     """Set the ray to that point, with its parameter 0 there, and its connection factor [sr].
 
@@ -170,11 +149,11 @@ def connect_to_flat(b, table, first, live):
         vx, vy, vz, r = direction_to(b.x[k], b.y[k], b.z[k], b.sx[k], b.sy[k], b.sz[k])
         brings = flat_connection(r * r, area, abs(vx * nx + vy * ny + vz * nz), sharing)
         b.vx[k], b.vy[k], b.vz[k], b.ray_start[k] = vx, vy, vz, b.start[k] - r
-        b.score[k] = brings if (b.sheet[k] & STANDING_SHEET_MASK) != sheet else 0.0
+        b.score[k] = brings if standing_sheet(b.sheet[k]) != sheet else 0.0
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def connect_to_ball(b, table, first, live):
     """Set a ray uniform in the solid angle of a ball, and its connection factor [sr].
 
@@ -211,7 +190,7 @@ def connect_to_ball(b, table, first, live):
 # ---- Contributions of events ----
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def contribute_from_births(b, table, first, live):
     """Set the contribution of a birth: its weight times its pdf [sr^-1] in the ray's direction.
 
@@ -227,7 +206,7 @@ def contribute_from_births(b, table, first, live):
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def contribute_from_walls(b, table, first, live):
     """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1].
 
@@ -238,14 +217,14 @@ def contribute_from_walls(b, table, first, live):
     for k in range(first, live):
         side = 1.0 if b.mu[k] > 0.0 else -1.0
         cosine = side * (b.vx[k] * b.nx[k] + b.vy[k] * b.ny[k] + b.vz[k] * b.nz[k])
-        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        here = material_of(b.hit[k]) == layout.DIFFUSE
         b.score[k] *= scale * b.weight[k] if here & (cosine > 0.0) else 0.0
         b.pdf[k] = INVERSE_PI * cosine
-        b.point_distance[k], b.shadow_sheet[k], b.tally[k] = math.inf, b.sheet[k] & STANDING_SHEET_MASK, tally
+        b.point_distance[k], b.shadow_sheet[k], b.tally[k] = math.inf, standing_sheet(b.sheet[k]), tally
     return live
 
 
-@lane_pass(EXPECTATION)
+@lane_pass(layout.EXPECTATION)
 def contribute_from_collisions(b, table, first, live):
     """Set the contribution of a collision.
 
@@ -268,7 +247,7 @@ def contribute_from_collisions(b, table, first, live):
 # They pass other transparent detectors without a score, and end behind their own or at an acting surface.
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def end_missed_rays(b, table, first, live):
     """End rays that hit nothing more; idle lanes stay in place.
 
@@ -283,32 +262,31 @@ def end_missed_rays(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def ignore_other_detectors(b, table, first, live):
     """Ignore detectors other than the one that the ray was cast to.
 
     Fields: reads `tally`; updates `detector_word`.
     """
     for k in range(first, live):
-        b.detector_word[k] = (
-            b.detector_word[k] if (b.detector_word[k] & DETECTOR_BASE_MASK) == b.tally[k] else 0
-        )
+        is_target = (b.detector_word[k] & layout.DETECTOR_BASE_MASK) == b.tally[k]
+        b.detector_word[k] = b.detector_word[k] if is_target else 0
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def keep_transmitted(b, table, first, live):
     """Score departures only for rays that pass through; a ray at a wall does not depart.
 
     Fields: reads `hit`; updates `detector_word`.
     """
     for k in range(first, live):
-        passes = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0
+        passes = surface_of(b.hit[k]) == 0
         b.detector_word[k] = b.detector_word[k] if passes else 0
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def count_target_crossings(b, table, first, live):
     """Count one crossing of its target off the `leg` of each ray.
 
@@ -316,20 +294,20 @@ def count_target_crossings(b, table, first, live):
     """
     layer, passed = table.layer, 0
     for k in range(first, live):
-        there = (b.detector_word[k] != 0) & (((b.hit[k] >> layer) & 1) != 0) & (b.weight[k] != 0.0)
+        there = (b.detector_word[k] != 0) & is_covered(b.hit[k], layer) & (b.weight[k] != 0.0)
         passed += 1 if there else 0
         b.leg[k] -= 1 if there else 0
     b.scored += passed * SCORE_BOUND
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def end_next_event_rays(b, table, first, live):
     """End rays at acting surfaces, and behind their target.
 
     Fields: reads `hit`, `leg`; updates `weight`.
     """
     for k in range(first, live):
-        acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
+        acts = surface_of(b.hit[k]) != 0
         b.weight[k] = 0.0 if acts | (b.leg[k] <= 0) else b.weight[k]
     return live

@@ -11,21 +11,11 @@ import math
 
 from numba import uint64
 
-from transport.compile.layout import (
-    DIFFUSE,
-    MATERIAL_MASK,
-    MATERIAL_SHIFT,
-    MEDIA,
-    NO_TABLE,
-    POINT,
-    POINT_EMISSION,
-    ROWS,
-    STANDING_SHEET_MASK,
-    TWO_ROWS,
-)
+from transport.compile import layout
 from transport.engine.bundle import view
 from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, direction_to
 from transport.engine.registry import lane_pass
+from transport.engine.words import material_of, standing_sheet
 from transport.physics.device import device
 from transport.physics.scattering import turned_by_angle
 from transport.physics.sight import PI_CUBED, sample_detour, sample_equiangular_beyond
@@ -41,7 +31,7 @@ def sample_first_leg(x, y, z, px, py, pz, w0, w1, w2, w3):
     return vx, vy, vz, leg, PI_CUBED / r if r > 0.0 else 0.0
 
 
-@lane_pass(POINT_EMISSION)
+@lane_pass(layout.POINT_EMISSION)
 def first_leg_from_births(b, table, first, live):
     """Cast the first leg from a birth: light that is scattered once.
 
@@ -50,12 +40,8 @@ def first_leg_from_births(b, table, first, live):
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
-    seed_low, seed_high, batch, event = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    event = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
         vx, vy, vz, leg, inverse = sample_first_leg(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
@@ -68,7 +54,7 @@ def first_leg_from_births(b, table, first, live):
     return live
 
 
-@lane_pass(POINT_EMISSION)
+@lane_pass(layout.POINT_EMISSION)
 def first_leg_along_beams(b, table, first, live):
     """Cast the first leg along a beam: a place on its line, sampled equiangularly.
 
@@ -76,12 +62,8 @@ def first_leg_along_beams(b, table, first, live):
     `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
-    seed_low, seed_high, batch, event = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    event = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
@@ -97,19 +79,19 @@ def first_leg_along_beams(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def find_phase_at_collisions(b, table, first, live):
     """Set the number of the phase function of the medium that a lane collides in; 0 without a collision.
 
     Fields: reads `medium`, `collides`; writes `phase_number`.
     """
-    rows = view(table.rows, table.count, MEDIA)
+    rows = view(table.rows, table.count, layout.MEDIA)
     for k in range(first, live):
         b.phase_number[k] = rows[b.medium[k]].phase if b.collides[k] != 0 else 0
     return live
 
 
-@lane_pass(POINT)
+@lane_pass(layout.POINT)
 def first_leg_from_collisions(b, table, first, live):
     """Cast the first leg from a collision: light that is scattered once more.
 
@@ -117,12 +99,8 @@ def first_leg_from_collisions(b, table, first, live):
     `vx, vy, vz`, `point_distance`, `score`, `scatter_cosine`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
-    seed_low, seed_high, batch, number = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    number = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         event = uint64(b.event[k]) | number
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
@@ -135,7 +113,7 @@ def first_leg_from_collisions(b, table, first, live):
     return live
 
 
-@lane_pass(POINT)
+@lane_pass(layout.POINT)
 def first_leg_from_walls(b, table, first, live):
     """Cast the first leg from a diffuse wall: light that is scattered once.
 
@@ -143,27 +121,23 @@ def first_leg_from_walls(b, table, first, live):
     `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
-    seed_low, seed_high, batch, number = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    number = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         event = uint64(b.event[k]) | number
         w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
         vx, vy, vz, leg, inverse = sample_first_leg(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
         side = 1.0 if b.mu[k] > 0.0 else -1.0
         cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
-        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        here = material_of(b.hit[k]) == layout.DIFFUSE
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, leg
         b.score[k] = b.weight[k] * inverse if here & (cosine > 0.0) else 0.0
-        b.pdf[k], b.shadow_sheet[k], b.tally[k] = INVERSE_PI * cosine, b.sheet[k] & STANDING_SHEET_MASK, tally
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = INVERSE_PI * cosine, standing_sheet(b.sheet[k]), tally
     return live
 
 
-@lane_pass(TWO_ROWS)
+@lane_pass(layout.TWO_ROWS)
 def turn_into_second_leg(b, table, first, live):
     """Turn a ray towards the point at the end of its first leg, in the medium around the point.
 
@@ -171,7 +145,8 @@ def turn_into_second_leg(b, table, first, live):
     `ux, uy, uz`; writes `sheet`, `start`, `sx, sy, sz`, `point_distance`, `score`, `scatter_cosine`, `pdf`,
     `phase_number`.
     """
-    points, media = view(table.rows, table.count, POINT), view(table.others, table.other_count, MEDIA)
+    points = view(table.rows, table.count, layout.POINT)
+    media = view(table.others, table.other_count, layout.MEDIA)
     turning = 0
     for k in range(first, live):  # no branch, so no misprediction
         b.phase_number[k] = 0
@@ -195,7 +170,7 @@ def turn_into_second_leg(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def start_second_leg(b, table, first, live):
     """Start the second leg with the weight that is scattered into it.
 

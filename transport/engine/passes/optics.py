@@ -3,27 +3,13 @@
 import numpy as np
 from numba import uint64
 
-from transport.compile.layout import (
-    CELL_TERMS,
-    DIELECTRIC,
-    EDGE,
-    GLOSSY,
-    LENS,
-    LOST,
-    MATERIAL_MASK,
-    MATERIAL_SHIFT,
-    NO_TABLE,
-    OCTAVE,
-    OPTICS,
-    QUANTILES,
-    ROWS,
-    SURFACE_MASK,
-    SURFACE_SHIFT,
-)
+from transport.compile import layout
+from transport.compile.layout import EDGE
 from transport.engine.bundle import view
-from transport.engine.passes.velocities import quantile
+from transport.engine.passes.velocities import quantile, quantile_table
 from transport.engine.registry import lane_pass
-from transport.physics.directions import turned_by
+from transport.engine.words import material_of, surface_of
+from transport.physics.directions import select, turned_by
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.interfaces import (
     bent_by_lens,
@@ -38,7 +24,7 @@ from transport.physics.microfacets import sample_visible_normal, unshadowed_shar
 NO_LOBE = 2.0
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def look_up_optics(b, table, first, live):
     """Set the refractive indices as seen from the side of arrival, roughness and transmitted share.
 
@@ -47,9 +33,9 @@ def look_up_optics(b, table, first, live):
     Fields: reads `hit`, `mu`; writes `ratio`, `index_before`, `index_behind`, `excess`, `roughness`,
     `transmitted`.
     """
-    rows = view(table.rows, table.count, OPTICS)
+    rows = view(table.rows, table.count, layout.OPTICS)
     for k in range(first, live):
-        row = rows[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
+        row = rows[surface_of(b.hit[k])]
         enters = row.side * b.mu[k] < 0.0
         b.index_before[k] = row.outside if enters else row.inside
         b.index_behind[k] = row.inside if enters else row.outside
@@ -60,20 +46,20 @@ def look_up_optics(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def look_up_metal(b, table, first, live):
     """Set `excess` and, in `ratio`, the loss of metals; 0 for other materials, whose own values come later.
 
     Fields: reads `hit`; writes `ratio`, `excess`.
     """
-    rows = view(table.rows, table.count, OPTICS)
+    rows = view(table.rows, table.count, layout.OPTICS)
     for k in range(first, live):
-        row = rows[uint64((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK)]
+        row = rows[uint64(surface_of(b.hit[k]))]
         b.excess[k], b.ratio[k] = row.excess, row.loss
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def reflect_by_metal(b, table, first, live):
     """Set the albedo of metals: Fresnel's reflectance for the cosine of arrival.
 
@@ -88,7 +74,7 @@ def reflect_by_metal(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def sample_transmission(b, table, first, live):
     """Sample transmission with probability `through`.
 
@@ -105,7 +91,7 @@ def sample_transmission(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def transmit(b, table, first, live):
     """Transmit: mirror the reflected direction at the surface's plane, for lanes whose `through` is 1.
 
@@ -121,7 +107,7 @@ def transmit(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def refract(b, table, first, live):
     """Reflect with probability of Fresnel's reflectance, else refract by Snell's law (material DIELECTRIC).
 
@@ -142,21 +128,21 @@ def refract(b, table, first, live):
         wx, wy, wz = reflected(ux, uy, uz, nx, ny, nz, -cosine)
         # Choose, and detect lanes that arrive from a medium other than theirs.
         back = b.u0[k] < reflectance
-        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIELECTRIC
+        here = material_of(b.hit[k]) == layout.DIELECTRIC
         is_wrong = here & (b.index[k] != 0.0) & (b.index[k] != b.index_before[k])
         is_edge = (b.hit[k] & EDGE) != 0
         here &= not (is_wrong & is_edge)
         astray += 1 if is_wrong & (not is_edge) & (b.weight[k] != 0.0) else 0
-        vx, vy, vz = wx if back else vx, wy if back else vy, wz if back else vz
-        b.ux[k], b.uy[k], b.uz[k] = vx if here else ux, vy if here else uy, vz if here else uz
+        vx, vy, vz = select(back, wx, wy, wz, vx, vy, vz)
+        b.ux[k], b.uy[k], b.uz[k] = select(here, vx, vy, vz, ux, uy, uz)
         left = flip * cosine if back else -flip * g / ratio
         b.mu[k] = left if here else mu
         b.index[k] = (b.index_before[k] if back else b.index_behind[k]) if here else b.index[k]
-    view(b.ledger, b.ledger_words, np.int64)[4 * LOST + 3] += astray
+    view(b.ledger, b.ledger_words, np.int64)[4 * layout.LOST + 3] += astray
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def reflect_glossily(b, table, first, live):
     """Reflect at a sampled visible microfacet (GGX); masked rays are left to the lobe of `scatter_into_lobe`.
 
@@ -179,29 +165,27 @@ def reflect_glossily(b, table, first, live):
         share = unshadowed_share(cosine, out, alpha)
         vx, vy, vz = turned_by(nx, ny, nz, out, 2.0 * seen * hx - x, 2.0 * seen * hy - y)
         vx, vy, vz = renormalized(vx, vy, vz)
-        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == GLOSSY
+        here = material_of(b.hit[k]) == layout.GLOSSY
         u = b.u3[k]
         leaves = u < share
         b.lobe[k] = NO_LOBE if leaves | (not here) else (u - share) / (1.0 - share)
         leaves &= here
-        b.ux[k], b.uy[k], b.uz[k] = vx if leaves else ux, vy if leaves else uy, vz if leaves else uz
+        b.ux[k], b.uy[k], b.uz[k] = select(leaves, vx, vy, vz, ux, uy, uz)
         b.mu[k] = flip * out if leaves else mu
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def scatter_into_lobe(b, table, first, live):
     """Sample the direction of masked rays from the lobe of multiple scattering (Kulla and Conty 2017).
 
     Fields: reads `weight`, `hit`, `nx, ny, nz`, `lobe`, `u4`; updates `mu`; writes `ux, uy, uz`.
     """
-    rows = view(table.rows, table.count, OPTICS)
+    rows = view(table.rows, table.count, layout.OPTICS)
     for k in range(first, live):
         turn = b.lobe[k]
         if (turn != NO_LOBE) & (b.weight[k] != 0.0):
-            row = view(rows[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK].lobe, 1, QUANTILES)[0]
-            octaves = view(row.octaves, row.octave_count, OCTAVE)
-            cells = view(row.cells, row.cell_count * CELL_TERMS, np.float64)
+            octaves, cells = quantile_table(view(rows[surface_of(b.hit[k])].lobe, 1, layout.QUANTILES)[0])
             mu = quantile(octaves, cells, b.u4[k])
             mu = min(max(mu, 2.0**-40), 1.0)
             flip = -1.0 if b.mu[k] > 0.0 else 1.0
@@ -214,7 +198,7 @@ def scatter_into_lobe(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def deflect_by_lens(b, table, first, live):
     """Deflect by an ideal thin lens (material LENS): subtract x/f from the direction's components along it.
 
@@ -222,10 +206,10 @@ def deflect_by_lens(b, table, first, live):
 
     Fields: reads `x, y, z`, `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
     """
-    rows = view(table.rows, table.count, OPTICS)
+    rows = view(table.rows, table.count, layout.OPTICS)
     for k in range(first, live):
-        if ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == LENS:
-            row = rows[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
+        if material_of(b.hit[k]) == layout.LENS:
+            row = rows[surface_of(b.hit[k])]
             rx, ry, rz = b.x[k] - row.cx, b.y[k] - row.cy, b.z[k] - row.cz
             b.ux[k], b.uy[k], b.uz[k], b.mu[k] = bent_by_lens(
                 b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k],

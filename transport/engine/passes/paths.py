@@ -8,9 +8,9 @@ import numpy as np
 from numba import uint64
 
 from transport.compile.detectors import MAX_PATHS, PATH_UNIT, PATHS
-from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, add_to_row, view
+from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
 from transport.engine.registry import lane_pass
-from transport.engine.tally import long_limbs
+from transport.engine.tally import add_long
 from transport.physics.device import device
 
 FIRST_WORD = CARRIED_WORDS + PITCH * [name for name, _ in CARRIED].index("path_0")
@@ -65,7 +65,5 @@ def score_paths_by_medium(b, table, first, live):
         k = uint64(b.listed[j])
         row = b.moments + 32 * (table.each * b.bin[k] + table.place)
         for number in range(table.media):
-            path = words[path_word(number) + k] / PATH_UNIT
-            high, middle, low, rest = long_limbs(b.weight[k] * path)
-            add_to_row(row + 32 * number, high, middle, low, rest)
+            add_long(row + 32 * number, b.weight[k] * (words[path_word(number) + k] / PATH_UNIT))
     return live

@@ -2,26 +2,18 @@
 
 import math
 
-from transport.compile.layout import (
-    BAND,
-    COLLISION_CLEARANCE,
-    CURVED_SHEET,
-    EDGE,
-    PASSED_SHIFT,
-    QUADRIC,
-    ROUNDING,
-    ROWS,
-    SHEET_SHIFT,
-    STANDING_SHEET_MASK,
-)
+from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE, EDGE, ROUNDING
 from transport.engine.bundle import view
+from transport.engine.passes.intersections import keep_nearest
 from transport.engine.registry import lane_pass
+from transport.engine.words import passed_sheet, sheet_of, standing_sheet
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.quadrics import next_crossing, on_one_nappe, quadric_crossings, quadric_form
 from transport.physics.streams import POSITION, random_words, uniform
 
 
-@lane_pass(QUADRIC)
+@lane_pass(layout.QUADRIC)
 def meet_quadric(b, table, first, live):
     """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead.
 
@@ -32,7 +24,7 @@ def meet_quadric(b, table, first, live):
     inner_low, inner_high, code, sheet = table.inner_low, table.inner_high, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        standing, start = (b.sheet[k] & STANDING_SHEET_MASK) == sheet, b.start[k]
+        standing, start = standing_sheet(b.sheet[k]) == sheet, b.start[k]
         own = start if start < 0.0 else 0.0  # ray parameter of the origin
         near, far, w, pace, _ = quadric_crossings(
             ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, True
@@ -49,7 +41,7 @@ def meet_quadric(b, table, first, live):
     return live
 
 
-@lane_pass(QUADRIC)
+@lane_pass(layout.QUADRIC)
 def cover_quadric(b, table, first, live):
     """Intersect rays with a transparent detector on a surface of revolution; keep it if nearest.
 
@@ -63,8 +55,8 @@ def cover_quadric(b, table, first, live):
     code, sheet, is_below = table.code, table.sheet, beta + gamma * (low + high) < 0.0
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
-        standing = (b.sheet[k] & STANDING_SHEET_MASK) == sheet
+        start, last = b.start[k], passed_sheet(b.sheet[k])
+        standing = standing_sheet(b.sheet[k]) == sheet
         own = start if start < 0.0 else 0.0
         closed = (last != 0) & (sheet > last)  # of detectors that meet in a line, the next number is next
         near, far, w, pace, steep = quadric_crossings(
@@ -78,20 +70,18 @@ def cover_quadric(b, table, first, live):
         is_far_in = (at_far >= low) & (at_far <= high)
         t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
         apart, other_apart = abs(t - b.distance[k]), abs(near + far - t - b.distance[k])
-        same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not apart > other_apart)  # not its other crossing
-        nearer = (t < math.inf) & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+        same = (sheet_of(b.hit[k]) == sheet) & (not apart > other_apart)  # not its other crossing
+        b.distance[k], b.hit[k] = keep_nearest(t < math.inf, same, t, code, b.distance[k], b.hit[k])
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def project_onto_quadric(b, table, first, live):
     """Set the normal from the gradient and project the point onto the surface by one Newton step along it.
 
     Fields: reads `ux, uy, uz`, `sheet`; updates `x, y, z`; writes `nx, ny, nz`.
     """
-    sheets = view(table.rows, table.count, CURVED_SHEET)
+    sheets = view(table.rows, table.count, layout.CURVED_SHEET)
     for k in range(first, live):
         row = sheets[b.sheet[k]]
         if row.is_curved != 0:
@@ -103,9 +93,8 @@ def project_onto_quadric(b, table, first, live):
             b.x[k], b.y[k], b.z[k] = b.x[k] - step * gx, b.y[k] - step * gy, b.z[k] - step * gz
             # Within rounding of its apex, a ray steeper than the cone passes through the apex: take the axis.
             pace, narrows = b.ux[k] * ax + b.uy[k] * ay + b.uz[k] * az, row.narrows
-            is_near = (px * px + py * py + pz * pz < COLLISION_CLEARANCE * COLLISION_CLEARANCE) | (
-                w * narrows > 0.0
-            )
+            p2 = px * px + py * py + pz * pz
+            is_near = (p2 < COLLISION_CLEARANCE * COLLISION_CLEARANCE) | (w * narrows > 0.0)
             at_apex = (narrows != 0.0) & is_near & ((1.0 + row.gamma) * pace * pace > 1.0)
             has_normal = (g2 > 0.0) & (not at_apex)
             inverse, top = 1.0 / math.sqrt(g2) if has_normal else 0.0, narrows if narrows != 0.0 else 1.0
@@ -115,7 +104,7 @@ def project_onto_quadric(b, table, first, live):
     return live
 
 
-@lane_pass(BAND)
+@lane_pass(layout.BAND)
 def born_on_band(b, table, first, live):
     """Sample a point uniformly on a cylinder, cone or zone, whose area per height is linear in the height.
 
@@ -143,14 +132,12 @@ def born_on_band(b, table, first, live):
         gx, gy, gz = rho * px - slope * nx, rho * py - slope * ny, rho * pz - slope * nz
         g2 = gx * gx + gy * gy + gz * gz
         turn = side / math.sqrt(g2) if g2 > 0.0 else 0.0
-        b.x[k] = cx + rho * px + w * nx
-        b.y[k] = cy + rho * py + w * ny
-        b.z[k] = cz + rho * pz + w * nz
+        b.x[k], b.y[k], b.z[k] = cx + rho * px + w * nx, cy + rho * py + w * ny, cz + rho * pz + w * nz
         b.nx[k], b.ny[k], b.nz[k] = turn * gx, turn * gy, turn * gz
     return live
 
 
-@lane_pass(BAND)
+@lane_pass(layout.BAND)
 def born_on_paraboloid(b, table, first, live):
     """Sample a point uniformly on a paraboloid of focal length f: (1 + w/f)^(3/2) - 1 is uniform.
 
@@ -171,8 +158,6 @@ def born_on_paraboloid(b, table, first, live):
         px, py, pz = c * eux + s * evx, c * euy + s * evy, c * euz + s * evz
         gx, gy, gz = rho * px - 0.5 * beta * nx, rho * py - 0.5 * beta * ny, rho * pz - 0.5 * beta * nz
         turn = side / math.sqrt(gx * gx + gy * gy + gz * gz)
-        b.x[k] = cx + rho * px + w * nx
-        b.y[k] = cy + rho * py + w * ny
-        b.z[k] = cz + rho * pz + w * nz
+        b.x[k], b.y[k], b.z[k] = cx + rho * px + w * nx, cy + rho * py + w * ny, cz + rho * pz + w * nz
         b.nx[k], b.ny[k], b.nz[k] = turn * gx, turn * gy, turn * gz
     return live

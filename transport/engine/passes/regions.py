@@ -9,39 +9,22 @@ then on, whatever was known before: so an error does not persist.
 import numpy as np
 from numba import float64, uint64
 
-from transport.compile.layout import (
-    BIRTH_BODIES,
-    BIRTH_BOUNDARY,
-    BODY,
-    BODY_BOUNDS,
-    BODY_BOX,
-    EDGE,
-    EMPTY_BACK,
-    EMPTY_FRONT,
-    ESCAPED,
-    LAYER,
-    LAYERS,
-    MEDIA,
-    NO_TABLE,
-    ROWS,
-    SHEET_SHIFT,
-)
+from transport.compile import layout
+from transport.compile.layout import EDGE
 from transport.engine.bundle import view
 from transport.engine.passes.surfaces import ACTING_BITS
 from transport.engine.registry import lane_pass
 from transport.engine.tally import add_lost, add_to_ledger, limbs
+from transport.engine.words import sheet_of
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
 # [scene lengths] from a face: the tolerance of intersections.bound_rectangle, and clear of it.
-AT_EDGE, OFF_EDGE = (
-    2.0**-42,
-    2.0**-41,
-)
+AT_EDGE, OFF_EDGE = 2.0**-42, 2.0**-41
 MARKED_LOST = 2  # value of `flies` that marks a lost lane
 
 
-@lane_pass(BIRTH_BODIES)
+@lane_pass(layout.BIRTH_BODIES)
 def set_birth_bodies(b, table, first, live):
     """Set the bodies that contain the source.
 
@@ -53,7 +36,7 @@ def set_birth_bodies(b, table, first, live):
     return live
 
 
-@lane_pass(BIRTH_BOUNDARY)
+@lane_pass(layout.BIRTH_BOUNDARY)
 def leave_birth_body(b, table, first, live):
     """Remove a body if the particle leaves it, at birth on its boundary.
 
@@ -66,7 +49,7 @@ def leave_birth_body(b, table, first, live):
     return live
 
 
-@lane_pass(LAYERS)
+@lane_pass(layout.LAYERS)
 def cross_boundary(b, table, first, live):
     """Set the bodies of the side that a lane leaves to, one layer of boundaries at a time.
 
@@ -75,9 +58,9 @@ def cross_boundary(b, table, first, live):
 
     Fields: reads `weight`, `hit`, `mu`; updates `inside`.
     """
-    rows, layer, unseen = view(table.rows, table.count, LAYER), table.layer, 0
+    rows, layer, unseen = view(table.rows, table.count, layout.LAYER), table.layer, 0
     for k in range(first, live):
-        row = rows[uint64(b.hit[k] >> SHEET_SHIFT)]
+        row = rows[uint64(sheet_of(b.hit[k]))]
         front, back = row.front, row.back
         covered = ((b.hit[k] >> layer) & 1) != 0
         side, other = (front, back) if b.mu[k] > 0.0 else (back, front)
@@ -85,7 +68,7 @@ def cross_boundary(b, table, first, live):
         passes = covered & ((b.hit[k] & (EDGE | ACTING_BITS)) == 0) & (b.weight[k] != 0.0)
         unseen += 1 if passes & (before != other) else 0
         b.inside[k] = (b.inside[k] & ~(front | back)) | side if covered else b.inside[k]
-    view(b.ledger, b.ledger_words, np.int64)[4 * ESCAPED + 3] += unseen
+    view(b.ledger, b.ledger_words, np.int64)[4 * layout.ESCAPED + 3] += unseen
     return live
 
 
@@ -104,7 +87,7 @@ def box_side_along(p, half, u, positive):
     return (far > AT_EDGE) | (at & leaves), at, side
 
 
-@lane_pass(BODY_BOX)
+@lane_pass(layout.BODY_BOX)
 def resolve_box_edges(b, table, first, live):
     """Decide by its direction whether a ray within rounding of a box's edges is inside, and move it clear.
 
@@ -123,11 +106,8 @@ def resolve_box_edges(b, table, first, live):
     cx, cy, cz, hx, hy, hz, bit = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz, table.bit
     for k in range(first, live):
         t = b.distance[k]
-        px, py, pz = (
-            b.rx[k] + t * b.ux[k] - cx,
-            b.ry[k] + t * b.uy[k] - cy,
-            b.rz[k] + t * b.uz[k] - cz,
-        )
+        px, py = b.rx[k] + t * b.ux[k] - cx, b.ry[k] + t * b.uy[k] - cy
+        pz = b.rz[k] + t * b.uz[k] - cz
         out_x, at_x, side_x = box_side_along(px, hx, b.ux[k], 1.0)
         out_y, at_y, side_y = box_side_along(py, hy, b.uy[k], 1.0)
         out_z, at_z, side_z = box_side_along(pz, hz, b.uz[k], 1.0)
@@ -149,7 +129,7 @@ def resolve_box_edges(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def escape_to_empty_space(b, table, first, live):
     """End lanes as escaped that leave all bodies to a side without further surfaces.
 
@@ -157,13 +137,13 @@ def escape_to_empty_space(b, table, first, live):
     """
     high, low = 0, 0
     for k in range(first, live):
-        beyond = EMPTY_FRONT if b.mu[k] > 0.0 else EMPTY_BACK
+        beyond = layout.EMPTY_FRONT if b.mu[k] > 0.0 else layout.EMPTY_BACK
         escapes = ((b.hit[k] & beyond) != 0) & (b.inside[k] == 0)
         w_high, w_low = limbs(b.weight[k] if escapes else 0.0)
         high += w_high
         low += w_low
         b.weight[k] = 0.0 if escapes else b.weight[k]
-    add_to_ledger(b, ESCAPED, high, low)
+    add_to_ledger(b, layout.ESCAPED, high, low)
     return live
 
 
@@ -193,7 +173,7 @@ def end_marked(b, first, live):
             b.weight[k], b.distance[k], b.flies[k] = 0.0, 0.0, 0
 
 
-@lane_pass(BODY_BOUNDS)
+@lane_pass(layout.BODY_BOUNDS)
 def end_lost_particles(b, table, first, live):
     """End lanes in a finite body without a surface ahead, or with a collision beyond the body, as lost.
 
@@ -216,20 +196,19 @@ def end_lost_particles(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def end_lost_particles_of_many(b, table, first, live):
     """End lost particles as `end_lost_particles` does, for many finite bodies; gathers a row.
 
     Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
     """
-    rows, strays = view(table.rows, table.count, BODY_BOUNDS), 0
+    rows, strays = view(table.rows, table.count, layout.BODY_BOUNDS), 0
     for k in range(first, live):
         row = rows[uint64(innermost(b.inside[k]))]
         low_x, low_y, low_z = row.low_x, row.low_y, row.low_z
+        high_x, high_y, high_z = row.high_x, row.high_y, row.high_z
         x, y, z, ux, uy, uz, length = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
-        is_stray = ends_beyond(
-            x, y, z, ux, uy, uz, length, low_x, low_y, low_z, row.high_x, row.high_y, row.high_z
-        )
+        is_stray = ends_beyond(x, y, z, ux, uy, uz, length, low_x, low_y, low_z, high_x, high_y, high_z)
         is_stray &= row.bit != 0
         is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)
         b.flies[k] = MARKED_LOST if is_stray else b.flies[k]
@@ -239,7 +218,7 @@ def end_lost_particles_of_many(b, table, first, live):
     return live
 
 
-@lane_pass(BODY)
+@lane_pass(layout.BODY)
 def set_outer_medium(b, table, first, live):
     """Set the medium outside all bodies, and its coefficients.
 
@@ -251,7 +230,7 @@ def set_outer_medium(b, table, first, live):
     return live
 
 
-@lane_pass(BODY)
+@lane_pass(layout.BODY)
 def find_medium(b, table, first, live):
     """Set the medium of one body for the lanes in it; passes run from the outermost to the innermost body.
 
@@ -267,13 +246,13 @@ def find_medium(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def find_medium_of_many(b, table, first, live):
     """Find the medium as `find_medium` does, for many bodies: gathers the row of the innermost one.
 
     Fields: reads `inside`; writes `medium`, `mfp`, `sigma_a`, `survival`.
     """
-    rows = view(table.rows, table.count, MEDIA)
+    rows = view(table.rows, table.count, layout.MEDIA)
     for k in range(first, live):
         medium = innermost(b.inside[k])
         row = rows[uint64(medium)]

@@ -7,7 +7,7 @@ order.
 import numpy as np
 from numba import uint64
 
-from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
+from transport.compile import layout
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
 from transport.engine.tally import count_grazing
@@ -15,16 +15,17 @@ from transport.physics.bits import bits_of
 from transport.physics.device import device
 
 SHIFT = 50  # bits of a float64 below those of its octave and quarter
-LOWEST = (1023 + SIZE_OCTAVE) * SIZE_PARTS  # those bits of the least size that has a cell of its own
+# octave and quarter of the least size that has a cell of its own
+LOWEST = (1023 + layout.SIZE_OCTAVE) * layout.SIZE_PARTS
 
 
 @device
 def size_cell(weight):
     """Return the size cell of a score; the first and last cells take all beyond them."""
-    return min(max((bits_of(weight) >> SHIFT) - LOWEST, 0), SIZE_CELLS - 1)
+    return min(max((bits_of(weight) >> SHIFT) - LOWEST, 0), layout.SIZE_CELLS - 1)
 
 
-@lane_pass(SIZES)
+@lane_pass(layout.SIZES)
 def score_and_size(b, table, first, live):
     """Score like detectors.score, and count the score's size on this side of the detector.
 
@@ -45,7 +46,7 @@ def score_and_size(b, table, first, live):
     return live
 
 
-@lane_pass(SIZES)
+@lane_pass(layout.SIZES)
 def score_all_and_size(b, table, first, live):
     """Score as `score_and_size` does, where nearly every lane has a bin.
 

@@ -9,36 +9,18 @@ import math
 import numpy as np
 from numba import int64, uint64
 
-from transport.compile.layout import (
-    COLLISION_CLEARANCE,
-    DIFFUSE,
-    GRID,
-    HIT_WORD,
-    MATERIAL_MASK,
-    MATERIAL_SHIFT,
-    MEDIA,
-    NO_TABLE,
-    POINT,
-    POINT_EMISSION,
-    POINT_GLOW,
-    POINT_MIDDLE,
-    POINT_OCTAVES,
-    POINT_PHASE,
-    ROWS,
-    STANDING_SHEET_MASK,
-    SURFACE_MASK,
-    SURFACE_SHIFT,
-    WORD,
-)
+from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bundle import LANES, Bundle, add_to_row, view
 from transport.engine.passes.detector_bins import find_cell
-from transport.engine.passes.volumes import slab_crossings
+from transport.engine.passes.volumes import half_chord, slab_crossings
 from transport.engine.passes.voxels import cell_at, grid_depth
 from transport.engine.registry import lane_pass
 from transport.engine.tally import limbs
+from transport.engine.words import material_of, standing_sheet, surface_of
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
-from transport.physics.directions import sample_isotropic
+from transport.physics.directions import sample_isotropic, unit_and_length
 from transport.physics.elementary import exp_negative
 from transport.physics.sight import henyey_greenstein_density, rayleigh_density, sample_equiangular
 from transport.physics.streams import SHADOW, event_words, random_words, short_uniform, uniform
@@ -50,13 +32,10 @@ INVERSE_PI = 0.3183098861837907
 @device
 def direction_to(x, y, z, px, py, pz):
     """Return unit direction and distance from one point to another; direction 0 if they coincide."""
-    dx, dy, dz = px - x, py - y, pz - z
-    r = math.sqrt(dx * dx + dy * dy + dz * dz)
-    s = 1.0 / r if r > 0.0 else 0.0
-    return dx * s, dy * s, dz * s, r
+    return unit_and_length(px - x, py - y, pz - z)
 
 
-@lane_pass(POINT_EMISSION)
+@lane_pass(layout.POINT_EMISSION)
 def cast_from_births(b, table, first, live):
     """Cast a shadow ray from each birth: weight times intensity per weight [sr^-1] over squared distance.
 
@@ -76,7 +55,7 @@ def cast_from_births(b, table, first, live):
     return live
 
 
-@lane_pass(POINT_GLOW)
+@lane_pass(layout.POINT_GLOW)
 def cast_from_box(b, table, first, live):
     """Cast a shadow ray from a uniformly emitting box.
 
@@ -89,12 +68,8 @@ def cast_from_box(b, table, first, live):
     px, py, pz = table.x, table.y, table.z
     hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch, event = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    event = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
         ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
@@ -113,7 +88,7 @@ def cast_from_box(b, table, first, live):
     return live
 
 
-@lane_pass(POINT_GLOW)
+@lane_pass(layout.POINT_GLOW)
 def cast_from_sphere(b, table, first, live):
     """Cast a shadow ray from a uniformly emitting ball; the chord follows from its point nearest the centre.
 
@@ -122,20 +97,15 @@ def cast_from_sphere(b, table, first, live):
     """
     px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch, event = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    event = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
         ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
         h = ox * ux + oy * uy + oz * uz
         qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
         q = math.sqrt(qx * qx + qy * qy + qz * qz)
-        d = (radius - q) * (radius + q)
-        half = math.sqrt(d if d > 0.0 else 0.0)
+        half = half_chord(radius, q)
         near, far = max(0.0, -h - half), half - h
         length = far - near if near < far else 0.0
         s = near + short_uniform(w3) * length if near < far else 1.0
@@ -146,19 +116,19 @@ def cast_from_sphere(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def find_phase_of_flights(b, table, first, live):
     """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly.
 
     Fields: reads `medium`, `flies`; writes `phase_number`.
     """
-    rows = view(table.rows, table.count, MEDIA)
+    rows = view(table.rows, table.count, layout.MEDIA)
     for k in range(first, live):
         b.phase_number[k] = rows[b.medium[k]].phase if b.flies[k] != 0 else 0
     return live
 
 
-@lane_pass(POINT)
+@lane_pass(layout.POINT)
 def cast_from_flights(b, table, first, live):
     """Cast a ray from a scattering point sampled equiangularly on each flight (Kulla and Fajardo 2012).
 
@@ -171,12 +141,8 @@ def cast_from_flights(b, table, first, live):
     `score`, `scatter_cosine`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
-    seed_low, seed_high, batch, number = (
-        b.seed_low,
-        b.seed_high,
-        b.batch,
-        uint64(table.number) << DETECTOR_SHIFT,
-    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    number = uint64(table.number) << DETECTOR_SHIFT
     for k in range(first, live):
         event = uint64(b.event[k]) | number
         w0, w1, _, _ = event_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
@@ -190,9 +156,8 @@ def cast_from_flights(b, table, first, live):
         flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.phase_number[k] != 0) & (b.medium[k] != medium)
         flies &= (start < end) & (end < math.inf)
         # Sample the place; `inverse` is one over (pdf times r^2).
-        place, inverse = sample_equiangular(
-            least, start - foot, (end if flies else start) - foot, uniform(w0, w1)
-        )
+        end = end if flies else start
+        place, inverse = sample_equiangular(least, start - foot, end - foot, uniform(w0, w1))
         t = foot + place
         sx, sy, sz = x + t * ux, y + t * uy, z + t * uz
         vx, vy, vz, r = direction_to(sx, sy, sz, px, py, pz)
@@ -206,7 +171,7 @@ def cast_from_flights(b, table, first, live):
     return live
 
 
-@lane_pass(POINT)
+@lane_pass(layout.POINT)
 def cast_from_walls(b, table, first, live):
     """Cast a shadow ray from diffuse walls: weight reflected or transmitted times cosine/(pi r^2).
 
@@ -218,15 +183,15 @@ def cast_from_walls(b, table, first, live):
         vx, vy, vz, r = direction_to(b.x[k], b.y[k], b.z[k], px, py, pz)
         side = 1.0 if b.mu[k] > 0.0 else -1.0
         cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
-        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        here = material_of(b.hit[k]) == layout.DIFFUSE
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, r
         b.score[k] = b.weight[k] * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
-        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, b.sheet[k] & STANDING_SHEET_MASK, tally
+        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, standing_sheet(b.sheet[k]), tally
     return live
 
 
-@lane_pass(HIT_WORD)
+@lane_pass(layout.HIT_WORD)
 def list_shadow_rays(b, table, first, live):
     """List the lanes whose rays contribute, and set their `leg` to the table's code.
 
@@ -252,7 +217,7 @@ def list_shadow_rays(b, table, first, live):
 ISOTROPIC_PDF = 0.07957747154594767  # 1 / 4 pi
 
 
-@lane_pass(GRID)
+@lane_pass(layout.GRID)
 def scale_by_grid_scattering(b, table, first, live):
     """Multiply the score by the scattering coefficient of the voxel where a shadow ray begins.
 
@@ -271,7 +236,7 @@ def scale_by_grid_scattering(b, table, first, live):
     return live
 
 
-@lane_pass(POINT_PHASE)
+@lane_pass(layout.POINT_PHASE)
 def add_isotropic_pdf(b, table, first, live):
     """Add the pdf of isotropic scattering, share/(4 pi) [sr^-1].
 
@@ -283,7 +248,7 @@ def add_isotropic_pdf(b, table, first, live):
     return live
 
 
-@lane_pass(POINT_PHASE)
+@lane_pass(layout.POINT_PHASE)
 def add_henyey_greenstein_pdf(b, table, first, live):
     """Add the pdf of the phase function of Henyey and Greenstein [sr^-1].
 
@@ -296,7 +261,7 @@ def add_henyey_greenstein_pdf(b, table, first, live):
     return live
 
 
-@lane_pass(POINT_PHASE)
+@lane_pass(layout.POINT_PHASE)
 def add_rayleigh_pdf(b, table, first, live):
     """Add the pdf of Rayleigh's phase function [sr^-1].
 
@@ -309,7 +274,7 @@ def add_rayleigh_pdf(b, table, first, live):
     return live
 
 
-@lane_pass(POINT_PHASE)
+@lane_pass(layout.POINT_PHASE)
 def add_tabulated_pdf(b, table, first, live):
     """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1].
 
@@ -338,7 +303,7 @@ MAX_SCORE = 2.0**250  # bound of a score; only a beam through the very point exc
 SCORE_BOUND = 1 << 30
 
 
-@lane_pass(ROWS)
+@lane_pass(layout.ROWS)
 def load_shadow_rays(b, table, first, live):
     """Move listed rays into idle lanes of the shadow bundle; returns the number of rays under way there.
 
@@ -346,7 +311,7 @@ def load_shadow_rays(b, table, first, live):
 
     Fields: updates `rays_cast`, `rays_taken`.
     """
-    moves = view(table.rows, table.count, WORD)
+    moves = view(table.rows, table.count, layout.WORD)
     here, there = view(b.address, WORDS, np.int64), view(b.shadow, WORDS, np.int64)
     taken, cast, flying = b.rays_taken, b.rays_cast, 0
     for lane in range(LANES):
@@ -364,7 +329,7 @@ def load_shadow_rays(b, table, first, live):
     return flying
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def reset_shadow_hit(b, table, first, live):
     """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes.
 
@@ -376,7 +341,7 @@ def reset_shadow_hit(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def attenuate_shadow_rays(b, table, first, live):
     """Multiply by the transmittance of the medium, exp(-(absorption + scattering) path).
 
@@ -388,7 +353,7 @@ def attenuate_shadow_rays(b, table, first, live):
     return live
 
 
-@lane_pass(GRID)
+@lane_pass(layout.GRID)
 def attenuate_shadow_rays_in_grid(b, table, first, live):
     """Multiply by the transmittance of voxels, from the exact optical depth.
 
@@ -405,7 +370,7 @@ def attenuate_shadow_rays_in_grid(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def score_at_points(b, table, first, live):
     """Score rays that reached their point unoccluded, and end them; acting surfaces end rays too.
 
@@ -420,13 +385,13 @@ def score_at_points(b, table, first, live):
     for item in range(arrived):
         k = b.listed[item]
         score = min(b.weight[k], MAX_SCORE)
-        row = ((bits_of(score) >> 52) - 1023) // POINT_OCTAVES
-        scale = float_of((1023 - POINT_OCTAVES * (row + 1)) << 52)
+        row = ((bits_of(score) >> 52) - 1023) // layout.POINT_OCTAVES
+        scale = float_of((1023 - layout.POINT_OCTAVES * (row + 1)) << 52)
         high, low = limbs(score * scale)
-        add_to_row(b.tallies + 32 * (b.tally[k] + POINT_MIDDLE + row), high, low, 1, 0)
+        add_to_row(b.tallies + 32 * (b.tally[k] + layout.POINT_MIDDLE + row), high, low, 1, 0)
     b.scored += arrived * SCORE_BOUND
     for k in range(first, live):
         stopped = (b.hit[k] == 0) & (b.leg[k] == 0)
-        stopped |= ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
+        stopped |= surface_of(b.hit[k]) != 0
         b.weight[k] = 0.0 if stopped else b.weight[k]
     return live

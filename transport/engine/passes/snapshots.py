@@ -4,23 +4,16 @@ A flight from `time` to `arrival` holds the instant if time <= instant < arrival
 of each history alive, so every particle is counted once.
 """
 
-from transport.compile.layout import (
-    NO_TABLE,
-    PATH_SEGMENT,
-    PHASE,
-    RECORD,
-    SNAPSHOT,
-    SURFACE_MASK,
-    SURFACE_SHIFT,
-)
+from transport.compile import layout
 from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import find_cell
 from transport.engine.registry import lane_pass
-from transport.engine.tally import limbs, long_limbs
+from transport.engine.tally import add_long, limbs
+from transport.engine.words import surface_of
 from transport.physics.device import device
 from transport.physics.velocities import state_at
 
-RECORD_BYTES = RECORD.itemsize
+RECORD_BYTES = layout.RECORD.itemsize
 
 
 @device
@@ -36,7 +29,7 @@ def coordinate(kind, x, y, z, vx, vy, vz, speed, mu):
     return mu if kind == 8 else value
 
 
-@lane_pass(PHASE)
+@lane_pass(layout.PHASE)
 def count_phase_space(b, table, first, live):
     """Add each particle alive at the instant to its phase-space bin, or to the outside row.
 
@@ -69,24 +62,17 @@ def count_phase_space(b, table, first, live):
             vx, vy, vz = (vx - table.vx) * inverse, (vy - table.vy) * inverse, (vz - table.vz) * inverse
             speed *= inverse
             sums = b.moments + 32 * (table.moments + 7 * row)
-            add_velocity(sums, weight * vx)
-            add_velocity(sums + 32, weight * vy)
-            add_velocity(sums + 64, weight * vz)
-            add_velocity(sums + 96, weight * vx * vx)
-            add_velocity(sums + 128, weight * vy * vy)
-            add_velocity(sums + 160, weight * vz * vz)
-            add_velocity(sums + 192, weight * speed)
+            add_long(sums, weight * vx)
+            add_long(sums + 32, weight * vy)
+            add_long(sums + 64, weight * vz)
+            add_long(sums + 96, weight * vx * vx)
+            add_long(sums + 128, weight * vy * vy)
+            add_long(sums + 160, weight * vz * vz)
+            add_long(sums + 192, weight * speed)
     return live
 
 
-@device
-def add_velocity(address, value):
-    """Add a value to a row of four limbs."""
-    high, middle, low, rest = long_limbs(value)
-    add_to_row(address, high, middle, low, rest)
-
-
-@lane_pass(SNAPSHOT)
+@lane_pass(layout.SNAPSHOT)
 def record_snapshot(b, table, first, live):
     """Record the state of one in `stride` histories alive at the instant.
 
@@ -101,7 +87,7 @@ def record_snapshot(b, table, first, live):
     for j in range(n):
         k = b.listed[j]
         if b.history[k] % stride == phase:
-            row = view(b.records + RECORD_BYTES * b.record_count, 1, RECORD)[0]
+            row = view(b.records + RECORD_BYTES * b.record_count, 1, layout.RECORD)[0]
             speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
             length = b.start[k] + (instant - b.time[k]) * speed
             x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, length, speed)
@@ -114,10 +100,10 @@ def record_snapshot(b, table, first, live):
 
 # ---- Tracks for pictures: each flight is recorded by the engine that flies it.
 
-SEGMENT_BYTES = PATH_SEGMENT.itemsize
+SEGMENT_BYTES = layout.PATH_SEGMENT.itemsize
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def record_tracks(b, table, first, live):
     """Record each flight of this round, after volumes.set_flight_end; without room it is only counted.
 
@@ -127,12 +113,12 @@ def record_tracks(b, table, first, live):
     for k in range(first, live):
         if b.weight[k] != 0.0 and b.flight_end[k] > b.start[k]:
             if b.flight_count < b.tracks_capacity:
-                row = view(b.tracks + SEGMENT_BYTES * b.flight_count, 1, PATH_SEGMENT)[0]
+                row = view(b.tracks + SEGMENT_BYTES * b.flight_count, 1, layout.PATH_SEGMENT)[0]
                 row.x, row.y, row.z = b.x[k], b.y[k], b.z[k]
                 row.ux, row.uy, row.uz = b.ux[k], b.uy[k], b.uz[k]
                 row.start, row.reach, row.weight = b.start[k], b.flight_end[k], b.weight[k]
                 row.history = b.history[k]
                 is_end = b.flight_end[k] == b.distance[k]
-                row.met = 1 if is_end and ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0 else 0
+                row.met = 1 if is_end and surface_of(b.hit[k]) != 0 else 0
             b.flight_count += 1
     return live

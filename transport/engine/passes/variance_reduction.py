@@ -9,16 +9,11 @@ import math
 
 from numba import int64
 
-from transport.compile.layout import (
-    COLLISION_CLEARANCE,
-    IMPORTANCE,
-    NO_TABLE,
-    ROULETTE,
-    ROULETTE_LAW,
-)
+from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.passes.collisions import is_flying
 from transport.engine.registry import lane_pass
-from transport.engine.tally import add_to_ledger, limbs
+from transport.engine.tally import add_to_ledger, limbs, limbs_of_loss
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative
 from transport.physics.paths import depth_before, free_flight, survived
@@ -43,7 +38,7 @@ def wanted_weight(x, y, z, birth, cx, cy, cz, kx, ky, kz, most):
     return min(birth * exp_negative(-log_importance(x, y, z, cx, cy, cz, kx, ky, kz, most)), 1.0)
 
 
-@lane_pass(IMPORTANCE)
+@lane_pass(layout.IMPORTANCE)
 def set_reference_weight(b, table, first, live):
     """Set the reference weight `birth` so that a newborn history has the wanted weight at its birthplace.
 
@@ -58,7 +53,7 @@ def set_reference_weight(b, table, first, live):
     return live
 
 
-@lane_pass(IMPORTANCE)
+@lane_pass(layout.IMPORTANCE)
 def cut_flight(b, table, first, live):
     """Cut a flight in a medium at the station where importance has doubled, unless it ends before.
 
@@ -79,7 +74,7 @@ def cut_flight(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def revoke_station_collisions(b, table, first, live):
     """Revoke the collision of lanes that were cut at a station.
 
@@ -97,7 +92,7 @@ def revoke_station_collisions(b, table, first, live):
     return live
 
 
-@lane_pass(IMPORTANCE)
+@lane_pass(layout.IMPORTANCE)
 def split_or_roulette(b, table, first, live):
     """Split lanes that are too heavy for their place; play Russian roulette with those that are too light.
 
@@ -126,7 +121,7 @@ def split_or_roulette(b, table, first, live):
         total_high += high - many * new_high
         total_low += low - many * new_low
         b.weight[k] = new
-    add_to_ledger(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
     return live
 
 
@@ -139,7 +134,7 @@ def split_or_roulette(b, table, first, live):
 UNCOLLIDED, FREE = -1.0, 0.0  # to be forced, not to be forced; a positive number: path of a forced copy
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def mark_uncollided(b, table, first, live):
     """Mark newborn lanes as not yet collided.
 
@@ -150,7 +145,7 @@ def mark_uncollided(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def sample_free_or_forced_path(b, table, first, live):
     """Sample a free path like collisions.sample_free_path.
 
@@ -173,7 +168,7 @@ def sample_free_or_forced_path(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def force_collision(b, table, first, live):
     """Divide fresh lanes into the uncollided part and a copy that collides before the surface ahead.
 
@@ -206,7 +201,7 @@ def force_collision(b, table, first, live):
         far = fresh & (not ends)
         b.distance[k] = b.start[k] + (b.depth[k] * mfp + 2.0 * COLLISION_CLEARANCE) if far else b.distance[k]
         b.forced_path[k] = FREE if far else b.forced_path[k]
-    add_to_ledger(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
     return live
 
 
@@ -226,12 +221,11 @@ def roulette_outcome(is_light, weight, wanted, u):
     """
     left, fresh = survived(weight, wanted, u)
     new = left if is_light else weight
-    high, low = limbs(weight)
-    new_high, new_low = limbs(new)
-    return new, fresh if is_light else u, high - new_high, low - new_low
+    high, low = limbs_of_loss(weight, new)
+    return new, fresh if is_light else u, high, low
 
 
-@lane_pass(ROULETTE_LAW)
+@lane_pass(layout.ROULETTE_LAW)
 def play_roulette(b, table, first, live):
     """Play Russian roulette at walls, below a share `threshold` of the birth weight.
 
@@ -246,11 +240,11 @@ def play_roulette(b, table, first, live):
         b.weight[k], _, high, low = roulette_outcome(is_light, w, level * birth, b.u2[k])
         total_high += high
         total_low += low
-    add_to_ledger(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
     return live
 
 
-@lane_pass(IMPORTANCE)
+@lane_pass(layout.IMPORTANCE)
 def play_roulette_by_importance(b, table, first, live):
     """Play Russian roulette at walls, below half the weight wanted there, which survivors have.
 
@@ -261,19 +255,17 @@ def play_roulette_by_importance(b, table, first, live):
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     for k in range(first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        w, wanted = (
-            b.weight[k],
-            wanted_weight(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most),
-        )
+        w = b.weight[k]
+        wanted = wanted_weight(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
         is_light = (w < LIGHT_SHARE * wanted) & (w > 0.0) & (b.hit[k] != 0)
         b.weight[k], _, high, low = roulette_outcome(is_light, w, wanted, uniform(w0, w1))
         total_high += high
         total_low += low
-    add_to_ledger(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
     return live
 
 
-@lane_pass(ROULETTE_LAW)
+@lane_pass(layout.ROULETTE_LAW)
 def play_roulette_in_flight(b, table, first, live):
     """Play Russian roulette at collisions, below a share `threshold` of the birth weight.
 
@@ -288,5 +280,5 @@ def play_roulette_in_flight(b, table, first, live):
         b.collides[k] = 0 if new == 0.0 else b.collides[k]
         total_high += high
         total_low += low
-    add_to_ledger(b, ROULETTE, total_high, total_low)
+    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
     return live

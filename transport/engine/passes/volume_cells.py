@@ -10,10 +10,17 @@ import math
 import numpy as np
 from numba import float64, int64, njit
 
-from transport.compile.layout import COLLISION_CLEARANCE, GRID, NO_TABLE, VOLUME, VOLUME_IN_GRID
+from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import azimuth_cell, find_cell
-from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance, slab_crossings
+from transport.engine.passes.volumes import (
+    SCORE_BOUND,
+    half_chord,
+    lengths_of_part,
+    mean_transmittance,
+    slab_crossings,
+)
 from transport.engine.passes.voxels import axis_start
 from transport.engine.registry import lane_pass
 from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
@@ -25,20 +32,15 @@ from transport.physics.elementary import azimuth_turn, exp_negative
 separate_device = njit(**ARITHMETIC)
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def find_equal_bins(b, table, first, live):
     """Set the direction bin of each lane, where bins of equal width cover all directions.
 
     Fields: reads `ux, uy, uz`; writes `bin`.
     """
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    nx, ny, nz, cosines, turns = (
-        table.nx,
-        table.ny,
-        table.nz,
-        float64(table.mu_cells),
-        float64(table.turn_cells),
-    )
+    nx, ny, nz = table.nx, table.ny, table.nz
+    cosines, turns = float64(table.mu_cells), float64(table.turn_cells)
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         i = math.floor((ux * nx + uy * ny + uz * nz + 1.0) * (0.5 * cosines))
@@ -100,9 +102,8 @@ def score_part(b, table, k, number, bin, length, weight, fade, keep):
     if table.kept != 0:
         mean, less = mean_transmittance(fade * length)
         left = weight + weight * less
-    score_in_cell(
-        b, table, k, number, bin, weight * length * mean, keep, 1 if length > COLLISION_CLEARANCE else 0
-    )
+    count = 1 if length > COLLISION_CLEARANCE else 0
+    score_in_cell(b, table, k, number, bin, weight * length * mean, keep, count)
     return left
 
 
@@ -177,13 +178,6 @@ def shell_at(radius, count, radii):
     return (-1 if radius < bounds[0] else count - 1) if found < 0 else found
 
 
-@device
-def half_chord(radius, q):
-    """Return half the chord of a sphere at distance q from its centre."""
-    d = (radius - q) * (radius + q)
-    return math.sqrt(d if d > 0.0 else 0.0)
-
-
 @separate_device
 def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
     """Walk a flight through spherical shells: inwards as far as the ray hits them, then outwards.
@@ -242,7 +236,7 @@ def seen_along_axis(px, py, pz, ux, uy, uz, ax, ay, az):
     return math.sqrt(qx * qx + qy * qy + qz * qz), across, sine, cosine, height
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def clip_to_cylinder(b, table, first, live):
     """Find the flight's path length before a cylinder and inside it, between its side and its ends.
 
@@ -262,9 +256,7 @@ def clip_to_cylinder(b, table, first, live):
         near = enters if enters > near else near
         far = top if top < far else far
         far = leaves if leaves < far else far
-        inside = near < far
-        b.length_before[k] = near - start if inside else 0.0
-        b.length_inside[k] = far - near if inside else 0.0
+        b.length_before[k], b.length_inside[k] = lengths_of_part(start, near, far)
     return live
 
 
@@ -278,17 +270,9 @@ def walk_rings(b, table, k, bin, t, end, weight, fade, keep):
     """
     count, layers = table.cells_x, table.cells_z
     radii = view(table.radii, count + 1, np.float64)
-    q, across, sine, cosine, height = seen_along_axis(
-        b.x[k] - table.cx,
-        b.y[k] - table.cy,
-        b.z[k] - table.cz,
-        b.ux[k],
-        b.uy[k],
-        b.uz[k],
-        table.ax,
-        table.ay,
-        table.az,
-    )
+    px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+    ax, ay, az = table.ax, table.ay, table.az
+    q, across, sine, cosine, height = seen_along_axis(px, py, pz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az)
     inverse, per_height = 1.0 / sine if sine > 0.0 else 0.0, 1.0 / cosine
     place, now = height + table.hz, across + t * sine
     ring = shell_at(math.sqrt(q * q + now * now), count, table.radii)
@@ -336,7 +320,7 @@ def walk(b, table, k, bin, t, end, weight, fade, keep):
     return walk_voxels(b, table, k, bin, t, end, weight, fade, keep)
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def walk_through_cells(b, table, first, live):
     """Score the path through each cell of a volume detector.
 
@@ -359,7 +343,7 @@ def walk_through_cells(b, table, first, live):
     return live
 
 
-@lane_pass(VOLUME_IN_GRID)
+@lane_pass(layout.VOLUME_IN_GRID)
 def walk_through_grid(b, table, first, live):
     """Score flights in an absorbing grid, voxel by voxel of the grid.
 
@@ -417,7 +401,7 @@ def walk_through_grid(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def set_collision_paths(b, table, first, live):
     """Set the mean free path, as `length_inside`, and the total absorption coefficient at collisions.
 
@@ -429,7 +413,7 @@ def set_collision_paths(b, table, first, live):
     return live
 
 
-@lane_pass(GRID)
+@lane_pass(layout.GRID)
 def set_collision_paths_in_grid(b, table, first, live):
     """Set mean free path and total absorption coefficient at collisions in a grid, from their voxel.
 
@@ -443,15 +427,25 @@ def set_collision_paths_in_grid(b, table, first, live):
             j = number_along(b.y[k] - table.cy, table.per_y, table.ny)
             m = number_along(b.z[k] - table.cz, table.per_z, table.nz)
             keep = absorption[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
-            sigma = (
-                keep + scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
-            )
+            sigma = scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
+            sigma += keep
             b.length_inside[k] = 1.0 / (sigma * table.length) if sigma > 0.0 else 0.0
             b.total_absorption[k] = keep * table.length
     return live
 
 
-@lane_pass(VOLUME)
+@device
+def score_collision(b, table, k, number):
+    """Score weight times mean free path at a collision in this cell (collision estimator).
+
+    Fields: reads `ux, uy, uz`, `weight`, `history`, `bin`, `length_inside`, `total_absorption`; updates
+    `scored`.
+    """
+    track, bin = b.weight[k] * b.length_inside[k], direction_bin(b, table, k)
+    score_in_cell(b, table, k, number, bin, track, b.total_absorption[k], 1)
+
+
+@lane_pass(layout.VOLUME)
 def score_collisions_in_box(b, table, first, live):
     """Score weight times mean free path at each collision in a box (collision estimator).
 
@@ -468,13 +462,11 @@ def score_collisions_in_box(b, table, first, live):
         i = number_along(b.x[k] - table.cx + hx, table.per_x, table.cells_x)
         j = number_along(b.y[k] - table.cy + hy, table.per_y, table.cells_y)
         m = number_along(b.z[k] - table.cz + hz, table.per_z, table.cells_z)
-        bin = direction_bin(b, table, k)
-        number = (i * table.cells_y + j) * table.cells_z + m
-        score_in_cell(b, table, k, number, bin, b.weight[k] * b.length_inside[k], b.total_absorption[k], 1)
+        score_collision(b, table, k, (i * table.cells_y + j) * table.cells_z + m)
     return live
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def score_collisions_in_ball(b, table, first, live):
     """Score weight times mean free path at each collision in the shells of a ball.
 
@@ -491,12 +483,11 @@ def score_collisions_in_ball(b, table, first, live):
         dx, dy, dz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
         shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
         if shell >= 0:
-            bin = direction_bin(b, table, k)
-            score_in_cell(b, table, k, shell, bin, b.weight[k] * b.length_inside[k], b.total_absorption[k], 1)
+            score_collision(b, table, k, shell)
     return live
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def score_collisions_in_cylinder(b, table, first, live):
     """Score weight times mean free path at each collision in the rings of a cylinder.
 
@@ -512,7 +503,5 @@ def score_collisions_in_cylinder(b, table, first, live):
         if (b.collides[k] != 0) & (rho <= radius) & (abs(height) <= half_height):
             ring = shell_at(rho, table.cells_x, table.radii)
             layer = number_along(height + half_height, table.per_z, table.cells_z)
-            number, bin = ring * table.cells_z + layer, direction_bin(b, table, k)
-            track = b.weight[k] * b.length_inside[k]
-            score_in_cell(b, table, k, number, bin, track, b.total_absorption[k], 1)
+            score_collision(b, table, k, ring * table.cells_z + layer)
     return live

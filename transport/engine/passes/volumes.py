@@ -10,7 +10,8 @@ import math
 
 from numba import int64
 
-from transport.compile.layout import CLOCK, COLLISION_CLEARANCE, MEDIA, MEDIA_CLOCK, NO_TABLE, VOLUME
+from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bundle import add_to_row, view
 from transport.engine.registry import lane_pass
 from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
@@ -21,7 +22,7 @@ from transport.physics.elementary import exp_negative, expm1_negative
 SCORE_BOUND = 1 << 28  # contribution to driver.MAX_SCORED, so that the low limbs stay in range as well
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def set_flight_end(b, table, first, live):
     """Set the end of the flight to the next hit; ended lanes have none (-inf).
 
@@ -32,7 +33,7 @@ def set_flight_end(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def set_flight_end_in_media(b, table, first, live):
     """Set the end of the flight in media, for lanes that fly.
 
@@ -49,7 +50,7 @@ def set_flight_end_in_media(b, table, first, live):
     return live
 
 
-@lane_pass(CLOCK)
+@lane_pass(layout.CLOCK)
 def limit_by_clock(b, table, first, live):
     """Limit the flight to the end of the clock, for one common speed.
 
@@ -62,7 +63,7 @@ def limit_by_clock(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def limit_by_clock_and_speed(b, table, first, live):
     """Limit the flight to the end of the clock, for particles with speeds of their own.
 
@@ -74,13 +75,14 @@ def limit_by_clock_and_speed(b, table, first, live):
     return live
 
 
-@lane_pass(MEDIA_CLOCK)
+@lane_pass(layout.MEDIA_CLOCK)
 def limit_by_clock_in_media(b, table, first, live):
     """Limit the flight to the end of the clock in media, where the refractive index slows light.
 
     Fields: reads `start`, `time`, `speed`, `medium`; updates `flight_end`.
     """
-    rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
+    rows = view(table.rows, table.count, layout.MEDIA)
+    slowness, has_speeds = table.slowness, table.has_speeds != 0
     for k in range(first, live):
         pace = rows[b.medium[k]].index * slowness
         pace = 1.0 / b.speed[k] if has_speeds else pace
@@ -100,7 +102,21 @@ def slab_crossings(o, u, half):
     return near if near == near else -math.inf, far if far == far else math.inf
 
 
-@lane_pass(VOLUME)
+@device
+def half_chord(radius, q):
+    """Return half the chord of a sphere at distance q from its centre."""
+    d = (radius - q) * (radius + q)
+    return math.sqrt(d if d > 0.0 else 0.0)
+
+
+@device
+def lengths_of_part(start, near, far):
+    """Return the path length before and in the part of a flight from near to far; 0 if it is empty."""
+    inside = near < far
+    return near - start if inside else 0.0, far - near if inside else 0.0
+
+
+@lane_pass(layout.VOLUME)
 def clip_to_box(b, table, first, live):
     """Find the flight's path length before a box and inside it, by slabs (Kay and Kajiya 1986).
 
@@ -118,13 +134,11 @@ def clip_to_box(b, table, first, live):
         far = far_x if far_x < far else far
         far = far_y if far_y < far else far
         far = far_z if far_z < far else far
-        inside = near < far
-        b.length_before[k] = near - start if inside else 0.0
-        b.length_inside[k] = far - near if inside else 0.0
+        b.length_before[k], b.length_inside[k] = lengths_of_part(start, near, far)
     return live
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def clip_to_ball(b, table, first, live):
     """Find the flight's path length before a ball and inside it, from the ray's point nearest to the centre.
 
@@ -136,18 +150,15 @@ def clip_to_ball(b, table, first, live):
         h = ox * ux + oy * uy + oz * uz
         qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
         q = math.sqrt(qx * qx + qy * qy + qz * qz)
-        d = (radius - q) * (radius + q)
-        half = math.sqrt(d if d > 0.0 else 0.0)
+        half = half_chord(radius, q)
         start, reach = b.start[k] + h, b.flight_end[k] + h
         near = start if start > -half else -half
         far = reach if reach < half else half
-        inside = near < far
-        b.length_before[k] = near - start if inside else 0.0
-        b.length_inside[k] = far - near if inside else 0.0
+        b.length_before[k], b.length_inside[k] = lengths_of_part(start, near, far)
     return live
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def score_path(b, table, first, live):
     """Score weight times path length in a volume of one cell (track-length estimator).
 
@@ -177,7 +188,7 @@ def mean_transmittance(depth):
     return -less / depth if depth > 0.0 else 1.0, less
 
 
-@lane_pass(VOLUME)
+@lane_pass(layout.VOLUME)
 def score_path_in_media(b, table, first, live):
     """Score the mean weight along a path times its length where media absorb; score the absorbed weight too.
 

@@ -5,13 +5,14 @@ import math
 import numpy as np
 from numba import float64, int64, uint64
 
-from transport.compile.layout import COLLISION_CLEARANCE, GRID, LEVELS, NO_TABLE
+from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE, LEVELS
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH, view
-from transport.engine.passes.collisions import attenuated_unbiased, is_flying, is_weak
+from transport.engine.passes.collisions import attenuated, is_flying
 from transport.engine.registry import lane_pass
-from transport.engine.tally import add_to_ledger, hash_salt, limbs
+from transport.engine.tally import add_to_ledger, hash_salt, limbs_of_loss
 from transport.physics.device import device
-from transport.physics.elementary import exp_negative, log_positive
+from transport.physics.elementary import log_positive
 from transport.physics.paths import free_flight
 from transport.physics.streams import VOXELS, event_words, uniform
 
@@ -82,16 +83,9 @@ def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
     vx, ix = component_and_reciprocal(ux * per_x)
     vy, iy = component_and_reciprocal(uy * per_y)
     vz, iz = component_and_reciprocal(uz * per_z)
-    i, j, m = (
-        cell_at(px + start * vx, table.nx),
-        cell_at(py + start * vy, table.ny),
-        cell_at(pz + start * vz, table.nz),
-    )
-    up_x, up_y, up_z = (
-        1.0 if vx >= 0.0 else 0.0,
-        1.0 if vy >= 0.0 else 0.0,
-        1.0 if vz >= 0.0 else 0.0,
-    )
+    i, j = cell_at(px + start * vx, table.nx), cell_at(py + start * vy, table.ny)
+    m = cell_at(pz + start * vz, table.nz)
+    up_x, up_y, up_z = 1.0 if vx >= 0.0 else 0.0, 1.0 if vy >= 0.0 else 0.0, 1.0 if vz >= 0.0 else 0.0
     # Add extinction times length in each voxel, then step across the nearest face.
     t, depth, going = start, 0.0, True
     while going:
@@ -210,11 +204,9 @@ def find_voxels(b, table, first, last):
         y = voxel_along(b.walk_py[k] + t * b.walk_vy[k], b.walk_j[k], block, ny)
         z = voxel_along(b.walk_pz[k] + t * b.walk_vz[k], b.walk_m[k], block, nz)
         voxel = (x * ny + y) * nz + z
-        is_open = (
-            1.0 if (b.walk_state[k] == TENTATIVE) & (b.walk_uniform[k] >= b.sure_probability[k]) else 0.0
-        )
+        is_open = (b.walk_state[k] == TENTATIVE) & (b.walk_uniform[k] >= b.sure_probability[k])
         b.voxel[k] = int64(voxel)
-        b.lookup_voxel[k] = int64(voxel * is_open)
+        b.lookup_voxel[k] = int64(voxel * (1.0 if is_open else 0.0))
 
 
 @device
@@ -228,12 +220,8 @@ def accept_by_levels(b, first, last):
     """
     real, rejected, unsure = 0, 0, 0
     for k in range(first, last):
-        state, chance, sure, level = (
-            b.walk_state[k],
-            b.walk_uniform[k],
-            b.sure_probability[k],
-            b.level[k] * 1.0,
-        )
+        state, chance, sure = b.walk_state[k], b.walk_uniform[k], b.sure_probability[k]
+        level = b.level[k] * 1.0
         at, is_sure = chance * LEVELS, chance < sure
         new = COLLIDED if is_sure | (at < level) else (UNDECIDED if at < level + 1.0 else REJECTED)
         new = new if state == TENTATIVE else state
@@ -357,7 +345,7 @@ def compact_walks(b, words, first, last, walking):
 # a new one.
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def sample_path_in_grids(b, table, first, live):
     """Sample a free path like collisions.sample_free_path and keep its optical depth.
 
@@ -371,15 +359,14 @@ def sample_path_in_grids(b, table, first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
         flies = is_flying(b.hit[k], b.distance[k], b.weight[k])
         b.depth[k] = depth
-        b.distance[k] = (
-            b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE) if flies else b.distance[k]
-        )
+        end = b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE)
+        b.distance[k] = end if flies else b.distance[k]
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def reset_cuts(b, table, first, live):
     """Clear the mark of cut flights.
 
@@ -390,7 +377,7 @@ def reset_cuts(b, table, first, live):
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def revoke_cut_collisions(b, table, first, live):
     """Revoke the collision of lanes whose flight was cut within voxels.
 
@@ -405,7 +392,7 @@ def revoke_cut_collisions(b, table, first, live):
     return live
 
 
-@lane_pass(GRID)
+@lane_pass(layout.GRID)
 def delta_track_in_grid(b, table, first, live):
     """Find the first real collision in one grid, if it lies before the nearest surface (delta tracking).
 
@@ -483,7 +470,7 @@ def delta_track_in_grid(b, table, first, live):
     return live
 
 
-@lane_pass(GRID)
+@lane_pass(layout.GRID)
 def attenuate_in_grid(b, table, first, live):
     """Absorb along flights through a grid that only absorbs: weight times the exact exp(-optical depth).
 
@@ -501,21 +488,16 @@ def attenuate_in_grid(b, table, first, live):
         x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
         depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, b.start[k], b.distance[k])
         before = b.weight[k]
-        after = (
-            attenuated_unbiased(before, depth, salt + b.history[k])
-            if is_weak(depth)
-            else before * exp_negative(-depth)
-        )
-        w_high, w_low = limbs(before)
-        left_high, left_low = limbs(after)
-        high += w_high - left_high
-        low += w_low - left_low
+        after = attenuated(before, depth, salt + b.history[k])
+        lost_high, lost_low = limbs_of_loss(before, after)
+        high += lost_high
+        low += lost_low
         b.weight[k] = after
     add_to_ledger(b, table.ledger, high, low)
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(layout.NO_TABLE)
 def absorb_by_albedo(b, table, first, live):
     """Absorb at collisions in grids by weight: multiply by the voxel's albedo (`survival`).
 
@@ -526,9 +508,7 @@ def absorb_by_albedo(b, table, first, live):
     for k in range(first, live):
         collides, before = b.collides[k] != 0, b.weight[k]
         after = before * b.survival[k] if collides else before
-        high, low = limbs(before)
-        left_high, left_low = limbs(after)
-        b.high[k], b.low[k] = high - left_high, low - left_low
+        b.high[k], b.low[k] = limbs_of_loss(before, after)
         b.weight[k] = after
         b.collides[k] = 0 if after == 0.0 else b.collides[k]
     return live

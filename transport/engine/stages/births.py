@@ -50,12 +50,8 @@ def birth_steps(plan, emitter):
     # Next-event estimation, and detectors on the emitting sheet.
     yield from shadow_rays_from_births(plan, emitter)
     yield from next_event_from_births(plan, emitter)
-    sheet = emitter.birth["sheet"]
-    metered = [
-        (row, shape)
-        for _, row, shape in plan.members
-        if row["sheet"] == sheet and row["code"] & DETECTOR_BITS
-    ]
+    on_sheet = [(row, shape) for _, row, shape in plan.members if row["sheet"] == emitter.birth["sheet"]]
+    metered = [(row, shape) for row, shape in on_sheet if row["code"] & DETECTOR_BITS]
     if metered and emitter.place[0] != "born_at_point" and plan.adjoint is None:
         yield from _score_birth(plan, emitter, metered)
 

@@ -22,7 +22,7 @@ from transport.engine.passes import (
     volumes,
     voxels,
 )
-from transport.engine.registry import step, step_by_name, table_of_rows
+from transport.engine.registry import step, step_by_name, table_of_rows, table_of_two
 from transport.engine.stages.next_event import (
     count_guarded_flights,
     next_event_from_collisions,
@@ -65,12 +65,21 @@ def score_paths(plan):
 def _limit_by_clock(plan):
     """Return the step that limits a flight to the end of the clock."""
     if plan.has_media:
-        rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
-        law = layout.row(layout.MEDIA_CLOCK, slowness=plan.slowness, has_speeds=plan.has_speeds, **rows)
-        return step(volumes.limit_by_clock_in_media, law)
+        return step(volumes.limit_by_clock_in_media, _media_clock(plan))
     if plan.has_speeds:
         return step(volumes.limit_by_clock_and_speed)
-    return step(volumes.limit_by_clock, layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness))
+    return step(volumes.limit_by_clock, _clock_row(plan))
+
+
+def _clock_row(plan):
+    """Return the table of the clock."""
+    return layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness)
+
+
+def _media_clock(plan):
+    """Return the table of the clock in media."""
+    rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
+    return layout.row(layout.MEDIA_CLOCK, slowness=plan.slowness, has_speeds=plan.has_speeds, **rows)
 
 
 def _bin_directions(volume):
@@ -95,9 +104,8 @@ def score_collisions(plan):
 # ---- The steps of a flight.
 
 PARALLEL_COSINE = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
-MAX_MEDIA_BY_SINGLE_PASSES = (
-    4  # up to this many media are found, and their absorption summed, by one pass each
-)
+# up to this many media are found, and their absorption summed, by one pass each
+MAX_MEDIA_BY_SINGLE_PASSES = 4
 
 
 def prepare_flight(plan):
@@ -223,22 +231,17 @@ def intersect_surfaces(plan):
 
 def _clock(plan):
     """Yield the steps of the clock: arrival times, phase-space detectors, snapshots, end of time."""
-    clock = layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness)
     if plan.has_media:
-        rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
-        law = layout.row(layout.MEDIA_CLOCK, slowness=plan.slowness, has_speeds=plan.has_speeds, **rows)
-        yield step(velocities.time_arrival_in_media, law)
+        yield step(velocities.time_arrival_in_media, _media_clock(plan))
+    elif plan.has_speeds:
+        yield step(velocities.time_arrival_by_speed)
     else:
-        yield (
-            step(velocities.time_arrival_by_speed)
-            if plan.has_speeds
-            else step(velocities.time_arrival, clock)
-        )
+        yield step(velocities.time_arrival, _clock_row(plan))
     for row in plan.phase_spaces:
         yield step(snapshots.count_phase_space, row)
     for row in plan.snapshots:
         yield step(snapshots.record_snapshot, row)
-    yield step(velocities.stop_clock, clock)
+    yield step(velocities.stop_clock, _clock_row(plan))
 
 
 def _absorb_in_grids(plan):
@@ -265,9 +268,7 @@ def _scatter(plan):
     if len(plan.phase_laws) > 1:
         laws = np.array([row for _, row in plan.phase_laws], layout.PHASE_LAW)
         plan.kept.append(laws)
-        both = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
-        both |= {"others": laws.ctypes.data, "other_count": len(laws)}
-        yield step(collisions.choose_phase, layout.row(layout.TWO_ROWS, **both))
+        yield step(collisions.choose_phase, table_of_two(plan.media, laws))
     if plan.counts_reflections:
         yield step(collisions.count_scatterings)
     yield from next_event_from_collisions(plan)

@@ -7,7 +7,7 @@ from transport.compile.next_event import LAMBERTIAN_DENSITY
 from transport.compile.points import attenuates_anywhere, phase_densities
 from transport.engine.bundle import Bundle
 from transport.engine.passes import emission, mis, next_event, once_more_collided, shadow_rays
-from transport.engine.registry import step, step_by_name, table_of_rows
+from transport.engine.registry import step, step_by_name, table_of_rows, table_of_two
 from transport.geometry.flat import Disk, Rectangle, Triangle
 
 # ---- Steps of point detectors: where shadow rays are cast, and how they are traced.
@@ -76,33 +76,35 @@ def _list_step(leg):
     return step(shadow_rays.list_shadow_rays, layout.row(layout.HIT_WORD, code=leg))
 
 
-def point_ray_steps(plan, media, members, crossing):
+def point_ray_steps(plan, nearest, crossing):
     """Yield the steps of shadow rays: the first gets the handle of the casting bundle, the others their own.
 
-    media: steps that set each lane's medium. members: steps that find the next surface. crossing: steps of a
-    ray through transparent surfaces.
+    nearest: steps that set each lane's medium and find the next surface. crossing: steps of a ray through
+    transparent surfaces.
     """
     yield step(shadow_rays.load_shadow_rays, table_of_rows(_point_ray_fields(plan)))
     yield step(shadow_rays.reset_shadow_hit)
-    yield from media
-    yield from members
-    if plan.has_media and attenuates_anywhere(plan):
-        yield step(shadow_rays.attenuate_shadow_rays)
-    for row in (*plan.grids, *plan.absorbing_grids):
-        yield step(shadow_rays.attenuate_shadow_rays_in_grid, row)
+    yield from nearest
+    yield from _attenuate(plan)
     yield step(shadow_rays.score_at_points)
     if _has_once_more_collided(plan):
         yield from _second_leg(plan)
     yield from crossing
 
 
+def _attenuate(plan):
+    """Yield the steps that attenuate shadow rays up to the next surface."""
+    if plan.has_media and attenuates_anywhere(plan):
+        yield step(shadow_rays.attenuate_shadow_rays)
+    for row in (*plan.grids, *plan.absorbing_grids):
+        yield step(shadow_rays.attenuate_shadow_rays_in_grid, row)
+
+
 def _second_leg(plan):
     """Yield the steps from the first leg of a once-more-collided ray to the second."""
     points = np.array([point.row for point in plan.points], layout.POINT)
     plan.kept.append(points)
-    both = {"rows": points.ctypes.data, "count": len(points)}
-    both |= {"others": plan.media.ctypes.data, "other_count": len(plan.media)}
-    yield step(once_more_collided.turn_into_second_leg, layout.row(layout.TWO_ROWS, **both))
+    yield step(once_more_collided.turn_into_second_leg, table_of_two(points, plan.media))
     for row in plan.grids:
         yield step(shadow_rays.scale_by_grid_scattering, row)
     yield from map(step_by_name, phase_densities(plan))
@@ -149,11 +151,10 @@ def next_event_from_births(plan, emitter):
     if rows and emitter.facing is not None and emitter.law[0] == "emit_lambertian_from_plane":
         yield step(emission.set_emission_normal, emitter.facing)
     for each, row in rows:
-        yield (
-            step(next_event.draw_point_at_birth, row)
-            if row["number"]
-            else step(next_event.draw_joint_point_at_birth)
-        )
+        if row["number"]:
+            yield step(next_event.draw_point_at_birth, row)
+        else:
+            yield step(next_event.draw_joint_point_at_birth)
         yield from _connect(plan, each, row, next_event.contribute_from_births)
     if plan.expectations:
         yield step(mis.record_pdf_at_births, _pdf_table(float(rows[0][1]["peak"]) if rows else 0.0))
@@ -228,20 +229,17 @@ def uses_next_event(plan, layer):
     return any(each.layer == layer for each in plan.expectations)
 
 
-def next_event_ray_steps(plan, media, members, crossing):
+def next_event_ray_steps(plan, nearest, crossing):
     """Yield the steps of next-event rays; the first has the handle of the bundle that casts them.
 
-    media, members: as those of flights. crossing: from arrival at a surface to its other side.
+    nearest: steps that set each lane's medium and find the next surface. crossing: from arrival at a surface
+    to its other side.
     """
     yield step(shadow_rays.load_shadow_rays, table_of_rows(_next_event_ray_fields(plan)))
     yield step(shadow_rays.reset_shadow_hit)
-    yield from media
-    yield from members
+    yield from nearest
     yield step(next_event.end_missed_rays)
-    if plan.has_media and attenuates_anywhere(plan):
-        yield step(shadow_rays.attenuate_shadow_rays)
-    for row in (*plan.grids, *plan.absorbing_grids):
-        yield step(shadow_rays.attenuate_shadow_rays_in_grid, row)
+    yield from _attenuate(plan)
     yield from crossing
 
 

@@ -56,8 +56,7 @@ def _drawing_globals(function: FunctionType, sampling: str) -> dict[str, object]
 
 def _twin(function: FunctionType, drawing: dict[str, object], sampling: str) -> FunctionType:
     """Return the function with other globals, under its own name."""
-    twin = FunctionType(
-        function.__code__, function.__globals__ | drawing, f"{function.__name__} by {sampling}"
-    )
+    name = f"{function.__name__} by {sampling}"
+    twin = FunctionType(function.__code__, function.__globals__ | drawing, name)
     twin.__qualname__, twin.__doc__ = twin.__name__, function.__doc__
     return twin

@@ -60,9 +60,8 @@ def score_step(plan, by_nearly_all=False):
     by_nearly_all: nearly every lane has a bin.
     """
     if plan.size_cells:
-        return step(
-            score_sizes.score_all_and_size if by_nearly_all else score_sizes.score_and_size, size_row(plan)
-        )
+        scoring = score_sizes.score_all_and_size if by_nearly_all else score_sizes.score_and_size
+        return step(scoring, size_row(plan))
     return step(detectors.score_all if by_nearly_all else detectors.score)
 
 
@@ -137,11 +136,8 @@ def _score_next_event(plan, layer):
     table = table_of_layer(plan, layer, plan.expected_layers[layer])
     yield step(detectors.find_detector, table)
     yield step(next_event.ignore_other_detectors)
-    for binning in (
-        (detectors.bin_arrivals, detectors.bin_departures)
-        if plan.has_acting_surfaces
-        else (detectors.bin_crossings,)
-    ):
+    acting = detectors.bin_arrivals, detectors.bin_departures
+    for binning in acting if plan.has_acting_surfaces else (detectors.bin_crossings,):
         if binning is detectors.bin_departures:
             yield step(next_event.keep_transmitted)
         yield step(binning, table)
