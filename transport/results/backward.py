@@ -93,8 +93,9 @@ class BackwardReading(Reading):
         dark, missing = (
             partial(each, "weight in") for each in (self.diagnosis.is_dark, self.diagnosis.missing)
         )
+        unit = energy_unit(self.plan)
         weight = Score(
-            rows, weights, counts, energy_unit(self.plan), self.plan.unit, 1.0, dark, dark, findings=missing
+            rows, weights, counts, unit, self.plan.unit, is_dark=dark, is_sure=dark, findings=missing
         )
         return {"weight in": weight, "count in": Score(rows, counts, counts, "1", number)}
 
@@ -251,11 +252,10 @@ class ViewReading(Tally):
                 radiance,
                 scored,
                 "W m^-2 sr^-1",
-                None,
                 is_mean=True,
                 findings=partial(self.diagnosis.missing, "radiance"),
             ),
-            "count": Score(rows, in_run, scored, "1", None, is_mean=True),
+            "count": Score(rows, in_run, scored, "1", is_mean=True),
         }
 
     @property

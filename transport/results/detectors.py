@@ -285,9 +285,8 @@ class Reading(Tally):
             sure, dark, missing = (
                 partial(each, name) for each in (diagnosis.is_sure, diagnosis.is_dark, diagnosis.missing)
             )
-            weight = Score(
-                rows, self._column("weights"), counts, energy, plan.unit, 1.0, dark, sure, findings=missing
-            )
+            weights, known = self._column("weights"), {"is_dark": dark, "is_sure": sure, "findings": missing}
+            weight = Score(rows, weights, counts, energy, plan.unit, **known)
             share = replace(weight, unit="1", scale=1.0, is_dark=_never, is_sure=_never)
             found |= {
                 name: weight,
@@ -306,7 +305,11 @@ class Reading(Tally):
                 momentum = self._column("momentum")
                 found |= {
                     f"momentum {of_side}": replace(
-                        weight, column=momentum, unit="Pa s m^2", factor=self._momentum, is_sure=_never
+                        weight,
+                        column=momentum,
+                        unit="Pa s m^2",
+                        scale=plan.unit * self._momentum,
+                        is_sure=_never,
                     ),
                     # Missing particles may have the highest speed, which adds to the sum of speeds, or be at
                     # rest, which adds to the weight.

@@ -131,7 +131,7 @@ class PhaseReading(Tally):
             "all": replace(
                 weight,
                 column=lambda batch, a, b: weights(batch, a, b) * unit,
-                scale=None,
+                scale=1.0,
                 is_sure=partial(_are_all_alive_always, plan),
             ),
             "outside": replace(weight, rows=replace(rows, inner=(), span=1)),
@@ -144,7 +144,7 @@ class PhaseReading(Tally):
                     weight,
                     column=moment_column(place, each, rows.first, first),
                     unit=f"{energy} m^{power} s^-{power}",
-                    factor=max_relative_speed(plan) ** power,
+                    scale=unit * max_relative_speed(plan) ** power,
                 )
         return found
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property, reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
@@ -52,10 +52,8 @@ class Score:
         The numbers of scores in the same way.
     unit : str
         Unit of the score: "J" of a weight (power per second of the clock), "J m" of a path.
-    scale : float or None
-        The value of a sum of 1, in this unit, for the whole run; None where the column is in the unit.
-    factor : float
-        The score per weight, such as a momentum.
+    scale : float
+        The value of a sum of 1, in this unit, for the whole run.
     is_dark : callable
         Whether geometry proves that nothing scores.
     is_sure : callable
@@ -77,8 +75,8 @@ class Score:
     column: Column
     counts: Column
     unit: str
-    scale: float | None = 1.0
-    factor: float = 1.0
+    scale: float = 1.0
+    _: KW_ONLY
     is_dark: Callable[[], bool] = lambda: False
     is_sure: Callable[[], bool] = lambda: False
     is_mean: bool = False
@@ -428,16 +426,10 @@ class Tally:
     def estimate(self, score: str, by: tuple[str, ...] = (), per: tuple[str, ...] = ()) -> EstimateOrArray:
         """Return a score as a mean over histories, by the groups of axes `by`, per the measures `per`."""
         what, measures = self.scores[score], [self.measures[name]() for name in per]
-        axes, unit, one = self.axes_of(score, by), Unit.parse(what.unit), 1.0
-        values, counts = self.sums(score, by), summed_counts(self.counts_of(score, by))
+        axes, unit, one = self.axes_of(score, by), Unit.parse(what.unit), what.scale
+        values, counts = self.sums(score, by) * one, summed_counts(self.counts_of(score, by))
         for measure in measures:
-            unit = unit / Unit.parse(measure.unit)
-        if what.scale is not None:  # one multiplication for scale, seconds and factor
-            seconds = measures.pop(0).along(axes) if per[:1] == ("time",) else 1.0
-            one = what.scale / seconds * what.factor
-            values = values * one
-        for measure in measures:
-            size = measure.along(axes)
+            size, unit = measure.along(axes), unit / Unit.parse(measure.unit)
             values, one = values / size, one / size
         if not what.is_mean:
             values = values / self.run.sizes.reshape(-1, *(1,) * len(axes))

@@ -133,7 +133,6 @@ class VolumeReading(Tally):
                 self._absorbed,
                 counts,
                 energy,
-                None,
                 is_dark=lambda: not self._may_absorb.any(),
                 findings=missing,
                 largest=max(float(np.max(medium.absorption)) for medium in plan.distinct_media) * path.scale,
