@@ -242,7 +242,8 @@ def best_estimate(found: Mapping[str, Trials], exact: np.ndarray | None = None) 
         return Truth(exact, 0.0, {})
     means = {name: _mean_and_variance(trials) for name, trials in found.items()}
     known = {name: mean for name, mean in means.items() if 0 < mean[1] < math.inf} or means
-    weights = {name: 1 / variance if variance > 0 else 1.0 for name, (_, variance) in known.items()}
+    variances = {name: variance for name, (_, variance) in known.items()}
+    weights = {name: 1 / each if 0 < each < math.inf else 1.0 for name, each in variances.items()}
     total = math.fsum(weights.values())
     shares = {name: weight / total for name, weight in weights.items()}
     value = sum(share * known[name][0] for name, share in shares.items())

@@ -14,14 +14,12 @@ from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.scene.bins import DirectionCone
-from transport.scene.bodies import scene_bodies, scene_media
+from transport.scene.bodies import scene_bodies, surrounding_medium
 from transport.scene.detectors import Detector
-from transport.scene.materials import AnyMedium
-from transport.scene.scene import Scene
 from transport.scene.scene_speeds import scene_speeds
 from transport.scene.sheets import Sheet, SheetMember
 from transport.statistics.axes import DIRECTION, POSITION, Axis
-from transport.validation import SceneError, refuse, short_repr
+from transport.validation import SceneError, short_repr
 
 # Kind of coordinates of a place; on any other shape they are those of a surface of revolution.
 PLACE_KINDS = {Rectangle: layout.RECTANGLE_PLACE, Disk: layout.DISK_PLACE, Sphere: layout.SPHERE_PLACE}
@@ -255,35 +253,18 @@ def _moments(plan: Plan) -> LongScore | None:
     return LongScore(("momentum", "speed", "square"), table, "score_moments")
 
 
-MAX_PATHS = 8  # media in which a scene's path lengths are kept, at most
 # [scene lengths] of a path whose sum is 1: far above any path, so that no sum of paths overflows its limbs
 PATH_UNIT = 2.0**24
 # rows: for each row of layout.MEDIA the number of its path, -1 for none;  media: number of paths
 PATHS = np.dtype([(name, "i8") for name in ("rows", "count", "media", "place", "each")])
 
 
-def path_media(scene: Scene) -> tuple[AnyMedium, ...]:
-    """Return the media in which any detector of a scene asks for path lengths, each once."""
-    return tuple(dict.fromkeys(medium for detector in scene.meters for medium in detector.path_lengths or ()))
-
-
 def _paths(plan: Plan) -> LongScore | None:
     """Return the path lengths in each medium that a detector names."""
-    media = path_media(plan.scene)
+    media = plan.scene.path_media
     if not media:
         return None
-    known = scene_media(plan.scene)
-    for detector in plan.scene.meters:
-        for medium in detector.path_lengths or ():
-            if medium not in known:
-                must, cure = "must name media of the scene", f"it has {', '.join(map(short_repr, known))}"
-                refuse(detector, f"path_lengths {must}, got {short_repr(medium)}; {cure}")
-    if len(media) > MAX_PATHS:
-        raise SceneError(
-            f"Scene: the path_lengths of all detectors may name {MAX_PATHS} media at most, got {len(media)};"
-            " use several scenes"
-        )
-    rows = (known[0], *(body.medium for body in scene_bodies(plan.scene)))
+    rows = (surrounding_medium(plan.scene), *(body.medium for body in scene_bodies(plan.scene)))
     numbers = np.array([media.index(medium) if medium in media else -1 for medium in rows], np.int64)
     plan.kept.append(numbers)
     table = layout.row(PATHS, rows=numbers.ctypes.data, count=len(numbers), media=len(media))

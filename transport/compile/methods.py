@@ -170,10 +170,13 @@ def _against_expected(scene: Scene) -> Iterator[str]:
     if scene.points:
         yield f"PointDetector {scene.points[0].name!r} casts its own rays; run it in a separate scene"
     if not any(uses_next_event(scene, detector) for detector in scene.meters):
+        for detector in scene.meters:
+            for name, value in detector.options_of_crossings.items():
+                of = f"Detector {detector.name!r} has {name}={short_repr(value)}"
+                yield f"{of}, which only a particle's own crossing can score; leave it out"
         got = _names_of_detectors(scene) or "no detector"
         shapes = "a Rectangle, Disk, Triangle, Polygon or whole Sphere"
-        cure = f"use a Detector on {shapes}, without speeds, moments or path_lengths"
-        yield f"it cannot sample points on {got}; {cure}"
+        yield f"it cannot sample points on {got}; use a Detector on {shapes}"
 
 
 def detectors_without_next_event(scene: Scene) -> list[str]:
@@ -214,7 +217,7 @@ def can_sample_points_on(shape: Shape) -> bool:
 #     Camera, EnvironmentMap    point that emits into each pixel or bin
 #
 # What cannot be run backward is refused: sources that no history reaches (a Point, any Beam); particles and
-# time; detector options that need a history's past (via, events, times, speeds, moments); volumes; surfaces
+# time; options of detectors that need a history's past (Detector.options_of_the_past); volumes; surfaces
 # that are not reciprocal (ThinLens, which does not conserve L/eta^2 equally from both sides; a TwoSided whose
 # sides transmit differently). Light that leaves a detector has no backward estimate: put a detector on the
 # other side. The `aim` of a source is ignored: the whole source counts.

@@ -359,7 +359,7 @@ def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[s
     """Return the columns of layout.EXPECTATION that do not depend on the kind of event."""
     size = plan.space.size
     values = layout.center_columns(plan.space.place(shape.middle))
-    values |= {"first": plan.rows_of[detector.name].base + 2 * plan.half, "legs": 1, "sheet": -1}
+    values |= {"first": plan.rows_of[detector.name].first + 2 * plan.half, "legs": 1, "sheet": -1}
     values |= {"area": shape.cross_section / size / size}
     if not shape.is_flat:
         return values | {"half_w": shape.radius / size, "legs": 2}

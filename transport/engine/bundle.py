@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba import carray, config, njit, types
 from numba.extending import intrinsic
 
-from transport.compile.detectors import MAX_PATHS
+from transport.scene.detectors import MAX_PATHS
 
 # Lanes per bundle: a constant of the build. Only tests set the environment variable.
 LANES = int(os.environ.get("TRANSPORT_LANES", "256"))
@@ -24,7 +24,7 @@ HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
     "tallies",  # address of the batch's detector sums (rows of four int64)
     "sizes",  # address of the batch's histogram of score sizes
-    "moments",  # address of the velocity sums (rows of four limbs)
+    "moments",  # address of the long sums, such as of velocities (rows of four limbs)
     "records",  # address of the recorded snapshot states (layout.RECORD)
     "record_count",  # number of states recorded so far
     "stride",  # one in `stride` histories is recorded ...

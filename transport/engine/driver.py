@@ -44,7 +44,7 @@ class RawSums:
     birth_weight: int  # total birth weight [2^-63] of emitters without an aim
     detectors: np.ndarray  # (rows, 4) int64: detectors, then phase-space detectors
     ledger: np.ndarray  # (rows, 4) int64
-    moments: np.ndarray  # (rows, 4) int64: velocity sums, four limbs each
+    moments: np.ndarray  # (rows, 4) int64: long sums, such as of velocities, four limbs each
     sizes: np.ndarray  # (cells,) int64: histogram of score sizes
     records: np.ndarray  # layout.RECORD rows: one in `stride` histories at each snapshot
     stride: int

@@ -124,7 +124,7 @@ class Batch:
     unseen: int  # crossings out of a body by particles that were not recorded as entering it
     crossings: int
     collisions: int
-    moments: np.ndarray | Packed  # (long rows,) sums of velocities
+    moments: np.ndarray | Packed  # (long rows,) sums of velocities and paths
     records: np.ndarray  # the sample of its snapshots (batches.py)
     sizes: np.ndarray  # (cells,) number of scores of each size (compile/detectors.py)
     seed: int  # key of its random numbers, together with the numbers of the batch:

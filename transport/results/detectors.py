@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from transport.compile.detectors import PATH_UNIT, path_media
+from transport.compile.detectors import PATH_UNIT
 from transport.compile.rows import Rows
 from transport.geometry.shape import Shape
 from transport.results.solid_angles import solid_angles_of
@@ -338,7 +338,7 @@ class Reading(Tally):
 
     def _path_columns(self) -> Column:
         """The sums of path lengths in each medium of `path_lengths`."""
-        sums, known = self.plan.long_sums, path_media(self.scene)
+        sums, known = self.plan.long_sums, self.scene.path_media
         places = [sums.index(f"path {known.index(medium)}") for medium in self.detector.path_lengths]
         columns = [moment_column(place, len(sums)) for place in places]
         return lambda batch, a, b: np.array([column(batch, a, b) for column in columns])

@@ -183,7 +183,7 @@ def cost_lines(result) -> list[str]:
         lines.append(f"pilots: {earlier:.3g} of them, which are not part of the result")
     if (plan := cost.forecast) is not None:
         after, seconds = duration(plan.after), duration(plan.seconds)
-        lines.append(f"forecast after {after}: {seconds}, {plan.particles:.3g} particles")
+        lines.append(f"forecast: {seconds} and {plan.particles:.3g} particles, made after {after}")
     return [*lines, f"next digit: a tenth of every error costs about {duration(cost.next_digit)}"]
 
 

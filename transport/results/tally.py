@@ -183,8 +183,8 @@ class MeanPerWeight(_Named):
         mean = tally.estimate(self.score, self.by) / tally.estimate(self.weight, self.by)
         if tally.has_equal_means:  # missing particles do not matter
             mean = mean._with_findings(())
-        counts = over_batches(tally.counts_of(self.score, self.by))
-        return mean.unless(counts.reshape(np.shape(mean.value)) < MIN_SCORES_FOR_ERROR)
+        counts = over_batches(tally.counts_of(self.score, self.by)).reshape(np.shape(mean.value))
+        return mean.unless(counts < MIN_SCORES_FOR_ERROR, counts)
 
 
 class Formula(_Named):
@@ -436,7 +436,7 @@ class Tally:
         is_whole = not any(axis in what.rows.inner for axis in axes)
         exact = what.is_dark() or (is_whole and what.is_sure())
         made = self._made(values, unit, axes, counts, exact)
-        has_findings = what.findings is not None or what.notes is not tuple
+        has_findings = not exact and (what.findings is not None or what.notes is not tuple)
         return self._with_findings(made, what, one) if has_findings else made
 
     def _made(
@@ -517,7 +517,7 @@ class Tally:
             raise AttributeError(f"{self.title} has no quantity {name!r}; {self._cure(name)}")
 
     def _cure(self, name: str) -> str:
-        return name_hint(name, self.known)
+        return name_hint(name, self.available)
 
 
 def plain_column(name: str) -> Column:

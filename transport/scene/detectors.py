@@ -34,6 +34,8 @@ from transport.validation import (
     short_repr,
 )
 
+MAX_PATHS = 8  # media in which the path lengths of a scene are kept, at most: fields of a lane
+
 __all__ = ["Detector", "DirectionCone", "Directions", "Positions"]
 
 

@@ -121,6 +121,11 @@ class SceneParts:
         return tuple(part for part in self.detectors if isinstance(part, PointInstrument))
 
     @property
+    def path_media(self) -> tuple[AnyMedium, ...]:
+        """Return the media in which any detector keeps path lengths, each once."""
+        return tuple(dict.fromkeys(medium for one in self.meters for medium in one.path_lengths or ()))
+
+    @property
     def visited(self) -> tuple[str, ...]:
         """The names of detectors and surfaces that occur in a `via`, each once.
 

@@ -158,6 +158,7 @@ EFFECTS = {
     "history filters (via, events)": ("mark_visit", "require_visits", "require_reflections"),
     "snapshots": ("snapshots",),
     "tracks": ("record_tracks",),
+    "path lengths": ("paths",),
     "point detectors": ("shadow_rays", "once_more_collided"),
     "next-event estimation": ("next_event", "mis"),
     "backward histories": ("backward",),

@@ -7,11 +7,12 @@ moves as many of them with its lanes as its detectors name media.
 import numpy as np
 from numba import uint64
 
-from transport.compile.detectors import MAX_PATHS, PATH_UNIT, PATHS
+from transport.compile.detectors import PATH_UNIT, PATHS
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
 from transport.engine.registry import lane_pass
 from transport.engine.tally import add_long
 from transport.physics.device import device
+from transport.scene.detectors import MAX_PATHS
 
 FIRST_WORD = CARRIED_WORDS + PITCH * [name for name, _ in CARRIED].index("path_0")
 PAST_WORD = FIRST_WORD + PITCH * MAX_PATHS

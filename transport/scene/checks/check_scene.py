@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 from transport.geometry.relations import are_on_one_support, overlap
 from transport.geometry.shape import Shape
+from transport.scene.bodies import scene_media
 from transport.scene.checks.coplanar_meshes import check_coplanar_meshes
 from transport.scene.checks.enclosures import check_lossless_enclosures
 from transport.scene.checks.overlapping_bodies import check_filling
 from transport.scene.checks.points import check_point_detectors
 from transport.scene.checks.refractive_indices import check_media
 from transport.scene.checks.trapping import check_total_internal_reflection
+from transport.scene.detectors import MAX_PATHS
 from transport.scene.parts import surface_name
 from transport.scene.sheets import scene_sheets
 from transport.statistics.findings import Check
@@ -58,6 +60,20 @@ def check_aims(scene: SceneParts) -> None:
             )
 
 
+def check_path_lengths(scene: SceneParts) -> None:
+    """Refuse path lengths in media that the scene does not have, or in more than a lane has fields for."""
+    known = scene_media(scene)
+    for detector in scene.meters:
+        for medium in detector.path_lengths or ():
+            if medium not in known:
+                must = "path_lengths must name media of the scene"
+                cure = f"it has {', '.join(map(short_repr, known))}"
+                refuse(detector, f"{must}, got {short_repr(medium)}; {cure}")
+    if (many := len(scene.path_media)) > MAX_PATHS:
+        must = f"path_lengths may name {MAX_PATHS} media at most, of all detectors together"
+        raise SceneError(f"Scene: {must}, got {many}; use several scenes")
+
+
 def _support_name(shape: Shape) -> str:
     """Kind of support in messages."""
     return "plane" if shape.is_flat else type(shape).__name__.lower()
@@ -76,6 +92,9 @@ SCENE_CHECKS = (
         "scene: meshes",
         "Mesh faces that coincide with other shapes, so that rounding would decide which is hit first.",
         run=check_coplanar_meshes,
+    ),
+    Check(
+        "scene: path lengths", "Path lengths in media that the scene does not have.", run=check_path_lengths
     ),
     Check("scene: aims", "A flat source that aims into its own plane.", run=check_aims),
     Check(
