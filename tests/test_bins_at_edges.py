@@ -35,6 +35,17 @@ def test_a_ray_straight_along_the_normal_is_in_the_outermost_bin_of_cosine(direc
     assert counts[last].sum() == counts.sum() == 64
 
 
+@pytest.mark.parametrize("bins", [{"mu": (0, 0.25, 1)}, {"theta": 4}, {"mu": 8}])
+def test_a_ray_along_any_normal_is_in_the_bin_of_cosine_1(bins):
+    """The cosine of a ray and a normal that are equal may round to more than 1."""
+    normals = np.random.default_rng(1).normal(size=(24, 3))
+    for normal in normals / np.linalg.norm(normals, axis=1)[:, None]:
+        source = tp.Source(tp.Point(position=normal), tp.Beam(direction=-normal, power=1.0))
+        meter = tp.Detector(tp.Disk(normal=normal, radius=1.0), "meter", directions=tp.Directions(**bins))
+        result = tp.simulate(tp.Scene(source, (), meter), particles=8, batches=2, progress=False)
+        assert result["meter"].counts.value.sum() == 8
+
+
 def test_a_ray_on_the_edge_between_two_bins_of_place_is_in_the_upper_one():
     counts = beamed(positions=tp.Positions(u=2, v=4))
     assert counts[1, 2] == counts.sum() == 64

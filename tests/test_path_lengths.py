@@ -204,7 +204,7 @@ def test_unknown_media_are_refused_by_name():
     with pytest.raises(SceneError, match="write path_lengths=\\[tissue\\]"):
         layers(WEAK, path_lengths="tissue")
     media = [tp.Medium(absorption=0.1 * k) for k in range(1, 10)]
-    with pytest.raises(SceneError, match="8 media at most, got 9"):
+    with pytest.raises(SceneError, match="8 media at most, of all detectors together, got 9"):
         run(layers(*media, path_lengths=media))
     with pytest.raises(SceneError, match="mean_path_in needs path_lengths"):
         _ = run(layers(WEAK), particles=1e3)["end"].mean_path_in
@@ -225,3 +225,34 @@ def test_a_dataset_and_a_picture_have_the_axis_of_media():
     assert data.mean_path_in.dims == ("medium",) and data.mean_path_in.attrs["units"] == "m"
     assert data.medium.values.tolist() == [0, 1]
     assert path.plot("mean_path_in") is not None
+
+
+# ---- What few particles, faint light and long tails do to a mean.
+
+
+def test_the_mean_path_of_very_faint_light_keeps_its_digits():
+    """At an optical depth of 40 weights have four digits left in the sums of weights."""
+    dense = tp.Medium(absorption=64.0)
+    path = run(layers(dense, path_lengths=[dense, VACUUM]), particles=1e3)["end"].mean_path_in
+    assert path.value == pytest.approx(np.array([0.5, 2.5]) / 0.8, rel=1e-10)
+
+
+@pytest.mark.parametrize("radius", [1e-4, 6e-3], ids=["never met", "met about once"])
+def test_the_mean_path_in_a_body_that_hardly_any_ray_meets_is_doubtful(radius):
+    ball = tp.Surface(tp.Sphere(radius=radius), tp.Transparent(), "ball", back=FOG)
+    far = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "far")
+    lamp = tp.Source("far", tp.Lambertian(power=1.0), side="inside")
+    scene = tp.Scene(lamp, [ball, far], tp.Detector("far", side="inside", path_lengths=[FOG, VACUUM]))
+    path = run(scene, particles=3e4)["far"].mean_path_in
+    assert path.verdict.tolist() == ["doubtful", "sound"]
+
+
+def test_a_mean_that_one_very_long_path_decides_is_doubtful():
+    """The light of a point onto a plane without end: the mean of 1/mu does not exist."""
+    lamp = tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))
+    scene = tp.Scene(lamp, (), tp.Detector(tp.Plane(), "plane", path_lengths=VACUUM))
+    verdicts = [
+        tp.simulate(scene, particles=1e4, seed=seed, progress=False)["plane"].mean_path_in.verdict[0]
+        for seed in range(20)
+    ]
+    assert verdicts.count("doubtful") > 10

@@ -168,6 +168,7 @@ def _direction_columns(
         edges = np.array([-(math.sin(directions.half_angle) ** 2), 1.0])
         return values | {"mu_kind": layout.CONE} | edge_columns(plan, "mu", edges, rows.strides[axis.name])
     kind = layout.WORLD_COSINE if is_world else layout.LOCAL_COSINE
+    axis = axis if axis.coordinate.is_falling else replace(axis, edges=widened(axis.edges))
     return {"mu_kind": kind} | axis_columns(plan, axis, rows)
 
 
@@ -192,10 +193,15 @@ def axis_columns(
     """
     if axis.coordinate.is_falling:  # polar angles rise as cosines fall
         edges = np.cos(axis.edges)[::-1]
-        edges = np.where(np.abs(edges) < 1e-16, 0.0, edges)
+        edges = widened(np.where(np.abs(edges) < 1e-16, 0.0, edges))
     else:
         edges = (axis.edges - origin) / plan.units.get(axis.unit, 1.0)
     return edge_columns(plan, prefix or axis.coordinate.column, edges, rows.strides[axis.name])
+
+
+def widened(cosines: np.ndarray) -> np.ndarray:
+    """Return edges with -1 and 1 moved outwards: the cosine of a ray along the axis may round beyond 1."""
+    return np.where(np.abs(cosines) == 1.0, 2.0 * cosines, cosines)
 
 
 def edge_columns(plan: Plan, prefix: str, edges: np.ndarray, stride: int = 0) -> dict[str, float]:
@@ -268,7 +274,7 @@ def _paths(plan: Plan) -> LongScore | None:
     numbers = np.array([media.index(medium) if medium in media else -1 for medium in rows], np.int64)
     plan.kept.append(numbers)
     table = layout.row(PATHS, rows=numbers.ctypes.data, count=len(numbers), media=len(media))
-    names = tuple(f"path {number}" for number in range(len(media)))
+    names = ("path weight", *(f"path {number}" for number in range(len(media))))
     fields = tuple(f"path_{number}" for number in range(len(media)))
     return LongScore(names, table, "score_paths_by_medium", "reset_paths", "follow_paths", fields)
 

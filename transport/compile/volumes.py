@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.detectors import axis_columns, edge_columns
+from transport.compile.detectors import axis_columns, edge_columns, widened
 from transport.compile.rows import Rows, axes_of
 from transport.geometry.relations import boxes_meet
 from transport.geometry.revolved import Cylinder
@@ -134,17 +134,12 @@ def _direction_columns(plan: Plan, detector: VolumeDetector, rows: Rows) -> dict
     turns = len(axes["phi"]) if "phi" in axes else 1
     cosines = axes["mu"].edges if "mu" in axes else np.array([-1.0, 1.0])
     values = layout.frame_columns(local_frame(directions.axis, None))
-    values |= edge_columns(plan, "mu", _widened(cosines), turns)
+    values |= edge_columns(plan, "mu", widened(cosines), turns)
     if "phi" in axes:
         values |= axis_columns(plan, axes["phi"], rows) | {"turn_low": axes["phi"].edges[0]}
     if all(bins is None or isinstance(bins, int) for bins in (directions.mu, directions.phi)):
         values |= {"turn_cells": turns, "is_even": 1}
     return values
-
-
-def _widened(cosines: np.ndarray) -> np.ndarray:
-    """Return the edges with -1 and 1 moved outwards, as a cosine may be off in its last digit."""
-    return np.where(np.abs(cosines) == 1.0, 2.0 * cosines, cosines)
 
 
 def _grids(plan: Plan, shape: Shape, volume: np.ndarray) -> Iterator[np.ndarray]:

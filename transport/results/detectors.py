@@ -237,14 +237,14 @@ class Reading(Tally):
         coefficient: -d ln(flux_in)/d(absorption) of that medium.
         """,
         "path in",
-        "share in",
+        "path weight in",
         BINS,
         OF_PATHS,
     )
     mean_path_out = MeanPerWeight(
         "Mean length of the paths of departures in each medium of `path_lengths` [m].",
         "path out",
-        "share out",
+        "path weight out",
         BINS,
         OF_PATHS,
     )
@@ -319,8 +319,11 @@ class Reading(Tally):
                     ),
                 }
             if media := self.detector.path_lengths:
+                # Weights with all their digits, however faint, below the paths that have theirs.
+                weight_of_paths = replace(share, column=self._column("path weight"))
+                found[f"path weight {of_side}"] = weight_of_paths
                 found[f"path {of_side}"] = replace(
-                    share,
+                    weight_of_paths,
                     column=self._path_columns(),
                     counts=lambda batch, a, b: np.broadcast_to(batch.counts[a:b], (len(media), b - a)),
                     unit="m",
@@ -333,8 +336,9 @@ class Reading(Tally):
     def _longest_paths(self, side: int) -> np.ndarray:
         """The longest path of missing particles in each medium, as sums: a multiple of the mean path."""
         paths = over_batches(self.sums(f"path {SIDES[side]}")).reshape(len(self.media[0]), -1).sum(axis=1)
-        weight = batch_totals(self.sums(f"share {SIDES[side]}")).sum()
-        return MISSING_PATH * paths / weight if weight > 0 else np.zeros(len(paths))
+        weight = batch_totals(self.sums(f"path weight {SIDES[side]}")).sum()
+        longest = paths.max() / weight if weight > 0 else 0.0  # a missing particle may fly in any medium
+        return np.full(len(paths), MISSING_PATH * longest)
 
     def _path_columns(self) -> Column:
         """The sums of path lengths in each medium of `path_lengths`."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
@@ -23,7 +23,7 @@ from transport.statistics.axes import Axis
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
 from transport.statistics.chunked import ChunkedArray, batch_totals, is_large, over_batches, summed_counts
 from transport.statistics.estimates import Batches, Estimate, EstimateArray, EstimateOrArray
-from transport.statistics.findings import Finding
+from transport.statistics.findings import FEW_CARRIERS, Finding, doubtful
 from transport.units import Unit
 from transport.validation import SceneError, name_hint, optional_packages, short_repr
 
@@ -35,6 +35,9 @@ Column = Callable[[Batch, int, int], np.ndarray]  # the rows of a batch from one
 Lacks = Mapping[str, tuple[str, str]]  # need: (what is needed, what to type)
 ARRIVALS, DEPARTURES = 0, 1  # sides of a surface ...
 SIDES = ("in", "out")  # ... and how their scores and quantities end
+# A batch with more than this share of the variance of all is an outlier of a long tail: of normal scores one
+# mean in 10^4 has one in so many batches.
+LONE_SHARE, MIN_BATCHES_FOR_TAILS = 0.5, 32
 NO_CLOCK = ("a clock", "write Scene(..., duration=...)")
 
 
@@ -184,7 +187,29 @@ class MeanPerWeight(_Named):
         if tally.has_equal_means:  # missing particles do not matter
             mean = mean._with_findings(())
         counts = over_batches(tally.counts_of(self.score, self.by)).reshape(np.shape(mean.value))
-        return mean.unless(counts < MIN_SCORES_FOR_ERROR, counts)
+        sums = tally.sums(self.score, self.by)
+        if tally.scores[self.score].parts is not None and isinstance(sums, np.ndarray):
+            # How many of the scores were above 0 is not counted.
+            counts = np.minimum(counts, _scores_by_batches(sums))
+            mean = mean._with_findings(partial(_with_lone_batches, mean, mean._unjudged))
+        return mean.unless(counts < MIN_SCORES_FOR_ERROR)
+
+
+def _scores_by_batches(sums: np.ndarray) -> np.ndarray:
+    """Return about how many scores above 0 there were, from the share of batches with one (Poisson)."""
+    share = over_batches(sums != 0) / len(sums)
+    with np.errstate(divide="ignore"):
+        return np.round(-len(sums) * np.log1p(-share))
+
+
+def _with_lone_batches(mean: EstimateOrArray, findings: Any) -> Iterator[Finding]:
+    """Yield the findings of a mean, and one where a single batch has most of the variance (a long tail)."""
+    yield from findings() if callable(findings) else findings
+    squares = np.square(np.nan_to_num(mean.values - mean.value))
+    is_lone = squares.max(axis=0) > LONE_SHARE * squares.sum(axis=0)
+    if len(squares) >= MIN_BATCHES_FOR_TAILS and is_lone.any():
+        what = "a few very long paths, which one batch has and the others have not"
+        yield doubtful(FEW_CARRIERS, what, np.where(is_lone, np.inf, 0.0))
 
 
 class Formula(_Named):

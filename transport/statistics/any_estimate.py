@@ -338,21 +338,19 @@ class AnyEstimate(Generic[Number, Reason]):
         """
         return np.array(self.value)
 
-    def unless(self, too_few: np.ndarray, scores: np.ndarray | None = None) -> Self:
+    def unless(self, too_few: np.ndarray) -> Self:
         """Return the same estimate with an unknown error where `too_few` is true.
 
         Parameters
         ----------
         too_few : numpy.ndarray
             Array ``(*dims)`` of bool: where there are too few scores to know the error.
-        scores : numpy.ndarray, optional
-            Numbers of scores ``(*dims)``, where a score may be 0 [default: those of bins that are not 0].
 
         Returns
         -------
         Estimate or EstimateArray
         """
-        made = self._like(self._replicates.unless(too_few, scores), self.unit)
+        made = self._like(self._replicates.unless(too_few), self.unit)
         return made._with_findings(lambda: self._raw_findings, self.allowed)
 
     def interval(self, confidence: float = 0.95) -> tuple[Number, Number]:

@@ -308,14 +308,9 @@ class ChunkedReplicates(Replicates):
                 whole[run][(slice(None), *box)] = of_run
         return whole
 
-    def unless(self, too_few: np.ndarray, scores: np.ndarray | None = None) -> ChunkedReplicates:
+    def unless(self, too_few: np.ndarray) -> ChunkedReplicates:
         """Return these replicates with unknown error where `too_few`, (*dims) of bool, is true."""
-        few, given = np.asarray(too_few), None if scores is None else np.asarray(scores)
-        return self._made(
-            lambda box: self.part(box).unless(
-                cut_to_box(few, box), None if given is None else cut_to_box(given, box)
-            )
-        )
+        return self._made(lambda box: self.part(box).unless(cut_to_box(np.asarray(too_few), box)))
 
     def indexed(self, index: tuple[int | slice, ...]) -> Replicates:
         """Replicates of the bins of an index; in memory if they fit into one chunk."""

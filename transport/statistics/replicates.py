@@ -153,14 +153,10 @@ class Replicates:
     def release_pages(self) -> None:
         """Release memory-mapped pages until the next access."""
 
-    def unless(self, too_few: np.ndarray, scores: np.ndarray | None = None) -> Replicates:
-        """Return these replicates with unknown error where `too_few`, (*dims) of bool, is true.
-
-        scores: their numbers of scores, (*dims), where a score may be 0.
-        """
+    def unless(self, too_few: np.ndarray) -> Replicates:
+        """Return these replicates with unknown error where `too_few`, (*dims) of bool, is true."""
         deviations = {run: np.where(too_few, np.nan, of_run) for run, of_run in self.deviations.items()}
-        scores = self.scores if scores is None else scores
-        return _broadcast(self.value, deviations, scores, self.runs, self.scale)
+        return _broadcast(self.value, deviations, self.scores, self.runs, self.scale)
 
     def rearranged(self, change: Callable[[np.ndarray], np.ndarray]) -> Replicates:
         """Replicates after a change of the last axes that keeps those in front, such as x[..., i]."""

@@ -48,7 +48,7 @@ def project_onto_sphere(b, table, first, live):
         curved = row.curvature != 0.0
         ox, oy, oz = b.x[k] - row.cx, b.y[k] - row.cy, b.z[k] - row.cz
         o = math.sqrt(ox * ox + oy * oy + oz * oz)
-        s = 1.0 / o if curved else 0.0
+        s = 1.0 / o if curved & (o > 0.0) else 0.0  # idle lanes may stand at the centre
         b.nx[k], b.ny[k], b.nz[k] = b.nx[k] + s * ox, b.ny[k] + s * oy, b.nz[k] + s * oz
         d = s * row.radius
         b.x[k] = row.cx + d * ox if curved else b.x[k]

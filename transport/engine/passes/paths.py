@@ -54,7 +54,9 @@ def follow_paths(b, table, first, live):
 
 @lane_pass(PATHS)
 def score_paths_by_medium(b, table, first, live):
-    """Add weight times path length in each medium to the long sums of the lanes with a bin.
+    """Add the weight, and weight times path length in each medium, to the long sums of the lanes with a bin.
+
+    Only a ray along an infinite plane is longer than PATH_UNIT; its path is cut there.
 
     Fields: reads `weight`, `bin`, `path_0` and the following.
     """
@@ -65,6 +67,8 @@ def score_paths_by_medium(b, table, first, live):
     for j in range(n):
         k = uint64(b.listed[j])
         row = b.moments + 32 * (table.each * b.bin[k] + table.place)
+        add_long(row, b.weight[k])
         for number in range(table.media):
-            add_long(row + 32 * number, b.weight[k] * (words[path_word(number) + k] / PATH_UNIT))
+            path = words[path_word(number) + k] / PATH_UNIT
+            add_long(row + 32 * (1 + number), b.weight[k] * min(path, 1.0))
     return live
