@@ -35,6 +35,7 @@ WAYS = {  # scene, and how it is followed
     "rings": ("rod", None),
     "rings by chance": ("rod", "analog"),
     "clock": ("pile", "analog"),
+    "path lengths": ("shells", tp.Tracking(forced=True)),
 }
 HISTORIES, BATCHES = 300, 4
 

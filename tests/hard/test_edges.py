@@ -142,7 +142,7 @@ def test_a_plain_box_calls_for_no_such_care():
 
 def test_walls_that_overhang_leak_where_rounding_decides_the_side(monkeypatch):
     """Planted: no care is taken where walls cut one another."""
-    monkeypatch.setattr(compiling, "contact_pairs", lambda members: iter(()))
+    monkeypatch.setattr(surfaces, "contact_pairs", lambda members: iter(()))
     beam = tp.Source(tp.Point(), tp.Beam((1, 1, 0), power=1.0))
     assert (
         tp.simulate(tp.Scene(sources=[beam], surfaces=room(0.1)), particles=2000).ledger["escaped"].value

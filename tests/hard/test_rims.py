@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.compile import compiler, surfaces
+from transport.compile import compiler, shapes, surfaces
 from transport.run.programs import program_for
 
 AXIS, CENTER = np.array([0.3, -0.5, 0.81]) / np.linalg.norm([0.3, -0.5, 0.81]), np.array([0.37, -1.1, 0.23])
@@ -142,7 +142,7 @@ def test_nothing_slips_out_where_surfaces_share_a_rim(kind, material):
 def test_rims_without_a_bound_on_rounding_leak(monkeypatch):
     """Planted: surfaces end where they are said to end, as if a crossing's place were known exactly."""
     monkeypatch.setattr(surfaces, "edge_slack", lambda member, space: 0.0)
-    monkeypatch.setattr(surfaces, "EDGE_MARGIN", 0.0)
+    monkeypatch.setattr(shapes, "EDGE_MARGIN", 0.0)
     assert sum(shut_in(kind, tp.Diffuse(0.8)) for kind in BODIES) > 0
 
 
@@ -171,5 +171,5 @@ def test_what_enters_glass_at_its_rim_comes_out_again(kind):
 
 def test_media_are_taken_for_one_another_where_rims_are_not_watched(monkeypatch):
     """Planted: what lands within rounding of an edge is not known to have done so."""
-    monkeypatch.setattr(surfaces, "EDGE_MARGIN", -1.0)
+    monkeypatch.setattr(shapes, "EDGE_MARGIN", -1.0)
     assert tp.simulate(glass_scene("dome"), particles=4000, seed=1).warnings != []

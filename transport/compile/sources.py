@@ -56,10 +56,11 @@ def lower_sources(plan: Plan, sheets: list[Sheet]) -> None:
             inside, beside = _birth_bodies(plan, source, piece)
             passes = birth, place, facing, law, moment, speed, target
             plan.emitters.append(Emitter(source, piece, amount, weight, *passes, medium, inside, beside))
-    if not MIN_POWER <= plan.unit <= MAX_POWER:
+    power = sum(emitter.bound for emitter in plan.emitters)  # may overflow to infinity
+    if not MIN_POWER <= power <= MAX_POWER:
         must = f"must be between {MIN_POWER:g} and {MAX_POWER:g}"
         raise SceneError(
-            f"Scene: the power of all sources together {must}, got {plan.unit:.3g}; use another unit"
+            f"Scene: the power of all sources together {must}, got {power:.3g}; use another unit"
         )
 
 
