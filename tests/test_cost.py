@@ -120,6 +120,13 @@ def test_the_best_estimate_is_made_of_ways_by_their_errors():
     assert abs(cost_of_method("coarse", coarse, truth).z) < 4
 
 
+def test_without_any_known_error_the_best_estimate_is_the_plain_mean():
+    """As of a flux of which every batch gave the same: no way has a variance."""
+    trials = tuple(Trial(n, np.ones(1), np.full(1, np.nan), 1e-3, 1e-3) for n in (4096, 4096))
+    truth = best_estimate({"one": Trials((trials,), 0.0), "other": Trials((trials,), 0.0)})
+    assert truth.shares == {"one": 0.5, "other": 0.5} and truth.value[0] == 1.0
+
+
 def test_a_way_without_a_score_has_no_price_and_does_not_spoil_the_truth():
     nothing = tuple(Trial(n, np.zeros(1), np.full(1, np.nan), 1e-3, 1e-3) for n in (4096, 4096))
     blind, sees = Trials((nothing,), 0.0), stand_in_trials()

@@ -242,3 +242,11 @@ def test_what_is_no_quantity_is_refused_by_name(name):
             reading.plot("irradiance", decades=wrong)
     with pytest.raises(ValueError, match="plot: axes must be Axes"):
         reading.plot("irradiance", axes=3)
+
+
+def test_a_misspelt_quantity_is_compared_with_those_that_the_scene_has():
+    """`fluence` is nearer, but it needs a clock."""
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    scene = tp.Scene(lamp, (), tp.VolumeDetector(tp.Box(size=1.0), "box"))
+    with pytest.raises(AttributeError, match="did you mean 'fluence_rate'"):
+        _ = tp.simulate(scene, particles=100, progress=False)["box"].flence

@@ -220,3 +220,17 @@ def test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do(axi
         difference = getattr(hits, quantity) - getattr(ways, quantity)
         assert_agrees(difference, 0.0, FALSE_ALARM)
         rejects(difference + getattr(ways, quantity) * 0.05, 0.0)
+
+
+def test_no_finding_counts_against_an_exact_zero():
+    """Geometry proves that nothing is absorbed in the clear half of a cloud."""
+    box = tp.Box(size=2.0)
+    absorption = np.zeros((4, 4, 4))
+    absorption[:, :, 3:] = 1.0
+    cloud = tp.Grid(box=box, absorption=absorption, scattering=np.full((4, 4, 4), 0.5))
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.8), tp.Lambertian(power=1.0))
+    body = tp.Surface(box, tp.Transparent(), "cloud", inside=cloud)
+    below = tp.VolumeDetector(tp.Box(center=(0, 0, -0.4), size=0.5), "below")
+    run = tp.simulate(tp.Scene(lamp, body, below), particles=2e4, seed=1, tracking="weighted", progress=False)
+    absorbed = run["below"].absorbed_power
+    assert absorbed.exact and absorbed.verdict == "sound" and absorbed.interval() == (0.0, 0.0)

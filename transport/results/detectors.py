@@ -234,7 +234,8 @@ class Reading(Tally):
         """Mean length of the paths of arrivals in each medium of `path_lengths` [m], from birth to arrival.
 
         The mean is over arriving weight, so it is the relative loss of what arrives per absorption
-        coefficient: -d ln(flux_in)/d(absorption) of that medium.
+        coefficient: -d ln(flux_in)/d(absorption) of that medium.  A path counts as 2^24 sizes of the scene at
+        most, which only a ray along an infinite plane can exceed.
         """,
         "path in",
         "path weight in",

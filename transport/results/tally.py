@@ -184,14 +184,14 @@ class MeanPerWeight(_Named):
     def of(self, tally: Tally) -> EstimateOrArray:
         """Return the mean."""
         mean = tally.estimate(self.score, self.by) / tally.estimate(self.weight, self.by)
-        if tally.has_equal_means:  # missing particles do not matter
-            mean = mean._with_findings(())
         counts = over_batches(tally.counts_of(self.score, self.by)).reshape(np.shape(mean.value))
-        sums = tally.sums(self.score, self.by)
-        if tally.scores[self.score].parts is not None and isinstance(sums, np.ndarray):
+        sums, has_parts = tally.sums(self.score, self.by), tally.scores[self.score].parts is not None
+        if tally.has_equal_means and not has_parts:  # of one speed, so that missing particles do not matter
+            mean = mean._with_findings((), mean.allowed)
+        if has_parts and isinstance(sums, np.ndarray):
             # How many of the scores were above 0 is not counted.
             counts = np.minimum(counts, _scores_by_batches(sums))
-            mean = mean._with_findings(partial(_with_lone_batches, mean, mean._unjudged))
+            mean = mean._with_findings(partial(_with_lone_batches, mean, mean._unjudged), mean.allowed)
         return mean.unless(counts < MIN_SCORES_FOR_ERROR)
 
 

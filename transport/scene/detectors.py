@@ -75,8 +75,9 @@ class Detector(Sided, AnyDetector):
     moments : bool, default False
         Whether to add pressure and mean speed and energy.
     path_lengths : Medium, Grid or Vacuum, or a sequence of them, default None
-        Media of the scene in which to average the path lengths of the particles that arrive and leave:
-        `mean_path_in` and `mean_path_out`, in this order.
+        Media of the scene, in which to average the path lengths of the particles that arrive and leave:
+        `mean_path_in` and `mean_path_out` [m], in this order. Media are compared by value; all detectors
+        together name eight at most. Estimators "expected" and "backward" do not know paths.
 
     Raises
     ------
@@ -155,7 +156,8 @@ class Detector(Sided, AnyDetector):
     @property
     def long_sums(self) -> int:
         """Number of sums per bin beside weight, count and slant."""
-        return (3 if self.moments else 0) + len(self.path_lengths or ())
+        paths = 1 + len(self.path_lengths) if self.path_lengths else 0  # their weight, and one per medium
+        return (3 if self.moments else 0) + paths
 
     def time_edges(self, duration: float | None) -> np.ndarray | None:
         """Return the edges of the time bins.
@@ -281,7 +283,7 @@ class Detector(Sided, AnyDetector):
         set_fields(self, events=(int(least), math.inf if most == math.inf else int(most)))
 
     def _coerce_path_lengths(self) -> None:
-        """Convert `path_lengths` to None or a tuple of distinct media; the plan checks that they exist."""
+        """Convert `path_lengths` to None or a tuple of distinct media; the scene checks that it has them."""
         if self.path_lengths is None:
             return
         media = self.path_lengths if isinstance(self.path_lengths, tuple | list) else (self.path_lengths,)
