@@ -12,28 +12,18 @@ from transport.viz.irradiance import irradiance_map
 from transport.viz.phase_density import phase_density
 from transport.viz.phase_space import phase_portraits
 from transport.viz.power_flow import power_flow
-from transport.viz.prisms import Starts, prisms
 from transport.viz.profiles import profile
 from transport.viz.radiance import radiance_map
-from transport.viz.resolution import Resolved, resolutions
-from transport.viz.tradeoff import Curve, Tradeoff, tradeoff
 
 __all__ = [
-    "Curve",
-    "Resolved",
-    "Starts",
-    "Tradeoff",
     "comparison",
     "convergence",
     "irradiance_map",
     "phase_density",
     "phase_portraits",
     "power_flow",
-    "prisms",
     "profile",
     "radiance_cuts",
     "radiance_map",
-    "resolutions",
     "seen",
-    "tradeoff",
 ]
