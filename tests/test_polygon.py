@@ -345,8 +345,7 @@ def test_triangles_that_are_not_chosen_by_area_are_seen(monkeypatch):
 
 
 def test_it_is_drawn_with_its_area_and_its_outline():
-    from transport.viz.facets import facets_of
-    from transport.viz.solids import outline
+    from transport.viz.facets import facets_of, outline
 
     drawn = facets_of(polygon(U))
     assert drawn.vector_areas.sum(axis=0) == pytest.approx([0, 0, 5.0], rel=1e-14)
