@@ -1,4 +1,4 @@
-"""Measurements of `transport cost`: cost of accuracy, discretisation against noise, cost of effects."""
+"""`transport cost`: what accuracy costs by each estimator, discretisation against noise, cost of effects."""
 
 import importlib
 from collections.abc import Mapping
@@ -6,13 +6,26 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import Annotated
 
 import numpy as np
+import typer
+from rich.table import Table
 
 from transport.analysis.binning import BinsAgainstNoise, bins_against_noise
-from transport.analysis.cost import CostOfAccuracy, cost_of_accuracy
-from transport.cli.effects.costs import EffectCost, effect_costs
-from transport.cli.run import draw_to
+from transport.analysis.cost import (
+    DEFAULT_SECONDS,
+    CostOfAccuracy,
+    cost_of_accuracy,
+    price_heads,
+    price_notes,
+    price_rows,
+)
+from transport.analysis.effects import EffectCost, effect_costs
+from transport.cli.effects import effect_table
+from transport.cli.options import Json, Seed, Set, Sim, named_values, number
+from transport.cli.output import print_json, print_labelled, print_pictures, print_rich, table_of
+from transport.cli.run import checked_experiment, draw_to
 from transport.results.result import Result
 from transport.simulate import simulate
 from transport.statistics.estimates import EstimateArray
@@ -20,6 +33,7 @@ from transport.validation import SceneError, name_hint
 from transport.verification.experiment import (
     attribute_errors,
     cases_of,
+    experiment,
     experiment_name,
     run_settings_of,
     scene_of,
@@ -27,6 +41,45 @@ from transport.verification.experiment import (
 
 LISTING_HISTORIES = 1 << 14  # histories of the run that lists the quantities
 BINS_HISTORIES = 1 << 20  # histories of the run that compares discretisation with noise
+
+
+def cost(
+    sim: Sim,
+    set_: Set = None,
+    quantity: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Quantity [default: the first one with an exact value]"),
+    ] = None,
+    seconds: Annotated[
+        str, typer.Option(metavar="S", help="CPU time of all estimators together, without compilation")
+    ] = f"{DEFAULT_SECONDS:g}",
+    seed: Seed = 0,
+    threads: Annotated[int, typer.Option(help="Number of threads per run")] = 1,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Folder of the diagram [default: out]")
+    ] = None,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw no diagram")] = False,
+    json: Json = False,
+) -> None:
+    """Measure the error of every estimator against CPU time.
+
+    \b
+    Examples:
+      transport cost cost_disks
+      transport cost lambert_disk --set distance=20 --quantity irradiance
+      transport cost mine.py --seconds 5 --no-picture --json
+    """
+    module, settings = checked_experiment(experiment(sim)), named_values(set_ or ())
+    costs = costs_of_case(module, settings, quantity, number("--seconds", seconds), seed, threads)
+    if json:
+        print_json(costs.record)
+    else:
+        print_costs(costs)
+    if not no_picture and (not json or out is not None):
+        print_pictures(*draw_costs(costs, Path("out") if out is None else out), quiet=json)
+
+
+# ---- The measurement.
 
 
 @dataclass(frozen=True)
@@ -80,6 +133,35 @@ def costs_of_case(
     )
     bins = _compare_bins(few, lambda: simulate(scene, BINS_HISTORIES, **common))
     return Costs(experiment_name(module), parameters, cost, bins, tuple(effect_costs(scene)))
+
+
+# ---- The costs as text and as a picture.
+
+
+def print_costs(costs: Costs) -> None:
+    """Print prices, noise and blur of bins, and the cost of each effect."""
+    title = ", ".join(f"{name}={value}" for name, value in costs.parameters.items())
+    print_rich(f"{costs.sim}{': ' if title else ''}{title}", style="bold")
+    cost = costs.cost
+    value = f"{cost.truth:.7g} {cost.unit}" if isinstance(cost.truth, float) else f"{len(cost.truth)} bins"
+    print_labelled("quantity", f"{cost.quantity}, {value}, {cost.truth_is}")
+    print_rich("", table_of(price_heads(cost), price_rows(cost)))
+    for line in price_notes(cost):
+        print_labelled("note", line)
+    if costs.bins is not None:
+        print_rich("", bins_table(costs.bins))
+    print_rich("", effect_table(costs.effects))
+
+
+def bins_table(bins: BinsAgainstNoise) -> Table:
+    """Return a table of noise, blur and their sum by number of bins, with the best sums marked."""
+    sums = f"both, {bins.particles:.2g} particles>", f"{100 * bins.particles:.2g}>"
+    rows, best = [], (bins.best(), bins.best(100))
+    columns = zip(bins.bins, bins.noise, bins.blur, bins.total(), bins.total(100), strict=True)
+    for count, noise, blur, *totals in columns:
+        cells = [f"{100 * t:.2g} %{' ★' if count == b else '  '}" for t, b in zip(totals, best, strict=True)]
+        rows.append([str(count), f"{100 * noise:.2g} %", f"{100 * blur:.2g} %", *cells])
+    return table_of([f"bins along {bins.dim}>", "noise>", "blur>", *sums], rows)
 
 
 def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:

@@ -1,7 +1,7 @@
 """The yardstick: two benchmark problems solved one particle at a time, as a plain kernel without bundles.
 
 It uses float64, libm's sine and cosine, branches and plain float64 sums.  Random numbers and the rule of the
-roulette are the engine's, so both do the same work for the same answer.  `replay_pass` times single passes.
+roulette are the engine's, so both do the same work for the same answer.
 """
 
 import math
@@ -9,7 +9,6 @@ import math
 import numpy as np
 from numba import njit
 
-from transport.engine.bundle import HEADER_WORDS, LANES, call_pass, view
 from transport.engine.cache import cached_kernels
 from transport.physics.directions import turned_by
 from transport.physics.streams import DIRECTION, EVENT, POSITION, random_words, short_uniform, uniform
@@ -132,28 +131,6 @@ with cached_kernels():
                 arrivals[_cell(uz)] += 1.0
                 hits += 1
         return hits
-
-    @plain_njit
-    def replay_pass(entry, table, handles, spans, states, rows, repeats):
-        """Restore bundles to their states and call a pass on each; entry 0 only restores.
-
-        `spans` holds the first and live lane of each bundle, `states` the bundles as int64, shape (bundles,
-        words), `rows` the columns of `states` at which the lane fields changed by the pass begin.  Returns
-        the number of lanes left by the last call.
-        """
-        live = 0
-        for _ in range(repeats):
-            for s in range(len(handles)):
-                words = view(handles[s], states.shape[1], np.int64)
-                for k in range(HEADER_WORDS):
-                    words[k] = states[s, k]
-                for row in rows:
-                    field, state = words[row : row + LANES], states[s, row : row + LANES]
-                    for k in range(LANES):
-                        field[k] = state[k]
-                if entry != 0:
-                    live = call_pass(entry, handles[s], table, spans[s, 0], spans[s, 1])
-        return live
 
 
 # ---- The yardstick in media: a slab or half space, one photon at a time, as a plain kernel.

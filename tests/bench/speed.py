@@ -1,7 +1,8 @@
-"""Benchmarks of the engine: speed against the yardstick, two threads, each pass, and peak memory.
+"""Speed of the engine: against the yardstick, on two threads, of each pass, and peak memory.
 
-Ratios can be compared between machines, absolute numbers cannot.  Numba is imported when a measurement
-starts.
+    python -m tests.bench speed [--repeats 5] [--quick] [--long] [--json]
+
+Ratios can be compared between machines, absolute numbers cannot.
 """
 
 import math
@@ -12,11 +13,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import typer
 from rich.table import Table
 
-from transport.cli.effects.costs import pass_costs
-from transport.cli.effects.prices import price_rows
-from transport.cli.tables import table_of
+from tests.bench.yardstick import run_box, run_disks, run_fog
+from transport.analysis.effects import pass_costs
+from transport.cli.output import print_json, print_rich, table_of
 from transport.geometry.flat import Disk, Plane, Slab
 from transport.geometry.mesh import Mesh
 from transport.geometry.revolved import Cylinder
@@ -84,8 +86,6 @@ def half_space_scene(albedo: float = 0.9, g: float = 0.0, index: float = 1.5) ->
 
 def media_rows(repeats: int, share: int) -> list[dict]:
     """Return rows of photons per second, with ratios to the yardstick."""
-    from transport.cli.bench.yardstick import run_fog
-
     half, milk = float("inf"), half_space_scene(**MILK)
     cases = {
         "slab, reflected and transmitted": (slab_scene(), "slab", SLAB),
@@ -117,7 +117,7 @@ def _run_of(scene: Scene, particles: int, counted: str = "crossings", **options)
     return lambda: getattr(simulate(scene, particles, **options).cost, counted)
 
 
-# ---- The scenes and rows of `transport bench`.
+# ---- The scenes and their rows.
 
 MIN_REPEATS = 5
 SPEED, LONG_DURATION = 300.0, 10.0  # speed of particles [m/s]; duration [s] in which every history ends
@@ -197,7 +197,6 @@ def bench(repeats: int = MIN_REPEATS, quick: bool = False, long: bool = False) -
         *_clock_rows(repeats, share),
         *_optics_rows(repeats, share),
         *media_rows(repeats, share),
-        *price_rows(repeats, share),
         *_memory_rows(1_000_000_000 if long else 10_000_000),
         *_pass_rows("closed box", box_scene()),
         *_pass_rows("with clock, speeds and thermal walls", thermal_box_scene()),
@@ -217,12 +216,10 @@ def render(rows: list[dict]) -> Table:
         ratio = "" if each["ratio"] is None else f"{each['ratio']:.2f}"
         value = f"{each['value'] / 1e6:.1f} M" if each["value"] >= 1e6 else f"{each['value']:.3g}"
         cells.append([each["name"], ratio, value, each["unit"]])
-    return table_of(["measured", "ratio>", "value>", "unit"], cells)
+    return table_of(["measured~", "ratio>", "value>", "unit"], cells)
 
 
 def _box_rows(repeats: int, share: int) -> list[dict]:
-    from transport.cli.bench.yardstick import run_box
-
     scene, histories, slow = box_scene(), BOX_PARTICLES // share, BOX_YARDSTICK_PARTICLES // share
     first = simulate(scene, particles=histories, seed=1, threads=1, progress=False)
     busy = []  # CPU time / wall time of each run on two threads
@@ -245,8 +242,6 @@ def _box_rows(repeats: int, share: int) -> list[dict]:
 
 
 def _disk_rows(repeats: int, share: int) -> list[dict]:
-    from transport.cli.bench.yardstick import run_disks
-
     scene, histories, slow = disks_scene(), DISK_PARTICLES // share, DISK_YARDSTICK_PARTICLES // share
     run = _run_of(scene, histories, "particles")
     engine, by_one = rates(repeats, run, lambda: run_disks(slow, 1) and slow)
@@ -287,8 +282,8 @@ def _crossing_rates(repeats: int, share: int, *scenes: Scene) -> np.ndarray:
 
 def _memory_rows(particles: int) -> list[dict]:
     """Return the peak memory [MiB] of a run in a new process."""
-    code = f"from transport.cli.bench import benchmarks as bench; print(bench.peak_memory({particles}))"
-    root = Path(__file__).resolve().parents[3]
+    code = f"from tests.bench.speed import peak_memory; print(peak_memory({particles}))"
+    root = Path(__file__).resolve().parents[2]
     child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
     return [
         row(f"coaxial disks, peak memory for {particles:.0e} particles", float(child.stdout) / 2**20, "MiB")
@@ -310,4 +305,14 @@ def peak_memory(particles: int) -> float:
 
 
 def _pass_rows(title: str, scene: Scene) -> list[dict]:
-    return [row(f"{title}, {name}", cost, "ns/lane") for name, cost in pass_costs(scene).items()]
+    return [row(f"{title}, {name}", cost.ns_per_lane, "ns/lane") for name, cost in pass_costs(scene).items()]
+
+
+def main(repeats: int = MIN_REPEATS, quick: bool = False, long: bool = False, json: bool = False) -> None:
+    """Print the rows of `bench`."""
+    rows = bench(repeats, quick, long)
+    print_json(rows) if json else print_rich(render(rows), "medians of one run, on one thread unless stated")
+
+
+if __name__ == "__main__":
+    typer.run(main)

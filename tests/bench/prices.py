@@ -1,18 +1,22 @@
-"""Prices of effects: additions to a base room, and the CPU time that each costs there.
+"""Prices of effects: the CPU time that each adds to a base room, or to the scene of an experiment.
 
-A new effect adds its line here.  IN_ANY_SCENE can be added to any scene that allows them (`transport effects
-SIM` prices them there); IN_THE_ROOM only make sense in the base room.
+    python -m tests.bench prices [SIM] [--turns 7] [--json]
+
+A new effect adds its line here.  IN_ANY_SCENE can be added to any scene that allows them; IN_THE_ROOM only make
+sense in the base room.
 """
 
 import math
-import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+import typer
+from rich.table import Table
 
-from transport.cli.effects.costs import Footprint, footprint_of
-from transport.cli.effects.treatment import Treatment
+from transport.analysis.effects import Footprint, TimedRun, Treatment, footprint_of
+from transport.cli.output import print_json, print_rich, table_of
+from transport.cli.run import experiment_treatment
 from transport.compile.compiler import compile_scene
 from transport.compile.limits_exceeded import OverrunError
 from transport.geometry.flat import Disk, Rectangle, Triangle
@@ -48,6 +52,7 @@ from transport.scene.speeds import Maxwellian
 from transport.scene.tracking import Splitting
 from transport.scene.volumes import VolumeDetector
 from transport.validation import SceneError
+from transport.verification.experiment import cases_of, experiment, scene_of
 
 # ---- Additions: functions that add one effect to a scene or to the settings of its run, for the price list.
 
@@ -356,7 +361,12 @@ def with_addition(name: str | None, treatment: Treatment) -> Treatment:
 
 UNCHANGED = "unchanged"
 TURNS, SECONDS = 7, 0.05  # turns of the price list, and approximate time of a run [s]
-MAX_HISTORIES = 1 << 22  # largest number of histories of a run
+HEADS = (
+    "effect~", "over~", "ns per history>", "adds ns>", "times>", "events>", "ns per event>", "passes>",
+    "bytes per lane>",
+)  # fmt: skip
+NOTES = """CPU time per history, medians of alternating runs; an event is a crossing or a collision; an effect with
+an entry under over is compared with a run that has that effect alone"""
 
 
 @dataclass(frozen=True)
@@ -378,14 +388,9 @@ class Price:
     footprint: Footprint
 
     @property
-    def ns_an_event(self) -> float:
+    def ns_per_event(self) -> float:
         """CPU nanoseconds per crossing or collision; nan without events."""
         return self.ns / self.events if self.events else math.nan
-
-    @property
-    def record(self) -> dict[str, object]:
-        """All values as one dictionary for JSON."""
-        return asdict(self) | {"ns_an_event": self.ns_an_event}
 
 
 @dataclass(frozen=True)
@@ -399,29 +404,6 @@ class PriceList:
     prices: tuple[Price, ...]
     refused: Mapping[str, str]
     idle: tuple[str, ...]
-
-
-def base_prices(turns: int = TURNS, seconds: float = SECONDS) -> PriceList:
-    """Measure the price list of all effects, relative to the base room."""
-    return prices_of(base_room(), ADDITIONS.values(), turns, seconds)
-
-
-def price_rows(turns: int = TURNS, share: int = 1) -> list[dict]:
-    """Return the price list as benchmark rows {name, value, unit, ratio}; ratio is relative to `over`.
-
-    Runs are shorter by the factor `share`.
-    """
-    prices = base_prices(turns, SECONDS / share).prices
-    return [
-        {"name": f"base room, {price.name}", "value": price.ns, "unit": "ns/history"}
-        | {"ratio": None if price.over is None else price.ratio}
-        for price in prices
-    ]
-
-
-def prices_in(scene: Treatment, turns: int = 3, seconds: float = 0.02) -> PriceList:
-    """Measure the cost in this scene of each effect that can be added to any scene."""
-    return prices_of(scene, IN_ANY_SCENE, turns, seconds)
 
 
 def prices_of(treatment: Treatment, additions: Iterable[Addition], turns: int, seconds: float) -> PriceList:
@@ -439,13 +421,13 @@ def prices_of(treatment: Treatment, additions: Iterable[Addition], turns: int, s
         else:
             found[addition.name] = (before, after)
     wanted = dict.fromkeys(each for pair in found.values() for each in pair if each is not None)
-    works, overruns = _prepare(wanted, seconds)
+    runs, overruns = _prepare(wanted, seconds)
     refused |= {name: overruns[after] for name, (_, after) in found.items() if after in overruns}
-    spent = _time_turns(works, turns)
+    spent = _time_turns(runs, turns)
     prices = [
-        _price(name, _base_name(name, before, treatment), works[after], spent[after], spent[before or after])
+        _price(name, _base_name(name, before, treatment), runs[after], spent[after], spent[before or after])
         for name, (before, after) in found.items()
-        if after in works and (before is None or before in works)
+        if after in runs and (before is None or before in runs)
     ]
     return PriceList(tuple(prices), refused, tuple(idle))
 
@@ -457,69 +439,75 @@ def _base_name(name: str, before: Treatment | None, treatment: Treatment) -> str
     return UNCHANGED if before == treatment else ADDITIONS[name].over
 
 
-class _PreparedTreatment:
-    """A compiled treatment, with a number of histories whose run takes about `seconds`.
-
-    Raises OverrunError.
-    """
-
-    def __init__(self, treatment: Treatment, seconds: float, compiling) -> None:
-        from transport.engine.driver import compile_program
-
-        self.program = treatment.program
-        self.machine = compile_program(self.program, compiling)
-        self.histories, self.events = 1 << 10, 0.0
-        self.run(0)  # load everything before timing
-        while (spent := self.run(0)) < 0.7 * seconds and self.histories < MAX_HISTORIES:
-            wanted = self.histories * seconds / max(spent, 1e-6)
-            self.histories = min(MAX_HISTORIES, max(2 * self.histories, 1 << round(math.log2(wanted))))
-
-    def run(self, batch: int) -> float:
-        """Run one batch and return its CPU time [s]; store the events per history."""
-        from transport.engine.driver import run_batch
-
-        begun = time.process_time()
-        sums = run_batch(self.machine, 1, batch, self.histories)
-        spent = time.process_time() - begun
-        self.events = (sums.crossings + sums.collisions) / self.histories
-        return spent
-
-
 def _prepare(treatments: Iterable[Treatment], seconds: float) -> tuple[dict, dict]:
-    """Compile each treatment; return the works, and the reason for each treatment that cannot run."""
-    works, overruns = {}, {}
+    """Compile each treatment; return the runs, and the reason for each treatment that cannot run."""
+    runs, overruns = {}, {}
     with open_progress(None) as bar:
         for treatment in treatments:
             try:
-                works[treatment] = _PreparedTreatment(treatment, seconds, bar.compiling)
+                runs[treatment] = TimedRun(treatment, seconds, bar.compiling)
             except OverrunError as reason:
                 overruns[treatment] = str(reason)
-    return works, overruns
+    return runs, overruns
 
 
-def _time_turns(works: Mapping[Treatment, _PreparedTreatment], turns: int) -> dict[Treatment, np.ndarray]:
+def _time_turns(runs: Mapping[Treatment, TimedRun], turns: int) -> dict[Treatment, np.ndarray]:
     """Return the CPU nanoseconds per history of each treatment, shape (turns,).
 
     The order rotates each turn, so that no treatment always follows the most expensive one.
     """
-    spent, order = {treatment: np.zeros(turns) for treatment in works}, list(works)
+    spent, order = {treatment: np.zeros(turns) for treatment in runs}, list(runs)
     for turn in range(turns):
         for treatment in order[turn % len(order) :] + order[: turn % len(order)]:
-            work = works[treatment]
-            spent[treatment][turn] = 1e9 * work.run(turn + 1) / work.histories
+            spent[treatment][turn] = runs[treatment].ns(turn + 1)
     return spent
 
 
-def _price(
-    name: str, over: str | None, work: _PreparedTreatment, spent: np.ndarray, before: np.ndarray
-) -> Price:
+def _price(name: str, over: str | None, run: TimedRun, spent: np.ndarray, before: np.ndarray) -> Price:
     return Price(
         name,
         over,
         ns=float(np.median(spent)),
         added=float(np.median(spent - before)),
         ratio=float(np.median(spent / before)),
-        events=work.events,
-        passes=len(work.program.passes),
-        footprint=footprint_of(work.program),
+        events=run.events,
+        passes=len(run.program.passes),
+        footprint=footprint_of(run.program),
     )
+
+
+def price_table(prices: Iterable[Price]) -> Table:
+    """Return a table with a row per price; `over` is empty for additions to the unchanged scene."""
+    rows = []
+    for price in prices:
+        over = "" if price.over in (None, UNCHANGED) else price.over
+        added = ("", "") if price.over is None else (f"{price.added:+.3g}", f"{price.ratio:.2f}")
+        each = f"{price.ns_per_event:.3g}" if price.events else "–"
+        sizes = str(price.passes), str(price.footprint.touched)
+        rows.append([price.name, over, f"{price.ns:.3g}", *added, f"{price.events:.3g}", each, *sizes])
+    return table_of(HEADS, rows)
+
+
+def main(
+    sim: str = typer.Argument("", help="Experiment to add effects to [default: the base room]"),
+    turns: int = TURNS,
+    seconds: float = SECONDS,
+    json: bool = False,
+) -> None:
+    """Price the effects that can be added to the base room, or to the first case of an experiment."""
+    if sim:
+        module = experiment(sim)
+        treatment = experiment_treatment(module, scene_of(module, cases_of(module, {})[0], {}))
+        found = prices_of(treatment, IN_ANY_SCENE, turns, seconds)
+    else:
+        found = prices_of(base_room(), ADDITIONS.values(), turns, seconds)
+    if json:
+        print_json([asdict(price) | {"ns_per_event": price.ns_per_event} for price in found.prices])
+        return
+    print_rich(price_table(found.prices), " ".join(NOTES.split()))
+    print_rich(f"no change, present already or without effect: {', '.join(found.idle) or 'none'}")
+    print_rich(f"impossible in this scene: {', '.join(found.refused) or 'none'}")
+
+
+if __name__ == "__main__":
+    typer.run(main)

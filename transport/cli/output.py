@@ -1,20 +1,25 @@
-"""Output of the command line: colour on a terminal, plain text in a pipe, JSON, and errors in red."""
+"""Output of all commands: text, tables, JSON and errors; coloured on a terminal, plain in a pipe."""
 
 import json
 import math
 import os
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import typer
+from rich import box
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
 from transport.run.executor import WorkersLost
+from transport.statistics.estimates import Estimate
+from transport.statistics.findings import CONSTANT, DOUBTFUL, SOUND
+from transport.statistics.notation import estimate_text
 from transport.units import UnitError
 from transport.validation import SceneError
 
@@ -118,3 +123,64 @@ def report_errors(debug: bool = False) -> Iterator[None]:
 def print_to_stderr(line: str, style: str = "yellow") -> None:
     """Print a line to standard error."""
     console(stderr=True).print(Text(line, style=style), soft_wrap=True)
+
+
+def print_pictures(paths: list[Path], why: str, quiet: bool = False) -> None:
+    """Print the paths of figures unless quiet, or the reason why there are none to standard error."""
+    if not paths:
+        print_to_stderr(f"no picture: {why}")
+    elif not quiet:
+        print_labelled("picture", ", ".join(str(path).replace(" ", NO_BREAK_SPACE) for path in paths))
+
+
+# ---- Tables and their cells.
+
+
+def table_of(heads: Iterable[str], rows: Iterable[Iterable[str | Text]]) -> Table:
+    """Return a table with these column heads and rows.
+
+    A column whose head ends in > is right-aligned; one whose head ends in ~ may wrap, the others never do.
+    """
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
+    for head in heads:
+        align, is_whole = "right" if head.endswith(">") else "left", not head.endswith("~")
+        table.add_column(head.rstrip(">~"), justify=align, overflow="fold", no_wrap=is_whole)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def estimate_cell(estimate: Estimate) -> str:
+    """Return value ± error without the unit, and the verdict if it is not sound."""
+    number = "" if estimate.reason is None else ".7g"  # without an error the number of digits is unknown
+    words = estimate_text(estimate.value, estimate.error, "1", estimate.exact, estimate.reason, number)
+    if estimate.reason is None and estimate.verdict != SOUND:
+        return f"{words}, {estimate.verdict}"
+    return f"{words}, {DOUBTFUL}" if estimate.reason == CONSTANT and estimate.is_doubtful else words
+
+
+def unit_cell(estimate: Estimate) -> str:
+    """Return the unit; empty for a dimensionless estimate."""
+    return "" if estimate.unit.is_dimensionless else str(estimate.unit)
+
+
+def exact_cell(exact: float, estimate: Estimate) -> str:
+    """Return the exact value with two more digits than the estimate has; a dash if unknown."""
+    if math.isnan(exact):
+        return "–"
+    relative = estimate.error / abs(exact) if exact else math.nan
+    digits = 6 if not 0 < relative < 1 else min(15, max(6, 3 - math.floor(math.log10(relative))))
+    return f"{exact:.{digits}g}"
+
+
+def z_cell(z: float) -> Text:
+    """Return z with a sign, coloured by its magnitude."""
+    if math.isnan(z):
+        return Text("unknown", "yellow")
+    style = "green" if abs(z) < 2.5 else "yellow" if abs(z) < 4 else "bold red"
+    return Text(f"{z:+.2f}", style)
+
+
+def state_cell(holds: bool) -> Text:
+    """Return whether a law or case holds, as a coloured word."""
+    return Text("holds", "green") if holds else Text("FAILS", "bold red")

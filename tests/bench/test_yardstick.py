@@ -1,18 +1,17 @@
-"""The yardstick and the engine solve the same problems: their answers agree, so that their speeds may be compared."""
+"""The benchmarks: yardstick and engine agree, so that their speeds may be compared; prices; the list of benchmarks."""
+
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.agreement import assert_agrees
-from transport.cli.bench.benchmarks import bench, box_scene, disks_scene, render
-from transport.cli.bench.yardstick import run_box, run_disks
-from transport.cli.effects.costs import pass_costs
-from transport.compile.compiler import compile_scene
-from transport.geometry.flat import Disk
-from transport.scene.detectors import Detector
-from transport.scene.emissions import Lambertian
-from transport.scene.scene import Scene
-from transport.scene.sources import Source
+from tests.bench.__main__ import FOLDER, main
+from tests.bench.prices import ADDITIONS, base_room, prices_of
+from tests.bench.speed import bench, box_scene, disks_scene, render
+from tests.bench.yardstick import run_box, run_disks
+from transport.analysis.effects import Treatment
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.replicates import Batches
@@ -78,28 +77,6 @@ def test_yardstick_engine_and_view_factor_agree_on_coaxial_disks():
         assert_agrees(by_one, exact / 2)  # what a dropped cosine gives
 
 
-def passes_of(scene):
-    from transport.engine.program import build_program
-
-    return {lane_pass.name for lane_pass in build_program(compile_scene(scene)).passes}
-
-
-def test_every_pass_of_a_program_has_a_cost():
-    costs = pass_costs(box_scene())
-    assert set(costs) == passes_of(box_scene())
-    assert all(0.0 <= cost < 1000.0 for cost in costs.values())
-    assert sum(costs.values()) > 0.1  # ns: less than one random block takes
-
-
-def test_a_pass_that_no_particle_comes_to_costs_nan():
-    behind = Detector(Disk(center=(0, 0, -1), radius=0.1), name="behind")
-    scene = Scene([Source(Disk(radius=0.5), Lambertian(radiance=1.0))], detectors=[behind])
-    costs = pass_costs(scene)
-    assert set(costs) == passes_of(scene)
-    assert costs["cover_disk"] > 0.0
-    assert np.isnan(costs["bin_crossings"])
-
-
 def test_ratios_are_shown_first_and_few_repeats_are_refused():
     with pytest.raises(ValueError, match="at least 5"):
         bench(repeats=3)
@@ -109,3 +86,53 @@ def test_ratios_are_shown_first_and_few_repeats_are_refused():
     ]
     columns = [list(column.cells) for column in render(rows).columns]
     assert columns == [["box", "lost"], ["3.50", ""], ["30.0 M", "0"], ["crossings/s", "particles"]]
+
+
+# The price list, with runs so short that only its shape is looked at.
+
+
+@pytest.mark.slow
+def test_additions_are_priced_over_the_scene_or_over_the_addition_that_they_need():
+    names = ("a clock", "... bins of time, 16", "scattering", "... Rayleigh", "estimator aimed")
+    few = [ADDITIONS[name] for name in names]
+    found = prices_of(base_room(), few, turns=2, seconds=1e-4)
+    assert [(price.name, price.over) for price in found.prices] == [
+        ("unchanged", None),
+        ("a clock", "unchanged"),
+        ("... bins of time, 16", "a clock"),
+        ("scattering", "unchanged"),
+        ("... Rayleigh", "absorption and scattering"),
+    ]
+    assert list(found.refused) == ["estimator aimed"]
+    assert all(price.ns > 0 and price.ratio > 0 for price in found.prices)
+    clocked = Treatment(replace(base_room().scene, duration=1.0))
+    again = prices_of(clocked, few[:2], turns=2, seconds=1e-4)
+    assert again.idle == ("a clock",)
+    assert [(price.name, price.over) for price in again.prices][1:] == [("... bins of time, 16", "unchanged")]
+
+
+@pytest.mark.slow
+def test_cells_of_a_volume_detector_cost_half_as_much_again_as_the_base_room():
+    dear = ADDITIONS["a volume detector of 8 x 8 x 8 cells"]
+    (base, price) = prices_of(base_room(), [dear], turns=5, seconds=0.02).prices
+    assert price.ratio > 1.5 and price.added > 0.5 * base.ns
+    assert base.ratio == 1 and base.added == 0
+
+
+# The list of benchmarks.
+
+
+def test_every_benchmark_is_listed_with_a_sentence_and_runs_by_name(capsys, monkeypatch):
+    assert main([]) == 0
+    lines = capsys.readouterr().out.splitlines()[1:]
+    files = {path.stem for path in FOLDER.glob("*.py")}
+    assert {line.split()[0] for line in lines} == files - {
+        "__main__", "yardstick", "trust_references", "test_bench", "test_mesh_speed", "test_yardstick",
+    }  # fmt: skip
+    assert all(len(line.split()) > 6 for line in lines)
+    ran = []
+    monkeypatch.setattr("runpy.run_module", lambda name, **_: ran.append((name, sys.argv[1:])))
+    monkeypatch.setattr(sys, "argv", [])
+    assert main(["mesh", "speed", "--repeats", "7"]) == 0
+    assert ran == [("tests.bench.mesh", ["--repeats", "7"]), ("tests.bench.speed", ["--repeats", "7"])]
+    assert main(["mehs"]) == 2 and "no benchmark 'mehs'" in capsys.readouterr().err
