@@ -42,14 +42,14 @@ FAULTS = (
         "depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))",
         "depth = -1.4426950408889634 * log_positive((1.0 - 2.0**-53) - uniform(w0, w1))",
         "free paths by the logarithm to base 2",
-        ("test_free_paths",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "physics/paths.py",
         "return -log1p(-less_chance * less_share), less_share",
         "return -log1p(less_chance), less_share",
         "forced paths that are not cut off at the surface ahead",
-        ("test_forced_flights",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "physics/interfaces.py",
@@ -119,14 +119,14 @@ FAULTS = (
         "return wanted if lives else 0.0",
         "return weight if lives else 0.0",
         "survivors of roulette that do not carry the killed",
-        ("test_absorption_in_flight",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "physics/paths.py",
         "chance = weight / wanted",
         "chance = 0.5 * (1.0 + weight / wanted)",
         "roulette that kills too seldom",
-        ("test_absorption_in_flight",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         SCATTER,
