@@ -29,11 +29,13 @@ over_planes, over_spheres, over_boxes = (
 
 def plane(r, u, n):
     """Distance and place (t, x, y, z) of each crossing."""
-    return np.stack(over_planes(*r.T, *u.T, *n.T), axis=1)
+    with np.errstate(all="ignore"):
+        return np.stack(over_planes(*r.T, *u.T, *n.T), axis=1)
 
 
 def sphere(o, u, radius=1.0, start=0.0, standing=False):
-    return over_spheres(*o.T, *u.T, radius, start, standing, start, False, False)
+    with np.errstate(all="ignore"):
+        return over_spheres(*o.T, *u.T, radius, start, standing, start, False, False)
 
 
 def units(count, rng):
@@ -221,7 +223,8 @@ def exact_box(o, u, h):
 
 
 def agrees_with_box(o, u, h):
-    found = np.stack(over_boxes(*o.T, *u.T, *h.T), axis=1)
+    with np.errstate(all="ignore"):
+        found = np.stack(over_boxes(*o.T, *u.T, *h.T), axis=1)
     with mp.workdps(DIGITS):
         for k in range(len(o)):
             exact = exact_box(o[k], u[k], h[k])

@@ -268,7 +268,7 @@ def test_joint_dimensions_are_those_of_one_point():
 
 def test_numbers_have_52_even_bits():
     block = words(fill_births)
-    u = np.array([uniform(*word) for word in block[:, :2].astype(np.int64)])
+    u = np.array([uniform(*word) for word in block[:, :2]])
     assert ((u >= 0) & (u < 1)).all()
     assert len(set((u * 2.0**52 % 2.0**20).tolist())) > POINTS - 30  # of 2^20 values
     later = np.array([later_digits.py_func(np.uint64(k), np.uint64(7)) for k in range(POINTS)], np.uint64)
