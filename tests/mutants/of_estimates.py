@@ -301,6 +301,6 @@ FAULTS = (
         "kept[k], other[k] = left[k], donor",
         "kept[k], other[k] = 1 - left[k], donor",
         "an alias table that keeps what it should give",
-        ("test_scattering",),
+        ("physics/test_scattering",),
     ),
 )

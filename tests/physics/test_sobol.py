@@ -63,31 +63,20 @@ def fill_scrambled(digits, key, out):
         out[i] = scrambled(digits[i], key)
 
 
-@njit(**ARITHMETIC)
-def fill_births(first, batch, event, purpose, low, high, out):
-    for i in range(out.shape[0]):
-        w = sobol_words(first + i, batch, event, purpose, low, high)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = w
+def filling(draw):
+    """Compile a loop over histories."""
+
+    @njit(**ARITHMETIC)
+    def fill(first, batch, event, purpose, low, high, out):
+        for i in range(out.shape[0]):
+            w = draw(first + i, batch, event, purpose, low, high)
+            out[i, 0], out[i, 1], out[i, 2], out[i, 3] = w
+
+    return fill
 
 
-@njit(**ARITHMETIC)
-def fill_strata(first, batch, event, purpose, low, high, out):
-    for i in range(out.shape[0]):
-        w = stratified_words(first + i, batch, event, purpose, low, high)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = w
-
-
-@njit(**ARITHMETIC)
-def fill_events(first, batch, event, purpose, low, high, out):
-    for i in range(out.shape[0]):
-        w = net_event_words(first + i, batch, event, purpose, low, high)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = w
-
-
-@njit(**ARITHMETIC)
-def fill_uniform(block, out):
-    for i in range(out.shape[0]):
-        out[i] = uniform(block[i, 0], block[i, 1])
+fill_births, fill_strata, fill_events = map(filling, (sobol_words, stratified_words, net_event_words))
+FILLS = (fill_births, fill_strata, fill_events)
 
 
 def words(fill, batch=0, event=0, purpose=POSITION, points=POINTS, first=0, seed=SEED):
@@ -118,6 +107,14 @@ def plain_points(dimensions, points=POINTS):
     """Points of SciPy's unscrambled sequence: of the same directions, the points in the order of a Gray code."""
     sequence = qmc.Sobol(DIMENSIONS, scramble=False, bits=32).random(points)
     return np.ascontiguousarray(sequence[:, dimensions])
+
+
+def assert_pairs_are_even(found, shift):
+    """Each pair of a block's four words fills 8 by 8 cells evenly, by its digits from this one on."""
+    digits = ((found >> np.uint64(shift)) & np.uint64(7)).astype(np.int64)
+    for one, other in itertools.combinations(range(4), 2):
+        counts = np.bincount(8 * digits[:, one] + digits[:, other], minlength=64)
+        assert_follows(counts, np.full(64, 1 / 64), FALSE_ALARM)
 
 
 @pytest.mark.parametrize("pair", range(len(PAIRS)))
@@ -170,7 +167,7 @@ def test_births_are_nets_in_four_dimensions(batch):
         np.testing.assert_array_equal(np.sort(occupancy(u, cells)), np.sort(occupancy(plain, cells)))
 
 
-@pytest.mark.parametrize("fill", [fill_births, fill_strata, fill_events])
+@pytest.mark.parametrize("fill", FILLS)
 @pytest.mark.parametrize("purpose", [POSITION, EVENT])
 def test_pairs_of_numbers_fill_every_strip_and_square_once(fill, purpose):
     """The first two dimensions are a (0, 12, 2)-net: a point in each of 4096 boxes, of any shape."""
@@ -195,17 +192,22 @@ BLOCKS = [
 
 
 @pytest.mark.parametrize("fill, event, purpose", BLOCKS)
-def test_a_history_s_words_are_uniform_over_scramblings(fill, event, purpose):
-    """One history in 2^14 batches: each pair of its four words fills 8 by 8 cells evenly, by their first and by later digits."""
+def test_the_words_of_a_history_are_uniform_over_scramblings(fill, event, purpose):
+    """One history in 2^14 batches, by its words' first and by later digits."""
     found = np.concatenate([words(fill, batch, event, purpose, 1, 1234) for batch in range(1 << 14)])
     for shift in (29, 14):
-        digits = ((found >> np.uint64(shift)) & np.uint64(7)).astype(np.int64)
-        for one, other in itertools.combinations(range(4), 2):
-            counts = np.bincount(8 * digits[:, one] + digits[:, other], minlength=64)
-            assert_follows(counts, np.full(64, 1 / 64), FALSE_ALARM)
+        assert_pairs_are_even(found, shift)
 
 
-@pytest.mark.parametrize("fill", [fill_births, fill_strata, fill_events])
+def test_copies_of_a_history_have_numbers_of_their_own():
+    """Told apart by all 56 bits of their number: copies that share the lower 32 still differ."""
+    copies = [COPY ^ (k << 33) for k in range(1 << 13)]
+    assert_pairs_are_even(
+        np.concatenate([words(fill_events, 0, 4, EVENT, 1, number) for number in copies]), 29
+    )
+
+
+@pytest.mark.parametrize("fill", FILLS)
 def test_two_histories_are_independent_beyond_what_their_net_asks_for(fill):
     """Points 8 and 12 of 16 share a cell of the first number: whether they share its next digits is a coin's toss."""
     pairs = []
@@ -264,20 +266,16 @@ def test_joint_dimensions_are_those_of_one_point():
     assert pair_of.py_func(2, POSITION) == pair_of.py_func(0, SHADOW) == NOT_JOINT
 
 
-def test_later_digits_are_uniform_for_words_that_differ_little():
-    u = np.array([later_digits.py_func(np.uint64(k), np.uint64(7)) for k in range(POINTS)], np.uint64)
-    assert_follows(
-        np.bincount((u >> np.uint64(26)).astype(np.int64), minlength=64), np.full(64, 1 / 64), FALSE_ALARM
-    )
-    assert len(set(u.tolist())) >= POINTS - 2
-
-
-def test_numbers_have_52_bits():
+def test_numbers_have_52_even_bits():
     block = words(fill_births)
-    u = np.zeros(POINTS)
-    fill_uniform(block, u)
+    u = np.array([uniform(*word) for word in block[:, :2]])
     assert ((u >= 0) & (u < 1)).all()
     assert len(set((u * 2.0**52 % 2.0**20).tolist())) > POINTS - 30  # of 2^20 values
+    later = np.array([later_digits.py_func(np.uint64(k), np.uint64(7)) for k in range(POINTS)], np.uint64)
+    assert_follows(
+        np.bincount((later >> np.uint64(26)).astype(np.int64), minlength=64), np.full(64, 1 / 64), FALSE_ALARM
+    )
+    assert len(set(later.tolist())) >= POINTS - 2
 
 
 def test_words_are_a_pure_function_of_what_they_are_numbered_by():
@@ -293,13 +291,3 @@ def test_words_are_a_pure_function_of_what_they_are_numbered_by():
         words(fill_events, 3, 2, EVENT, first=POINTS),
     ):
         assert (other != base).mean() > 0.99
-
-
-def test_copies_of_a_history_have_numbers_of_their_own():
-    """Told apart by all 56 bits of their number: copies that share the lower 32 still differ."""
-    copies = [COPY ^ (k << 33) for k in range(1 << 13)]
-    found = np.concatenate([words(fill_events, 0, 4, EVENT, 1, number) for number in copies])
-    digits = (found >> np.uint64(29)).astype(np.int64)
-    for one, other in itertools.combinations(range(4), 2):
-        counts = np.bincount(8 * digits[:, one] + digits[:, other], minlength=64)
-        assert_follows(counts, np.full(64, 1 / 64), FALSE_ALARM)

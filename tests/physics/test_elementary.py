@@ -13,9 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from numba import njit
 
-from transport.physics.device import ARITHMETIC
 from transport.physics.elementary import (
     EXP_LEAST,
     atan_unit,
@@ -29,82 +27,19 @@ from transport.physics.elementary import (
 )
 
 PRECISION = 130  # bits of the exact values
-SMALLEST_NORMAL = 2.0**-1022
+SMALLEST_NORMAL, LARGEST = 2.0**-1022, np.finfo(float).max
 ONE_BELOW, ONE_ABOVE = 1 - 2.0**-53, 1 + 2.0**-52
-LOG_ULP = 1.5  # 0.89
-LOG1P_ULP = 1.5  # 1.0
-EXP_ULP = 1.5  # 0.94
-EXPM1_ULP = 1.5  # 1.06
 SIN_ULP = 3.0  # 2.3
-ATAN_ULP = 3.0  # 2.4
 AZIMUTH_ULP = 4.0  # 2.6 in the first quarter
 AZIMUTH_ABSOLUTE = 2.0**-52  # 1.1 x 2^-53 in the others, beside a turn of 1
+MANY = {"deadline": None, "derandomize": True}
 
 some_floats = {"allow_nan": False, "allow_infinity": False}
-
-
-@njit(**ARITHMETIC)
-def log_of(x):
-    y = np.empty_like(x)
-    for k in range(x.size):
-        y[k] = log_positive(x[k])
-    return y
-
-
-@njit(**ARITHMETIC)
-def log1p_of(x):
-    y = np.empty_like(x)
-    for k in range(x.size):
-        y[k] = log1p(x[k])
-    return y
-
-
-@njit(**ARITHMETIC)
-def exp_of(x):
-    y = np.empty_like(x)
-    for k in range(x.size):
-        y[k] = exp_negative(x[k])
-    return y
-
-
-@njit(**ARITHMETIC)
-def expm1_of(x):
-    y = np.empty_like(x)
-    for k in range(x.size):
-        y[k] = expm1_negative(x[k])
-    return y
-
-
-@njit(**ARITHMETIC)
-def sin_of(turn):
-    y = np.empty_like(turn)
-    for k in range(turn.size):
-        y[k] = sin_quarter(turn[k])
-    return y
-
-
-@njit(**ARITHMETIC)
-def cos_sin_of(turn):
-    c, s = np.empty_like(turn), np.empty_like(turn)
-    for k in range(turn.size):
-        c[k], s[k] = cos_sin_turn(turn[k])
-    return c, s
-
-
-@njit(**ARITHMETIC)
-def atan_of(x):
-    y = np.empty_like(x)
-    for k in range(x.size):
-        y[k] = atan_unit(x[k])
-    return y
-
-
-@njit(**ARITHMETIC)
-def azimuth_of(x, y):
-    turn = np.empty_like(x)
-    for k in range(x.size):
-        turn[k] = azimuth_turn(x[k], y[k])
-    return turn
+log_of, log1p_of, exp_of, expm1_of, sin_of, atan_of, azimuth_of = (
+    np.vectorize(function, otypes=[float])
+    for function in (log_positive, log1p, exp_negative, expm1_negative, sin_quarter, atan_unit, azimuth_turn)
+)
+cos_sin_of = np.vectorize(cos_sin_turn, otypes=[float, float])
 
 
 def in_ulp(values, exact) -> float:
@@ -149,26 +84,6 @@ def grid_turns(count, seed):
     return np.concatenate((fine, coarse, near))
 
 
-def test_logarithm_is_good_to_the_last_place():
-    rng = np.random.default_rng(1)
-    decades = 10 ** rng.uniform(-307.6, 308, 1500)
-    near_one = np.concatenate((towards(1, -1), towards(1, 1, 15)))
-    powers = np.ldexp(1.0, np.arange(-1022, 1024, 31))
-    seam = math.sqrt(0.5) + np.arange(-30, 31) * 2.0**-53
-    hard = [SMALLEST_NORMAL, ONE_BELOW, ONE_ABOVE, 1.0, 2.0**-33, 2.0**-52, np.finfo(float).max]
-    points = np.concatenate((rng.uniform(0, 2, 1500), decades, near_one, powers, seam, hard))
-    assert in_ulp(log_of(points), exactly(mp.log, points)) <= LOG_ULP
-    assert log_of(np.ones(1)) == 0
-
-
-@settings(max_examples=150, deadline=None, derandomize=True)
-@given(st.floats(SMALLEST_NORMAL, **some_floats))
-@example(SMALLEST_NORMAL)
-@example(ONE_BELOW)
-def test_logarithm_of_any_positive_normal_number(x):
-    assert in_ulp(log_of(np.array([x])), exactly(mp.log, [x])) <= LOG_ULP
-
-
 def depths(seed):
     """Non-positive exponents of all magnitudes, many beside the seams at half multiples of ln 2."""
     rng = np.random.default_rng(seed)
@@ -177,32 +92,78 @@ def depths(seed):
     return np.concatenate((rng.uniform(-3, 0, 1500), decades, seams, [0.0, -0.0, -0.5, -1.0, -64.0]))
 
 
-def test_exponential_is_good_to_the_last_place():
-    """Down to where the normal numbers end; beyond it is 0, and what is no number stays none."""
-    points = depths(seed=21)
-    assert (points >= EXP_LEAST).all()
-    points = np.concatenate((points, [EXP_LEAST, EXP_LEAST + 2.0**-43, -700.1]))
-    assert in_ulp(exp_of(points), exactly(mp.exp, points)) <= EXP_ULP
-    assert (exp_of(np.array([0.0, -0.0])) == 1.0).all()
-    ends = np.array([np.nextafter(EXP_LEAST, -math.inf), -745.0, -746.0, -1e9, -1e308, -math.inf])
-    assert (exp_of(ends) == 0.0).all()
-    assert exp_of(np.array([EXP_LEAST]))[0] >= SMALLEST_NORMAL
-    assert np.isnan(exp_of(np.array([math.nan]))).all()
+def points_of(name):
+    """Dense and hard points of a function's range."""
+    rng = np.random.default_rng(1)
+    match name:
+        case "log":
+            near = np.concatenate(
+                (towards(1, -1), towards(1, 1, 15), math.sqrt(0.5) + np.arange(-30, 31) * 2.0**-53)
+            )
+            powers = np.ldexp(1.0, np.arange(-1022, 1024, 31))
+            hard = [SMALLEST_NORMAL, ONE_BELOW, ONE_ABOVE, 1.0, 2.0**-33, 2.0**-52, LARGEST]
+            return np.concatenate(
+                (rng.uniform(0, 2, 1500), 10 ** rng.uniform(-307.6, 308, 1500), near, powers, hard)
+            )
+        case "log1p":
+            little = 10 ** rng.uniform(-300, -0.5, 1000)
+            hard = [0.0, -0.5, 1.0, 2.0**-53, -(2.0**-53), -ONE_BELOW, LARGEST, 1e16, 2.0**53 + 1]
+            return np.concatenate(
+                (little, -little, rng.uniform(-1, 4, 1000), 10 ** rng.uniform(0, 300, 300), hard)
+            )
+        case "exp":
+            return np.concatenate((depths(seed=21), [EXP_LEAST, EXP_LEAST + 2.0**-43, -700.1]))
+        case "expm1":
+            return depths(seed=22)
+        case "sin":
+            tiny = 10.0 ** np.linspace(-300, -2, 100)
+            return np.concatenate(
+                (np.linspace(0, 0.25, 2001), rng.uniform(0, 0.25, 1000), tiny, 0.25 - tiny[80:])
+            )
+        case "atan":
+            seam = math.sqrt(2) - 1 + np.arange(-200, 201) * 2.0**-30
+            hard = [0.0, 1.0, ONE_BELOW, 5e-324, SMALLEST_NORMAL, 2.0**-52]
+            return np.concatenate(
+                (rng.uniform(0, 1, 2000), 10 ** rng.uniform(-300, 0, 500), seam, towards(1, -1), hard)
+            )
 
 
-def test_exponential_less_one_is_good_to_the_last_place():
-    points = depths(seed=22)
-    assert in_ulp(expm1_of(points), exactly(mp.expm1, points)) <= EXPM1_ULP
-    assert (expm1_of(np.array([-38.0, -1e9, -1e308, -math.inf])) == -1.0).all()
-    assert np.isnan(expm1_of(np.array([math.nan]))).all()
+@pytest.mark.parametrize(
+    ("name", "function", "exact", "limit"),
+    [
+        ("log", log_of, mp.log, 1.5),  # 0.89
+        ("log1p", log1p_of, mp.log1p, 1.5),  # 1.0
+        ("exp", exp_of, mp.exp, 1.5),  # 0.94
+        ("expm1", expm1_of, mp.expm1, 1.5),  # 1.06
+        ("sin", sin_of, sine, SIN_ULP),
+        ("atan", atan_of, mp.atan, 3.0),  # 2.4
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_functions_are_good_to_the_last_places(name, function, exact, limit):
+    points = points_of(name)
+    assert in_ulp(function(points), exactly(exact, points)) <= limit
 
 
-def test_logarithm_of_one_and_a_little_is_good_to_the_last_place():
-    rng = np.random.default_rng(23)
-    little = 10 ** rng.uniform(-300, -0.5, 1000)
-    hard = [0.0, -0.5, 1.0, 2.0**-53, -(2.0**-53), -ONE_BELOW, np.finfo(float).max, 1e16, 2.0**53 + 1]
-    points = np.concatenate((little, -little, rng.uniform(-1, 4, 1000), 10 ** rng.uniform(0, 300, 300), hard))
-    assert in_ulp(log1p_of(points), exactly(mp.log1p, points)) <= LOG1P_ULP
+def test_special_values_are_exact():
+    """Beyond the normal numbers an exponential is 0, and NaN stays NaN."""
+    assert log_of(1.0) == 0
+    assert (exp_of([0.0, -0.0]) == 1.0).all() and exp_of(EXP_LEAST) >= SMALLEST_NORMAL
+    assert (
+        exp_of([np.nextafter(EXP_LEAST, -math.inf), -745.0, -746.0, -1e9, -1e308, -math.inf]) == 0.0
+    ).all()
+    assert (expm1_of([-38.0, -1e9, -1e308, -math.inf]) == -1.0).all()
+    assert math.isnan(exp_negative(math.nan)) and math.isnan(expm1_negative(math.nan))
+    points = points_of("sin")
+    assert (sin_of(-points) == -sin_of(points)).all()
+
+
+def test_a_series_one_term_short_would_be_seen():
+    """It misses the quarter turn by 6e-12, 27 000 ulp."""
+    points = points_of("sin")
+    x = points * 2 * np.pi
+    short = sum((-1) ** k * x ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(8))
+    assert in_ulp(short, exactly(sine, points)) > 1000 * SIN_ULP
 
 
 def test_a_forced_path_through_a_thin_medium_keeps_its_digits():
@@ -212,22 +173,6 @@ def test_a_forced_path_through_a_thin_medium_keeps_its_digits():
         found = -log1p_of(u * expm1_of(np.full_like(u, -tau)))
         exact = exactly(lambda x, t=tau: -mp.log1p(x * mp.expm1(-mp.mpf(t))), u)
         assert max(abs(f / e - 1) for f, e in zip(found, exact, strict=True)) <= 64 * 2.0**-52
-
-
-def test_sine_is_good_to_a_few_places_up_to_the_quarter_turn():
-    """A series one term short misses the quarter turn by 6e-12, 27 000 ulp."""
-    rng = np.random.default_rng(2)
-    tiny = 10.0 ** np.linspace(-300, -2, 100)
-    points = np.concatenate((np.linspace(0, 0.25, 2001), rng.uniform(0, 0.25, 1000), tiny, 0.25 - tiny[80:]))
-    exact = exactly(sine, points)
-    assert in_ulp(sin_of(points), exact) <= SIN_ULP
-    assert (sin_of(-points) == -sin_of(points)).all()
-
-    def short(turn):
-        x = turn * 2 * np.pi
-        return sum((-1) ** k * x ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(8))
-
-    assert in_ulp(short(points), exact) > 1000 * SIN_ULP
 
 
 def test_cosine_and_sine_of_drawn_turns_are_good_to_a_few_places():
@@ -242,7 +187,7 @@ def test_cosine_and_sine_of_drawn_turns_are_good_to_a_few_places():
     assert np.abs(s - [0, 1, 0, -1]).max() <= 2.0**-52
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=150, **MANY)
 @given(st.floats(0, 1, exclude_max=True, **some_floats))
 @example(5e-324)
 @example(ONE_BELOW)
@@ -256,16 +201,6 @@ def test_cosine_and_sine_of_any_turn_are_good_absolutely(turn):
     assert abs(mp.mpf(float(s[0])) - exactly(sine, [turn])[0]) <= limit
 
 
-def test_arc_tangent_is_good_to_a_few_places():
-    rng = np.random.default_rng(4)
-    seam = math.sqrt(2) - 1 + np.arange(-200, 201) * 2.0**-30
-    hard = [0.0, 1.0, ONE_BELOW, 5e-324, SMALLEST_NORMAL, 2.0**-52]
-    points = np.concatenate(
-        (rng.uniform(0, 1, 2000), 10 ** rng.uniform(-300, 0, 500), seam, towards(1, -1), hard)
-    )
-    assert in_ulp(atan_of(points), exactly(mp.atan, points)) <= ATAN_ULP
-
-
 def azimuth_error(x, y):
     """Error [turns] of the azimuth, the shorter way round, and the exact azimuth."""
     with mp.workprec(PRECISION):
@@ -274,33 +209,17 @@ def azimuth_error(x, y):
         return abs(float(error - mp.nint(error))), float(exact)
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "turn"),
-    [
-        (0, 0, 0),
-        (-0.0, 0.0, 0),
-        (0.0, -0.0, 0),
-        (1, 0, 0),
-        (0, 1, 0.25),
-        (-1, 0, 0.5),
-        (0, -1, 0.75),
-        (1, 1, 0.125),
-        (-1, 1, 0.375),
-        (-1, -1, 0.625),
-        (1, -1, 0.875),
-        (5e-324, 5e-324, 0.125),
-        (-1e308, -1e308, 0.625),
-        (1e308, 1e-308, 0),
-        (1e-308, -1e308, 0.75),
-        (-1, 5e-324, 0.5),
-        (-1, -5e-324, 0.5),
-        (1, -5e-324, 0),
-        (1, -1e-18, 0),
-        (0.0, 5e-324, 0.25),
-    ],
-)
-def test_azimuth_of_axes_diagonals_and_extremes(x, y, turn):
-    assert azimuth_of(np.array([float(x)]), np.array([float(y)]))[0] == pytest.approx(turn, abs=1e-16)
+AZIMUTHS = [
+    (0, 0, 0), (-0.0, 0.0, 0), (0.0, -0.0, 0), (1, 0, 0), (0, 1, 0.25), (-1, 0, 0.5), (0, -1, 0.75),
+    (1, 1, 0.125), (-1, 1, 0.375), (-1, -1, 0.625), (1, -1, 0.875), (5e-324, 5e-324, 0.125),
+    (-1e308, -1e308, 0.625), (1e308, 1e-308, 0), (1e-308, -1e308, 0.75), (-1, 5e-324, 0.5),
+    (-1, -5e-324, 0.5), (1, -5e-324, 0), (1, -1e-18, 0), (0.0, 5e-324, 0.25),
+]  # fmt: skip
+
+
+def test_azimuths_of_axes_diagonals_and_extremes():
+    x, y, turn = np.transpose(AZIMUTHS)
+    np.testing.assert_allclose(azimuth_of(x, y), turn, rtol=0, atol=1e-16)
 
 
 def test_azimuth_grows_through_the_quadrants_from_x_towards_y():
@@ -312,7 +231,7 @@ def test_azimuth_grows_through_the_quadrants_from_x_towards_y():
     assert np.abs(turn - angle).max() < 1e-15
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=300, **MANY)
 @given(st.floats(**some_floats), st.floats(**some_floats))
 @example(1.0, -1e-17)
 @example(1.0, -1e-16)

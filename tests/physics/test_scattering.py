@@ -41,21 +41,10 @@ EXTREMES = np.array(
     [0, 2.0**-53, 2.0**-52, 2.0**-33, 0.5 - 2.0**-53, 0.5, 0.5 + 2.0**-52, 1 - 2.0**-33, LAST]
 )
 
-
-@njit(**ARITHMETIC)
-def by_henyey_greenstein(g, u):
-    mu, sine = np.empty_like(u), np.empty_like(u)
-    for k in range(u.size):
-        mu[k], sine[k] = sample_henyey_greenstein(g, u[k])
-    return mu, sine
-
-
-@njit(**ARITHMETIC)
-def by_rayleigh(u):
-    mu, sine = np.empty_like(u), np.empty_like(u)
-    for k in range(u.size):
-        mu[k], sine[k] = sample_rayleigh(u[k])
-    return mu, sine
+by_henyey_greenstein, by_rayleigh, turned = (
+    np.vectorize(function, otypes=[float] * count)
+    for function, count in ((sample_henyey_greenstein, 2), (sample_rayleigh, 2), (turned_by_angle, 3))
+)
 
 
 def by_table(rows, u):
@@ -179,7 +168,7 @@ def test_means_over_henyey_greenstein_angles_are_those_of_closed_forms(g):
     np.testing.assert_allclose(found, phases.henyey_greenstein_means(g), rtol=0, atol=1e-13)
 
 
-# ---- Rayleigh, and all directions alike ----
+# ---- Rayleigh, and tables ----
 
 
 def test_rayleigh_angles_follow_their_density():
@@ -205,8 +194,6 @@ def test_rayleigh_angles_are_exact_to_the_last_digits():
     np.testing.assert_allclose(mu, phases.rayleigh_cosine(u), rtol=0, atol=1e-15)
 
 
-# ---- tables ----
-
 DEGREES = np.concatenate((np.geomspace(1e-3, 5, 60), np.linspace(6, 180, 175)))
 HALVES = np.sin(np.radians(DEGREES[::-1]) / 2)
 PEAK_MU = np.concatenate(([-1.0], (1 - 2 * HALVES * HALVES)[1:], [1.0]))
@@ -226,9 +213,11 @@ TABLES = {
 def test_tabulated_angles_follow_their_density(name):
     """Between the table's points, halves and tenths of them: the slope within is followed too.
 
-    A table whose densities are held constant between the points is seen."""
+    A table whose densities are held constant between the points is seen.  The rows keep each segment's probability to rounding.
+    """
     mu, density = (np.array(column, float) for column in TABLES[name])
     rows = tabulated_rows(tp.Tabulated(mu=mu, density=density))
+    assert_rows_hold(rows, np.diff(mu) * (density[1:] + density[:-1]))
     sign = 1.0 if density[-1] >= density[0] else -1.0
     x = departures(*by_table(rows, uniforms(DRAWS, seed=7)), sign)
     mu, density = (mu, density) if sign > 0 else (-mu[::-1], density[::-1])
@@ -241,18 +230,14 @@ def test_tabulated_angles_follow_their_density(name):
         assert not follows(x, (1 - edges)[::-1], (1 - flat)[::-1])
 
 
-@pytest.mark.parametrize("name", TABLES)
-def test_rows_hold_each_segment_with_its_probability(name):
-    """To rounding: what the rows keep and hand on, added up segment by segment."""
-    mu, density = (np.array(column, float) for column in TABLES[name])
-    rows = tabulated_rows(tp.Tabulated(mu=mu, density=density))
+def assert_rows_hold(rows, masses):
+    """What the rows keep and hand on, added up segment by segment."""
     assert len(rows).bit_count() == 1 and (rows["kept"] >= 0).all() and (rows["kept"] <= 1).all()
     found: dict[tuple, float] = {}
     for row in rows.tolist():
         for segment, share in ((row[1:4], row[0]), (row[4:7], 1 - row[0])):
             if share > 0:
                 found[segment] = found.get(segment, 0.0) + share / len(rows)
-    masses = np.diff(mu) * (density[1:] + density[:-1])
     exact = np.sort(masses[masses > 0] / masses.sum())
     np.testing.assert_allclose(np.sort(list(found.values())), exact, rtol=1e-12, atol=1e-15)
 
@@ -310,10 +295,9 @@ def test_a_turn_is_by_the_angle_asked_for_about_any_direction():
     v[:6] = np.concatenate((np.eye(3), -np.eye(3)))
     v[6], v[7] = (1e-9, -2e-9, -1), (1e-300, 0, -1)
     v /= np.linalg.norm(v, axis=1, keepdims=True)
-    u, turn = uniforms(1000, 1, seed=11), uniforms(1000, 1, seed=12)
     for g in (-0.9, 0.0, 0.999):
-        w = scattered(g, v, u, turn)
-        mu, sine = by_henyey_greenstein(g, u[:, 0])
+        mu, sine = by_henyey_greenstein(g, uniforms(1000, seed=11))
+        w = np.stack(turned(*v.T, mu, sine, uniforms(1000, seed=12)), axis=1)
         np.testing.assert_allclose((v * w).sum(axis=1), mu, rtol=0, atol=4 * ULP)
         np.testing.assert_allclose(np.linalg.norm(np.cross(v, w), axis=1), sine, rtol=0, atol=4 * ULP)
 

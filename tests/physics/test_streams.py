@@ -22,7 +22,6 @@ DRAWS = 1 << 18
 COORDINATES = "history", "batch", "event", "purpose", "seed_low", "seed_high"
 ORIGIN = (0, 3, 5, 2, 20240607, 11)  # of the streams that are compared
 WORD = (1 << 32) - 1
-
 # Random123 (Salmon et al. 2011), kat_vectors: counter, key -> words of philox4x32-10.
 KNOWN_ANSWERS = [
     ("00000000 00000000 00000000 00000000", "00000000 00000000", "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
@@ -124,7 +123,7 @@ def test_history_batch_event_purpose_and_seed_are_counter_and_key():
     assert (words_at(table) == by_reference(table)).all()
 
 
-def test_all_bits_of_the_number_of_a_copy_are_in_the_counter():
+def test_all_56_bits_of_the_number_of_a_copy_are_in_the_counter():
     """Of 56 the upper 24 go beside the purpose: copies that share the lower 32 have blocks of their own."""
     rng = np.random.default_rng(3)
     table = rng.integers(0, 1 << 32, (1000, 6)).astype(np.int64)
@@ -139,21 +138,14 @@ def test_all_bits_of_the_number_of_a_copy_are_in_the_counter():
     assert len(np.unique(np.concatenate([event_words_at(copies), words_at(table)]), axis=0)) == 2000
 
 
-def test_extreme_words_give_numbers_within_the_unit_interval():
-    words = np.array([[0, 0, 0, 0], [WORD] * 4, [0, WORD, WORD, 0]], np.uint64)
-    u = uniforms_of(words)
-    assert u[0].tolist() == [0.0, 0.0] + [2.0**-33] * 4
-    assert u[1].tolist() == [1 - 2.0**-52] * 2 + [1 - 2.0**-33] * 4
-    assert u[2, 0] == 2.0**-32 - 2.0**-52
-    assert u[2, 1] == 1 - 2.0**-32
-
-
-def test_uniforms_have_52_bits():
+def test_uniforms_have_52_bits_and_lie_within_the_unit_interval():
     """Each of the 52 bits is set half of the time, and no finer one ever."""
-    high, low = np.arange(64) >= 32, np.arange(64) < 32
+    extreme = uniforms_of(np.array([[0, 0, 0, 0], [WORD] * 4, [0, WORD, WORD, 0]], np.uint64))
+    assert extreme[0].tolist() == [0.0, 0.0] + [2.0**-33] * 4
+    assert extreme[1].tolist() == [1 - 2.0**-52] * 2 + [1 - 2.0**-33] * 4
+    assert extreme[2, :2].tolist() == [2.0**-32 - 2.0**-52, 1 - 2.0**-32]
     words = np.zeros((64, 4), np.uint64)
-    words[high, 0] = 1 << np.arange(32)
-    words[low, 1] = 1 << np.arange(32)
+    words[32:, 0] = words[:32, 1] = 1 << np.arange(32)
     assert uniforms_of(words)[:, 0].tolist() == [0.0] * 12 + [2.0**k for k in range(-52, 0)]
 
 

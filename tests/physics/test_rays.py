@@ -7,14 +7,13 @@ against the distance of the ray's origin.  The textbook quadratic fails these te
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import mpmath as mp
 import numpy as np
 import pytest
-from numba import njit
 
-from transport.physics.device import ARITHMETIC
 from transport.physics.rays import box_crossings, plane_crossing, sphere_crossing
 
 ROUNDING = 2.0**-53
@@ -22,39 +21,21 @@ DIGITS = 50
 PLANE_LIMIT = 4  # roundings; measured 2.3
 SPHERE_LIMIT = 12  # measured 8.5
 BOX_LIMIT = 4  # measured 2.3
+over_planes, over_spheres, over_boxes = (
+    np.vectorize(function, otypes=[float] * count)
+    for function, count in ((plane_crossing, 4), (sphere_crossing, 1), (box_crossings, 4))
+)
 
 
-@njit(**ARITHMETIC)
 def plane(r, u, n):
-    found = np.empty((len(r), 4))
-    for k in range(len(r)):
-        a, b, c = r[k], u[k], n[k]
-        t, x, y, z = plane_crossing(a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2])
-        found[k, 0], found[k, 1], found[k, 2], found[k, 3] = t, x, y, z
-    return found
+    """Distance and place (t, x, y, z) of each crossing."""
+    with np.errstate(all="ignore"):
+        return np.stack(over_planes(*r.T, *u.T, *n.T), axis=1)
 
 
-@njit(**ARITHMETIC)
-def sphere(o, u, radius, start, standing):
-    t = np.empty(len(o))
-    for k in range(len(o)):
-        a, b = o[k], u[k]
-        t[k] = sphere_crossing(
-            a[0], a[1], a[2], b[0], b[1], b[2], radius[k], start[k], standing, start[k], False, False
-        )
-    return t
-
-
-@njit(**ARITHMETIC)
-def box(o, u, h):
-    found = np.empty((len(o), 4))
-    for k in range(len(o)):
-        a, b, c = o[k], u[k], h[k]
-        near, near_cosine, far, far_cosine = box_crossings(
-            a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]
-        )
-        found[k, 0], found[k, 1], found[k, 2], found[k, 3] = near, near_cosine, far, far_cosine
-    return found
+def sphere(o, u, radius=1.0, start=0.0, standing=False):
+    with np.errstate(all="ignore"):
+        return over_spheres(*o.T, *u.T, radius, start, standing, start, False, False)
 
 
 def units(count, rng):
@@ -87,13 +68,13 @@ def rays_past(impact, distance, rng, radius=1.0):
     return o, u
 
 
-def off_sphere(o, u, t, radius):
+def off_sphere(o, u, t, radius=1.0):
     """Distance of the points at t from the sphere, over the distance of the ray's origin or the radius; exact."""
     with mp.workdps(DIGITS):
         gaps = []
-        for a, b, s, r in zip(o, u, t, radius, strict=True):
+        for a, b, s in zip(o, u, t, strict=True):
             p = exact_vector(a) + mp.mpf(float(s)) * exact_vector(b)
-            gaps.append(abs(float(mp.sqrt(dot(p, p)) - mp.mpf(float(r)))) / max(float(size(a)), float(r)))
+            gaps.append(abs(float(mp.sqrt(dot(p, p)) - mp.mpf(radius))) / max(float(size(a)), radius))
     return np.array(gaps)
 
 
@@ -151,28 +132,26 @@ def test_the_point_found_lies_on_the_sphere_near_and_far(decades):
     blur = 8 * distance * ROUNDING  # what rounding the ray's direction does to its closest approach
     impact = np.minimum(impact, 1 - blur)
     o, u = rays_past(np.maximum(impact, 0), distance, rng)
-    radius, start = np.ones(200), np.zeros(200)
-    t = sphere(o, u, radius, start, False)
-    hits = np.isfinite(t)
-    assert hits[impact > blur].all()
-    assert off_sphere(o, u, t, radius).max() <= SPHERE_LIMIT * ROUNDING
+    t = sphere(o, u)
+    assert np.isfinite(t)[impact > blur].all()
+    assert off_sphere(o, u, t).max() <= SPHERE_LIMIT * ROUNDING
     assert (t <= distance * (1 + 8 * ROUNDING)).all()  # the nearer of the two
-    beyond = sphere(o, u, radius, t, False)  # the other one
-    assert off_sphere(o, u, beyond, radius).max() <= SPHERE_LIMIT * ROUNDING
+    beyond = sphere(o, u, start=t)  # the other one
+    assert off_sphere(o, u, beyond).max() <= SPHERE_LIMIT * ROUNDING
     assert (beyond >= t).all()
     if decades >= 6:
-        assert off_sphere(o, u, textbook_sphere(o, u, radius), radius).max() > 1000 * SPHERE_LIMIT * ROUNDING
+        assert off_sphere(o, u, textbook_sphere(o, u, 1.0)).max() > 1000 * SPHERE_LIMIT * ROUNDING
 
 
 def test_a_ray_outside_the_rim_or_away_misses_the_sphere():
     rng = np.random.default_rng(21)
     distance = 10 ** rng.uniform(0, 12, 300)
     gap = 1e-14 + 8 * distance * ROUNDING
-    o, u = rays_past(1 + gap * 10 ** rng.uniform(0, 3, 300), distance, rng)
-    radius, start = np.ones(300), np.zeros(300)
-    assert np.isinf(sphere(o, u, radius, start, False)).all()
-    o, u = rays_past(rng.uniform(0, 1, 300), -(distance + 1), rng)
-    assert np.isinf(sphere(o, u, radius, start, False)).all()
+    for impact, before in (
+        (1 + gap * 10 ** rng.uniform(0, 3, 300), distance),
+        (rng.uniform(0, 1, 300), -(distance + 1)),
+    ):
+        assert np.isinf(sphere(*rays_past(impact, before, rng))).all()
 
 
 @pytest.mark.parametrize("radius", [1e-12, 1.0, 1e12])
@@ -182,10 +161,9 @@ def test_from_inside_a_sphere_there_is_always_one_way_out(radius):
     depth = np.concatenate((rng.uniform(0, 1, 200), 10 ** rng.uniform(-12, 0, 200)))
     o, u = (1 - depth)[:, None] * units(400, rng) * radius, units(400, rng)
     u[200:] = across(o[200:], rng)
-    r, start = np.full(400, radius), np.zeros(400)
-    t = sphere(o, u, r, start, False)
+    t = sphere(o, u, radius)
     assert (t > 0).all()
-    assert off_sphere(o, u, t, r).max() <= SPHERE_LIMIT * ROUNDING
+    assert off_sphere(o, u, t, radius).max() <= SPHERE_LIMIT * ROUNDING
     with mp.workdps(DIGITS):  # the distance itself, where the ray is not grazing
         for k in range(200):
             a, b = exact_vector(o[k]), exact_vector(u[k])
@@ -206,42 +184,29 @@ def test_a_particle_that_stands_on_a_sphere_meets_it_again_only_across():
     """t = 2 |mu|, also for chords of 1e-12 radii, which the quadratic cannot tell from nothing."""
     rng = np.random.default_rng(23)
     o, u, mu = on_sphere(400, rng, inwards=True)
-    one, start = np.ones(400), np.zeros(400)
-    t = sphere(o, u, one, start, True)
+    t = sphere(o, u, standing=True)
     assert np.abs(t + 2 * mu).max() <= SPHERE_LIMIT * ROUNDING
     assert (t > 0).all()
-    assert off_sphere(o, u, t, one).max() <= SPHERE_LIMIT * ROUNDING
+    assert off_sphere(o, u, t).max() <= SPHERE_LIMIT * ROUNDING
     o, u, _ = on_sphere(400, rng, inwards=False)
-    assert np.isinf(sphere(o, u, one, start, True)).all()
+    assert np.isinf(sphere(o, u, standing=True)).all()
 
 
 @pytest.mark.parametrize("ahead", [1e-3, 1.0, 1e3, 1e6])
-def test_standing_counts_from_where_the_particle_is_behind_the_ray_s_origin(ahead):
-    """An aimed particle's ray has its origin at the target, and the particle stands at start < 0 behind it."""
+def test_an_aimed_particle_meets_spheres_from_where_it_stands_behind_the_origin_of_its_ray(ahead):
+    """Its ray has its origin at the target, and the particle is at start < 0: on a sphere, or before another one."""
     rng = np.random.default_rng(24)
-    one, start = np.ones(400), np.full(400, -ahead)
     blur = SPHERE_LIMIT * ROUNDING * max(1, ahead)
     o, u, mu = on_sphere(400, rng, inwards=True)
-    target = o + ahead * u
-    t = sphere(target, u, one, start, True)
-    deep = -2 * mu > 4 * blur
+    t, deep = sphere(o + ahead * u, u, start=-ahead, standing=True), -2 * mu > 4 * blur
     assert np.abs(t + ahead + 2 * mu)[deep].max() <= 2 * blur
-    assert off_sphere(target, u, t, one)[deep].max() <= SPHERE_LIMIT * ROUNDING
+    assert off_sphere(o + ahead * u, u, t)[deep].max() <= SPHERE_LIMIT * ROUNDING
     o, u, mu = on_sphere(400, rng, inwards=False)
-    assert np.isinf(sphere(o + ahead * u, u, one, start, True))[2 * mu > 4 * blur].all()
-
-
-@pytest.mark.parametrize("ahead", [1e-3, 1.0, 1e3, 1e6])
-def test_another_sphere_between_an_aimed_particle_and_its_target_is_met(ahead):
-    """start < 0 without standing: roots from start on count, also negative ones."""
-    rng = np.random.default_rng(25)
+    assert np.isinf(sphere(o + ahead * u, u, start=-ahead, standing=True))[2 * mu > 4 * blur].all()
     o, u = rays_past(rng.uniform(0, 0.9, 300), np.full(300, 3.0), rng)
-    one = np.ones(300)
-    t = sphere(o, u, one, np.zeros(300), False)
-    moved = sphere(o + ahead * u, u, one, np.full(300, -ahead), False)
-    assert np.abs(moved + ahead - t).max() <= 4 * SPHERE_LIMIT * ROUNDING * max(1, ahead)
-    behind = sphere(o + (3 + ahead) * u, u, one, np.full(300, 2.0), False)
-    assert np.isinf(behind).all()
+    moved = sphere(o + ahead * u, u, start=-ahead)
+    assert np.abs(moved + ahead - sphere(o, u)).max() <= 4 * blur
+    assert np.isinf(sphere(o + (3 + ahead) * u, u, start=2.0)).all()  # behind
 
 
 def exact_box(o, u, h):
@@ -258,7 +223,8 @@ def exact_box(o, u, h):
 
 
 def agrees_with_box(o, u, h):
-    found = box(o, u, h)
+    with np.errstate(all="ignore"):
+        found = np.stack(over_boxes(*o.T, *u.T, *h.T), axis=1)
     with mp.workdps(DIGITS):
         for k in range(len(o)):
             exact = exact_box(o[k], u[k], h[k])
@@ -287,12 +253,9 @@ def test_a_ray_enters_and_leaves_a_box_where_it_does(decades):
     assert (aside[:, 0] > aside[:, 2]).all()
 
 
-@pytest.mark.parametrize(
-    "u", [(0, 0, 1), (0, 0, -1), (-1, 0, 0), (0, 0.6, 0.8), (-0.6, 0, 0.8), (-0.0, -0.0, 1)]
-)
-@pytest.mark.parametrize(
-    "o", [(0, 0, 0), (0.1, 0.2, -0.3), (0, 0, -5), (0.1, -0.2, 5), (5, 0.1, 0), (3, 0.2, -5)]
-)
-def test_a_ray_parallel_to_the_faces_of_a_box_meets_the_others(o, u):
+def test_a_ray_parallel_to_the_faces_of_a_box_meets_the_others():
     """Hits from inside and outside, misses beside: a component of 0 is a direction like others."""
-    agrees_with_box(np.array([o], float), np.array([u], float), np.array([[1.0, 0.5, 2.0]]))
+    ways = [(0, 0, 1), (0, 0, -1), (-1, 0, 0), (0, 0.6, 0.8), (-0.6, 0, 0.8), (-0.0, -0.0, 1)]
+    places = [(0, 0, 0), (0.1, 0.2, -0.3), (0, 0, -5), (0.1, -0.2, 5), (5, 0.1, 0), (3, 0.2, -5)]
+    o, u = (np.array(each, float) for each in zip(*itertools.product(places, ways), strict=True))
+    agrees_with_box(o, u, np.full((36, 3), [1.0, 0.5, 2.0]))
