@@ -159,21 +159,23 @@ FAULTS = (
         "near = start if start > -half else -half",
         "near = -half",
         "ways in a ball counted from before the flight's start",
-        ("test_volume_in_vacuum",),
+        ("detectors/test_volume_detectors::test_a_flight_that_begins_within_counts_from_where_it_begins",),
     ),
     Fault(
         "engine/passes/volumes.py",
         "return -less / depth if depth > 0.0 else 1.0, less",
         "return 1.0 + less, less",
         "the weight at the end of a way for its mean along it",
-        ("test_volume_in_media",),
+        ("detectors/test_volume_detectors::test_a_beam_fades_in_each_cell_by_the_exact_integral",),
     ),
     Fault(
         "engine/passes/volume_cells.py",
         "score_part(b, table, k, number, bin, length, weight, fade, keep)\n            t = face\n",
         "score_part(b, table, k, number, bin, length, weight, fade, keep)\n",
         "ways through cells counted twice",
-        ("test_volume_in_vacuum",),
+        (
+            "detectors/test_volume_detectors::test_in_a_uniform_field_the_fluence_rate_is_4_pi_radiance_in_each_cell",
+        ),
     ),
     Fault(
         "engine/passes/voxels.py",

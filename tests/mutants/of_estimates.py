@@ -168,7 +168,9 @@ FAULTS = (
         '"volume": lambda: Measure(self.volumes, "m^3", cells)',
         '"volume": lambda: Measure(np.mean(self.volumes), "m^3")',
         "shells divided by their mean volume",
-        ("test_volume_in_vacuum",),
+        (
+            "detectors/test_volume_detectors::test_in_a_uniform_field_the_fluence_rate_is_4_pi_radiance_in_each_cell",
+        ),
     ),
     Fault(
         "results/points.py",
