@@ -1,30 +1,34 @@
-"""Saved runs: loaded, resumed and merged runs equal the uninterrupted run bit for bit."""
+"""Saved runs: loaded, resumed and merged runs equal the uninterrupted run bit for bit; what is kept of them stays bounded."""
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import transport as tp
 from tests.media_scenes import TRACKINGS
-from tests.plain_scenes import SCENES
+from tests.plain_scenes import SCENES, SMALL
 from tests.same_batches import assert_same
 from transport.io import resuming
 from transport.run import schedules
 from transport.run.provenance import this_origin
+from transport.run.run import Run
+from transport.run.state import FORMER_KINDS, restore_schedule
 
+ERROR = {"error": {"-z.flux_in": 0.02}, "estimator": "analog"}
 LIMITS = {
     "random": ("room", {"particles": 20_001}),
     "few batches": ("room", {"particles": 20_001, "batches": 5}),
     "sobol": ("room", {"particles": 20_000, "sampling": "sobol"}),
-    "error": ("room", {"error": {"-z.flux_in": 0.02}, "estimator": "analog"}),
-    "error by sobol": (
-        "room",
-        {"error": {"-z.flux_in": 0.02}, "estimator": "analog", "sampling": "sobol"},
-    ),
+    "error": ("room", ERROR),
+    "error, few batches": ("room", ERROR | {"batches": 16}),
+    "error by sobol": ("room", ERROR | {"sampling": "sobol"}),
     "snapshots": ("vessel", {"particles": 4_001}),
     "volumes": ("pile", {"particles": 4_001}),
     "clock": ("flash", {"particles": 4_001}),
@@ -33,11 +37,7 @@ LIMITS = {
     "splitting": ("deep", {"particles": 4_001, "tracking": TRACKINGS["deep"]}),
 }
 FILES = {name: ".nc" if place % 2 else ".npz" for place, name in enumerate(LIMITS)}
-SMALL = tp.Scene(
-    tp.Source(tp.Disk(radius=0.5), tp.Lambertian(power=1.0)),
-    (),
-    tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.5), "meter"),
-)
+EARLIER = Path(__file__).parents[1] / "earlier"
 
 
 class Killed(BaseException):
@@ -66,8 +66,21 @@ def killed_at(save_number, path, monkeypatch, name, **more):
             run(name, checkpoint=path, every=1e-9, **more)
 
 
+def refusal(call, *arguments, **named):
+    with pytest.raises(tp.SceneError) as refused:
+        call(*arguments, **named)
+    return str(refused.value)
+
+
+def small(particles=1_000, **how):
+    return tp.simulate(SMALL, **{"particles": particles, "threads": 1} | how)
+
+
+# ---- a run that was killed, in parts, or extended ----
+
+
 @pytest.mark.parametrize("name", LIMITS)
-def test_it_is_loaded_and_goes_on_as_if_it_had_not_been_killed(name, tmp_path, monkeypatch):
+def test_a_run_is_loaded_and_resumed_as_if_it_had_not_been_killed(name, tmp_path, monkeypatch):
     whole, path = run(name), tmp_path / f"run{FILES[name]}"
     whole.save(path)
     loaded = tp.load(path)
@@ -97,9 +110,9 @@ def test_parts_are_together_the_whole(name, tmp_path):
     assert_same(*(result.batches for result in gone_on))
 
 
-def test_a_part_that_is_missing_is_told():
+def test_a_missing_part_is_named():
     """A failed job of an array: the merged rest is a valid result with fewer particles."""
-    one, two, three = (tp.simulate(SMALL, particles=4_000, batches=8, part=(k, 3)) for k in (1, 2, 3))
+    one, two, three = (small(4_000, batches=8, part=(k, 3)) for k in (1, 2, 3))
     for parts, said in (
         ((three, one), "batches 2 to 4 of seed 0 are in none"),
         ((two, three), "batches 0 to 1 of seed 0 are in none"),
@@ -110,6 +123,24 @@ def test_a_part_that_is_missing_is_told():
         assert not any("in none" in warning for warning in whole.warnings)
 
 
+@pytest.mark.parametrize("missing", [1, 2, 3])
+def test_a_missing_part_is_merged_after_the_others_went_on(missing):
+    """Its numbers stay its own, also where neighbours on either side of it become one."""
+    parts = {k: small(4_000, batches=8, part=(k, 3)) for k in (1, 2, 3)}
+    late = parts.pop(missing)
+    for particles in (5_000, 60_000):
+        longer = small(particles, resume=tp.merge(*parts.values()))
+        assert any("in none of these runs" in warning for warning in longer.warnings)
+        whole = tp.merge(longer, late)
+        assert whole.particles == particles + late.particles
+        assert not any("in none" in warning for warning in whole.warnings)
+        assert_contiguous(sorted(whole.batches, key=lambda batch: batch.first))
+
+
+def assert_contiguous(batches):
+    assert [batch.first for batch in batches] == [0, *(batch.past for batch in batches[:-1])]
+
+
 def test_parts_end_where_batches_that_are_put_together_do(monkeypatch):
     monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)
     whole = tp.simulate(SMALL, particles=20_001)
@@ -118,13 +149,20 @@ def test_parts_end_where_batches_that_are_put_together_do(monkeypatch):
     assert_same(tp.merge(*parts).batches, whole.batches)
 
 
-def test_a_killed_part_goes_on_as_that_part(tmp_path, monkeypatch):
+def test_parts_of_unlike_runs_are_named():
+    """A job of an array that had another number of particles."""
+    one, other = (small(n, part=(k, 2)) for k, n in ((1, 4_000), (2, 3_000)))
+    (said,) = (warning for warning in tp.merge(one, other).warnings if "neither" in warning)
+    assert "run 2 is of a run of 3_000 particles in 32 batches and 2 parts, run 1 of one of 4_000" in said
+
+
+def test_a_killed_part_is_resumed_as_that_part(tmp_path, monkeypatch):
     path = tmp_path / "part.nc"
     killed_at(3, path, monkeypatch, "random", part=(2, 3))
     assert_same(run("random", resume=path).batches, run("random", part=(2, 3)).batches)
 
 
-def test_a_run_goes_on_to_more_and_never_beyond_what_is_asked(tmp_path, monkeypatch):
+def test_a_run_is_extended_and_never_beyond_what_is_asked(tmp_path, monkeypatch):
     path = tmp_path / "run.npz"
     few = tp.simulate(SMALL, particles=10_000)
     more = tp.simulate(SMALL, particles=30_000, resume=few)
@@ -162,13 +200,7 @@ def test_other_seeds_add_up_in_whatever_order(tmp_path):
     assert "batches 0 to 1 of seed 5" in refusal(tp.merge, more, odd[1])
 
 
-def refusal(call, *arguments, **named):
-    with pytest.raises(tp.SceneError) as refused:
-        call(*arguments, **named)
-    return str(refused.value)
-
-
-def test_what_overlaps_or_is_unlike_is_refused_by_name(tmp_path):
+def test_overlapping_or_unlike_runs_are_refused_by_name(tmp_path):
     one, path = tp.simulate(SMALL, particles=4_000, seed=1), tmp_path / "a.npz"
     one.save(path)
     parts = [tp.simulate(SMALL, particles=4_000, seed=1, part=(k, 2)) for k in (1, 2)]
@@ -182,7 +214,8 @@ def test_what_overlaps_or_is_unlike_is_refused_by_name(tmp_path):
     assert told in refusal(tp.merge, one, other)
     assert told in refusal(tp.simulate, brighter, resume=path)
     aimed = tp.simulate(SMALL, particles=4_000, seed=2, estimator="aimed")
-    assert "method of run 2" in refusal(tp.merge, one, aimed)
+    told = refusal(tp.merge, one, aimed)
+    assert "method of run 2" in told and "name the same estimator and sampling for both" in told
     assert "two runs or more" in refusal(tp.merge, one)
     weighted = (
         {"tracking": "weighted"} if one.plan.tracking.absorption != "weighted" else {"tracking": "analog"}
@@ -208,14 +241,13 @@ def test_what_overlaps_or_is_unlike_is_refused_by_name(tmp_path):
 
 
 def test_aimed_runs_go_on_with_the_scene_that_was_given(tmp_path):
-    how = {"estimator": "aimed", "particles": 4_000}
-    whole = tp.simulate(SMALL, **how)
-    whole.save(tmp_path / "run.nc")
-    assert tp.simulate(SMALL, resume=tmp_path / "run.nc").report().splitlines()[1] == "estimator: aimed"
-    assert_same(tp.load(tmp_path / "run.nc").batches, whole.batches)
+    whole, path = small(4_000, estimator="aimed"), tmp_path / "run.nc"
+    whole.save(path)
+    assert tp.simulate(SMALL, resume=path).report().splitlines()[1] == "estimator: aimed"
+    assert_same(tp.load(path).batches, whole.batches)
 
 
-def test_ctrl_c_saves_too(tmp_path, press_ctrl_c):
+def test_ctrl_c_saves_the_run(tmp_path, press_ctrl_c):
     """Between two batches, with what was done out of turn: nothing is missing afterwards."""
     path, whole = tmp_path / "run.npz", tp.simulate(SMALL, particles=30_000_000, batches=300)
     press_ctrl_c(after=0.3 * whole.cost.seconds)
@@ -226,6 +258,7 @@ def test_ctrl_c_saves_too(tmp_path, press_ctrl_c):
     assert_same(again.batches, whole.batches)
 
 
+@pytest.mark.slow
 def test_kills_at_random_instants_tear_no_file():
     """Three of them; tests/bench/kills.py has fifty."""
     from tests.bench.kills import survives
@@ -244,20 +277,128 @@ def test_histories_of_other_seeds_have_other_numbers():
     assert found & numbers[0] and not found & (numbers[1] - numbers[0])
 
 
-def test_runs_of_unlike_estimators_are_not_merged_and_the_cure_is_told():
-    runs = [
-        tp.simulate(SMALL, particles=1000, seed=k, estimator=name)
-        for k, name in enumerate(("analog", "expected"))
-    ]
-    assert "name the same estimator and sampling for both" in refusal(tp.merge, *runs)
-
-
-def test_unlike_sources_and_machines_are_told():
-    one, other = (tp.simulate(SMALL, particles=1_000, seed=seed) for seed in (1, 2))
+def test_unlike_sources_and_machines_are_named():
+    one, other = (small(seed=seed) for seed in (1, 2))
     origin = dataclasses.replace(this_origin(), sources="0", machine="another")
     other.state = dataclasses.replace(other.state, origins=(origin,))
     told = " ".join(tp.merge(one, other).warnings)
     assert "different sources" in told and "another" in told
-    assert tp.merge(one, tp.simulate(SMALL, particles=1_000, seed=2)).warnings == []
-    assert any("different sources" in w for w in tp.simulate(SMALL, particles=3_000, resume=other).warnings)
-    assert not any("different" in w for w in tp.simulate(SMALL, particles=1_000, resume=other).warnings)
+    assert tp.merge(one, small(seed=2)).warnings == []
+    assert any("different sources" in warning for warning in small(3_000, resume=other).warnings)
+    assert not any("different" in warning for warning in small(1_000, resume=other).warnings)
+
+
+# ---- runs that are resumed again and again ----
+
+
+def extended(particles, **how):
+    """A run for each number of particles, resumed from the one before."""
+    result = None
+    for number in particles:
+        result = small(number, resume=result, **how)
+    return result
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol"])
+@pytest.mark.parametrize("steps", [range(1000, 1300), range(20_000, 400_000, 20_000)], ids=["small", "large"])
+def test_batches_stay_bounded_however_often_a_run_is_resumed(steps, sampling, monkeypatch):
+    """And errors are known as of more batches than were asked for, all alike."""
+    monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)
+    result = extended(steps, sampling=sampling)
+    asked, sizes = result.state.limits.batches, np.array([batch.histories for batch in result.batches], float)
+    assert asked < sizes.sum() ** 2 / (sizes**2).sum() and len(result.batches) <= 4 * asked
+    assert result.particles == steps[-1] if sampling == "random" else result.particles >= steps[-1]
+    assert_contiguous(result.batches)
+
+
+def test_nets_of_resumed_runs_are_whole_and_as_large_as_in_one_go():
+    """Small ones for ever would be slow, and hardly better than random points."""
+    result = extended([1_000, 5_000, 60_000, 200_000], sampling="sobol")
+    last = [(batch.histories, batch.past - batch.first) for batch in result.batches[-8:]]
+    assert last == [(16384, 1)] * 8
+    assert all(batch.histories % 128 == 0 for batch in result.batches)
+    assert result["meter"].flux_in.error < 3 * extended([200_000], sampling="sobol")["meter"].flux_in.error
+
+
+def test_merged_runs_keep_no_more_batches_than_resumed_ones():
+    runs = [small(3_200, seed=seed) for seed in range(6)]
+    merged = tp.merge(*runs)
+    assert 64 <= len(merged.batches) <= 4 * 32 and {batch.seed for batch in merged.batches} == set(range(6))
+    assert merged.particles == 6 * 3_200
+    mean = np.mean([run["meter"].flux_in.value for run in runs])
+    assert merged["meter"].flux_in.value == pytest.approx(mean, rel=1e-12)
+    longer = small(30_000, resume=merged)
+    assert longer.particles == 30_000 and len(longer.batches) <= 4 * 32
+
+
+def test_large_sums_are_kept_in_fewer_batches_though_no_fewer_than_asked_for(monkeypatch):
+    """As many as a run in one go keeps; to more, up to twice as many, for of half as many errors would be known less well."""
+    monkeypatch.setattr(schedules, "MAX_KEPT_BYTES", 0)
+    assert len(extended([4_000], batches=16).batches) == 16
+    for last in range(5_000, 12_000, 1_000):
+        assert 16 <= len(extended([4_000, *range(5_000, last + 1, 1_000)], batches=16).batches) <= 32
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol"])
+def test_batches_are_never_larger_than_is_safe(sampling, monkeypatch):
+    """Also where several of the largest have become one, and the run goes on to more, or to an error."""
+    sizes = []
+
+    class Watched(Run):
+        def go(self):
+            super().go()
+            sizes.append(max(size for size, _ in self.executor.done))
+
+    monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 512)
+    monkeypatch.setattr(sys.modules["transport.simulate"], "Run", Watched)
+    how = {"batches": 16, "sampling": sampling, "seed": 3, "threads": 2}
+    first = tp.simulate(SCENES["room"](), particles=40_000, **how)
+    assert max(batch.histories for batch in first.batches) > 512
+    for limits in ({"particles": 80_000}, {"error": {"lump.flux_in": 0.005}}):
+        tp.simulate(SCENES["room"](), **limits, **how, resume=first)
+    assert len(sizes) == 3 and max(sizes) <= 512
+
+
+def test_a_run_is_killed_after_neighbours_have_become_one_and_resumed(tmp_path, monkeypatch):
+    monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)
+    path = tmp_path / "run.npz"
+    run("random", particles=9_000).save(path)
+    whole = run("random", particles=30_000, resume=path)
+    killed_at(4, path, monkeypatch, "random", particles=30_000, resume=path)
+    assert 0 < tp.load(path).state.done
+    assert_same(run("random", particles=30_000, resume=path).batches, whole.batches)
+
+
+def test_a_run_that_stopped_with_batches_out_of_turn_alone_is_resumed():
+    """Interrupted while the first batch was being done, and others were."""
+    stopped = small(1_000, sampling="sobol")
+    ahead = {1: stopped.batches[1]}
+    stopped.state = dataclasses.replace(
+        stopped.state, batches=[], done=0, next=0, ahead=ahead, particles=0, crossings=0
+    )
+    assert tp.simulate(SMALL, seconds=0.05, resume=stopped, threads=1).particles > 0
+
+
+# ---- files that commit e50b82d wrote ----
+
+
+@pytest.mark.parametrize("file", ["run.nc", "run.npz", "chosen.npz", "gas.npz"])
+def test_a_run_of_an_earlier_version_has_the_same_numbers_and_resumes_where_it_stood(file):
+    """Its schedule is known by its present name; else it would resume from its batches."""
+    result, title = tp.load(EARLIER / file), file.partition(".")[0]
+    numbers = json.loads((EARLIER / "numbers.json").read_text())
+    expected = {name.partition(".")[2]: number for name, number in numbers.items() if name.startswith(title)}
+    assert expected
+    for name, (value, error) in expected.items():
+        found = result.quantity(name)
+        assert np.array_equal(np.ravel(found.value), value, equal_nan=True), name
+        assert np.array_equal(np.ravel(found.error), error, equal_nan=True), name
+    saved = result.state
+    schedule = object.__new__(getattr(schedules, FORMER_KINDS.get(saved.kind, saved.kind)))
+    schedule.limits = saved.limits
+    assert restore_schedule(saved, schedule)
+    assert {name: getattr(schedule, name) for name in schedule.remembered} == saved.remembered
+
+
+def test_a_scene_of_an_earlier_version_is_the_scene_of_its_run():
+    assert tp.Scene.from_json(EARLIER / "scene.json") == tp.load(EARLIER / "run.npz").scene

@@ -1,4 +1,4 @@
-"""The quality of an error bar: its numbers are right, and it tells when rare large scores are missing."""
+"""The quality of an error bar: its numbers are right, and it reports when rare large scores are missing."""
 
 import dataclasses
 import math
@@ -21,13 +21,13 @@ from transport.statistics.replicates import Batches
 
 SEEDS = 200
 MID = 0.5 * (EDGES[1:] + EDGES[:-1])
+LAMP = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0))
 
 
-def aimed(distance: float = 0.01, radius: float = 0.001) -> tp.Scene:
+def aimed(distance: float = 0.01, radius: float = 0.001, **bins) -> tp.Scene:
     """A disk that glows, aimed at a small one close above its middle: few births are near, and they bring most."""
     meter = tp.Disk(center=(0, 0, distance), radius=radius, normal=(0, 0, -1))
-    source = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0), aim=meter)
-    return tp.Scene([source], (), [tp.Detector(meter, "meter")])
+    return tp.Scene(dataclasses.replace(LAMP, aim=meter), (), tp.Detector(meter, "meter", **bins))
 
 
 def exact(distance: float, radius: float) -> float:
@@ -42,8 +42,7 @@ def run(scene: tp.Scene, particles: int, seed: int = 1, **options):
 
 def counted(values: np.ndarray) -> Scores:
     """Draws as a count by size."""
-    edges = np.ldexp(1.0, np.arange(-60, 61))[:, None] * (1 + np.arange(4) / 4)
-    edges = edges.ravel()
+    edges = (np.ldexp(1.0, np.arange(-60, 61))[:, None] * (1 + np.arange(4) / 4)).ravel()
     counts = np.histogram(values[values > 0], edges)[0]
     return Scores(edges[:-1], edges[1:], 0.5 * (edges[1:] + edges[:-1]), counts)
 
@@ -78,11 +77,10 @@ def test_every_score_is_counted_with_its_size_on_its_side():
 
 def test_walls_of_fog_are_counted_side_by_side():
     """Where nearly every lane scores as well: there one batch in EVERY counts."""
-    fog = tp.Medium(absorption=0.2)
-    walls = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "walls", inside=fog)
+    box, fog = tp.Box(size=2.0), tp.Medium(absorption=0.2)
     meter = tp.Detector("walls", "meter", side="back", directions=tp.Directions(mu=4))
     lamp = tp.Source("walls", tp.Lambertian(exitance=1.0), side="back")
-    result = run(tp.Scene([lamp], [walls], [meter]), 20_000)
+    result = run(tp.Scene(lamp, tp.Surface(box, tp.Diffuse(0.5), "walls", inside=fog), meter), 20_000)
     for side in (ARRIVALS, DEPARTURES):
         scores, meter, score = sizes_of(result, side), result["meter"], f"weight {SIDES[side]}"
         counts, weights = meter.counts_of(score), meter.sums(score)
@@ -91,23 +89,16 @@ def test_walls_of_fog_are_counted_side_by_side():
         assert scores.counts @ scores.low < weights[::COUNTED_EVERY].sum() < scores.counts @ scores.high
 
 
-def test_the_count_is_the_same_for_any_number_of_threads_and_survives_merging():
+def test_the_count_does_not_depend_on_threads_and_survives_merging():
     one, two = (sizes_of(run(aimed(), 20_000, threads=threads)) for threads in (1, 2))
     np.testing.assert_array_equal(one.counts, two.counts)
-    merged = tp.simulate(
-        aimed(),
-        error={"meter.flux_in": 1e-9},
-        particles=70_000,
-        threads=1,
-        progress=False,
-        estimator="analog",
-    )
+    merged = run(aimed(), 70_000, seed=0, error={"meter.flux_in": 1e-9}, estimator="analog")
     assert sizes_of(merged).number == merged.particles == 70_000
 
 
-def test_where_scores_are_alike_nothing_is_counted():
+def test_equal_scores_are_not_counted_by_size():
     """Neither beside a plain source nor in a grey box: how many there are tells all."""
-    plain = tp.Scene([tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0))], (), aimed().detectors)
+    plain = tp.Scene(LAMP, (), aimed().detectors)
     assert compile_scene(plain).size_cells == 0 < compile_scene(aimed()).size_cells
     result = run(plain, 100_000)
     assert sizes_of(result).number == round(result["meter"].counts.value)
@@ -130,20 +121,17 @@ def test_moments_are_those_of_the_scores():
 
 
 @pytest.mark.parametrize("index", [0.5, 1.5, 3.0])
-def test_the_tail_of_paretos_law_is_told(index):
+def test_the_tail_index_of_paretos_law_is_found(index):
     """Within 4.5 standard errors, index / sqrt(scores of the tail): 1 in 150 000."""
     scores = counted(pareto(index, np.random.default_rng(4), (50_000,)))
     assert abs(scores.tail_index / index - 1) < 4.5 / math.sqrt(scores.tail_scores)
     assert scores.slope == pytest.approx(1 + scores.tail_index)
 
 
-def test_equal_scores_have_no_tail_and_no_more_to_come():
+def test_equal_scores_have_no_tail_and_nothing_larger_comes_than_can():
+    """Aimed, nothing is heavier than the heaviest birth."""
     scores = counted(np.ones(1000))
     assert scores.slope == 10.0 and scores.unseen < 1e-6 and scores.carriers == pytest.approx(1000)
-
-
-def test_nothing_larger_comes_than_can():
-    """Aimed, nothing is heavier than the heaviest birth."""
     scores = counted(pareto(1.2, np.random.default_rng(5), (2000,)))
     top = scores.high[np.flatnonzero(scores.counts)[-1]]
     assert scores.unseen > 0 == dataclasses.replace(scores, most=top / 2).unseen
@@ -163,7 +151,7 @@ def test_a_history_that_scores_often_counts_once():
 # ---- batches ----
 
 
-def test_batches_with_a_trend_are_told_and_others_are_not():
+def test_batches_with_a_trend_are_found_and_others_are_not():
     """Of 2000 rows without one p is below 1e-3 in 2 on average, and in 12 once in 1e6."""
     rng = np.random.default_rng(7)
     rows = rng.normal(size=(2000, 32))
@@ -174,12 +162,16 @@ def test_batches_with_a_trend_are_told_and_others_are_not():
     assert math.isnan(trend_probability(np.ones(32))) and math.isnan(trend_probability(rows[0, :8]))
 
 
-def test_a_batch_that_stands_alone_is_told():
+def test_a_batch_that_stands_alone_is_found():
     rng = np.random.default_rng(8)
     rows = rng.normal(size=(1000, 32))
     assert sum(outlier_probability(row) < 1e-3 for row in rows) <= 8
     rows[:, 3] += 50
     assert max(outlier_probability(row) for row in rows) < 1e-8
+    values = (np.random.default_rng(1).random((32, 100)) < 0.1).astype(float)
+    values[7] = 1.0
+    _, quality = quality_of_draws(values.ravel())
+    assert any("one batch is far above all others" in doubt for doubt in quality.doubts)
 
 
 def test_the_chance_of_a_step_between_the_halves_is_that_of_students_t():
@@ -216,7 +208,7 @@ def test_a_heavy_tail_is_flagged_where_the_answer_is_off_and_a_light_one_hardly_
         assert flagged <= 0.02 * SEEDS
 
 
-def test_the_trap_of_an_aim_is_flagged_before_the_mean_is_right():
+def test_the_trap_of_an_aim_is_flagged_before_the_mean_is_right_and_a_sound_aim_is_not():
     """Births near the target are missed: far too little, with an error far too small.  Every such run says so."""
     truth, off, flagged, lowest = exact(0.01, 0.001), 0, 0, 1.0
     for seed in range(SEEDS):
@@ -227,26 +219,24 @@ def test_the_trap_of_an_aim_is_flagged_before_the_mean_is_right():
             flagged += not result.quality("meter.irradiance").is_sound
     assert off > 0.2 * SEEDS and lowest < 0.25
     assert flagged >= 0.95 * off
-
-
-def test_a_sound_aim_is_not_flagged():
-    flagged = [run(aimed(0.1, 0.01), 10_000, seed).quality("meter.flux_in").is_sound for seed in range(100)]
-    assert flagged.count(False) <= 2
+    sound = [run(aimed(0.1, 0.01), 10_000, seed).quality("meter.flux_in").is_sound for seed in range(100)]
+    assert sound.count(False) <= 2
 
 
 # ---- what a user sees ----
 
 
-def test_a_result_tells_its_doubts_in_words():
+def test_a_result_reports_its_doubts_in_words():
     result = run(aimed(), 3000)
-    told = [warning for warning in result.warnings if "flux_in of detector 'meter' is doubtful" in warning]
-    assert len(told) == 1 and "scores" in told[0] and "Use more particles" in told[0]
-    assert told[0] in result.report()
+    (warning,) = [text for text in result.warnings if "flux_in of detector 'meter' is doubtful" in text]
+    assert "scores" in warning and "Use more particles" in warning and warning in result.report()
     quality = result.quality("meter.flux_in")
-    assert quality.doubts and quality.doubts[0] in told[0] and quality.doubts[0] in str(quality)
+    assert quality.doubts and quality.doubts[0] in warning and quality.doubts[0] in str(quality)
+    bins = run(aimed(directions=tp.Directions(mu=4)), 1000).quality("meter.radiance")
+    assert bins.verdict == "doubtful" and "bins" in str(bins) and bins.relative_error.shape == (4,)
 
 
-def test_a_sound_result_says_that_nothing_speaks_against_it():
+def test_a_sound_result_reports_no_finding():
     result = run(aimed(1.0, 0.5), 20_000)
     quality = result.quality("meter.irradiance")
     assert quality.is_sound and "sound" in str(quality) and result.warnings == []
@@ -256,60 +246,44 @@ def test_a_sound_result_says_that_nothing_speaks_against_it():
     assert quality.vov < 0.1 and quality.tail_slope > 3 and quality.carriers > FEW
 
 
-def test_too_few_scores_are_told():
+def test_too_few_scores_are_reported_with_the_particles_that_suffice():
     meter = tp.Disk(center=(0, 0, 50.0), radius=1.0, normal=(0, 0, -1))
-    lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0))
-    result = run(tp.Scene([lamp], (), [tp.Detector(meter, "meter")]), 5000)
+    result = run(tp.Scene(LAMP, (), tp.Detector(meter, "meter")), 5000)
     scores = round(result["meter"].counts.value)
     assert 0 < scores < FEW
     assert f"only {scores} score" in result.warnings[0]
     needed = 5000 * FEW / scores
-    (told,) = re.findall("Use about (.*) particles", result.warnings[0])
-    assert needed <= float(told) <= 2 * needed
-
-
-def test_the_quality_of_bins_is_that_of_the_worst():
-    meter = tp.Detector(aimed().detectors[0].shape, "meter", directions=tp.Directions(mu=4))
-    scene = tp.Scene(aimed().sources, (), [meter])
-    quality = run(scene, 1000).quality("meter.radiance")
-    assert quality.verdict == "doubtful" and "bins" in str(quality) and quality.relative_error.shape == (4,)
-
-
-def test_what_is_exact_is_not_doubted():
-    disk = tp.Disk(radius=1.0)
-    scene = tp.Scene([tp.Source(disk, tp.Lambertian(radiance=1.0))], (), [tp.Detector(disk, "meter")])
-    quality = run(scene, 1000).quality("meter.flux_out")
-    assert quality.is_sound and quality.relative_error == 0
+    (found,) = re.findall("Use about (.*) particles", result.warnings[0])
+    assert needed <= float(found) <= 2 * needed
 
 
 def test_a_run_without_a_score_is_not_sound_and_warns():
-    """Of a detector and a volume that were missed by chance; nor is a value of unknown error.  An exact one is."""
+    """Of a detector and a volume that were missed by chance: at most 3.0 histories, Poisson's 95 % limit of none."""
     lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1.0))
     speck = tp.Detector(tp.Disk(center=(5, 0, 2), normal=(0, 0, -1), radius=1e-5), "speck")
     volume = tp.VolumeDetector(tp.Box(center=(5, 0, 2), size=1e-4), "volume")
     result = run(tp.Scene(lamp, (), [speck, volume]), 1000)
     for name in ("speck.flux_in", "volume.fluence_rate"):
-        quality = result.quality(name)
+        quality, found = result.quality(name), result.quantity(name)
         assert not quality.is_sound and quality.doubts == ("light not sampled",)
         assert "sound" not in str(quality)
-        limit = result.quantity(name).interval()[1]
-        assert str(result.quantity(name)).endswith(
-            f"(no score: at most {limit:.2g} {result.quantity(name).unit})"
-        )
-    # Rule of three: 3.0 histories of power 1 W / 1000 (Poisson's 95 % limit of none).
+        assert str(found).endswith(f"(no score: at most {found.interval()[1]:.2g} {found.unit})")
     assert result["speck"].flux_in.interval() == pytest.approx((0.0, -math.log(0.05) / 1000))
     (warning,) = result.warnings
-    assert warning.startswith(
-        "detector 'speck' and volume detector 'volume' have no score in 1000 particles: unknown, not 0."
-    )
+    words = "detector 'speck' and volume detector 'volume' have no score in 1000 particles: unknown, not 0."
+    assert warning.startswith(words)
+
+
+def test_equal_batches_are_bounded_and_an_exact_number_is_sound():
     beam = tp.Source(tp.Disk(radius=1.0), tp.Beam((0, 0, 1), power=1.0))
     target = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=2.0), "target")
-    alike = run(tp.Scene(beam, (), [target, tp.Detector(tp.Disk(radius=1.0), "lamp")]), 1000)
-    assert alike["target"].flux_in.reason == "every batch gave the same"
-    assert str(alike["target"].flux_in) == "1 W (every batch gave the same)"
-    assert alike.quality("target.flux_in").verdict == "bounded" and alike.warnings == []
-    assert alike["target"].flux_in.interval() == pytest.approx((1 - 0.003, 1 + 0.003), abs=1e-5)
-    assert alike.quality("lamp.flux_out").is_sound and alike["lamp"].flux_out.exact
+    result = run(tp.Scene(beam, (), [target, tp.Detector(tp.Disk(radius=1.0), "lamp")]), 1000)
+    found = result["target"].flux_in
+    assert found.reason == "every batch gave the same" and str(found) == "1 W (every batch gave the same)"
+    assert result.quality("target.flux_in").verdict == "bounded" and result.warnings == []
+    assert found.interval() == pytest.approx((1 - 0.003, 1 + 0.003), abs=1e-5)
+    quality = result.quality("lamp.flux_out")
+    assert quality.is_sound and result["lamp"].flux_out.exact and quality.relative_error == 0
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
