@@ -14,11 +14,11 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
+from tests.hard.slow import SLOW, quick
 from transport.engine import tally
 from transport.theory import attenuation, ordinates
 
 FALSE_ALARM = 1e-5
-SLOW = pytest.mark.slow
 CLEAR = tp.Transparent()
 DARK = tp.Medium(absorption=1.0)
 FORCED = tp.Tracking(forced=True)
@@ -118,18 +118,16 @@ def test_a_thin_slab_transmits_all(tau, tracking):
         assert result.ledger["absorbed"].value == pytest.approx(tau / 2, rel=1e-3)
 
 
+AT_LIMITS = [(1e4, 0.5, 0.0), (1e4, 0.9, 0.75), (1e4, 0.99, -0.5), (2.0, 1 - 1e-9, 0.0)]
+AT_LIMITS += [(2.0, 0.9, g) for g in (1e-15, -1e-15, 1e-300)]
+
+
 @trackings
-@pytest.mark.parametrize(
-    ("tau", "albedo", "g"),
-    [(1e4, 0.9, 0.75), (2.0, 1 - 1e-9, 0.0), (2.0, 0.9, 1e-300)]
-    + [
-        pytest.param(*case, marks=SLOW)
-        for case in ((1e4, 0.5, 0.0), (1e4, 0.99, -0.5), (2.0, 0.9, 1e-15), (2.0, 0.9, -1e-15))
-    ],
-)
-def test_slabs_at_their_limits_agree_with_discrete_ordinates(tau, albedo, g, tracking):
+@pytest.mark.parametrize("case", quick(AT_LIMITS, (1e4, 0.9, 0.75), (2.0, 1 - 1e-9, 0.0), (2.0, 0.9, 1e-300)))
+def test_slabs_at_their_limits_agree_with_discrete_ordinates(case, tracking):
     """Ten thousand mean free paths are a half space; an asymmetry of next to nothing is none; hardly any absorption is none."""
-    result = run(under_beam(slab(fog(tau, albedo, g))), tracking, 20_000 if tau > 1e3 else 50_000)
+    tau, albedo, g = case
+    result = run(under_beam(slab(fog(*case))), tracking, 20_000 if tau > 1e3 else 50_000)
     up, down = returned_and_passed(result)
     if tau > 1e3:
         assert_agrees(up, ordinates.half_space(albedo, ordinates.henyey_greenstein(g)).reflected, FALSE_ALARM)
@@ -222,13 +220,10 @@ LAYERED = {f"{n} layers": under_beam(layers(n)) for n in (1, 3, 20, 60)}
 LAYERED |= {f"{n} alike": under_beam(layers(n, are_alike=True)) for n in (3, 20, 60)}
 LAYERED |= {f"gaps of {gap:g}": under_beam(layers(3, gap)) for gap in (1e-3, 1e-9, 1e-12, 1e-14)}
 LAYERED |= {f"{offset:g} from the origin": far_slab(offset) for offset in (1e3, 1e6)}
-QUICK = ("20 layers", "gaps of 1e-12", "1e+06 from the origin")
 
 
 @trackings
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in QUICK else SLOW) for name in LAYERED]
-)
+@pytest.mark.parametrize("name", quick(LAYERED, "20 layers", "gaps of 1e-12", "1e+06 from the origin"))
 def test_layers_are_one_slab(name, tracking):
     assert_agree(returned_and_passed(run(LAYERED[name], tracking, 20_000)), VAN_DE_HULST)
 
@@ -263,7 +258,7 @@ def chord(low, high, start, way):
     return max(0.0, last - max(first, 0.0))
 
 
-@pytest.mark.parametrize("number", [*range(3), *(pytest.param(n, marks=SLOW) for n in range(3, 12))])
+@pytest.mark.parametrize("number", quick(range(12), 0, 1, 2))
 def test_beams_through_edges_and_corners_are_absorbed_by_their_chord(number):
     """Twenty beams at exact points of edges, twenty at corners, from within and from outside; no coordinate is round."""
     random = np.random.default_rng(number)
@@ -470,7 +465,7 @@ def through(tau, particles):
     return tp.simulate(under_beam(slab(DARK, tau), looks), particles=particles, seed=5, threads=1)
 
 
-@pytest.mark.parametrize("tau", [pytest.param(30.0, marks=SLOW), pytest.param(40.0, marks=SLOW), 45.0, 50.0])
+@pytest.mark.parametrize("tau", quick([30.0, 40.0, 45.0, 50.0], 45.0, 50.0))
 def test_faint_light_is_right_in_the_mean(tau):
     """A code that cuts off what is less than the unit reports 0 beyond 44 mean free paths, with a known error."""
     exact, result = math.exp(-tau), through(tau, 200_000)
@@ -517,11 +512,11 @@ def milk(mfp, lamp=1.0):
 
 @by_weight_or_chance
 @pytest.mark.parametrize(
-    ("mfp", "lamp"), [(1e-9, 1.0), (1e-6, 1e3), *(pytest.param(mfp, 1.0, marks=SLOW) for mfp in (1e-3, 1e-6))]
+    "lengths", quick([(1e-3, 1.0), (1e-6, 1.0), (1e-9, 1.0), (1e-6, 1e3)], (1e-9, 1.0), (1e-6, 1e3))
 )
-def test_dense_media_reflect_as_a_half_space(mfp, lamp, tracking):
+def test_dense_media_reflect_as_a_half_space(lengths, tracking):
     """A code that goes on without digits reports 0.008 for 0.415 of milk under the sun at its true distance."""
-    result = tp.simulate(milk(mfp, lamp), particles=200_000, seed=2, threads=1, tracking=tracking)
+    result = tp.simulate(milk(*lengths), particles=200_000, seed=2, threads=1, tracking=tracking)
     assert_agrees(result["up"].flux_out, ordinates.half_space(0.9, mu0=1.0).reflected, 1e-4)
     assert result.ledger["lost"].value == 0
 
