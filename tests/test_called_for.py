@@ -3,7 +3,7 @@
 import pytest
 
 import transport as tp
-from transport.cli.effects.passes import effects_of
+from transport.analysis.effects import effects_of
 
 LIGHT = tp.Lambertian(power=1.0)
 

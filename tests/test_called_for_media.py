@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.cli.effects.passes import effects_of
+from transport.analysis.effects import effects_of
 from transport.compile.compiler import compile_scene
 from transport.engine.passes import (
     bank,

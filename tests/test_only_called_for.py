@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 from numba import config
 
-from transport.cli.effects.compile_times import library_copy
-from transport.cli.effects.costs import base_name, footprint_of
-from transport.cli.effects.passes import effects_of
-from transport.cli.effects.prices import ADDITIONS, base_room, with_addition
-from transport.cli.effects.treatment import treatment_of
+from tests.bench.cold import library_copy
+from tests.bench.prices import ADDITIONS, base_room, with_addition
+from transport.analysis.effects import base_name, effects_of, footprint_of, treatment_of
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import compile_program, run_batch

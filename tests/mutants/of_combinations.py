@@ -3,7 +3,7 @@
 from tests.mutants.fault import Fault
 
 AIMED = "test_aimed_in_time::test_the_fluence_of_an_aimed_flash_is_on_the_way_that_it_has_flown"
-FADES = "test_volume_in_media::test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one"
+FADES = "detectors/test_volume_detectors::test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one"
 SEEN = "test_azimuths::test_a_lamp_is_seen_at_its_own_azimuth"
 SHARP = "test_sharp_laws::test_every_row_agrees_with_its_closed_form"
 DENSITY = "test_sampling::test_densities_of_phase_functions_in_the_engine_are_those_of_theory"
@@ -116,21 +116,21 @@ FAULTS = (
         "math.pi * (b - a) * (a + b), np",
         "math.pi * (b - a) * (b + b), np",
         "rings whose area is that of their outer edge",
-        ("test_volume_rings::test_the_rings_add_up_to_the_whole",),
+        ("detectors/test_volume_detectors::test_the_rings_add_up_to_the_whole",),
     ),
     Fault(
         CELLS,
         "(-half_chord(radii[ring], q) - across)",
         "(-half_chord(radii[ring - 1], q) - across)",
         "rays that go on to the wrong ring on their way to the axis",
-        ("test_volume_rings::test_paths_through_rings_are_exact",),
+        ("detectors/test_volume_detectors::test_paths_through_rings_are_exact",),
     ),
     Fault(
         CELLS,
         "        leaves = leaves if q <= radius else -math.inf\n",
         "",
         "rays beside a cylinder, along its axis, that count as inside",
-        ("test_volume_rings::test_a_ray_along_the_axis_stays_in_its_ring",),
+        ("detectors/test_volume_detectors::test_a_ray_along_the_axis_stays_in_its_ring",),
     ),
     Fault(
         CELLS,
@@ -144,7 +144,9 @@ FAULTS = (
         "m = number_along(b.z[k] - table.cz, table.per_z, table.nz)\n            keep",
         "m = number_along(b.z[k] - table.cz, table.per_z, table.ny)\n            keep",
         "the number of voxels along y for that along z, where collisions are counted",
-        ("test_volume_in_media::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",),
+        (
+            "detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",
+        ),
     ),
     Fault(
         "engine/passes/variance_reduction.py",
@@ -158,7 +160,7 @@ FAULTS = (
         "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.copy_path[k])",
         "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.copy_path[k])",
         "forced copies that roulette compares with the whole history",
-        ("test_forced_flights::test_what_was_forced_is_not_rouletted_for_being_light",),
+        ("engine/test_flight_passes::test_forced_copies_are_not_killed_by_roulette_for_their_small_weight",),
     ),
     Fault(
         "engine/passes/emission.py",

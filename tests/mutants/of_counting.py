@@ -67,14 +67,14 @@ FAULTS = (
         "    return high, int64((scaled - float64(high)) * 2147483648.0)\n\n\n@device\ndef limbs_of_loss",
         "    return high, int64(0)\n\n\n@device\ndef limbs_of_loss",
         "sums of weights rounded to 2^-32",
-        ("hard/test_faint::test_the_ledger_keeps_every_unit_of_a_weight",),
+        ("hard/test_hard_media::test_the_energy_balance_keeps_every_unit_of_a_weight",),
     ),
     Fault(
         SUMS,
         "int64(rest + (chance if weight < FAINT else 0.0))",
         "int64(rest)",
         "faint weights cut off, which biases their sum",
-        ("hard/test_faint",),
+        ("hard/test_hard_media::test_chance_rounds_up_only_what_is_less_than_a_unit",),
     ),
     Fault(
         SUMS,
@@ -159,21 +159,23 @@ FAULTS = (
         "near = start if start > -half else -half",
         "near = -half",
         "ways in a ball counted from before the flight's start",
-        ("test_volume_in_vacuum",),
+        ("detectors/test_volume_detectors::test_a_flight_that_begins_within_counts_from_where_it_begins",),
     ),
     Fault(
         "engine/passes/volumes.py",
         "return -less / depth if depth > 0.0 else 1.0, less",
         "return 1.0 + less, less",
         "the weight at the end of a way for its mean along it",
-        ("test_volume_in_media",),
+        ("detectors/test_volume_detectors::test_a_beam_fades_in_each_cell_by_the_exact_integral",),
     ),
     Fault(
         "engine/passes/volume_cells.py",
         "score_part(b, table, k, number, bin, length, weight, fade, keep)\n            t = face\n",
         "score_part(b, table, k, number, bin, length, weight, fade, keep)\n",
         "ways through cells counted twice",
-        ("test_volume_in_vacuum",),
+        (
+            "detectors/test_volume_detectors::test_in_a_uniform_field_the_fluence_rate_is_4_pi_radiance_in_each_cell",
+        ),
     ),
     Fault(
         "engine/passes/voxels.py",

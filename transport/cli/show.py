@@ -11,12 +11,10 @@ from typing import Annotated
 import typer
 
 from transport.analysis.tracks import Tracks, tracks
-from transport.cli.console import print_json, print_rich
-from transport.cli.effects.treatment import experiment_treatment
 from transport.cli.gallery import GallerySettings, build_gallery
 from transport.cli.options import Json, Seed, Set, Sim, Threads, named_values, whole_number
-from transport.cli.printout import print_pictures
-from transport.cli.run import checked_experiment, draw_to
+from transport.cli.output import print_json, print_pictures, print_rich
+from transport.cli.run import checked_experiment, draw_to, experiment_treatment
 from transport.results.result import Result
 from transport.scene.scene import Scene
 from transport.simulate import simulate
@@ -286,7 +284,7 @@ def view(
         print_rich(seen.title, style="bold")
         if seen.note:
             print_rich(f"{'tracks':<12}{seen.note}")
-        print_pictures(paths, "", quiet=False)
+        print_pictures(paths, "")
 
 
 def gallery(
