@@ -88,7 +88,7 @@ FAULTS = (
         "4194304.0 + chance))",
         "4194304.0))",
         "fluence rates always rounded down",
-        ("hard/test_extremes::test_fluence_of_a_steady_grazing_beam_is_not_rounded_away",),
+        ("hard/test_hard_numbers::test_fluence_of_a_steady_grazing_beam_is_not_rounded_away",),
     ),
     Fault(
         "engine/passes/mis.py",

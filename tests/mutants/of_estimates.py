@@ -89,7 +89,7 @@ FAULTS = (
         "detectors[a:b, 0] * HIGH_UNIT + detectors[a:b, 1] * LOW_UNIT",
         "detectors[a:b, 0].astype(np.float32) * np.float32(HIGH_UNIT) + detectors[a:b, 1] * LOW_UNIT",
         "sums in single precision",
-        ("hard/test_cases::test_it_is_right_where_the_naive_way_is_not",),
+        ("hard/test_hard_numbers::test_a_hard_case_is_right_where_the_naive_way_is_not",),
     ),
     Fault(
         "statistics/batches.py",

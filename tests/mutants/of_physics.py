@@ -6,7 +6,7 @@ COSINE = "physics/directions.py"
 SCATTER = "physics/scattering.py"
 SIGHT = "physics/sight.py"
 RANDOM = "physics/streams.py"
-LAWS_OF_SIGHT = "hard/test_points::test_detours_follow_their_law"
+LAWS_OF_SIGHT = "hard/test_hard_points::test_detours_follow_their_law"
 
 FAULTS = (
     Fault(
@@ -259,7 +259,7 @@ FAULTS = (
         "+ a_high * b_low + a_low * b_high) + a_low * b_low",
         "+ a_high * b_low + a_low * b_high)",
         "an edge's side told by products that are not exact",
-        ("hard/test_meshes::test_the_side_of_an_edge_is_exact_and_opposite_from_its_other_facet",),
+        ("hard/test_hard_meshes::test_the_side_of_an_edge_is_exact_and_opposite_from_its_other_facet",),
     ),
     Fault(
         "physics/quantiles.py",
