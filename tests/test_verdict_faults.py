@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 import transport as tp
+from tests.detectors.test_surface_detectors import METER, flat_beam
 from tests.test_choosing import AIMED, ANALOG, fake_run, one, pilots_of, scene
 from tests.test_findings import EYE, PANEL, disk_lamp, estimate, lamp_before_a_reflector, mirror, run
-from tests.test_grazing import METER, flat_beam
 from tests.test_quality import quality_of_draws
 from transport.compile.methods import Method
 from transport.results.choice import Pilot
