@@ -11,21 +11,27 @@ FAULTS = (
         "return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)",
         "return min(int64(abs(mu) * float64(cells)), cells - 1)",
         "bins of cosine that are one off",
-        ("test_bins_at_edges",),
+        (
+            "detectors/test_surface_detectors::test_a_ray_straight_along_the_normal_is_in_the_outermost_bin_of_cosine",
+        ),
     ),
     Fault(
         "engine/passes/detectors.py",
         "return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)",
         "return 1 + int64(abs(mu) * float64(cells))",
         "no clamp for a ray straight along the normal",
-        ("test_bins_at_edges",),
+        (
+            "detectors/test_surface_detectors::test_a_ray_straight_along_the_normal_is_in_the_outermost_bin_of_cosine",
+        ),
     ),
     Fault(
         "engine/passes/detectors.py",
         "return (-mu if word & layout.DETECTOR_BACK else mu) if covered else 0.0",
         "return mu if covered else 0.0",
         "a meter's front for its back",
-        ("test_which_side",),
+        (
+            "detectors/test_surface_detectors::test_what_meets_the_side_looked_at_arrives_and_what_comes_from_behind_leaves",
+        ),
     ),
     Fault(
         "engine/passes/detectors.py",
@@ -39,7 +45,9 @@ FAULTS = (
         "add_long(row, weight * abs(b.mu[k]) * momentum)",
         "add_long(row, weight * momentum)",
         "the momentum of a particle for its part along the normal",
-        ("test_fields_at_meters",),
+        (
+            "detectors/test_surface_detectors::test_light_from_all_sides_has_its_fluence_and_presses_with_a_third_of_its_energy_density",
+        ),
     ),
     Fault(
         "engine/passes/paths.py",
@@ -81,7 +89,9 @@ FAULTS = (
         "else 2.0 / GRAZING_CUT",
         "else 1.0 / GRAZING_CUT",
         "half of the fluence that grazing light brings",
-        ("test_fields_at_meters",),
+        (
+            "detectors/test_surface_detectors::test_a_crossing_brings_one_over_its_cosine_and_beyond_the_grazing_cut_its_mean",
+        ),
     ),
     Fault(
         SUMS,
@@ -109,35 +119,39 @@ FAULTS = (
         "b.score[k] = b.weight[k] * density / (r * r) if r > 0.0 else 0.0",
         "b.score[k] = b.weight[k] * density / r if r > 0.0 else 0.0",
         "light that falls as 1/r",
-        ("test_point_straight::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",),
+        (
+            "detectors/test_point_detectors::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",
+        ),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
         "side = 1.0 if b.mu[k] > 0.0 else -1.0",
         "side = 1.0",
         "walls that light points only from their front",
-        ("test_point_straight::test_in_a_diffuse_ball_the_walls_radiosity_adds_up",),
+        ("detectors/test_point_detectors::test_in_a_diffuse_ball_the_walls_radiosity_adds_up",),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
         "sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0",
         "sigma_s = 1.0 / mfp if mfp < math.inf else -1.0",
         "extinction for scattering where flights light a point",
-        ("test_point_scattered::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",),
+        (
+            "detectors/test_point_detectors::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",
+        ),
     ),
     Fault(
         "engine/passes/once_more_collided.py",
         "PI_CUBED / r if r > 0.0 else 0.0",
         "PI_CUBED if r > 0.0 else 0.0",
         "detours without their density's factor",
-        ("test_point_scattered::test_a_point_source_in_fog_against_its_transform",),
+        ("detectors/test_point_detectors::test_a_point_source_in_fog_against_its_transform",),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
         "depth = (b.sigma_a[k] + 1.0 / b.mfp[k]) * (b.distance[k] - b.start[k])",
         "depth = b.sigma_a[k] * (b.distance[k] - b.start[k])",
         "shadow rays that scattering does not dim",
-        ("test_point_scattered::test_a_point_source_in_fog_against_its_transform",),
+        ("detectors/test_point_detectors::test_a_point_source_in_fog_against_its_transform",),
     ),
     Fault(
         "engine/passes/backward.py",
@@ -182,7 +196,7 @@ FAULTS = (
         "depth += here * (stop - t) if stop > t else 0.0",
         "depth += here * (leaves - t) if stop > t else 0.0",
         "optical depth beyond the end of a flight",
-        ("test_point_straight::test_a_grid_dims_voxel_by_voxel",),
+        ("detectors/test_point_detectors::test_a_grid_dims_voxel_by_voxel",),
     ),
     Fault(
         "engine/passes/snapshots.py",
@@ -197,8 +211,8 @@ FAULTS = (
         "value = b.uz[k]",
         "arrivals binned by where they fly to instead of where they come from",
         (
-            "test_bins_at_edges",
-            "test_fields_at_meters",
+            "detectors/test_surface_detectors::test_a_ray_straight_along_the_normal_is_in_the_outermost_bin_of_cosine",
+            "detectors/test_surface_detectors::test_light_from_below_is_in_the_worlds_lower_bins_of_a_ball",
         ),
     ),
     Fault(
@@ -206,13 +220,15 @@ FAULTS = (
         "found += half if value >= bounds[found + half] else 0",
         "found += half if value > bounds[found + half] else 0",
         "an edge that belongs to the bin below it",
-        ("test_bins_at_edges",),
+        (
+            "detectors/test_surface_detectors::test_a_ray_on_the_edge_between_two_bins_of_place_is_in_the_upper_one",
+        ),
     ),
     Fault(
         "engine/passes/detector_bins.py",
         "u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI",
         "u, v = math.sqrt(u * u + v * v), azimuth_turn(v, u) * TWO_PI",
         "azimuths on a disk from the wrong axis",
-        ("test_bins_at_edges",),
+        ("detectors/test_surface_detectors::test_azimuths_on_a_disk_run_from_its_own_e_u_to_e_v",),
     ),
 )

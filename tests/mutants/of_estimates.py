@@ -131,21 +131,25 @@ FAULTS = (
         "np.diff(binned[0].edges ** 4) / 4.0",
         "np.diff(binned[0].edges ** 3) / 3.0",
         "phase density without the speed of what crosses",
-        ("test_fields_at_meters",),
+        ("detectors/test_surface_detectors::test_phase_density_is_flux_over_what_crosses_of_it",),
     ),
     Fault(
         READINGS,
         '("slant in", "slant out")',
         '("slant in",)',
         "fluence of one direction of crossing only",
-        ("test_fields_at_meters",),
+        (
+            "detectors/test_surface_detectors::test_a_crossing_brings_one_over_its_cosine_and_beyond_the_grazing_cut_its_mean",
+        ),
     ),
     Fault(
         READINGS,
         '("momentum in", "momentum out"),',
         '("momentum in",),',
         "no recoil",
-        ("test_fields_at_meters",),
+        (
+            "detectors/test_surface_detectors::test_light_from_all_sides_has_its_fluence_and_presses_with_a_third_of_its_energy_density",
+        ),
     ),
     Fault(
         "results/solid_angles.py",
@@ -161,7 +165,7 @@ FAULTS = (
         "return plain, plain / 4.0",
         "return plain, plain / 2.0",
         "a sphere's mean cosine over its lit half only",
-        ("test_fields_at_meters",),
+        ("detectors/test_surface_detectors::test_light_from_below_is_in_the_worlds_lower_bins_of_a_ball",),
     ),
     Fault(
         "results/volumes.py",
@@ -177,7 +181,9 @@ FAULTS = (
         "Measure(self.plan.space.size**2,",
         "Measure(self.plan.space.size,",
         "fluence per length instead of per area",
-        ("test_point_straight::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",),
+        (
+            "detectors/test_point_detectors::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",
+        ),
     ),
     Fault(
         "results/backward.py",
@@ -247,7 +253,9 @@ FAULTS = (
         "(np.arange(POINT_ROWS) - POINT_MIDDLE + 1)",
         "(np.arange(POINT_ROWS) - POINT_MIDDLE)",
         "scores of a point one row of exponents off",
-        ("test_point_straight::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",),
+        (
+            "detectors/test_point_detectors::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",
+        ),
     ),
     Fault(
         MEDIA,
@@ -275,7 +283,9 @@ FAULTS = (
         "face.area * max(0.0, side * dot(face.normal, source.emission.direction))",
         "face.area * abs(side * dot(face.normal, source.emission.direction))",
         "a beam that also leaves from the far side of a box",
-        ("test_which_side",),
+        (
+            "detectors/test_surface_detectors::test_a_beam_leaves_a_box_by_the_faces_that_look_along_it_and_none_of_it_is_within",
+        ),
     ),
     Fault(
         EMITTERS,

@@ -161,7 +161,9 @@ FAULTS = (
         "return place if place < end else end, TWO_PI * turn / d",
         "return place if place < end else end, 0.5 * TWO_PI * turn / d",
         "half of the angle that a flight is seen under",
-        ("test_point_scattered::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",),
+        (
+            "detectors/test_point_detectors::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",
+        ),
     ),
     Fault(
         SIGHT,
@@ -175,7 +177,7 @@ FAULTS = (
         "(1.0 + a) / (chord * math.sqrt(chord))",
         "(1.0 + a) / chord",
         "Henyey and Greenstein's density without the root",
-        ("test_point_scattered::test_light_scattered_once_from_a_pencil_beam",),
+        ("detectors/test_point_detectors::test_light_scattered_once_from_a_pencil_beam",),
     ),
     Fault(
         "physics/sobol.py",
