@@ -15,7 +15,6 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 
 from transport import EstimateArray
-from transport.io.html.maps import TOP_DOWN_AXES, VERTICAL_AXES, azimuth_note, has_azimuth_to_the_left
 from transport.results.tally import Tally
 from transport.statistics.axes import axis_places, axis_symbol, axis_unit
 from transport.validation import short_repr
@@ -173,6 +172,24 @@ def _draw_line(axes: Axes, array: EstimateArray, along: Along, label: str, decad
 
 
 # ---- Two axes: those of direction and of an image stand upright, others lie.
+
+
+VERTICAL_AXES = ("mu", "theta", "v")  # vertical axes if they come first; all others are horizontal
+TOP_DOWN_AXES = ("theta",)  # axes with their small end on top: the zenith
+POLAR_AXES = ("mu", "theta")  # of a map of directions beside an azimuth, which grows to the left
+
+
+def has_azimuth_to_the_left(names: tuple[str, str]) -> bool:
+    """Return whether it is a map of directions, by polar angle and azimuth."""
+    return names[0] in POLAR_AXES and names[1] == "phi"
+
+
+def azimuth_note(names: tuple[str, str]) -> str:
+    """Return what follows the label of the azimuth of a map with the zenith on top.
+
+    With bins of mu it is empty: they may be directions of flight, as in a volume.
+    """
+    return ", seen from inside" if names == ("theta", "phi") else ""
 
 
 class MapLayout(NamedTuple):
