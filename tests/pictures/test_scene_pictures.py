@@ -389,6 +389,7 @@ def test_scene_room(check):
     check(tp.Scene(lamp, walls + balls, looks), particles=200_000)
 
 
+@pytest.mark.slow
 def test_scene_maps(check):
     """Maps by place on a cylinder, a zone of a sphere and a tilted floor, lit by a point from one side."""
     lamp = tp.Source(tp.Point(position=(-2.0, -2.5, 3.0)), tp.Isotropic(power=100.0))
