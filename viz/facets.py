@@ -324,7 +324,7 @@ def polyline(points: np.ndarray) -> pyvista.PolyData:
 
 def _edges(facets: Facets) -> pyvista.PolyData:
     """Edges of only one facet, and between facets that meet at an angle."""
-    drawn = as_polydata(facets).clean(tolerance=1e-9)
+    drawn = as_polydata(facets).clean(tolerance=1e-9, absolute=False)
     return drawn.extract_feature_edges(feature_angle=SHARP, manifold_edges=False, non_manifold_edges=True)
 
 

@@ -71,6 +71,19 @@ def test_facets_have_the_areas_the_normals_and_the_outline_of_the_shape(shape, p
         assert math.isclose(drawn, length, rel_tol=ROUNDED)
 
 
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e11])
+def test_outlines_know_no_unit_of_length(scale):
+    shapes = {
+        tp.Sphere(center=(3 * scale, 0, 0), radius=scale): 3 * TURN,
+        tp.Box(center=(0, 9 * scale, 0), size=scale): 12,
+        tp.Mesh.box(size=scale): 12,
+        tp.Cone(radius=scale, top_radius=0, height=scale): TURN + 4 * math.sqrt(2),
+    }
+    for shape, length in shapes.items():
+        drawn = outline(shape).compute_cell_sizes()["Length"].sum() / scale
+        assert math.isclose(drawn, length, rel_tol=ROUNDED)
+
+
 def test_a_plane_is_cut_to_the_box():
     """The plane x + y + z = 0 meets the cube in a hexagon with sides of sqrt 2; a slab leaves two squares."""
     hexagon = facets_of(tp.Plane(normal=(1, 1, 1)), bounds=CUBE)
