@@ -120,11 +120,11 @@ def box_facets(bounds: Bounds) -> Facets:
     return _plain(np.array(list(itertools.product(*zip(*bounds, strict=True)))), BOX_FACES)
 
 
-def half_box(plane: Plane, bounds: Bounds, is_behind: bool = True) -> Facets:
-    """The part of a box's faces behind a plane, or before it, as triangles."""
-    normal = np.array(plane.normal) * (1 if is_behind else -1)
+def half_box(plane: Plane, bounds: Bounds) -> Facets:
+    """The part of a box's faces behind a plane, as triangles."""
     box = box_facets(bounds)
-    return joined([_polygon(_clip(box.points[face], normal, plane.center)) for face in box.faces])
+    rims = [_clip(box.points[face], np.array(plane.normal), plane.center) for face in box.faces]
+    return joined([_polygon(rim) for rim in rims])
 
 
 def cell_cuts(shape: Shape, edges: dict[str, np.ndarray], brightest: int) -> Facets:
@@ -324,7 +324,7 @@ def polyline(points: np.ndarray) -> pyvista.PolyData:
 
 def _edges(facets: Facets) -> pyvista.PolyData:
     """Edges of only one facet, and between facets that meet at an angle."""
-    drawn = as_polydata(facets).clean(tolerance=1e-9)
+    drawn = as_polydata(facets).clean(tolerance=1e-9, absolute=False)
     return drawn.extract_feature_edges(feature_angle=SHARP, manifold_edges=False, non_manifold_edges=True)
 
 

@@ -72,12 +72,13 @@ def add_lobe(
     if size is None:
         size = LOBE_SHARE * float(np.linalg.norm(np.diff(np.reshape(plotter.bounds, (3, 2)))))
     drawn = lobe(bins, place, frame, size)
-    scale = style.linear(bins.value)
-    look = {"cmap": style.ON_SURFACES, "clim": (0.0, scale.high if scale else 1.0), "lighting": False}
-    actor = plotter.add_mesh(drawn, scalars="radiance", opacity=0.92, show_scalar_bar=False, **look)
+    scale = style.linear(bins.value) or style.Scale(0.0, 1.0, (), False)
+    actor = style.add_coloured(
+        plotter, drawn, drawn.cell_data["radiance"], scale, style.ON_SURFACES, opacity=0.92
+    )
     wire = hemisphere(place, frame, size)
     plotter.add_mesh(wire, color=style.FAINT, opacity=0.45, line_width=1.0, lighting=False)
-    if bar and scale:
+    if bar and scale.marks:
         title = rf"$L\;[{unit_label(bins.unit).strip('$')}]$"
         style.add_bar(plotter, actor, title, scale, (0.035, 0.40), 0.4)
     return drawn

@@ -63,23 +63,17 @@ class Flying(NamedTuple):
         inside = inside.all(axis=tuple(range(1, inside.ndim)))
         return Flying(*(values[inside] for values in self))
 
-    def drawn(self, colour: str) -> pv.PolyData:
-        """Return points or lines with what colours them: the cosine to +z, or the decimal logarithm of the weight."""
+    def values(self, colour: str) -> np.ndarray:
+        """The cosine to +z, or the weight."""
+        return self.directions[:, 2] if colour == "direction" else self.weights
+
+    def drawn(self) -> pv.PolyData:
+        """Return them as points or lines."""
         import pyvista as pv
 
-        is_line = self.places.ndim == 3
-        made = (
-            segments(self.places)
-            if is_line
-            else pv.PolyData(self.places)
-            if len(self.places)
-            else pv.PolyData()
-        )
-        values = (
-            self.directions[:, 2] if colour == "direction" else np.log10(np.maximum(self.weights, 1e-300))
-        )
-        (made.cell_data if is_line else made.point_data)["colour"] = values
-        return made
+        if self.places.ndim == 3:
+            return segments(self.places)
+        return pv.PolyData(self.places) if len(self.places) else pv.PolyData()
 
 
 class Instant(NamedTuple):
@@ -266,7 +260,8 @@ def _pictures(
     """Pictures of each instant, (height, width, 3) of 0 to 255."""
     plotter.render_window.SetMultiSamples(SAMPLES_PER_PIXEL)
     _make_transparent(plotter)
-    heads, tails = _add_particles(plotter, colour, instants)
+    scale = _scale(colour, instants)
+    mappers = _add_particles(plotter, colour, scale, max(len(each.heads.places) for each in instants))
     if title:
         style.write(plotter, title, (0.022, 0.93), 18 if len(title) < LONG_TITLE else 14)
     label = style.write(plotter, " ", (0.022, 0.07), 17)
@@ -274,8 +269,10 @@ def _pictures(
     time_text = clock_text(clock, max(instant.seconds for instant in instants))
     pictures = []
     for each in instants:
-        heads.SetInputData(each.heads.drawn(colour))
-        tails.SetInputData(each.tails.drawn(colour))
+        for mapper, flying in zip(mappers, (each.heads, each.tails), strict=True):
+            mesh = flying.drawn()
+            mesh.cell_data["shown"] = scale.of(flying.values(colour))
+            mapper.SetInputData(mesh)
         label.SetInput(f"{time_text(each.seconds)}   ·   {len(each.heads.places)} particles")
         plotter.render()
         pictures.append(plotter.screenshot(return_img=True))
@@ -292,25 +289,28 @@ def _make_transparent(plotter: pv.Plotter) -> None:
             look.SetScalarOpacityUnitDistance(look.GetScalarOpacityUnitDistance() / WALL_OPACITY)
 
 
-def _add_particles(plotter: pv.Plotter, colour: str, instants: list[Instant]) -> tuple[object, object]:
-    """Return the mappers of heads and tails, whose colours are the same in all frames."""
+def _scale(colour: str, instants: list[Instant]) -> style.Scale:
+    """One scale for all frames: of cosines, or decades of weights with the brightest at the top."""
     if colour == "direction":
-        scale = style.Scale(-1.0, 1.0, ((-1.0, "−1"), (0.0, "0"), (1.0, "1")), False)
-    else:
-        weights = np.concatenate([each.heads.weights for each in instants])
-        top = weights.max(initial=0.0) or 1.0
-        scale = style.decades(np.append(weights, [top, top / 10]))  # so that the brightest is at the top
+        return style.Scale(-1.0, 1.0, ((-1.0, "−1"), (0.0, "0"), (1.0, "1")), False)
+    weights = np.concatenate([each.heads.weights for each in instants])
+    top = weights.max(initial=0.0) or 1.0
+    return style.decades(np.append(weights, [top, top / 10]))
+
+
+def _add_particles(plotter: pv.Plotter, colour: str, scale: style.Scale, count: int) -> list[object]:
+    """Return the mappers of heads and tails; frames give them their data."""
     colours, title = COLOURS[colour]
-    look = {"scalars": "colour", "cmap": colours, "clim": (scale.low, scale.high), "reset_camera": False}
-    look |= {"lighting": False, "show_scalar_bar": False}
-    some = Flying(np.zeros((1, 2, 3)), np.ones((1, 3)), np.ones(1))
-    many = max(len(each.heads.places) for each in instants) > MANY
-    dots = {"point_size": 3, "opacity": 0.8} if many else {"point_size": 4, "opacity": 0.9}
-    points = some._replace(places=some.places[:, 0]).drawn(colour)
-    heads = plotter.add_mesh(points, style="points", **dots, **look)
-    tails = plotter.add_mesh(some.drawn(colour), line_width=1.3, opacity=0.45, **look)
+    dots = {"point_size": 3, "opacity": 0.8} if count > MANY else {"point_size": 4, "opacity": 0.9}
+    heads, tails = (
+        style.add_coloured(plotter, mesh, np.ones(1), scale, colours, reset_camera=False, **look)
+        for mesh, look in (
+            (NO_TAILS._replace(places=np.zeros((1, 3))).drawn(), {"style": "points"} | dots),
+            (NO_TAILS._replace(places=np.zeros((1, 2, 3))).drawn(), {"line_width": 1.3, "opacity": 0.45}),
+        )
+    )
     style.add_bar(plotter, heads, title, scale, (0.82, 0.28), 0.45)
-    return heads.mapper, tails.mapper
+    return [heads.mapper, tails.mapper]
 
 
 def clock_text(name: str, longest: float):

@@ -365,18 +365,16 @@ def _is_small(part: Part) -> bool:
 
 def _paint(plotter: pyvista.Plotter, part: Part, scale: style.Scale) -> object:
     """Colour a part by what was read; cells of few hits are grey."""
-    drawn, paint = part.drawn(), part.paint
-    values = scale.of(np.where(paint.is_known, paint.values, np.nan))
-    drawn.cell_data["shown"] = np.append(values, np.nan)[part.facets.bins]
-    return plotter.add_mesh(
+    paint, drawn = part.paint, part.drawn()
+    values = np.append(np.where(paint.is_known, paint.values, np.nan), np.nan)[part.facets.bins]
+    return style.add_coloured(
+        plotter,
         lifted(drawn, part, 1) if part.kind == "detector" else drawn,
-        scalars="shown",
-        cmap=style.IN_VOLUMES if part.kind == "cells" else style.ON_SURFACES,
-        clim=(scale.low, scale.high),
-        nan_color=style.UNKNOWN,
+        values,
+        scale,
+        style.IN_VOLUMES if part.kind == "cells" else style.ON_SURFACES,
         culling=CULLED[part.seen_from],
         opacity=part.opacity,
-        **FLAT_LOOK,
     )
 
 
@@ -534,16 +532,12 @@ def add_tracks(plotter: pyvista.Plotter, tracks: Tracks, bounds: Bounds, has_bar
         return
     count = len(np.unique(lines.cell_data["history"]))
     opacity = float(np.clip(MAX_OPACITY * (OPAQUE_TRACKS / count) ** 0.6, MIN_OPACITY, MAX_OPACITY))
-    look = {"opacity": opacity, "line_width": 1.2, "name": "tracks"} | FLAT_LOOK
-    colours = track_colours(lines)
-    if colours is None:
-        plotter.add_mesh(lines, color=style.TRACK, **look)
+    look = {"opacity": opacity, "line_width": 1.2, "name": "tracks"}
+    if (colours := track_colours(lines)) is None:
+        plotter.add_mesh(lines, color=style.TRACK, lighting=False, **look)
         return
     name, scale = colours
-    lines.cell_data["shown"] = scale.of(lines.cell_data[name])
-    actor = plotter.add_mesh(
-        lines, scalars="shown", cmap=style.ON_TRACKS, clim=(scale.low, scale.high), **look
-    )
+    actor = style.add_coloured(plotter, lines, lines.cell_data[name], scale, style.ON_TRACKS, **look)
     title = r"$\mathrm{weight}$" if name == "weight" else r"$\mathrm{age}\;[\mathrm{m}]$"
     place, height = ((0.91, 0.07), 0.19) if has_bars else ((0.91, 0.30), 0.4)
     style.add_bar(plotter, actor, title, scale, place, height)

@@ -152,6 +152,20 @@ def _width(plotter: pyvista.Plotter, style: vtkTextProperty, text: str) -> float
     return (box[1] - box[0] + 1) / window.GetSize()[0]
 
 
+def add_coloured(
+    plotter: pyvista.Plotter,
+    mesh: pyvista.PolyData,
+    values: np.ndarray,
+    scale: Scale,
+    colours: str,
+    **look: object,
+) -> object:
+    """Draw a mesh whose cells are coloured by values on a scale, grey where they have none; return the actor."""
+    mesh.cell_data["shown"] = scale.of(values)
+    look |= {"cmap": colours, "clim": (scale.low, scale.high), "nan_color": UNKNOWN, "lighting": False}
+    return plotter.add_mesh(mesh, scalars="shown", show_scalar_bar=False, **look)
+
+
 def add_bar(
     plotter: pyvista.Plotter,
     actor: object,

@@ -23,7 +23,7 @@ from transport.viz.scene import (
     track_lines,
 )
 from transport.viz.scene_camera import coarse_facets, hides, view_of
-from transport.viz.scene_parts import BACK, FRONT, NOWHERE, block_names, frame_of, is_hazed, parts_of
+from transport.viz.scene_parts import BACK, FRONT, NOWHERE, block_names, frame_of, parts_of
 from transport.viz.screen import has_screen, without_screen
 from transport.viz.wording import lengths_text
 
@@ -63,12 +63,8 @@ def plotter():
 
 
 INWARDS = [
-    tp.Surface(
-        tp.Rectangle(center=f.center, normal=[-x for x in f.normal], width=f.width, height=f.height),
-        tp.Black(),
-        name,
-    )
-    for name, f in ROOM.faces().items()
+    tp.Surface(replace(face, normal=[-x for x in face.normal]), tp.Black(), name)
+    for name, face in ROOM.faces().items()
 ]
 GLOW = tp.Lambertian(radiance=1.0)
 
@@ -98,25 +94,60 @@ def test_a_painted_wall_shows_the_side_of_its_detector():
     assert view_of(floor, frame, 1.5).position[2] > frame.middle[2]  # the lit side is above
 
 
-def test_blocks_hold_the_readings_and_the_caption_says_that_few_hits_are_grey():
-    scene = room(detectors=[FLOOR])
-    found, frame, result = drawn_of(scene, 300)
-    blocks = scene_blocks(scene, result, tp.tracks(scene, particles=20))
+def test_blocks_and_colours_are_what_was_read_and_few_hits_have_none():
+    scene = room(detectors=FLOOR)
+    found, _, result = drawn_of(scene, 300)
+    tracks, reading = tp.tracks(scene, particles=20), result["floor"]
+    blocks = scene_blocks(scene, result, tracks)
     names = {"surface -z back", "surface +x", "source source 0", "detector floor", "tracks"}
-    assert names <= set(blocks.keys())
-    floor, reading = blocks["surface -z back"], result["floor"]
-    columns = {
-        "irradiance": reading.irradiance.value,
-        "irradiance error": reading.irradiance.error,
+    assert names <= set(blocks.keys()) and len(set(block_names(found))) == len(found)
+    floor, read = blocks["surface -z back"], reading.irradiance
+    for name, column in {
+        "irradiance": read.value,
+        "irradiance error": read.error,
         "hits": reading.counts.value,
-    }
-    for name, column in columns.items():
+    }.items():
         np.testing.assert_array_equal(floor.cell_data[name], column.ravel())
     assert str(floor.field_data["unit"][0]) == "W m^-2"
-    assert 0 < (floor.cell_data["hits"] < 4).sum() < 64
-    assert len(set(block_names(found))) == len(found)
+    with without_screen():
+        plotter, _ = plot_unrendered(scene, result, tracks)
+        mappers = [each.mapper for each in plotter.actors.values() if isinstance(each, pyvista.Actor)]
+        coloured = [each for each in mappers if "shown" in each.dataset.cell_data]
+        assert list(plotter.scalar_bars.keys()) == [r"$E\;[\mathrm{W\,m^{-2}}]$", r"$\mathrm{weight}$"]
+        painted, weights = [np.array(each.dataset.cell_data["shown"]) for each in coloured]
+        for values, (low, high) in zip(
+            (painted, weights), (each.scalar_range for each in coloured), strict=True
+        ):
+            assert low == int(low) <= np.nanmin(values) and np.nanmax(values) <= high == int(high)
+        plotter.close()
+    known = reading.counts.value.ravel() >= 4
+    assert 0 < known.sum() < 64
+    np.testing.assert_allclose(
+        painted, np.where(known, np.log10(np.maximum(read.value.ravel(), 1e-99)), np.nan)
+    )
+    np.testing.assert_allclose(weights, np.log10(tracks.weights))
+
+
+FOGGY = tp.Surface(BALL, tp.Transparent(), "ball", inside=tp.Medium(scattering=1.0))
+SMALL = tp.Surface(tp.Sphere(center=(0, 0, 0.2), radius=0.1), tp.Black(), "ball")
+LARGE = tp.Surface(tp.Rectangle(width=1000, height=1000), tp.Black(), "floor")
+LIMITED = [tp.Detector("ball", "straight", events=0), tp.Detector("ball", "all", via="floor")]
+HAZE = "behind a haze"
+
+
+@pytest.mark.parametrize("scene, said, not_said", [
+    (room(detectors=FLOOR), ("500 histories", "fewer than 4 hits grey", "4 × 3 × 2 m"), (HAZE, "not drawn")),
+    (tp.Scene(LAMP, FOGGY, tp.Detector("ball", side="outside")), (), (HAZE,)),  # the paint is on its boundary
+    (tp.Scene(LAMP, FOGGY, tp.Detector(tp.Disk(center=(0, 0, 2), radius=1.0), "disk")), (HAZE,), ()),
+    (tp.Scene(LAMP, [SMALL, LARGE], LIMITED),
+     ("not drawn, far larger: floor", "of ball only what counts with events=(0, 0)"), ("grey",)),
+], ids=["few hits", "painted fog", "fog", "a large floor, limited detectors"])  # fmt: skip
+def test_the_caption_says_what_is_drawn_and_what_is_not(scene, said, not_said):
+    found, frame, result = drawn_of(scene, 500)
     words = caption_of(scene, result, None, found, frame)
-    assert all(each in words for each in ("300 histories", "fewer than 4 hits grey", "4 × 3 × 2 m"))
+    assert all(each in words for each in said) and not any(each in words for each in not_said)
+    with pytest.raises(ValueError, match="irradiance, exitance, fluence_rate, got 'net_flux_density'"):
+        parts_of(scene, frame, result, "net_flux_density")
 
 
 def test_cuts_show_each_cell_of_a_volume_where_it_lies():
@@ -142,18 +173,6 @@ def test_cuts_show_each_cell_of_a_volume_where_it_lies():
     lit = grid.find_containing_cell((0.1, 0.3, 0.5))
     np.testing.assert_allclose(grid.cell_data["fluence_rate"][lit], 12.0)
     assert {part.kind for part in drawn_of(scene, 20, quantity="irradiance")[0]} == {"detector", "source"}
-
-
-@pytest.mark.parametrize("detector, is_hazed_over", [
-    (tp.Detector("ball", side="outside"), False),
-    (tp.Detector(tp.Disk(center=(0, 0, 2), radius=1.0), "disk"), True),
-])  # fmt: skip
-def test_no_haze_lies_over_paint_on_its_boundary(detector, is_hazed_over):
-    ball = tp.Surface(BALL, tp.Transparent(), "ball", inside=tp.Medium(scattering=1.0))
-    scene = tp.Scene(LAMP, ball, detector)
-    found, frame, result = drawn_of(scene, 500)
-    assert [is_hazed(part, found) for part in found if part.kind == "medium"] == [is_hazed_over]
-    assert ("behind a haze" in caption_of(scene, result, None, found, frame)) == is_hazed_over
 
 
 @pytest.mark.parametrize("sides, words", [
@@ -197,16 +216,18 @@ def test_scales_end_at_whole_decades_and_mark_each(values, low, high, marks):
     np.testing.assert_allclose(scale.of(np.array([0.1, 10.0, 0.0, np.nan])), [-1, 1, np.nan, np.nan])
 
 
-@pytest.mark.parametrize("largest", [1.0, 1.2, 2.5, 7.1, 9.99, 1.01e-8])
-def test_a_linear_scale_reaches_the_largest_value(largest):
-    assert largest <= style.linear(np.array([0.1 * largest, largest])).high <= 2 * largest
-
-
-def test_scales_of_nothing_are_none_and_estimates_are_short():
+def test_a_linear_scale_reaches_the_largest_value_and_of_nothing_there_is_no_scale():
+    for largest in (1.0, 1.2, 2.5, 7.1, 9.99, 1.01e-8):
+        assert largest <= style.linear(np.array([0.1 * largest, largest])).high <= 2 * largest
     assert style.decades(np.zeros(3)) is style.linear(np.zeros(3)) is None
-    assert style.short_estimate("(1.5 ± 0.1) W m^-2 sr^-1") == "(1.5 ± 0.1) W m⁻² sr⁻¹"
-    unknown = "7.958 W m^-2 (error unknown: every batch gave the same)"
-    assert style.short_estimate(unknown) == "7.958 W m⁻² (error unknown)"
+
+
+@pytest.mark.parametrize("estimate, short", [
+    ("(1.5 ± 0.1) W m^-2 sr^-1", "(1.5 ± 0.1) W m⁻² sr⁻¹"),
+    ("7.958 W m^-2 (error unknown: every batch gave the same)", "7.958 W m⁻² (error unknown)"),
+])  # fmt: skip
+def test_estimates_are_short(estimate, short):
+    assert style.short_estimate(estimate) == short
 
 
 @pytest.mark.parametrize("across, marks, moves", [
@@ -299,27 +320,6 @@ def camera_at(scale):
     return (view.position - frame.middle) / frame.size
 
 
-def test_colours_are_logarithms_of_what_was_read_and_few_hits_have_none():
-    scene = room(detectors=FLOOR)
-    result, tracks = tp.simulate(scene, particles=300, seed=1, batches=4), tp.tracks(scene, particles=20)
-    with without_screen():
-        plotter, _ = plot_unrendered(scene, result, tracks)
-        mappers = [each.mapper for each in plotter.actors.values() if isinstance(each, pyvista.Actor)]
-        painted, lines = [each for each in mappers if "shown" in each.dataset.cell_data]
-        titles = list(plotter.scalar_bars.keys())
-        ranges = [each.scalar_range for each in (painted, lines)]
-        shown = [np.array(each.dataset.cell_data["shown"]) for each in (painted, lines)]
-        plotter.close()
-    value, hits = (np.ravel(getattr(result["floor"], name).value) for name in ("irradiance", "counts"))
-    expected = np.where(hits >= 4, np.log10(np.maximum(value, 1e-99)), np.nan)
-    np.testing.assert_allclose(shown[0], expected)
-    assert 0 < np.isnan(expected).sum() < 64
-    np.testing.assert_allclose(shown[1], np.log10(tracks.weights))
-    assert titles == [r"$E\;[\mathrm{W\,m^{-2}}]$", r"$\mathrm{weight}$"]
-    for values, (low, high) in zip(shown, ranges, strict=True):
-        assert low == int(low) <= np.nanmin(values) and np.nanmax(values) <= high == int(high)
-
-
 def test_a_detector_without_outline_has_its_name():
     detector = tp.Detector(tp.Mesh.sphere(radius=0.5), "ball", side="outside")
     ((part,), _, _) = drawn_of(tp.Scene(LAMP, detectors=detector), kind="detector")
@@ -335,21 +335,6 @@ def test_detectors_on_a_wall_are_drawn_off_it_on_their_side(side, sign):
     ((part,), _, _) = drawn_of(tp.Scene(LAMP, detectors=meter), kind="detector")
     away = lifted(part.drawn(), part, 1.0).points - part.drawn().points
     assert (sign * away @ np.array([1, 2, 3]) > 0).all()
-
-
-def test_the_caption_names_what_is_not_drawn_and_the_limits_of_detectors():
-    """A ball on a floor 3000 times its size; a detector that sees only what comes straight."""
-    lamp = tp.Source(tp.Point(position=(0, 0, 0.5)), tp.Isotropic(power=1.0))
-    ball = tp.Surface(tp.Sphere(center=(0, 0, 0.2), radius=0.1), tp.Black(), "ball")
-    floor = tp.Surface(tp.Rectangle(width=1000, height=1000), tp.Black(), "floor")
-    straight = tp.Detector("ball", "straight", events=0)
-    scene = tp.Scene(lamp, [ball, floor], [straight, tp.Detector("ball", "all", via="floor")])
-    found, frame, result = drawn_of(scene, 2000)
-    words = caption_of(scene, result, None, found, frame)
-    assert "not drawn, far larger: floor" in words
-    assert "of ball only what counts with events=(0, 0)" in words
-    with pytest.raises(ValueError, match="irradiance, exitance, fluence_rate, got 'net_flux_density'"):
-        parts_of(scene, frame, result, "net_flux_density")
 
 
 # ---- Four pictures against pictures that were looked at (tests/images), by the differences that pyvista allows.
@@ -373,34 +358,28 @@ def check(verify_image_cache):
 
 def test_scene_room(check):
     """A closed room seen into: the walls before the camera are looked through; a mirror ball, a glass one, a lamp."""
-    box = tp.Box(size=(4, 3, 2))
-    walls = [tp.Surface(face, tp.Diffuse(0.6), name) for name, face in box.faces().items()]
     balls = [
         tp.Surface(tp.Sphere(center=(0.9, 0.4, -0.6), radius=0.4), tp.Mirror(0.9), "mirror"),
         tp.Surface(tp.Sphere(center=(-0.8, -0.4, -0.5), radius=0.35), tp.Dielectric(1.5), "glass"),
     ]
-    lamp = tp.Source(
-        tp.Rectangle(center=(0, 0, 0.95), normal=(0, 0, -1), width=1, height=1), tp.Lambertian(power=10.0)
-    )
-    looks = [
-        tp.Detector(name, side="back", positions=tp.Positions(u=6, v=6))
-        for name in ("-z", "+y", "-x", "+x", "-y")
-    ]
-    check(tp.Scene(lamp, walls + balls, looks), particles=200_000)
+    walls = [tp.Surface(face, tp.Diffuse(0.6), name) for name, face in ROOM.faces().items()]
+    ceiling = tp.Rectangle(center=(0, 0, 0.95), normal=(0, 0, -1), width=1, height=1)
+    places = tp.Positions(u=6, v=6)
+    looks = [tp.Detector(name, side="back", positions=places) for name in ("-z", "+y", "-x", "+x", "-y")]
+    check(tp.Scene(tp.Source(ceiling, tp.Lambertian(power=10.0)), walls + balls, looks), particles=200_000)
 
 
+@pytest.mark.slow
 def test_scene_maps(check):
     """Maps by place on a cylinder, a zone of a sphere and a tilted floor, lit by a point from one side."""
     lamp = tp.Source(tp.Point(position=(-2.0, -2.5, 3.0)), tp.Isotropic(power=100.0))
-    floor = tp.Rectangle(normal=(0, -0.2, 1), width=5, height=4, up=(0.3, 1, 0))
-    pipe = tp.Cylinder(center=(1, 0.5, 1.4), axis=(1, 0.3, 0.2), radius=0.4, height=2)
-    cap = tp.Sphere(center=(-0.8, 0.2, 1.0), radius=0.7, axis=(0, 0, 1), mu_min=-0.2)
-    surfaces = [
-        tp.Surface(floor, tp.Black(), "floor"),
-        tp.Surface(pipe, tp.Black(), "pipe"),
-        tp.Surface(cap, tp.Black(), "cap"),
-    ]
-    looks = [tp.Detector(name, positions=tp.Positions(u=8, v=12)) for name in ("floor", "pipe", "cap")]
+    shapes = {
+        "floor": tp.Rectangle(normal=(0, -0.2, 1), width=5, height=4, up=(0.3, 1, 0)),
+        "pipe": tp.Cylinder(center=(1, 0.5, 1.4), axis=(1, 0.3, 0.2), radius=0.4, height=2),
+        "cap": tp.Sphere(center=(-0.8, 0.2, 1.0), radius=0.7, axis=(0, 0, 1), mu_min=-0.2),
+    }
+    surfaces = [tp.Surface(shape, tp.Black(), name) for name, shape in shapes.items()]
+    looks = [tp.Detector(name, positions=tp.Positions(u=8, v=12)) for name in shapes]
     check(tp.Scene(lamp, surfaces, looks), particles=2_000_000)
 
 
@@ -423,10 +402,7 @@ def test_scene_lobe(check):
     """A lobe of radiance on a patch points at the lamp; few tracks; a detector's name and number."""
     lamp = tp.Disk(center=(0.8, 0, 1.5), normal=(0, 0, -1), radius=0.4)
     patch = tp.Disk(center=(-0.5, 0, 0), radius=0.3)
-    look = tp.Detector(
-        patch, "patch", directions=tp.Directions(theta=np.linspace(0, math.pi / 2, 10), phi=18)
-    )
-    scene = tp.Scene(tp.Source(lamp, tp.Lambertian(radiance=10.0), aim=patch), detectors=look)
-    check(
-        scene, 500_000, tracks=10, finish=lambda plotter, result: add_lobe(plotter, result["patch"], size=1.0)
-    )
+    directions = tp.Directions(theta=np.linspace(0, math.pi / 2, 10), phi=18)
+    source = tp.Source(lamp, tp.Lambertian(radiance=10.0), aim=patch)
+    scene = tp.Scene(source, detectors=tp.Detector(patch, "patch", directions=directions))
+    check(scene, 500_000, 10, lambda plotter, result: add_lobe(plotter, result["patch"], size=1.0))

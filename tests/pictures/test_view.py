@@ -162,6 +162,7 @@ def test_files_that_cannot_be_written_are_named(call):
     assert "cannot write out/view_disk.vtm" in answer.output
 
 
+@pytest.mark.slow
 def test_without_opengl_it_names_two_packages_and_all_else_works(child, hidden):
     """3-D pictures are errors; charts, pages and ParaView files work."""
     done = child(CALL + DRAW.replace("assert", "True or "), **hidden)
@@ -176,6 +177,7 @@ def test_without_opengl_it_names_two_packages_and_all_else_works(child, hidden):
     assert Path("chart.png").exists() and not Path("scene.png").exists()
 
 
+@pytest.mark.slow
 @needs_screen
 def test_with_opengl_the_picture_is_drawn_and_nothing_is_loaded_before(child):
     done = child(DRAW)

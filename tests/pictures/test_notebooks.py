@@ -2,6 +2,7 @@
 
 import ast
 import copy
+import importlib
 import json
 import re
 import tomllib
@@ -15,7 +16,7 @@ from tests.notebooks import executed, paths, text_of
 TUTORIAL = next(path for path in paths() if path.stem == "photons_to_pictures")
 FALSE_ALARM = 1e-4  # of all comparisons together
 NO_SCREEN = "from transport.viz import screen; screen._lack = lambda: screen.NO_LIBRARIES"
-TOLD = "import json; print(json.dumps(compared))"
+COMPARED = "import json; print(json.dumps(compared))"
 
 
 @pytest.fixture(scope="module")
@@ -23,44 +24,34 @@ def stored():
     return nbformat.read(TUTORIAL, as_version=4)
 
 
-@pytest.fixture(scope="module")
-def run(stored):
-    """The notebook, executed anew, and what it compared: names and differences in standard errors."""
-    done = executed(stored, TOLD)
-    return done, json.loads(text_of(done.cells.pop()))
-
-
 def code_cells(notebook):
     return [cell for cell in notebook.cells if cell.cell_type == "code"]
 
 
-def is_told(cell):
-    """Whether a cell shows the same wherever it runs."""
-    return not {"timings", "screen"} & set(cell.metadata.get("tags", []))
+def limit(comparisons):
+    """Standard errors that one of so many right comparisons passes with the chance FALSE_ALARM."""
+    return -ndtri(FALSE_ALARM / 2 / comparisons)
 
 
-def test_it_shows_what_is_stored(stored, run):
-    for before, after in zip(code_cells(stored), code_cells(run[0]), strict=True):
+@pytest.mark.slow
+def test_it_shows_what_is_stored_and_its_estimates_agree_with_the_exact_values(stored):
+    """Cells show the same wherever they run, but for timings and screens; comparisons are judged together, by Bonferroni."""
+    done = executed(stored, COMPARED)
+    scores = [z for _, z in json.loads(text_of(done.cells.pop()))]
+    for before, after in zip(code_cells(stored), code_cells(done), strict=True):
         assert before.source == after.source
-        if is_told(before):
+        if not {"timings", "screen"} & set(before.metadata.get("tags", [])):
             assert text_of(after) == text_of(before), "python -m tests.notebooks stores what it shows now"
-            assert [sorted(o.get("data", {})) for o in before.outputs if "data" in o] == [
-                sorted(o.get("data", {})) for o in after.outputs if "data" in o
-            ]
-
-
-def test_its_estimates_agree_with_the_exact_values(run):
-    """Judged together, by Bonferroni; the last cell's worst is the worst of them."""
-    scores = [z for _, z in run[1]]
+            kinds = [[sorted(o.data) for o in cell.outputs if "data" in o] for cell in (before, after)]
+            assert kinds[0] == kinds[1]
     assert len(scores) > 20
-    limit = _limit(len(scores))
-    assert max(map(abs, scores)) < limit < 6
-    said = re.search(r"(\d+) comparisons; the worst is ([+-][\d.]+)", text_of(code_cells(run[0])[-1]))
+    assert max(map(abs, scores)) < limit(len(scores)) < 6
+    said = re.search(r"(\d+) comparisons; the worst is ([+-][\d.]+)", text_of(code_cells(done)[-1]))
     assert (int(said[1]), float(said[2])) == (len(scores), round(max(scores, key=abs), 1))
 
 
-@pytest.fixture(scope="module")
-def altered(stored):
+@pytest.mark.slow
+def test_a_wrong_law_in_it_is_seen_and_without_a_screen_a_sentence_says_what_to_install(stored):
     """The gas of which, by a wrong law, n v/2 would cross one way; and the scene in space where nothing can be drawn."""
     first, *others = copy.deepcopy(code_cells(stored))
     (gas,) = (cell for cell in others if "n, v = 1e13" in cell.source)
@@ -68,15 +59,9 @@ def altered(stored):
     (space,) = (cell for cell in others if "screen" in cell.metadata.get("tags", []))
     space.source = space.source.replace("1_000_000", "1_000")
     few = nbformat.v4.new_notebook(cells=[first, gas], metadata=stored.metadata)
-    return executed(few, NO_SCREEN, space.source, TOLD)
-
-
-def test_a_wrong_law_in_it_is_seen(altered):
-    assert max(abs(z) for _, z in json.loads(text_of(altered.cells[-1]))) > _limit(20)
-
-
-def test_without_a_screen_a_sentence_says_what_to_install(altered):
-    assert "libegl1 libgl1-mesa-dri" in text_of(altered.cells[-2])
+    *_, drawn, compared = executed(few, NO_SCREEN, space.source, COMPARED).cells
+    assert max(abs(z) for _, z in json.loads(text_of(compared))) > limit(20)
+    assert "libegl1 libgl1-mesa-dri" in text_of(drawn)
 
 
 def test_it_is_stored_with_outputs_and_without_what_differs_from_run_to_run(stored):
@@ -88,14 +73,23 @@ def test_it_is_stored_with_outputs_and_without_what_differs_from_run_to_run(stor
     assert all(output.get("name") != "stderr" for cell in cells for output in cell.outputs)
     assert not re.search(r"/(home|root|tmp|work)/", TUTORIAL.read_text(encoding="utf-8"))
     assert TUTORIAL.stat().st_size < 2e6
-
-
-def test_its_cells_are_short_and_its_pictures_not_large(stored):
-    for cell in code_cells(stored):
+    for cell in cells:  # short ones
         ast.parse(cell.source)
         assert len(cell.source.splitlines()) <= 32
         assert all(len(line) <= 120 for line in cell.source.splitlines())
         assert len(text_of(cell).splitlines()) <= 20
+
+
+def test_what_it_imports_exists(stored):
+    """So that a renamed function is seen without running it."""
+    tree = ast.parse("\n".join(cell.source for cell in code_cells(stored)))
+    imports = [
+        node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and "transport" in node.module
+    ]
+    assert len(imports) > 1
+    for node in imports:
+        module = importlib.import_module(node.module)
+        assert all(hasattr(module, alias.name) for alias in node.names)
 
 
 def test_it_comes_with_the_package():
@@ -103,13 +97,6 @@ def test_it_comes_with_the_package():
     project = tomllib.loads((TUTORIAL.parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
     assert "notebooks/*.ipynb" in project["tool"]["setuptools"]["package-data"]["transport.sims"]
     assert TUTORIAL.parent.name == "notebooks"
-    needed = {"nbclient", "ipykernel"}
     for extra in ("notebook", "test"):
-        assert needed <= {
-            re.match(r"[\w-]+", each)[0] for each in project["project"]["optional-dependencies"][extra]
-        }
-
-
-def _limit(comparisons):
-    """Standard errors that one of so many right comparisons passes with the chance FALSE_ALARM."""
-    return -ndtri(FALSE_ALARM / 2 / comparisons)
+        packages = project["project"]["optional-dependencies"][extra]
+        assert {"nbclient", "ipykernel"} <= {re.match(r"[\w-]+", each)[0] for each in packages}
