@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.validation import SceneError
+from tests.refusals import assert_refused
 
 FOG, HAZE = tp.Medium(scattering=2.0), tp.Medium(scattering=0.5, phase=tp.HenyeyGreenstein(0.6))
 VACUUM = tp.Vacuum()
@@ -175,34 +175,10 @@ def test_an_aimed_run_knows_the_straight_path():
     assert abs(run(scene, estimator="aimed")["end"].mean_path_in.z(exact)[0]) < 3.5
 
 
-def test_backward_and_expected_runs_refuse_path_lengths():
-    far = tp.Sphere(radius=2.0)
-    lamp = tp.Source(tp.Disk(radius=0.1), tp.Lambertian(power=1.0))
-    scene = tp.Scene(
-        lamp, tp.Surface(far, tp.Black(), "far"), tp.Detector("far", side="inside", path_lengths=VACUUM)
-    )
-    with pytest.raises(SceneError, match=r"path_lengths=\(Vacuum\(\),\), which only forward histories know"):
-        run(scene, estimator="backward")
-    with pytest.raises(
-        SceneError, match=r"path_lengths=\(Vacuum\(\),\), which only a particle's own crossing can score"
-    ):
-        run(scene, estimator="expected")
-
-
-def test_unknown_media_are_refused_by_name():
-    with pytest.raises(
-        SceneError, match=r"path_lengths must name media of the scene, got Medium\(scattering=2.0\)"
-    ):
-        run(layers(WEAK, path_lengths=FOG))
-    with pytest.raises(SceneError, match="path_lengths must name each medium once"):
-        layers(WEAK, path_lengths=[WEAK, tp.Medium(absorption=0.3)])
-    with pytest.raises(SceneError, match="write path_lengths=\\[tissue\\]"):
-        layers(WEAK, path_lengths="tissue")
+def test_eight_media_at_most_have_path_lengths():
     media = [tp.Medium(absorption=0.1 * k) for k in range(1, 10)]
-    with pytest.raises(SceneError, match="8 media at most, of all detectors together, got 9"):
-        run(layers(*media, path_lengths=media))
-    with pytest.raises(SceneError, match="mean_path_in needs path_lengths"):
-        _ = run(layers(WEAK), particles=1e3)["end"].mean_path_in
+    words = "8 media at most, of all detectors together, got 9"
+    assert_refused(lambda: run(layers(*media, path_lengths=media)), words)
 
 
 def test_scenes_and_runs_with_path_lengths_are_stored(tmp_path):
