@@ -204,7 +204,7 @@ FAULTS = (
         'kept["weight"] *= np.maximum(kept["below"] / below, 1.0)',
         'kept["weight"] *= 1.0',
         "samples that are thinned out and do not stand for more",
-        ("detectors/test_snapshots::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
+        ("detectors/test_phase_space::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
     ),
     Fault(
         READINGS,

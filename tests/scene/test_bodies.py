@@ -228,9 +228,7 @@ BUILT = {
         ],
     ),
     "balls side by side": pair(tp.Sphere(radius=1), tp.Sphere(center=(2, 0, 0), radius=1)),
-    "panes that all but touch": lambda: tp.Scene(
-        AFAR, [filled(tp.Slab(center=(0, 0, z), thickness=1), M(index=1.5), tp.Dielectric(1.5)) for z in (0, 1 + 1e-12)]
-    ),
+    "panes that all but touch": lambda: tp.Scene(AFAR, [filled(tp.Slab(center=(0, 0, z), thickness=1), M(index=1.5), tp.Dielectric(1.5)) for z in (0, 1 + 1e-12)]),
     "mesh of water and a ball of glass": lambda: tp.Scene(
         AFAR,
         [
@@ -241,9 +239,7 @@ BUILT = {
     "water in black walls": lambda: tp.Scene(LAMP, filled(corner(3), M(index=1.33), tp.Black())),
     "haze all round": lambda: tp.Scene(LAMP, medium=M(0.1, 1)),
     "haze in white walls": lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=3), tp.Diffuse(1)), medium=M(1)),
-    "rod that names the water of its tank": lambda: tp.Scene(
-        AFAR, [filled(tp.Box(size=6), M(1)), *(tp.Surface(part.shape, T, inside=M(2), outside=M(1)) for part in can(M(2)))]
-    ),
+    "rod that names the water of its tank": lambda: tp.Scene(AFAR, [filled(tp.Box(size=6), M(1)), *(tp.Surface(part.shape, T, inside=M(2), outside=M(1)) for part in can(M(2)))]),
     "layer of planes": lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=(0, 0, 1)), T, back=M(1)), tp.Surface(tp.Plane(), T, front=M(1), back=V)]),
     "gap between half spaces": lambda: tp.Scene(
         AFAR, [tp.Surface(tp.Plane(center=(0, 0, -1)), T, back=M(1)), tp.Surface(tp.Plane(center=(0, 0, 1), normal=(0, 0, -1)), T, back=M(1))]
@@ -251,16 +247,12 @@ BUILT = {
     "grid": lambda: tp.Scene(LAMP, filled(GRID.box, GRID)),
     "grid in a ball": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=1), GRID)),
     "grid in walls": lambda: tp.Scene(LAMP, filled(GRID.box, GRID, tp.Diffuse(0.5))),
-    "mesh of fog with a drop": lambda: tp.Scene(
-        AFAR, [filled(tp.Mesh.sphere(radius=1), M(2)), filled(tp.Sphere(radius=0.3), M(index=1.3), tp.Dielectric(1.3))]
-    ),
+    "mesh of fog with a drop": lambda: tp.Scene(AFAR, [filled(tp.Mesh.sphere(radius=1), M(2)), filled(tp.Sphere(radius=0.3), M(index=1.3), tp.Dielectric(1.3))]),
     "can": lambda: tp.Scene(LAMP, can(M(1, 2))),
     "can of glass": lambda: tp.Scene(AFAR, can(M(index=1.5), tp.Dielectric(1.5))),
     "lens": lambda: tp.Scene(AFAR, cap_and_disk(M(index=1.5), tp.Dielectric(1.5))),
     "dusty lens": lambda: tp.Scene(AFAR, cap_and_disk(M(index=1.5), tp.Mixture({tp.Dielectric(1.5): 0.9, tp.Black(): 0.1}))),
-    "bubble of open surfaces": lambda: tp.Scene(
-        AFAR, [filled(tp.Box(size=5), M(index=1.5), tp.Dielectric(1.5)), *can(V, tp.Dielectric(1, 1.5))]
-    ),
+    "bubble of open surfaces": lambda: tp.Scene(AFAR, [filled(tp.Box(size=5), M(index=1.5), tp.Dielectric(1.5)), *can(V, tp.Dielectric(1, 1.5))]),
     "fog in black walls": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(0, 1), tp.Black())),
     "fog all round in black walls": lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=3), tp.Black()), medium=M(0, 1)),
     "white walls full of fog": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(1), tp.Diffuse(1))),
@@ -583,19 +575,10 @@ def test_a_dome_on_a_plane_or_a_box_wants_a_floor_of_its_own(across, inside):
 
 NOT_CLOSED = {
     "can without a lid": (can(HAZE)[:2], ["surfaces[", "back must bound a closed body", "to nothing", "close the gaps"]),
-    "can with a turned lid": (
-        [*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), radius=1), HAZE)],
-        ["surfaces[2]: back", "reverse its normal, or write front instead of back"],
-    ),
-    "can with a lid that is too small": (
-        [*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=0.9), HAZE)], ["back must bound", "close the gaps"]
-    ),
-    "can with a lid that is too large": (
-        [*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1.1), HAZE)], ["back must bound", "close the gaps"]
-    ),
-    "can with a lid of another medium": (
-        [*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1), M(7.0), name="lid")], ["Medium(absorption=7.0)"]
-    ),
+    "can with a turned lid": ([*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), radius=1), HAZE)], ["surfaces[2]: back", "reverse its normal, or write front instead of back"]),
+    "can with a lid that is too small": ([*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=0.9), HAZE)], ["back must bound", "close the gaps"]),
+    "can with a lid that is too large": ([*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1.1), HAZE)], ["back must bound", "close the gaps"]),
+    "can with a lid of another medium": ([*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1), M(7.0), name="lid")], ["Medium(absorption=7.0)"]),
     "fog round a can that nothing else has": (can(None, outside=HAZE), ["front must bound a closed body"]),
     "a sheet with a medium": (filled(tp.Rectangle(width=1, height=1), HAZE), ["back must bound a closed body", "close the gaps"]),
     "a ball of triangles that is turned inside out": (filled(tp.Mesh.sphere(radius=1).flipped(), HAZE), ["reverse its normal"]),
