@@ -169,7 +169,7 @@ FAULTS = (
         "        b.z[k] += b.start[k] * b.uz[k]\n",
         "",
         "aimed births that are counted beside their source",
-        ("test_emission::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
+        ("detectors/test_aimed_births::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
@@ -185,7 +185,7 @@ FAULTS = (
         "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length",
         "track = b.weight[k] * mean * length",
         "a glow whose light does not fade on the way to a camera",
-        ("test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
+        ("detectors/test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
     ),
     Fault(
         "engine/passes/detectors.py",

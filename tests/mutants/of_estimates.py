@@ -4,7 +4,7 @@ from tests.mutants.fault import Fault
 
 STATISTICS, READINGS = "statistics/batches.py", "results/detectors.py"
 MEDIA, EMITTERS, ADJOINT = "compile/media.py", "compile/sources.py", "compile/adjoint.py"
-BACKWARD = "test_backward::test_either_way_tells_the_same"
+BACKWARD = "detectors/test_backward::test_either_way_tells_the_same"
 
 FAULTS = (
     Fault(
@@ -190,42 +190,42 @@ FAULTS = (
         "return means * (gain[first:past] if np.ndim(gain) else gain)",
         "return means",
         "pixels that are not divided by their solid angle",
-        ("test_cameras",),
+        ("detectors/test_cameras",),
     ),
     Fault(
         "results/backward.py",
         "values = 4 * math.pi * means[:, 0]",
         "values = 2 * math.pi * means[:, 0]",
         "a hemisphere for the sphere round a point",
-        ("test_cameras",),
+        ("detectors/test_cameras",),
     ),
     Fault(
         "results/batches.py",
         'kept["weight"] *= np.maximum(kept["below"] / below, 1.0)',
         'kept["weight"] *= 1.0',
         "samples that are thinned out and do not stand for more",
-        ("test_snapshots::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
+        ("detectors/test_phase_space::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
     ),
     Fault(
         READINGS,
         "read(batch, a + shift, b + shift) / much",
         "read(batch, a + shift, b + shift)",
         "expected crossings in their own unit",
-        ("test_expected::test_a_speck_takes_its_share_of_a_point_to_rounding",),
+        ("detectors/test_expected::test_a_speck_takes_its_share_of_a_point_to_rounding",),
     ),
     Fault(
         "scene/cameras.py",
         "half = math.tan(self.field_of_view / 2)",
         "half = math.tan(self.field_of_view) / 2",
         "a field of view by the wrong half",
-        ("test_cameras",),
+        ("detectors/test_cameras",),
     ),
     Fault(
         "scene/cameras.py",
         "corner = np.arctan(u * v / np.sqrt(1 + u * u + v * v))",
         "corner = np.arctan(u * v)",
         "the solid angle of a pixel without its slant",
-        ("test_cameras",),
+        ("detectors/test_cameras",),
     ),
     Fault(
         "scene/emissions.py",
@@ -292,14 +292,14 @@ FAULTS = (
         "side=-1.0 if source.is_back else 1.0)",
         "side=1.0)",
         "light from the front of a source that emits from its back",
-        ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
+        ("detectors/test_aimed_births::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
         "scene/emissions.py",
         '"isotropic": 0.25 / math.pi}',
         '"isotropic": 0.5 / math.pi}',
         "a hemisphere for the sphere that a point lights",
-        ("test_emission::test_all_power_reaches_a_target_all_round",),
+        ("detectors/test_aimed_births::test_all_power_reaches_a_target_all_round",),
     ),
     Fault(
         "compile/speeds.py",

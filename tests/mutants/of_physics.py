@@ -105,7 +105,7 @@ FAULTS = (
         "near_cosine = abs(uz) if near_z > near else near_cosine",
         "near_cosine = abs(ux) if near_z > near else near_cosine",
         "the cosine of another face of a box",
-        ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
+        ("detectors/test_aimed_births::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
         "physics/quadrics.py",
@@ -247,14 +247,14 @@ FAULTS = (
         "weighted = foreshortened / (natural * foreshortened + (1.0 - natural) * r2)",
         "weighted = foreshortened / (natural + (1.0 - natural) * r2)",
         "the density of a mixture of directions without one of its two terms",
-        ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
+        ("detectors/test_aimed_births::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
         "physics/emission.py",
         "return sine2 / (1.0 + math.sqrt(1.0 - sine2)) if outside else 2.0",
         "return 0.5 * sine2 if outside else 2.0",
         "the solid angle of a ball by the small angle's formula",
-        ("test_emission::test_what_reaches_the_target_is_the_closed_form",),
+        ("detectors/test_aimed_births::test_what_reaches_the_target_is_the_closed_form",),
     ),
     Fault(
         "physics/facets.py",

@@ -570,7 +570,7 @@ def test_a_shape_that_touches_an_edge_or_leaves_a_gap_is_accepted(other):
 
 
 def test_faces_of_many_facets_are_compared_in_little_time():
-    fine, begun = Mesh.sphere(radius=1.0, triangles=100_000), time.perf_counter()
+    fine, begun = Mesh.sphere(radius=1.0, triangles=100_000), time.process_time()
     looks = [tp.Detector(fine.moved((0.1, 0, 0)), "shifted"), tp.Detector(tp.Plane(), "cut")]
     tp.Scene(LAMP, [tp.Surface(fine, tp.Diffuse(0.5))], looks)
-    assert time.perf_counter() - begun < 10
+    assert time.process_time() - begun < 10

@@ -153,48 +153,9 @@ def test_small_bright_lamp_that_is_never_met_is_told_of():
     assert not run(tp.Scene(lamps[:1], (), [meter]), 10_000).warnings
 
 
-DISK, LAMP = (
-    tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1),
-    tp.Source(tp.Disk(radius=1), tp.Lambertian(power=1.0)),
-)
-METER = tp.Detector(DISK, name="meter")
-REFUSED = {
-    "a beam": (tp.Scene([tp.Source(tp.Disk(radius=1), tp.Beam((0, 0, 1), power=1.0))], (), [METER]), "Beam of sources[0]"),
-    "a point": (tp.Scene([tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0))], (), [METER]), "small Sphere"),
-    "a clock": (tp.Scene([LAMP], (), [METER], duration=1.0), "leave duration out"),
-    "via": (tp.Scene([LAMP], (), [METER, tp.Detector(tp.Disk(center=(0, 0, 2), radius=1), name="next", via="meter")]), "via="),
-    "events": (tp.Scene([LAMP], (), [tp.Detector(DISK, name="meter", events=0)]), "leave it out"),
-    "a volume": (tp.Scene([LAMP], (), [tp.VolumeDetector(tp.Box(size=(1, 1, 1)), "volume")]), "no history starts from"),
-    "no detector": (tp.Scene([LAMP]), "detectors=[...]"),
-    "a lens": (tp.Scene([LAMP], [tp.Surface(tp.Disk(center=(0, 0, 0.5), radius=1), tp.ThinLens(1.0))], [METER]), "not reciprocal"),
-    "unlike sides": (
-        tp.Scene(
-            [LAMP],
-            [tp.Surface(tp.Disk(center=(0, 0, 0.5), radius=1), tp.TwoSided(tp.Diffuse(0.1, 0.5), tp.Diffuse(0.1, 0.2)))],
-            [METER],
-        ),
-        "different shares",
-    ),
-    "a plane": (tp.Scene([LAMP], (), [tp.Detector(tp.Plane(center=(0, 0, 1)), name="plane")]), "must be finite"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("what", REFUSED)
-def test_what_does_not_go_backwards_is_refused_with_a_cure(what):
-    scene, words = REFUSED[what]
-    with pytest.raises(tp.SceneError, match="does not go with this scene") as caught:
-        run(scene, 1000)
-    assert words in str(caught.value)
-
-
 def test_what_only_forward_histories_know_is_refused_where_it_is_read():
     reading = run(narrow_bin(), 1000)["meter"]
     for name in ("flux_out", "fluence_rate", "flux_in", "irradiance"):
         with pytest.raises(tp.SceneError, match="needs"):
             getattr(reading, name)
     assert set(reading.quantities) == {"flux_density", "radiance", "intensity", "counts"}
-
-
-def test_sampled_points_are_refused():
-    with pytest.raises(tp.SceneError, match="sampling 'sobol' does not go with estimator 'backward'"):
-        run(narrow_bin(), 1000, sampling="sobol")

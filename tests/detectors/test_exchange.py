@@ -89,12 +89,10 @@ def test_a_reference_is_counted(pair, exact):
     found = counted(*pair)
     assert found.unit == tp.Unit()
     assert_agrees(found, exact, FALSE_ALARM)
-    assert found.relative_error < (0.05 if 0.001 < exact < 0.005 else 0.006)
-
-
-def test_far_shapes_cost_no_more_than_near_ones():
-    """All rays weigh the same: eight digits of 3e-11 where an unaimed one in 3e10 would arrive."""
-    assert counted(*rectangles(1, 1, 100_000)).relative_error < 1e-9
+    limit = 0.05 if 0.001 < exact < 0.005 else 0.006
+    if exact < 1e-10:  # all rays weigh the same: eight digits where one unaimed ray in 3e10 would arrive
+        limit = 1e-9
+    assert found.relative_error < limit
 
 
 @pytest.mark.parametrize(
@@ -143,17 +141,17 @@ def test_both_ways_are_one_and_the_factors_swapped_are_rejected():
     assert there.value * a.area == pytest.approx(back.value * b.area, rel=1e-12)
     assert_agrees(there, view_factors.coaxial_disks(1, 0.5, 0.8), FALSE_ALARM)
     assert_rejected(there, view_factors.coaxial_disks(0.5, 1, 0.8))
+    assert smallest_bias(there, FALSE_ALARM) < 0.02
+    assert_rejected(there, 1.02 * view_factors.coaxial_disks(1, 0.5, 0.8))
 
 
 @pytest.mark.parametrize("start", ["a", "b"])
 @pytest.mark.parametrize("is_aimed", [False, True])
 def test_every_way_of_counting_gives_the_same(start, is_aimed, monkeypatch):
     """Which one is taken is a matter of cost only."""
-    monkeypatch.setattr(
-        "transport.analysis.view_factors._start_and_target",
-        lambda a, b: (start, "b" if start == "a" else "a"),
-    )
-    monkeypatch.setattr("transport.analysis.view_factors._is_far", lambda start, target: is_aimed)
+    ends, module = (start, "b" if start == "a" else "a"), "transport.analysis.view_factors"
+    monkeypatch.setattr(f"{module}._start_and_target", lambda a, b: ends)
+    monkeypatch.setattr(f"{module}._is_far", lambda start, target: is_aimed)
     assert_agrees(counted(*disks(1, 0.7, 0.5)), view_factors.coaxial_disks(1, 0.7, 0.5), FALSE_ALARM)
     assert_agrees(counted(*corner(1, 0.3)), view_factors.perpendicular_rectangles(1, 0.3), FALSE_ALARM)
     balls = tp.Sphere(radius=1), tp.Sphere(center=(0, 0, 3), radius=0.5)
@@ -189,9 +187,8 @@ def test_an_obstacle_takes_its_share_and_leaving_it_out_is_rejected():
     found = counted(*pair, obstacle)
     assert_agrees(found, occlusion.disks_past_disk(1, 1, 1, 0.5, 0.5), FALSE_ALARM)
     assert_rejected(found, view_factors.coaxial_disks(1, 1, 1))
-    assert (
-        tp.view_factor(*pair, obstacle, particles=200_000, seed=1).value == found.value
-    )  # one without a list
+    alone = tp.view_factor(*pair, obstacle, particles=200_000, seed=1)  # one without a list
+    assert alone.value == found.value
     screen = tp.Disk(center=(0, 0, 0.5), radius=3)
     assert counted(*pair, screen, particles=1000).value == 0
 
@@ -231,9 +228,8 @@ def test_a_mesh_gives_what_its_shape_gives():
 def test_the_unit_of_length_does_not_matter(size):
     found, usual = counted(*disks(size, 0.7 * size, 2 * size)), counted(*disks(1, 0.7, 2))
     assert found.value == pytest.approx(usual.value, rel=1e-12)
-    assert tp.etendue(*disks(size, size, size), particles=1000).value == pytest.approx(
-        tp.etendue(*disks(1, 1, 1), particles=1000).value * size**2, rel=1e-12
-    )
+    here, there = (tp.etendue(*disks(x, x, x), particles=1000).value for x in (1, size))
+    assert there == pytest.approx(here * size**2, rel=1e-12)
 
 
 def test_a_seed_gives_the_same_digits_and_another_one_others():
@@ -249,59 +245,9 @@ def test_errors_are_right():
     assert_z_spread(np.array(z), math.inf, FALSE_ALARM)
 
 
-def test_a_bias_of_a_hundredth_would_be_caught():
-    assert smallest_bias(counted(*disks(1, 1, 1)), FALSE_ALARM) < 0.02
-    assert_rejected(counted(*disks(1, 1, 1)), 1.02 * view_factors.coaxial_disks(1, 1, 1))
-
-
 def test_the_scene_can_be_had_by_itself():
     scene = view_factor_scene(*disks(1, 0.5, 1), blockers=tp.Disk(center=(0, 0, 0.5), radius=0.1))
     assert [surface.name for surface in scene.surfaces] == ["a", "b", "blockers[0]"]
     result = tp.simulate(scene, particles=10_000, seed=1)
     assert result.ledger["lost"].value == 0
     assert view_factor_from_run(result).value > 0
-
-
-# ---- refusals ----
-
-DISK, BALL = tp.Disk(radius=1), tp.Sphere(radius=1)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"a": tp.Point(), "b": DISK}, r"view_factor: a must be a shape with an area.*got Point"),
-        ({"a": DISK, "b": "lid"}, r"view_factor: b must be a shape with an area.*'lid'"),
-        ({"a": tp.Plane(), "b": DISK}, r"a must be.*finite area.*exchange a and b"),
-        (
-            {"a": DISK, "b": tp.Sphere(radius=3), "side_b": "left"},
-            r"side_b must be 'front', 'back', 'outside' or 'inside' on a Sphere, got 'left'",
-        ),
-        (
-            {"a": DISK, "b": tp.Sphere(radius=3), "side_a": "inside"},
-            "side_a must be 'front' or 'back' on a Disk",
-        ),
-        ({"a": DISK, "b": disks(1, 1, 1)[1], "blockers": "wall"}, "blockers must be shapes, got 'wall'"),
-        (
-            {"a": DISK, "b": disks(1, 1, 1)[1], "blockers": [tp.Cloud(sigma=1)]},
-            r"blockers\[0\] must be a shape",
-        ),
-        ({"a": DISK, "b": tp.Disk(radius=0.5)}, "'a' and Surface 'b' overlap"),
-        ({"a": DISK, "b": disks(1, 1, 1)[1], "blockers": [DISK]}, r"overlap on one plane"),
-        ({"a": DISK, "b": disks(1, 1, 1)[1], "particles": 0}, "particles must be"),
-        (
-            {"a": BALL, "b": tp.Sphere(radius=1.1)},
-            "side_b must be 'back' where a lies inside b.*write side_b",
-        ),
-        ({"a": tp.Box(size=4), "b": BALL}, "side_a must be 'back' where b lies inside a"),
-        ({"a": DISK, "b": tp.Sphere(radius=3)}, "side_b must be 'back'"),
-    ],
-)
-def test_what_has_no_answer_is_refused(arguments, words):
-    with pytest.raises(tp.SceneError, match=words):
-        tp.view_factor(**arguments)
-
-
-def test_an_etendue_is_refused_in_its_own_name():
-    with pytest.raises(tp.SceneError, match="etendue: a must be a shape"):
-        tp.etendue(3, DISK)
