@@ -12,9 +12,15 @@ import numpy as np
 import pytest
 
 from transport.theory import fresnel
+from transport.theory.fresnel import reflectance, reflectances, snell_cosine, transmittance
 
-mp.mp.dps = 60
 RATIOS = [1.5, 1 / 1.5, 2.4, 1 / 2.4, 1 + 1e-12, 1 - 1e-12, 1 + 2**-52, 1 - 2**-53, 0.9999, 0.3, 1e-3, 1e3]
+
+
+@pytest.fixture(autouse=True)
+def sixty_digits():
+    with mp.workdps(60):
+        yield
 
 
 def cosines(ratio):
@@ -41,7 +47,7 @@ def textbook(cosine, ratio):
 def test_fresnel_is_exact_to_rounding_at_every_angle(ratio):
     """R_p in its amplitude, which vanishes at Brewster's angle; T a rounding from the critical angle to 1e-12."""
     places = cosines(ratio)
-    back, passed = fresnel.reflectances(places, ratio), fresnel.transmittances(places, ratio)
+    back, passed = reflectances(places, ratio), fresnel.transmittances(places, ratio)
     for k, c in enumerate(places):
         r_s, t_s, r_p, t_p = textbook(c, ratio)
         assert abs(back.s[k] - r_s) <= 2e-15 * r_s
@@ -49,6 +55,7 @@ def test_fresnel_is_exact_to_rounding_at_every_angle(ratio):
         near = abs(c * c + ratio * ratio - 1) < 1e-6 * c * c
         for value, exact in ((passed.s[k], t_s), (passed.p[k], t_p)):
             assert abs(value - exact) <= (1e-12 if near else 2e-15) * exact
+    assert np.abs(reflectance(places, ratio) + transmittance(places, ratio) - 1).max() <= 4 * 2**-52
 
 
 def test_forms_that_cancel_are_seen():
@@ -57,51 +64,43 @@ def test_forms_that_cancel_are_seen():
     q = math.sqrt(n * n - 1 + c * c)
     exact = textbook(c, n)[0]
     assert abs(((c - q) / (c + q)) ** 2 - exact) > 1e-6 * exact
-    assert abs(fresnel.reflectances(c, n).s - exact) < 2e-15 * exact
+    assert abs(reflectances(c, n).s - exact) < 2e-15 * exact
 
 
-def test_reflectance_into_and_out_of_glass():
-    values = {  # G.fresnel_external: index, angle, R_s, R_p, R
-        (1.33, 45): (0.05230676903471831, 0.0027359980868513663, 0.02752138356078484),
-        (1.33, 89.9): (0.9920699810972886, 0.9860153420161752, 0.9890426615567319),
-        (1.5, 0): (0.04, 0.04, 0.04),
-        (1.5, 60): (0.17657148808284054, 0.0018019375215850362, 0.08918671280221278),
-        (1.5, 89.999): (0.9999375591519071, 0.9998595135744872, 0.9998985363631971),
-        (2.4, 85): (0.8523580384417606, 0.39203579077383677, 0.6221969146077987),
+@pytest.mark.parametrize(
+    ("index", "degrees", "exact"),
+    [  # G.fresnel_external: R_s, R_p, R
+        (1.33, 45, (0.05230676903471831, 0.0027359980868513663, 0.02752138356078484)),
+        (1.33, 89.9, (0.9920699810972886, 0.9860153420161752, 0.9890426615567319)),
+        (1.5, 0, (0.04, 0.04, 0.04)),
+        (1.5, 60, (0.17657148808284054, 0.0018019375215850362, 0.08918671280221278)),
+        (1.5, 89.999, (0.9999375591519071, 0.9998595135744872, 0.9998985363631971)),
+        (2.4, 85, (0.8523580384417606, 0.39203579077383677, 0.6221969146077987)),
         # G.fresnel_internal
-        (1 / 1.33, 20): (0.028171390119779652, 0.013275262466885044, 0.020723326293332348),
-        (1 / 1.5, 40.810314895778596): (0.4953919664317571, 0.19159855800067785, 0.34349526221621746),
-        (1 / 1.5, 60): (1.0, 1.0, 1.0),
-        (1 / 2.4, 24.624318352164078 - 0.001): (0.9841277722329086, 0.911947211273654, 0.9480374917532813),
-    }
-    for (index, degrees), exact in values.items():
-        c = math.cos(math.radians(degrees))
-        found = (*fresnel.reflectances(c, index), fresnel.reflectance(c, index))
-        assert found == pytest.approx(exact, rel=1e-11), (index, degrees)
-
-
-def test_what_is_not_reflected_is_refracted():
-    for ratio in RATIOS:
-        c = cosines(ratio)
-        total = fresnel.reflectance(c, ratio) + fresnel.transmittance(c, ratio)
-        assert np.abs(total - 1).max() <= 4 * 2**-52
+        (1 / 1.33, 20, (0.028171390119779652, 0.013275262466885044, 0.020723326293332348)),
+        (1 / 1.5, 40.810314895778596, (0.4953919664317571, 0.19159855800067785, 0.34349526221621746)),
+        (1 / 1.5, 60, (1.0, 1.0, 1.0)),
+        (1 / 2.4, 24.624318352164078 - 0.001, (0.9841277722329086, 0.911947211273654, 0.9480374917532813)),
+    ],
+)
+def test_reflectance_into_and_out_of_glass(index, degrees, exact):
+    c = math.cos(math.radians(degrees))
+    assert (*reflectances(c, index), reflectance(c, index)) == pytest.approx(exact, rel=1e-11)
 
 
 def test_both_sides_of_a_boundary_reflect_alike():
     """Stokes (1849): R at an angle is R at the angle of refraction from the other side."""
     c = np.linspace(0.01, 1, 40)
-    there = fresnel.reflectances(c, 1.5)
-    back = fresnel.reflectances(fresnel.snell_cosine(c, 1.5), 1 / 1.5)
+    there, back = reflectances(c, 1.5), reflectances(snell_cosine(c, 1.5), 1 / 1.5)
     known = 8 * 2**-53 / c**2  # as well as a rounded cosine knows how far from the critical angle it is
     assert (np.abs(there.s - back.s) <= known).all() and (np.abs(there.p - back.p) <= known).all()
 
 
 def test_snell_keeps_the_sine_times_the_index():
     c = np.linspace(0, 1, 30)
-    refracted = fresnel.snell_cosine(c, 1.33)
-    assert 1.33**2 * (1 - refracted**2) == pytest.approx(1 - c**2, abs=1e-15)
-    assert math.isnan(fresnel.snell_cosine(0.1, 1 / 1.33))
-    assert fresnel.snell_cosine(1.0, 1 / 1.33) == 1.0
+    assert 1.33**2 * (1 - snell_cosine(c, 1.33) ** 2) == pytest.approx(1 - c**2, abs=1e-15)
+    assert math.isnan(snell_cosine(0.1, 1 / 1.33))
+    assert snell_cosine(1.0, 1 / 1.33) == 1.0
 
 
 def test_brewster_and_critical_angles():
@@ -109,34 +108,25 @@ def test_brewster_and_critical_angles():
     external, internal = [53.06123726771017, 56.309932474020215], [36.93876273228983, 22.61986494804043]
     assert degrees == pytest.approx(external + internal, rel=1e-14)  # G.brewster_critical, G.fresnel_internal
     degrees = np.degrees(fresnel.critical_angle([1 / 1.33, 1 / 1.5, 1 / 2.4, 1.5]))
-    assert degrees == pytest.approx(
-        [48.753466631327235, 41.810314895778596, 24.624318352164078, 90], rel=1e-14
-    )
+    exact = [48.753466631327235, 41.810314895778596, 24.624318352164078, 90]
+    assert degrees == pytest.approx(exact, rel=1e-14)
     for ratio in (1.33, 1 / 1.33):
-        assert fresnel.reflectances(np.cos(fresnel.brewster_angle(ratio)), ratio).p < 1e-31
+        assert reflectances(np.cos(fresnel.brewster_angle(ratio)), ratio).p < 1e-31
     edge = math.cos(fresnel.critical_angle(1 / 1.5))
-    assert (
-        fresnel.reflectance(edge * (1 - 1e-12), 1 / 1.5)
-        == 1
-        > fresnel.reflectance(edge * (1 + 1e-12), 1 / 1.5)
-    )
+    assert reflectance(edge * (1 - 1e-12), 1 / 1.5) == 1 > reflectance(edge * (1 + 1e-12), 1 / 1.5)
 
 
-def test_a_plate_passes_the_sum_of_all_its_inner_reflections():
+def test_a_plate_transmits_the_sum_of_all_its_inner_reflections():
     c = np.array([0.05, 0.3, 1.0])
-    for share in (fresnel.reflectance(c, 1.5), *fresnel.reflectances(c, 1.5)):
+    s, p = reflectances(c, 1.5)
+    for share in (reflectance(c, 1.5), s, p):
         summed = sum((1 - share) ** 2 * share ** (2 * k) for k in range(2000))
         assert summed == pytest.approx((1 - share) / (1 + share), rel=1e-12)
     assert fresnel.plate_transmittance(1.0, 1.5) == pytest.approx(0.96 / 1.04, rel=1e-15)
-    s, p = fresnel.reflectances(c, 1.5)
-    kept = ((1 - s) / (1 + s) + (1 - p) / (1 + p)) / 2
+    kept, mixed = ((1 - s) / (1 + s) + (1 - p) / (1 + p)) / 2, fresnel.plate_transmittance(c, 1.5)
     assert fresnel.plate_transmittance(c, 1.5, keeps_polarisation=True) == pytest.approx(kept, rel=1e-14)
-    mixed = fresnel.plate_transmittance(c, 1.5)
-    assert (kept - mixed)[:2].min() > 0.002 and kept[2] == pytest.approx(
-        mixed[2]
-    )  # not one thing off the normal
-    one_face = fresnel.transmittance(c, 1.5)
-    assert (np.abs(one_face - mixed) > 0.01).all()
+    assert (kept - mixed)[:2].min() > 0.002 and kept[2] == pytest.approx(mixed[2])  # differ off the normal
+    assert (np.abs(transmittance(c, 1.5) - mixed) > 0.01).all()  # of one face
 
 
 def walsh(index):
@@ -161,30 +151,24 @@ def test_diffuse_light_is_reflected_as_by_walsh_and_duntley():
     assert fresnel.diffuse_reflectance(1 / 1.5) > 4 * fresnel.diffuse_reflectance(1.5)
 
 
-def test_diffuse_reflectance_is_the_mean_over_angles():
+@pytest.mark.parametrize("ratio", [1.5, 1 / 1.5])
+def test_diffuse_reflectance_is_the_mean_over_angles(ratio):
     nodes, weights = np.polynomial.legendre.leggauss(60)
     x, weights = (nodes + 1) / 2, weights / 2
-    for ratio in (1.5, 1 / 1.5):
-        edge = math.cos(fresnel.critical_angle(ratio))
-        c = edge + (1 - edge) * x * x  # R rises as a root towards the critical angle
-        mean = (2 * c * fresnel.reflectance(c, ratio) * 2 * x * (1 - edge)) @ weights + edge**2
-        assert fresnel.diffuse_reflectance(ratio) == pytest.approx(mean, rel=1e-9)
+    edge = math.cos(fresnel.critical_angle(ratio))
+    c = edge + (1 - edge) * x * x  # R rises as a root towards the critical angle
+    mean = (2 * c * reflectance(c, ratio) * 2 * x * (1 - edge)) @ weights + edge**2
+    assert fresnel.diffuse_reflectance(ratio) == pytest.approx(mean, rel=1e-9)
 
 
 def test_radiance_over_the_square_of_the_index_is_kept():
     indices = np.array([1.33, 1.5])  # G.n2_law
-    normal = 1 - ((indices - 1) / (indices + 1)) ** 2
-    assert fresnel.refracted_radiance(2.0, 1.0, indices) == pytest.approx(
-        2 * np.array([1.7689, 2.25]) * normal
-    )
+    exact = 2 * np.array([1.7689, 2.25]) * (1 - ((indices - 1) / (indices + 1)) ** 2)
+    assert fresnel.refracted_radiance(2.0, 1.0, indices) == pytest.approx(exact)
     there = fresnel.refracted_radiance(1.0, 0.6, 1.5)
-    refracted = fresnel.snell_cosine(0.6, 1.5)
-    again = fresnel.refracted_radiance(there, refracted, 1 / 1.5)
-    assert again == pytest.approx(fresnel.transmittance(0.6, 1.5) ** 2, rel=1e-14)
+    again = fresnel.refracted_radiance(there, snell_cosine(0.6, 1.5), 1 / 1.5)
+    assert again == pytest.approx(transmittance(0.6, 1.5) ** 2, rel=1e-14)
     # a lost n^2 would be seen: equilibrium is T_out n^2 = T_in over the escape cone
-    assert fresnel.escape_share(1 / indices) == pytest.approx(
-        [0.5280508512073009, 0.40365424029228836], rel=1e-13
-    )
-    assert fresnel.escape_cone_share(1 / indices) == pytest.approx(
-        [0.34069967552066516, 0.2546440075000701], rel=1e-14
-    )
+    shares, cones = fresnel.escape_share(1 / indices), fresnel.escape_cone_share(1 / indices)
+    assert shares == pytest.approx([0.5280508512073009, 0.40365424029228836], rel=1e-13)
+    assert cones == pytest.approx([0.34069967552066516, 0.2546440075000701], rel=1e-14)
