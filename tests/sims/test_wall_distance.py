@@ -18,7 +18,8 @@ from transport.sims import wall_distance as sim
 from transport.sims.wall_distance import AT_PUPIL, BRIGHTNESS, RATIOS
 from transport.theory import emitters, etendue, solid_angles
 from transport.theory.etendue import DEPTH, Eye
-from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 MIDDLE = BRIGHTNESS.format("middle cell")
@@ -293,16 +294,3 @@ def test_the_wall_of_any_size_and_any_eye():
     for settings in ({"size": 3.0, "distance": 5.0}, {"pupil": 0.003, "cell": 0.0005}, {"radiance": 7.0}):
         for show in sim.SHOWS:
             assert all(agrees(*each) for each in rows(show=show, **settings).values())
-
-
-def test_unknown_choices_are_refused_with_the_possible_ones():
-    with pytest.raises(tp.SceneError, match="panel"):
-        sim.scene(show="window")
-
-
-@pytest.mark.filterwarnings("error")
-def test_all_cases_are_drawn_together(tmp_path):
-    outcomes = run_experiment(sim, {}, particles=20_000, seed=1)
-    paths = sim.draw(outcomes, tmp_path / "wall.png")
-    assert [path.stem for path in paths] == ["wall", "wall_retina", "wall_panel", "wall_excess"]
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)

@@ -8,11 +8,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import transport as tp
-from tests.agreement import assert_agrees, assert_follows, smallest_bias
+from tests.agreement import assert_agrees, assert_follows, assert_rejected, smallest_bias
 from transport.sims import point_in_fog
 from transport.theory import point_source, random_flights
 from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 PARTICLES = 500_000
@@ -34,11 +35,6 @@ def steady(outcomes):
 def clocks(outcomes):
     """By g."""
     return {o.parameters["g"]: o for o in outcomes if o.parameters["subject"] == "clock"}
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def judge(outcomes):
@@ -143,17 +139,3 @@ def test_fog_in_millimetres_is_a_million_times_as_bright():
         np.testing.assert_allclose(value, SHELLS * 1e-3, err_msg=name)
     first = small[0].rows[0]
     assert first.exact == pytest.approx(1e6 * large[first.name], rel=1e-12)
-
-
-def test_what_would_not_end_and_unknown_subjects_are_refused():
-    for albedo in (0.0, 1.0):
-        with pytest.raises(tp.SceneError, match="albedo must be above 0 and below 1"):
-            point_in_fog.scene(albedo=albedo)
-    with pytest.raises(tp.SceneError, match="subject must be one of steady, clock, got 'film'"):
-        point_in_fog.scene(subject="film")
-
-
-def test_all_pictures_come(outcomes, tmp_path):
-    paths = point_in_fog.draw(outcomes, tmp_path / "0.png")
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
-    assert {path.name for path in paths} == {"0.png", "0_spread.png", "0_pulse.png"}

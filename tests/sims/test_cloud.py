@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees, smallest_bias
+from tests.agreement import assert_agrees, assert_rejected, smallest_bias
 from transport.sims import cloud as sim
 from transport.sims.cloud import Voxels, along_sight
 from transport.theory import ordinates
 from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 RUNS = 500_000
@@ -45,11 +47,6 @@ def with_field(scene, change):
     other = dataclasses.replace(grid, absorption=change(grid.absorption), scattering=change(grid.scattering))
     body = tp.Surface(cloud.shape, tp.Transparent(), "cloud", inside=other)
     return dataclasses.replace(scene, surfaces=[*others, body])
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def test_every_row_holds(outcomes):
@@ -229,27 +226,3 @@ def test_along_a_line_of_sight_light_is_added_and_weakened():
     assert sent == pytest.approx(0.0)  # the eye has the sun behind it, and this phase nothing backwards
     sent, _ = along_sight(beam, np.array([1.0, 1.0, -9.0]), np.array([[0, 0, 1.0]]))
     assert sent == pytest.approx(1.8 * (1 - math.exp(-0.6)), rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        *({"sky": "fog"}, {"zenith": 1.2}, {"zenith": -0.1}, {"g": 0.95}),
-        *({"extinction": 0.0}, {"extinction": -1.0}, {"albedo": 1.5}, {"albedo": math.nan}),
-    ],
-)
-def test_other_skies_are_refused(wrong):
-    with pytest.raises(tp.SceneError, match="cloud: must have"):
-        sim.scene(**wrong)
-
-
-@pytest.mark.filterwarnings("error")
-def test_both_cases_are_drawn_alone_and_together(outcomes, tmp_path, monkeypatch):
-    monkeypatch.setattr("transport.sims.cloud.PIXELS", (64, 30))
-    monkeypatch.setattr("transport.sims.cloud.STEPS", 20)
-    monkeypatch.setattr("transport.viz.style.RESOLUTION", 30)
-    assert sim.verdict(outcomes[:1]).endswith(".")
-    for name, shown in {"all": outcomes, "layers": outcomes[1:]}.items():
-        sim.draw(shown, tmp_path / f"{name}.png")
-        assert sim.verdict(shown).endswith(".")
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())

@@ -18,6 +18,8 @@ from transport.statistics.replicates import Batches
 from transport.theory import solid_angles
 from transport.verification.experiment import run_experiment
 
+pytestmark = pytest.mark.slow  # runs of millions of particles
+
 FALSE_ALARM = 1e-5
 PARTICLES = 2_000_000
 
@@ -158,11 +160,6 @@ def test_neither_power_nor_size_matters():
         )
         for row in usual.rows:
             assert other[row.name].estimate.value == pytest.approx(row.estimate.value, rel=1e-9)
-
-
-def test_an_unknown_subject_is_refused():
-    with pytest.raises(tp.SceneError, match=r"subject must be one of isotropic, .* got 'cube'"):
-        directions.scene("cube")
 
 
 def test_the_verdict_says_what_was_found(outcomes):

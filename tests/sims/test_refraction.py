@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees, smallest_bias
+from tests.agreement import agrees, assert_agrees, smallest_bias
 from transport.sims import refraction
 from transport.sims.refraction import (
     CROSSED,
@@ -30,7 +30,8 @@ from transport.sims.refraction import (
 )
 from transport.theory import fresnel
 from transport.theory import fresnel as theory
-from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 WHOLE = np.array([0, math.pi / 2])
@@ -44,14 +45,6 @@ def rows(scene=None, particles=400_000, **parameters):
     exact = refraction.exact(**parameters)
     assert measured.keys() == exact.keys()
     return {name: (measured[name], value) for name, value in exact.items()}
-
-
-def agrees(estimate, exact):
-    try:
-        assert_agrees(estimate, exact, FALSE_ALARM)
-    except AssertionError:
-        return False
-    return True
 
 
 def check(found):
@@ -280,27 +273,3 @@ def test_a_window_under_a_sky_and_a_lamp_in_glass(index):
 
 
 # ---- the sim ----
-
-
-@pytest.mark.parametrize(
-    ("wrong", "word"),
-    [
-        ({"show": "mirage"}, "lamp"),
-        ({"side": "above"}, "glass"),
-        ({"index": 1.0}, "1.01"),
-        ({"index": math.nan}, "nan"),
-        ({"angle": math.pi / 2}, "deg"),
-        ({"angle": -0.1}, "0 to"),
-    ],
-)
-def test_wrong_parameters_are_refused(wrong, word):
-    with pytest.raises(tp.SceneError, match=word):
-        refraction.scene(**wrong)
-
-
-@pytest.mark.filterwarnings("error")
-def test_all_cases_are_drawn_together(tmp_path):
-    outcomes = run_experiment(refraction, {}, particles=20_000, seed=1, threads=1)
-    paths = refraction.draw(outcomes, tmp_path / "glass.png")
-    assert [path.stem for path in paths] == ["glass", "glass_shares", "glass_laws"]
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)

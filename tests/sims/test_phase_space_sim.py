@@ -11,13 +11,15 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees, assert_follows, smallest_bias
+from tests.agreement import assert_agrees, assert_follows, assert_rejected, smallest_bias
 from tests.synthetic import EVEN_RUN
 from transport.sims import phase_space, pressure
 from transport.statistics.estimates import EstimateArray
 from transport.theory import free_flight, phase_mixing
 from transport.verification.experiment import run_experiment
 from transport.viz import phase_space as viz
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 MANY = 10_000_000
@@ -36,11 +38,6 @@ def presses():
     """Each case of pressure."""
     outcomes = run_experiment(pressure, particles=1_000_000, seed=1, threads=2)
     return {tuple(outcome.parameters.values()): outcome for outcome in outcomes}
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def counts_of(share, particles=MANY):
@@ -228,17 +225,6 @@ def test_the_shadow_of_a_black_wall_comes_back_after_two_depths():
     longer = tp.Scene(scene.sources, scene.surfaces, scene.detectors, duration=3 * scene.duration)
     shaded = tp.simulate(longer, particles=400_000, seed=1)["wall"].pressure
     assert_rejected(shaded, pressure.exact(wall="black")["pressure"])
-
-
-def test_unknown_choices_are_refused_with_the_possible_ones():
-    for module, wrong, cure in (
-        (phase_space, {"start": "plum"}, "cloud, shear, point, half, waterbag"),
-        (pressure, {"wall": "grey"}, "mirror, diffuse, black"),
-        (pressure, {"stuff": "sound"}, "light, gas"),
-        (pressure, {"motion": "stream", "tilt": 2.0}, "below 90 degrees"),
-    ):
-        with pytest.raises(tp.SceneError, match=cure):
-            module.scene(**wrong)
 
 
 # Pictures

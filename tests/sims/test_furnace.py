@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees, assert_z_spread
+from tests.agreement import assert_agrees, assert_rejected, assert_z_spread
 from transport.geometry.flat import FlatPolygon, FlatShape
 from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
@@ -23,7 +23,8 @@ from transport.statistics.estimates import Estimate
 from transport.statistics.replicates import Batches
 from transport.theory import fresnel, microfacets
 from transport.theory.enclosures import chi_square_values, escape_cosine
-from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 LEAVING = ("radiance_out",)
@@ -39,11 +40,6 @@ def result():
 @pytest.fixture(scope="module")
 def rows(result):
     return furnace.measure(result)
-
-
-def assert_rejected(estimate, exact):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, exact, FALSE_ALARM)
 
 
 # ---- the scene ----
@@ -311,10 +307,3 @@ def test_the_escape_cone_is_bounded_by_the_critical_angle():
 
 
 # ---- the sim ----
-
-
-def test_the_verdict_and_the_figure(tmp_path):
-    [outcome] = run_experiment(furnace, particles=100_000, seed=1, threads=2)
-    assert furnace.verdict([outcome]).endswith("as much goes from A to B as from B to A.")
-    furnace.draw([outcome], tmp_path / "furnace.png")
-    assert (tmp_path / "furnace.png").read_bytes().startswith(b"\x89PNG")

@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
+from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import integrating_sphere as sim
 from transport.theory import enclosures
 from transport.theory import enclosures as theory
-from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 REFERENCES = {  # D.integrating_sphere: albedo and port to multiplier and wall hits
@@ -31,11 +32,6 @@ FEW = {(0.99, 0.01): 40_000, (0.999, 0.0001): 5_000}  # particles, of white sphe
 
 def close(value, exact, relative=1e-14):
     return np.allclose(value, np.array(exact, dtype=float), rtol=relative, atol=0)
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 # ---- geometric series ----
@@ -153,18 +149,3 @@ def test_the_sphere_may_be_any_size_and_the_digits_stay():
     (_, small), (_, large) = (run(20_000, radius=radius, **setting) for radius in (1e-6, 1e3))
     for name in small:
         assert small[name].value == pytest.approx(large[name].value, rel=1e-3)
-
-
-def test_impossible_settings_are_refused():
-    with pytest.raises(tp.SceneError, match="light must be one of lamp, beam, got 'torch'"):
-        sim.scene(light="torch")
-    for name in ("port", "sample"):
-        with pytest.raises(tp.SceneError, match=f"{name} must be a share from 0 to 0.4, got 0.6"):
-            sim.scene(**{name: 0.6})
-
-
-def test_cases_are_drawn_together(tmp_path):
-    settings = [case | {"albedo": 0.5} for case in sim.cases()]
-    outcomes = [run_experiment(sim, case, particles=3_000, seed=1)[0] for case in settings]
-    assert [path.stem for path in sim.draw(outcomes, tmp_path / "all.png")] == ["all", "all_multiplier"]
-    assert sim.verdict(outcomes).endswith(".")

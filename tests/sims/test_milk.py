@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
+from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import milk
 from transport.sims.milk import ABSORBED, DIFFUSE, LOWER, SPECULAR, UPPER
 from transport.theory.turbid import Diffusion
-from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 MILD = {"scattering": 1e3, "absorption": 100.0}
@@ -36,11 +37,6 @@ def run(particles, **parameters):
 @pytest.fixture(scope="module")
 def mild():
     return run(1_000_000, **MILD)
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 @pytest.mark.parametrize(
@@ -144,17 +140,3 @@ def test_the_default_is_like_tissue_and_milk_is_white():
     assert 1e3 * milk.depths("deep", medium)[-1] / medium.extinction == pytest.approx(34.5, rel=0.02)
     assert milk.exact()[DIFFUSE] == pytest.approx(0.61643411023, rel=1e-10)
     assert milk.exact(absorption=0.1)[DIFFUSE] == pytest.approx(0.93, abs=0.001)
-
-
-def test_what_has_no_exact_value_is_refused():
-    for wrong in ({"scattering": 0.0}, {"absorption": 0.0}, {"scattering": 1e9}, {"g": 0.96}, {"index": 0.9}):
-        with pytest.raises(tp.SceneError, match="others have no exact value here"):
-            milk.scene(**wrong)
-
-
-def test_the_verdict_and_the_figures(tmp_path):
-    outcomes = run_experiment(milk, MILD, particles=5_000, seed=1, threads=1)
-    assert milk.verdict(outcomes).endswith("standard errors off.")
-    paths = milk.draw(outcomes, tmp_path / "milk.png")
-    assert [path.stem for path in paths] == ["milk", "milk_angles"]
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)

@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
+from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import flows
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
 from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 PARTICLES = 400_000
@@ -34,11 +36,6 @@ def oblique():
 @pytest.fixture(scope="module")
 def closed():
     return run(meter="closed")
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def prism(patch, path, places):
@@ -198,8 +195,3 @@ def test_samples_of_unlike_histories_are_refused():
     other = tp.Scene(scene.sources, scene.surfaces, detectors, duration=scene.duration)
     with pytest.raises(tp.SceneError, match="the two snapshots hold other histories"):
         flows.started_and_crossed(tp.simulate(other, particles=10_000, seed=1))
-
-
-def test_an_unknown_meter_is_refused():
-    with pytest.raises(tp.SceneError, match="meter must be one of patch, closed, got 'open'"):
-        flows.scene(meter="open")

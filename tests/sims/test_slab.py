@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
+from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import slab as sim
 from transport.theory import half_space, ordinates
 from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 
@@ -24,11 +26,6 @@ def run(particles=200_000, seed=1, **parameters):
     result = tp.simulate(sim.scene(**parameters), particles=particles, seed=seed, threads=1)
     assert result.ledger["lost"].value == 0
     return result, sim.measure(result)
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 @pytest.mark.parametrize(
@@ -107,36 +104,6 @@ def test_what_is_emitted_is_reflected_transmitted_and_absorbed():
     _, rows = run(albedo=0.0)
     assert rows[sim.BACK].value == 0
     assert rows[sim.STRAIGHT].value == pytest.approx(math.exp(-2), rel=1e-9)  # by weight, without chance
-
-
-def test_impossible_slabs_are_refused():
-    for wrong, words in (
-        ({"incidence": "sideways"}, "incidence must be one of beam, lambertian"),
-        ({"phase": "mie"}, "phase must be one of"),
-        ({"mu0": 0.0}, "mu0 must be above 0"),
-        ({"tau": 0.0}, "tau must be above 0"),
-        ({"tau": math.nan}, "tau must be above 0"),
-        ({"albedo": 1.1}, "albedo from 0 to 1"),
-        ({"g": 0.99}, "g must be from -0.95 to 0.95"),
-        ({"thickness": 0.0}, "thickness must be above 0"),
-    ):
-        with pytest.raises(tp.SceneError, match=words):
-            sim.scene(**wrong)
-
-
-def test_cases_are_drawn_alone_and_together(tmp_path):
-    settings = [
-        {"tau": 1.0},
-        {"tau": 2.0},
-        {"tau": 20.0, "mu0": 0.5},
-        {"albedo": 1.0, "phase": "rayleigh", "incidence": "lambertian"},
-    ]
-    outcomes = [run_experiment(sim, case, particles=5_000, seed=1)[0] for case in settings]
-    assert [path.stem for path in sim.draw(outcomes, tmp_path / "all.png")] == ["all", "all_radiance"]
-    for k, outcome in enumerate(outcomes[2:]):
-        [path] = sim.draw([outcome], tmp_path / f"{k}.png")
-        assert path.read_bytes().startswith(b"\x89PNG")
-    assert sim.verdict(outcomes).endswith(".")
 
 
 def test_curves_through_few_exact_points_are_within_6e_4():

@@ -14,12 +14,11 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
+from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import view_factors as sim
 from transport.theory import emitters, occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
-from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 SIZES = (1e-9, 1e-3, 0.1, 1.0, 10.0, 1e3, 1e9)
@@ -272,11 +271,6 @@ def run(particles=300_000, **parameters):
     return sim.measure(result)[sim.FACTOR], exact[sim.FACTOR]
 
 
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
-
-
 @pytest.mark.parametrize("pair", sim.PAIRS)
 @pytest.mark.parametrize("sizes", [{}, {"ratio": 0.4, "size": 1.5, "obstacle": 0.7}])
 def test_every_pair_is_counted(pair, sizes):
@@ -321,21 +315,3 @@ def test_strips_with_ends_are_not_strips_without():
     """Planted: mirrors that are not there."""
     estimate, _ = run(pair="strips without ends")
     assert_rejected(estimate, of_flat.parallel_rectangles(1.0, 1.0, 1.0))
-
-
-def test_unknown_pairs_are_refused_with_the_known_ones():
-    with pytest.raises(tp.SceneError, match=r"disks, rectangles, corner.*'cubes'"):
-        sim.scene(pair="cubes")
-
-
-def test_a_single_case_and_all_of_a_kind_are_drawn(tmp_path):
-    sim_cases = [
-        {"pair": "disks", "ratio": 1.0},
-        {"pair": "disks", "ratio": 30.0},
-        {"pair": "cone to itself"},
-    ]
-    outcomes = [run_experiment(sim, case, particles=20_000, seed=1)[0] for case in sim_cases]
-    assert [path.stem for path in sim.draw(outcomes, tmp_path / "all.png")] == ["all", "all_others"]
-    assert [path.stem for path in sim.draw(outcomes[:1], tmp_path / "one.png")] == ["one"]
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())
-    assert sim.verdict(outcomes).endswith(".")

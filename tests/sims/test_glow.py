@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
+from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import glow
 from transport.sims.glow import ESCAPED, SHARE
 from transport.theory import glow as theory
-from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 SCENE = glow.scene()
@@ -29,11 +30,6 @@ def run(scene, particles=300_000):
 @pytest.fixture(scope="module")
 def furnace():
     return run(SCENE, 1_000_000)
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def assert_rows(result, exact):
@@ -171,25 +167,3 @@ def test_all_shells_are_met_and_an_even_ball_is_rejected():
     assert_agrees(found, shares, FALSE_ALARM)
     assert_rejected(found, 1 - theory.ball_escape(1.0))
     assert_rejected(glow.measure(result)[SHARE], float(theory.slab_escape(1.0)))
-
-
-def test_wrong_parameters_are_refused():
-    wrongs = {
-        "show": ("cloud",),
-        "albedo": (1.0,),
-        "depth": (0.0, math.nan),
-        "radiance": (0.0, -1.0, math.nan),
-    }
-    for name, values in wrongs.items():
-        for value in values:
-            with pytest.raises(tp.SceneError, match=f"glow: {name} must be"):
-                glow.scene(**{name: value})
-
-
-def test_the_verdict_and_the_figures(tmp_path):
-    outcomes = run_experiment(glow, particles=20_000, seed=1, threads=1)
-    assert glow.verdict(outcomes).endswith(".")
-    assert [path.stem for path in glow.draw(outcomes, tmp_path / "all.png")] == ["all", "all_furnace"]
-    for k, outcome in enumerate(outcomes[:2]):
-        [path] = glow.draw([outcome], tmp_path / f"{k}.png")
-        assert path.read_bytes().startswith(b"\x89PNG")

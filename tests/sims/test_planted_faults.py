@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.agreement import assert_agrees, assert_z_spread
+from tests.agreement import assert_agrees, assert_rejected, assert_z_spread
 from transport import simulate
 from transport.results.solid_angles import solid_angles_of
 from transport.sims import diffuse_box, inverse_square, lambert_disk, photon_gas
@@ -25,11 +25,6 @@ FALSE_ALARM = 1e-5
 def run(module, **parameters):
     """The first case of a sim with these parameters."""
     return run_experiment(module, parameters, particles=1_000_000, seed=1)[0]
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def test_a_stream_without_its_cosine_is_rejected():

@@ -15,7 +15,7 @@ import pytest
 from scipy.integrate import dblquad
 
 import transport as tp
-from tests.agreement import assert_agrees, smallest_bias
+from tests.agreement import agrees, assert_agrees, smallest_bias
 from transport.sims import throughput
 from transport.sims.throughput import BEHIND, FOCAL, HOLE, KEPT, NEAR, READ, RIM, SENSOR, T_1, T_2
 from transport.statistics.estimates import Estimate
@@ -23,16 +23,10 @@ from transport.statistics.replicates import Batches
 from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import from_to, to_plane
 
+pytestmark = pytest.mark.slow  # runs of millions of particles
+
 FALSE_ALARM = 1e-5
 BEAMS = throughput.SHOWS[:-1]
-
-
-def agrees(estimate, exact):
-    try:
-        assert_agrees(estimate, exact, FALSE_ALARM)
-    except AssertionError:
-        return False
-    return True
 
 
 def rows(scene=None, particles=1_000_000, **parameters):
@@ -287,15 +281,6 @@ def test_a_wall_and_a_sensor_share_what_goes_through_the_hole():
 
 
 # ---- the sim ----
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [({"show": "prism"}, "glass ball, lens, sensor, got 'prism'"), ({"size": 0.2}, "size must be in")],
-)
-def test_unknown_choices_are_refused_with_the_possible_ones(given, said):
-    with pytest.raises(tp.SceneError, match=said):
-        throughput.scene(**given)
 
 
 def test_the_beam_of_a_lens_is_seen_in_phase_space():

@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees, smallest_bias
+from tests.agreement import assert_agrees, assert_rejected, smallest_bias
 from transport.sims import fog
 from transport.theory import attenuation
 from transport.verification.experiment import run_experiment
 from transport.viz.directions import direction_bins
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 
@@ -29,11 +31,6 @@ def outcomes():
 def cases(outcomes):
     """By reading and optical depth, the sun's also by its zenith angle."""
     return {(o.parameters["reading"], *list(o.parameters.values())[1:]): o for o in outcomes}
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def clear_irradiance(reading):
@@ -166,16 +163,6 @@ def test_the_picture_s_points_lie_on_its_bin_means_at_the_disk_s_edge_too(cases,
 
 def disk_law(tau):
     return lambda theta: fog._direct(theta, tau, fog.DISK)
-
-
-def test_unknown_choices_are_refused_with_the_possible_ones():
-    with pytest.raises(tp.SceneError, match="reading must be one of disk, lamp, room, sun, got 'moon'"):
-        fog.scene(reading="moon")
-    with pytest.raises(tp.SceneError, match="place must be one of slab, box, everywhere, got 'ball'"):
-        fog.scene(place="ball")
-    for angle in (math.pi / 2, 1.6, -0.1, math.nan):
-        with pytest.raises(tp.SceneError, match="zenith_angle must be from 0 to below 90°"):
-            fog.scene(reading="sun", zenith_angle=angle)
 
 
 def test_nothing_comes_through_fog_that_is_too_thick():

@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
+from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import effusion
 from transport.theory import effusion as theory
 from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 GAS = tp.Maxwellian(sigma=1.0, mass=2.0)
@@ -27,11 +29,6 @@ UNWEIGHTED = tp.SpeedTable(SPEEDS, SPEEDS * np.exp(-(SPEEDS**2) / 2))  # weighte
 def run(particles=1_000_000, **parameters):
     """The first case of the sim with these parameters."""
     return run_experiment(effusion, parameters, particles=particles, seed=1)[0]
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def close(value, exact, relative=1e-14):
@@ -267,18 +264,3 @@ def test_rows_hold_for_any_gas_and_wall(changed):
         if row.estimate.reason != "no score":
             assert_agrees(row.estimate, row.exact, FALSE_ALARM)
     assert len(rows) > 20
-
-
-def test_refused_settings_are_named():
-    with pytest.raises(tp.SceneError, match="ball, box, beam, wind, flight, burst"):
-        effusion.scene(setting="balloon")
-    for wrong in ({"loss": 1.5}, {"setting": "box", "hole": 0.2}, {"setting": "box", "accommodation": -0.1}):
-        with pytest.raises(tp.SceneError):
-            effusion.scene(**wrong)
-
-
-def test_all_settings_are_drawn_together(tmp_path):
-    outcomes = run_experiment(effusion, {}, particles=20_000, seed=1)
-    paths = effusion.draw(outcomes, tmp_path / "all.png")
-    assert [path.stem for path in paths] == ["all", *(f"all_{s}" for s in effusion.SETTINGS[1:])]
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)

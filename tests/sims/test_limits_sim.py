@@ -13,11 +13,13 @@ import pytest
 from scipy.special import chdtr, chdtrc
 
 import transport as tp
-from tests.agreement import assert_agrees
+from tests.agreement import agrees, assert_agrees
 from transport.sims import limits
 from transport.sims.limits import BINS, ELEMENTS, MIDDLE, PARTS, POINTS
 from transport.theory import counting, emitters, shadows, solid_angles
 from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 PARTICLES = 16_000_000  # in 32 batches of 16 parts: 31 250 a measurement
@@ -28,14 +30,6 @@ DISK = 0.2, 1.0, 1.0  # radius, offset, distance
 @pytest.fixture(scope="module")
 def results():
     return {e: tp.simulate(limits.scene(e), particles=PARTICLES, seed=1, threads=2) for e in ELEMENTS}
-
-
-def agrees(estimate, exact, false_alarm=FALSE_ALARM):
-    try:
-        assert_agrees(estimate, exact, false_alarm)
-    except AssertionError:
-        return False
-    return True
 
 
 def wrong_bins(result, shift=0.0):
@@ -275,11 +269,6 @@ def test_its_parameters_scale_the_scene():
         for outcome in run_experiment(limits, parameters, particles=500_000, seed=1):
             for row in outcome.rows:
                 assert_agrees(row.estimate, row.exact, FALSE_ALARM)
-
-
-def test_an_unknown_element_is_refused_with_the_possible_ones():
-    with pytest.raises(tp.SceneError, match="volume"):
-        limits.scene("volume")
 
 
 def test_elements_are_grouped_about_the_middle():

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees, smallest_bias
+from tests.agreement import agrees, assert_agrees, smallest_bias
 from transport.sims import two_elements
 from transport.sims.two_elements import (
     ALL,
@@ -33,6 +33,8 @@ from transport.sims.two_elements import (
 )
 from transport.theory import enclosures, etendue, view_factors
 
+pytestmark = pytest.mark.slow  # runs of millions of particles
+
 FALSE_ALARM = 1e-5
 TILTED = {"size_1": 0.05, "size_2": 0.02, "tilt_1": math.radians(75), "tilt_2": math.radians(45)}
 DISTANT = TILTED | {"size_1": 0.1, "distance": 2.0}
@@ -43,14 +45,6 @@ def rows(scene=None, particles=1_000_000, seed=1, **parameters):
     scene = two_elements.scene(**parameters) if scene is None else scene
     measured = two_elements.measure(tp.simulate(scene, particles=particles, seed=seed))
     return {name: (measured[name], value) for name, value in two_elements.exact(**parameters).items()}
-
-
-def agrees(estimate, exact):
-    try:
-        assert_agrees(estimate, exact, FALSE_ALARM)
-    except AssertionError:
-        return False
-    return True
 
 
 # ---- theory ----
@@ -238,12 +232,6 @@ def test_a_clock_that_stops_before_the_longest_stay_is_rejected():
 
 
 # ---- the sim ----
-
-
-@pytest.mark.parametrize(("name", "wrong"), [("show", "second law"), ("body", "torus")])
-def test_unknown_choices_are_refused_with_the_possible_ones(name, wrong):
-    with pytest.raises(tp.SceneError, match=wrong):
-        two_elements.scene(**{name: wrong})
 
 
 def test_quadrature_nodes_suffice_for_the_cases_of_the_sim(monkeypatch):

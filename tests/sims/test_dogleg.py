@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees, smallest_bias
+from tests.agreement import assert_agrees, assert_rejected, smallest_bias
 from transport.sims import dogleg as sim
 from transport.verification.experiment import run_experiment
+
+pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 RUNS = 200_000
@@ -33,11 +35,6 @@ def run(scene, particles=RUNS):
 def only_cell(scene):
     """Neither points nor layers to look at: faster."""
     return dataclasses.replace(scene, detectors=[d for d in scene.detectors if d.name == "cell"])
-
-
-def assert_rejected(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)
 
 
 def test_every_row_holds(outcomes):
@@ -132,25 +129,3 @@ def test_mirror_images_are_folded_onto_one_octant(outcomes):
 def test_all_points_are_the_published_ones():
     assert [len(sim.asked(problem, 0.0, "all")) for problem in (1, 2, 3)] == [30, 16, 22]
     assert set(sim.PUBLISHED) <= set(sim.asked(1, 0.5, "all"))
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"problem": 4}, {"scattering": 1.0}, {"scattering": -0.1}, {"built": "bricks"}, {"points": "some"}],
-)
-def test_other_problems_are_refused(wrong):
-    with pytest.raises(tp.SceneError, match="dogleg: must have"):
-        sim.scene(**wrong)
-
-
-@pytest.mark.filterwarnings("error")
-def test_all_cases_are_drawn_alone_and_together(outcomes, tmp_path, monkeypatch):
-    monkeypatch.setattr("transport.viz.style.RESOLUTION", 30)
-    paths = sim.draw(outcomes, tmp_path / "all.png")
-    assert [path.stem for path in paths] == ["all", "all_2"]
-    walls = run_experiment(sim, {"problem": 3, "scattering": 0.5, "built": "voxels"}, particles=3000, seed=1)
-    assert all(np.isnan(row.exact) for row in walls[0].rows)
-    for k, outcome in enumerate([outcomes[2], *walls]):
-        sim.draw([outcome], tmp_path / f"{k}.png")
-        assert sim.verdict([outcome]).endswith(".")
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())
