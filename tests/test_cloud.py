@@ -15,9 +15,9 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees, smallest_bias
 from transport.sims import cloud as sim
+from transport.sims.cloud import Voxels, along_sight
 from transport.theory import ordinates
 from transport.verification.experiment import run_experiment
-from transport.viz.clouds import Voxels, along_sight
 
 FALSE_ALARM = 1e-5
 RUNS = 500_000
@@ -219,9 +219,8 @@ def _scattered(u, g, draws):
 def test_along_a_line_of_sight_light_is_added_and_weakened():
     """Through an even block of even light: S (1 - exp(-τ)), and exp(-τ) of what is behind."""
     even, dark = np.full((4, 4, 4), 0.3), np.zeros((4, 4, 4))
-    block = Voxels(
-        (0, 0, 0), (2, 2, 2), even, dark, dark + 4 * math.pi, 0.9, lambda mu: 0 * mu, (0, 0, -1), 1.0
-    )
+    places = (0, 0, -1), (0, 0, 0), (2, 2, 2)
+    block = Voxels(even, dark, dark + 4 * math.pi, 0.9, lambda mu: 0 * mu, *places)
     sent, passed = along_sight(block, np.array([-5.0, 1.0, 1.0]), np.array([[1.0, 0, 0], [0, 1.0, 0]]))
     assert passed == pytest.approx([math.exp(-0.6), 1.0], rel=1e-12)
     assert sent == pytest.approx([0.9 * (1 - math.exp(-0.6)), 0.0], rel=1e-12)
@@ -246,8 +245,8 @@ def test_other_skies_are_refused(wrong):
 
 @pytest.mark.filterwarnings("error")
 def test_both_cases_are_drawn_alone_and_together(outcomes, tmp_path, monkeypatch):
-    monkeypatch.setattr("transport.viz.clouds.PIXELS", (64, 30))
-    monkeypatch.setattr("transport.viz.clouds.STEPS", 20)
+    monkeypatch.setattr("transport.sims.cloud.PIXELS", (64, 30))
+    monkeypatch.setattr("transport.sims.cloud.STEPS", 20)
     monkeypatch.setattr("transport.viz.style.RESOLUTION", 30)
     assert sim.verdict(outcomes[:1]).endswith(".")
     for name, shown in {"all": outcomes, "layers": outcomes[1:]}.items():

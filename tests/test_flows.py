@@ -16,7 +16,6 @@ from transport.sims import flows
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
 from transport.verification.experiment import run_experiment
-from transport.viz.prisms import Starts, prisms
 
 FALSE_ALARM = 1e-5
 PARTICLES = 400_000
@@ -201,18 +200,6 @@ def test_samples_of_unlike_histories_are_refused():
         flows.started_and_crossed(tp.simulate(other, particles=10_000, seed=1))
 
 
-def test_pictures_of_prisms_take_one_panel_or_several(oblique, tmp_path):
-    for panels in (1, 4):
-        flows._draw_prisms([oblique] * panels, tmp_path / "one.png")
-        starts = Starts(
-            np.zeros((3, 2)), np.array([True, False, True]), np.eye(2), np.array([0.6, 0.8]), (1, 0)
-        )
-        prisms({str(panel): starts for panel in range(panels)}, tmp_path / f"{panels}.png")
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())
-    with pytest.raises(ValueError, match="panels must hold one at least"):
-        prisms({}, tmp_path / "none.png")
-
-
 def test_an_unknown_meter_is_refused():
-    with pytest.raises(tp.SceneError, match="meter must be 'patch' or 'closed', got 'open'"):
+    with pytest.raises(tp.SceneError, match="meter must be one of patch, closed, got 'open'"):
         flows.scene(meter="open")

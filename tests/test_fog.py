@@ -16,7 +16,6 @@ from transport.sims import fog
 from transport.theory import attenuation
 from transport.verification.experiment import run_experiment
 from transport.viz.directions import direction_bins
-from transport.viz.views import _means, _norm, _shown_on_map
 
 FALSE_ALARM = 1e-5
 
@@ -157,7 +156,8 @@ def test_radiances_read_on_the_ground_tell_that_above_the_air(cases):
 def test_the_picture_s_points_lie_on_its_bin_means_at_the_disk_s_edge_too(cases, tau, place):
     """Rejected there: the law in the middle of the bin, which the disk does not reach."""
     seen, law = cases["disk", tau, place].result["view"].radiance, disk_law(tau)
-    means, within = _means(direction_bins(seen), law), math.atan2(*fog.DISK[:2])
+    bins, within = direction_bins(seen), math.atan2(*fog.DISK[:2])
+    means = bins.expected(lambda theta, phi: law(theta), 0)
     edge = int(np.searchsorted(fog.ANGLES, within)) - 1
     assert_agrees(seen[: edge + 1], means[: edge + 1], FALSE_ALARM)
     assert law(fog.ANGLES[[edge, edge + 1]].mean()) == 0 < means[edge] < 0.2 * means[edge - 1]
@@ -166,16 +166,6 @@ def test_the_picture_s_points_lie_on_its_bin_means_at_the_disk_s_edge_too(cases,
 
 def disk_law(tau):
     return lambda theta: fog._direct(theta, tau, fog.DISK)
-
-
-def test_in_a_map_of_decades_what_was_not_counted_is_not_dark(cases):
-    """Dark is where the law has nothing; elsewhere an empty bin is unknown, and hatched."""
-    bins = direction_bins(cases["disk", 1.0, "box"].result["view"].radiance)
-    norm, empty = _norm({"disk": bins}, log=True), bins.value == 0
-    assert empty.any() and not empty.all()
-    assert np.array_equal(np.isnan(_shown_on_map(bins, None, norm)), empty)
-    shown = _shown_on_map(bins, disk_law(1.0), norm)
-    assert (shown[empty] == norm.vmin).all() and (shown[~empty] >= norm.vmin).all()
 
 
 def test_unknown_choices_are_refused_with_the_possible_ones():

@@ -16,7 +16,6 @@ from transport.sims import half_space as sim
 from transport.theory import fresnel
 from transport.theory import half_space as theory
 from transport.verification.experiment import run_experiment
-from transport.viz.limb_darkening import limb_darkening
 
 FALSE_ALARM = 1e-5
 
@@ -107,8 +106,6 @@ def test_impossible_half_spaces_are_refused():
     ):
         with pytest.raises(tp.SceneError, match=words):
             sim.scene(**wrong)
-    with pytest.raises(ValueError, match="one at least"):
-        limb_darkening({}, "none.png")
 
 
 def test_cases_are_drawn_together(tmp_path):

@@ -18,9 +18,6 @@ from transport.sims import limits
 from transport.sims.limits import BINS, ELEMENTS, MIDDLE, PARTS, POINTS
 from transport.theory import counting, emitters, shadows, solid_angles
 from transport.verification.experiment import run_experiment
-from transport.viz import resolution
-from transport.viz.resolution import grouped
-from transport.viz.tradeoff import tradeoff
 
 FALSE_ALARM = 1e-5
 PARTICLES = 16_000_000  # in 32 batches of 16 parts: 31 250 a measurement
@@ -286,17 +283,10 @@ def test_an_unknown_element_is_refused_with_the_possible_ones():
 
 
 def test_elements_are_grouped_about_the_middle():
-    edges, means = grouped(np.arange(13.0), np.arange(12.0), 2)
+    edges, means = limits.grouped_bins(np.arange(13.0), np.arange(12.0), 2)
     assert edges.tolist() == [0, 4, 8, 12]
     assert means.tolist() == [1.5, 5.5, 9.5]
-    edges, means = grouped(np.arange(13.0), np.arange(12.0), 1)
+    edges, means = limits.grouped_bins(np.arange(13.0), np.arange(12.0), 1)
     assert edges.tolist() == [1, 3, 5, 7, 9, 11]
-    edges, means = grouped(np.arange(13.0), np.arange(12.0), 6)
+    edges, means = limits.grouped_bins(np.arange(13.0), np.arange(12.0), 6)
     assert edges.tolist() == [0, 12] and means.tolist() == [5.5]
-
-
-def test_figures_without_a_panel_are_refused(tmp_path):
-    with pytest.raises(ValueError, match="panel"):
-        tradeoff({}, tmp_path / "a.png", "deviation")
-    with pytest.raises(ValueError, match="column"):
-        resolution.resolutions({}, tmp_path / "b.png")

@@ -27,6 +27,10 @@ WIDE = {"occluder": "edge", "radius": 0.4, "gap": 0.4}  # cosines fall by a thir
 CASES = [*sim.cases(), WIDE, {"occluder": "cylinder", "radius": 0.3, "gap": 0.5, "thickness": 0.15}]
 
 
+def shadow(occluder="edge", **parameters):
+    return sim.shadow_of(sim.scene(occluder, **parameters))
+
+
 def bins(of, scene=None, particles=1_000_000, radiance=100.0):
     """All fine bins of the screen with their exact means."""
     result = tp.simulate(of.scene(radiance) if scene is None else scene, particles=particles, seed=1)
@@ -133,7 +137,7 @@ def test_at_the_borders_the_strip_ends_at_the_rim(case):
 
 def test_behind_a_cylinder_lines_drawn_at_random_see_as_much():
     """Lines between lamp and screen, kept where they pass the axis at more than the thickness."""
-    of = sim.shadow("cylinder", **THIN)
+    of = shadow("cylinder", **THIN)
     draws, n = np.random.default_rng(1), 400_000
     r, a = of.radius * np.sqrt(draws.random(n)), 2 * np.pi * draws.random(n)
     end, side = r * np.cos(a), r * np.sin(a)
@@ -151,7 +155,7 @@ def test_behind_a_cylinder_lines_drawn_at_random_see_as_much():
 
 @pytest.mark.parametrize("case", CASES)
 def test_twice_the_nodes_change_no_mean(case, monkeypatch):
-    of = sim.shadow(**case)
+    of = shadow(**case)
     before = of.means(of.edges)
     monkeypatch.setattr(shadows, "ACROSS", 2 * shadows.ACROSS)
     monkeypatch.setattr(shadows, "ALONG", 2 * shadows.ALONG)
@@ -163,7 +167,7 @@ def test_twice_the_nodes_change_no_mean(case, monkeypatch):
 
 @pytest.mark.parametrize("case", CASES)
 def test_every_bin_of_a_shadow_holds_its_mean(case):
-    of = sim.shadow(**case)
+    of = shadow(**case)
     estimates, exact = bins(of)
     assert agrees(estimates, exact)
     light = estimates[-1]
@@ -178,7 +182,7 @@ def _zone_of_bins(of):
 
 
 def test_a_lamp_taken_for_a_point_is_rejected():
-    of = sim.shadow("edge", **EDGE)
+    of = shadow("edge", **EDGE)
     estimates, exact = bins(of)
     assert agrees(estimates, exact)
     middles = (of.edges[1:] + of.edges[:-1]) / 2
@@ -187,7 +191,7 @@ def test_a_lamp_taken_for_a_point_is_rejected():
 
 def test_the_share_of_the_lamp_without_its_cosines_is_rejected():
     """A lamp as wide as its distance is long: G is not constant over it."""
-    of = sim.shadow(**WIDE)
+    of = shadow(**WIDE)
     estimates, exact = bins(of)
     assert agrees(estimates, exact)
     middles = (of.edges[1:] + of.edges[:-1]) / 2
@@ -202,20 +206,20 @@ def replaced(of, shape):
 
 
 def test_a_ribbon_as_wide_as_the_cylinder_throws_another_shadow():
-    of = sim.shadow(**CASES[-1])
+    of = shadow(**CASES[-1])
     ribbon = tp.Rectangle(center=(0, 0, of.gap), width=2 * of.thickness, height=4.0)
     assert not agrees(*bins(of, replaced(of, ribbon)))
 
 
 def test_a_cylinder_that_ends_within_the_sight_lines_is_rejected():
-    of = sim.shadow("cylinder", **THICK)
+    of = shadow("cylinder", **THICK)
     right = of.scene(100.0).surfaces[0].shape
     assert agrees(*bins(of, replaced(of, right)))
     assert not agrees(*bins(of, replaced(of, dataclasses.replace(right, height=0.09))))
 
 
 def test_an_edge_a_millimetre_aside_is_rejected():
-    of = sim.shadow("edge", **EDGE)
+    of = shadow("edge", **EDGE)
     right = of.scene(100.0).surfaces[0].shape
     x, y, z = right.center
     assert not agrees(*bins(of, replaced(of, dataclasses.replace(right, center=(x - 1e-3, y, z)))))
@@ -223,16 +227,16 @@ def test_an_edge_a_millimetre_aside_is_rejected():
 
 def test_a_scene_of_another_size_has_the_same_shadow():
     """Micrometres: the same irradiance, as the angles are the same."""
-    small = sim.shadow("cylinder", **{name: 1e-6 * value for name, value in THICK.items()})
+    small = shadow("cylinder", **{name: 1e-6 * value for name, value in THICK.items()})
     estimates, exact = bins(small)
     assert agrees(estimates, exact)
-    large = sim.shadow("cylinder", **THICK)
+    large = shadow("cylinder", **THICK)
     assert exact == pytest.approx(100 * large.means(large.edges), rel=1e-11, abs=1e-12)
 
 
 def test_the_bins_fill_the_screen_and_the_elements_the_bins():
     for case in CASES:
-        of = sim.shadow(**case)
+        of = shadow(**case)
         assert (np.diff(of.edges) > 0).all()
         taken = [k for part in of.elements.values() for k in range(part.start, part.stop)]
         assert taken == list(range(len(of.edges) - 1))

@@ -149,7 +149,7 @@ def test_what_would_not_end_and_unknown_subjects_are_refused():
     for albedo in (0.0, 1.0):
         with pytest.raises(tp.SceneError, match="albedo must be above 0 and below 1"):
             point_in_fog.scene(albedo=albedo)
-    with pytest.raises(tp.SceneError, match="subject must be steady or clock, got 'film'"):
+    with pytest.raises(tp.SceneError, match="subject must be one of steady, clock, got 'film'"):
         point_in_fog.scene(subject="film")
 
 

@@ -31,8 +31,6 @@ from transport.sims.refraction import (
 from transport.theory import fresnel
 from transport.theory import fresnel as theory
 from transport.verification.experiment import run_experiment
-from transport.viz.lobes import lobes
-from transport.viz.shares import shares
 
 FALSE_ALARM = 1e-5
 WHOLE = np.array([0, math.pi / 2])
@@ -306,9 +304,3 @@ def test_all_cases_are_drawn_together(tmp_path):
     paths = refraction.draw(outcomes, tmp_path / "glass.png")
     assert [path.stem for path in paths] == ["glass", "glass_shares", "glass_laws"]
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
-
-
-@pytest.mark.parametrize("chart", [lobes, shares])
-def test_charts_of_nothing_are_refused(chart, tmp_path):
-    with pytest.raises(ValueError, match="got none"):
-        chart({}, tmp_path / "none.png", *([""] if chart is lobes else []))

@@ -14,8 +14,7 @@ import transport as tp
 from tests.agreement import assert_agrees
 from transport.sims import slab as sim
 from transport.theory import half_space, ordinates
-from transport.verification.experiment import Outcome, Row
-from transport.viz.polar_radiance import polar_radiance
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 
@@ -123,8 +122,6 @@ def test_impossible_slabs_are_refused():
     ):
         with pytest.raises(tp.SceneError, match=words):
             sim.scene(**wrong)
-    with pytest.raises(ValueError, match="one at least"):
-        polar_radiance({}, "none.png")
 
 
 def test_cases_are_drawn_alone_and_together(tmp_path):
@@ -134,13 +131,7 @@ def test_cases_are_drawn_alone_and_together(tmp_path):
         {"tau": 20.0, "mu0": 0.5},
         {"albedo": 1.0, "phase": "rayleigh", "incidence": "lambertian"},
     ]
-    outcomes = []
-    for case in settings:
-        result, rows = run(5_000, **case)
-        exact = sim.exact(**case)
-        outcomes.append(
-            Outcome(case, result, tuple(Row(name, row, exact[name]) for name, row in rows.items()))
-        )
+    outcomes = [run_experiment(sim, case, particles=5_000, seed=1)[0] for case in settings]
     assert [path.stem for path in sim.draw(outcomes, tmp_path / "all.png")] == ["all", "all_radiance"]
     for k, outcome in enumerate(outcomes[2:]):
         [path] = sim.draw([outcome], tmp_path / f"{k}.png")
@@ -150,15 +141,15 @@ def test_cases_are_drawn_alone_and_together(tmp_path):
 
 def test_curves_through_few_exact_points_are_within_6e_4():
     deepest, halvings = sim.DEEPEST * 0.84, 6  # in the middle between points
-    lights = ordinates.halved_slabs(deepest, halvings, *sim._optics(g=0.0))
-    depths, known = sim._curve({"g": 0.0})
+    optics = 0.9, ordinates.henyey_greenstein(0.0), 1.0
+    lights = ordinates.halved_slabs(deepest, halvings, *optics)
+    depths, known = sim.curve_points(*optics)
     for name in ("reflected", "transmitted", "unscattered_on", "absorbed"):
-        fine, curve = sim._smooth(depths, [getattr(light, name) for light in known])
+        fine, curve = sim.smooth(depths, [getattr(light, name) for light in known])
         between = np.interp(np.log(deepest) - np.arange(halvings, -1, -1) * np.log(2), np.log(fine), curve)
         assert between == pytest.approx([getattr(light, name) for light in lights], abs=6e-4)
 
 
 def test_what_passes_without_a_collision_is_told_as_well():
-    result, rows = run(1000, tau=1e-9)
-    table = tuple(Row(name, row, sim.exact(tau=1e-9)[name]) for name, row in rows.items())
-    assert sim.verdict([Outcome({"tau": 1e-9}, result, table)]).endswith("standard errors off.")
+    outcomes = run_experiment(sim, {"tau": 1e-9}, particles=1000, seed=1)
+    assert sim.verdict(outcomes[:1]).endswith("standard errors off.")

@@ -305,21 +305,21 @@ def test_the_beam_of_a_lens_is_seen_in_phase_space():
     scene = throughput.scene(show="lens")
     outcome = Outcome({"show": "lens"}, tp.simulate(scene, particles=2_000_000, seed=1, threads=1), ())
     for plane in throughput.PLANES:
-        portrait = throughput._portrait(outcome, plane)
-        assert portrait.area == pytest.approx(etendue.meridional_etendue(0.01, RIM, NEAR), rel=1e-4)
-        right, mirrored = (overlap(portrait, share) for share in (portrait.share, portrait.share[::-1]))
+        x, p, shares, [(_, outline, area), *_] = throughput._portrait(outcome, plane)
+        assert area == pytest.approx(etendue.meridional_etendue(0.01, RIM, NEAR), rel=1e-4)
+        right, mirrored = (overlap(x, p, outline, share) for share in (shares, shares[::-1]))
         assert right > 0.97
         assert mirrored < (0.97 if plane == "at aperture 1" else 0.8)
 
 
-def overlap(portrait, share):
+def overlap(x_edges, p_edges, outline, share):
     """Part of the radiance, summed over bins, that lies in bins whose middle is within the outline or next to it."""
     from matplotlib.path import Path
 
-    x, p = ((edges[1:] + edges[:-1]) / 2 for edges in (portrait.x, portrait.p))
-    scale = np.array([np.diff(portrait.x)[0], np.diff(portrait.p)[0]])
+    x, p = ((edges[1:] + edges[:-1]) / 2 for edges in (x_edges, p_edges))
+    scale = np.array([np.diff(x_edges)[0], np.diff(p_edges)[0]])
     places = np.stack(np.meshgrid(x, p, indexing="ij"), axis=-1).reshape(-1, 2) / scale
     inside = np.zeros(len(places), dtype=bool)
     for shift in ((0, 0), (0.5, 0.5), (-0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)):
-        inside |= Path(portrait.outline / scale).contains_points(places + shift)
+        inside |= Path(outline / scale).contains_points(places + shift)
     return share.reshape(-1)[inside].sum() / share.sum()

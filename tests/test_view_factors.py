@@ -339,25 +339,3 @@ def test_a_single_case_and_all_of_a_kind_are_drawn(tmp_path):
     assert [path.stem for path in sim.draw(outcomes[:1], tmp_path / "one.png")] == ["one"]
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())
     assert sim.verdict(outcomes).endswith(".")
-
-
-@pytest.mark.filterwarnings("error")
-def test_a_catalogue_says_what_does_not_fit(tmp_path):
-    """Places and bins are taken, linear and logarithmic, and estimates without an error."""
-    from transport.viz.catalogue import Entry, catalogue
-
-    result = tp.simulate(sim.scene(ratio=3.0), particles=1_000, seed=1)
-    factor, zero = sim.measure(result)[sim.FACTOR], result.ledger["roulette"]
-    half = factor * 0.5
-    entries = {"places": Entry([1.0, 2.0], [factor, half], lambda x: 0.1 / x)}
-    entries["bins"] = Entry([1.0, 2.0, 3.0], [half, factor], lambda x: 0.1, expected=[0.05, 0.1])
-    for scale in (False, True):
-        path = tmp_path / f"{scale}.png"
-        assert catalogue(entries, path, "x", "y", log_x=scale, log_y=scale) == path
-        assert path.read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(ValueError, match="at least one entry"):
-        catalogue({}, tmp_path / "none.png", "x", "y")
-    with pytest.raises(ValueError, match="'odd' must have a place or a bin an estimate, got 4 x and 1"):
-        catalogue({"odd": Entry([1, 2, 3, 4], [factor], float)}, tmp_path / "odd.png", "x", "y")
-    with pytest.raises(ValueError, match="of one unit"):
-        catalogue({"units": Entry([1, 2], [factor, zero], float)}, tmp_path / "units.png", "x", "y")

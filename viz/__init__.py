@@ -8,28 +8,17 @@ if __name__ == "viz":
     raise ImportError("'viz' is a part of transport now: import transport.viz")
 
 
-from transport.viz.cameras import seen
 from transport.viz.comparisons import comparison
 from transport.viz.convergence import convergence
 from transport.viz.curves import Series, plot_curves
-from transport.viz.cuts import radiance_cuts
 from transport.viz.directions import polar_curves
 from transport.viz.maps import plot_map, plot_maps
 from transport.viz.phase_space import phase_portraits
 from transport.viz.power_flow import power_flow
-from transport.viz.prisms import Starts, prisms
-from transport.viz.profiles import profile
-from transport.viz.radiance import radiance_map
-from transport.viz.resolution import Resolved, resolutions
 from transport.viz.style import figure
-from transport.viz.tradeoff import Curve, Tradeoff, tradeoff
 
 __all__ = [
-    "Curve",
-    "Resolved",
     "Series",
-    "Starts",
-    "Tradeoff",
     "comparison",
     "convergence",
     "figure",
@@ -39,11 +28,4 @@ __all__ = [
     "plot_maps",
     "polar_curves",
     "power_flow",
-    "prisms",
-    "profile",
-    "radiance_cuts",
-    "radiance_map",
-    "resolutions",
-    "seen",
-    "tradeoff",
 ]

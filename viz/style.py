@@ -11,13 +11,12 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 from matplotlib import patheffects
-from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -115,23 +114,6 @@ def figure(
         else:
             Path(path).parent.mkdir(parents=True, exist_ok=True)
             made.savefig(path)
-
-
-def figure_at(
-    path: str | os.PathLike,
-    size: tuple[float, float],
-    title: str | None,
-    note: str | None,
-    layout: str = "constrained",
-) -> AbstractContextManager[Figure]:
-    """`figure` with its former order of arguments."""
-    return figure(size, title, note, path, layout)
-
-
-def axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
-    """Axes at a place in inches: the panels keep their sizes, whatever their labels are."""
-    across, up = figure.get_size_inches()
-    return figure.add_axes((left / across, bottom / up, width / across, height / up))
 
 
 def unit_label(unit: object) -> str:
