@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import transport as tp
+from tests.plain_scenes import SMALL
 from tests.round_trips import faults_of
 from tests.same_batches import assert_same
 from transport.cli.docs import GUIDES
@@ -18,12 +19,6 @@ from transport.results.record import total_cost
 from transport.run import progress
 from transport.run import run as running
 from transport.verification import experiment
-
-SMALL = tp.Scene(
-    tp.Source(tp.Disk(radius=0.5), tp.Lambertian(power=1.0)),
-    (),
-    tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.5), "meter"),
-)
 
 
 @pytest.fixture

@@ -130,7 +130,7 @@ def make_view(
 
 def open_window(view: View) -> None:
     """Open an interactive window of the scene, and wait until it is closed."""
-    plotter = _viz("scene_view").scene_plotter(view.scene, view.result, view.tracks, off_screen=False)
+    plotter = _viz("scene").draw_scene(view.scene, view.result, view.tracks, off_screen=False)
     plotter.show(title=view.title)
 
 
@@ -194,7 +194,7 @@ def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
     if scene.duration is None:
         return None
     with optional_packages("view"):
-        film = _viz("flying").filmed(scene)
+        film = _viz("movie").filmed(scene)
     try:
         compiles = experiment_treatment(module, film).plan is not None
     except SceneError:
@@ -203,7 +203,7 @@ def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
 
 
 def _write_picture(view: View, path: Path) -> object:
-    return _viz("scene_view").scene_view(view.scene, path, view.result, view.tracks, title=view.title)
+    return _viz("scene").draw_scene(view.scene, view.result, view.tracks, path, title=view.title)
 
 
 def _write_page(view: View, path: Path) -> object:
@@ -211,7 +211,7 @@ def _write_page(view: View, path: Path) -> object:
 
 
 def _write_vtk(view: View, path: Path) -> object:
-    blocks = _viz("scene_view").scene_blocks(view.scene, view.result, view.tracks)
+    blocks = _viz("scene").scene_blocks(view.scene, view.result, view.tracks)
     path.open("wb").close()  # raises OSError; the VTK writer would only print
     blocks.save(path)
     return path
