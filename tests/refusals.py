@@ -17,8 +17,8 @@ def meter(**how):
     return tp.Detector(DISK, name="lid", **how)
 
 
-def assert_refused(make: Callable[[], object], words: str | Iterable[str]) -> None:
-    """Fail unless the call is refused with all these words: object, parameter, value, cure.
+def assert_refused(make: Callable[[], object], words: str | Iterable[str]) -> str:
+    """Return the message, and fail unless the call is refused with all these words: object, parameter, value, cure.
 
     A text is the message itself; " ... " in it stands for whatever the message says there.
     """
@@ -31,3 +31,4 @@ def assert_refused(make: Callable[[], object], words: str | Iterable[str]) -> No
             place = message.index(part, place) + len(part)
     assert isinstance(words, str) or [word for word in words if word not in message] == [], message
     assert len(message) < 600, message
+    return message

@@ -26,7 +26,7 @@ FAULTS = (
         "r = math.sqrt(inner2 + p * (outer2 - inner2))",
         "r = math.sqrt(inner2) + p * (math.sqrt(outer2) - math.sqrt(inner2))",
         "births on a disk without the Jacobian r",
-        ("test_emission::test_what_reaches_the_target_is_the_closed_form",),
+        ("detectors/test_aimed_births::test_what_reaches_the_target_is_the_closed_form",),
     ),
     Fault(
         BIRTHS,
@@ -177,7 +177,9 @@ FAULTS = (
         "side = 1 if mu < HALF_CUT else -1",
         "side = 1",
         "all crossings beyond the grazing cut counted on one side",
-        ("test_grazing",),
+        (
+            "detectors/test_surface_detectors::test_half_of_what_grazes_from_a_constant_radiance_is_below_the_root_of_one_half",
+        ),
     ),
     Fault(
         COLLISIONS,
@@ -247,13 +249,13 @@ FAULTS = (
         "(near * near / near_cosine if near > 0.0 else 0.0)",
         "0.0",
         "one of two faces of a box left out of a density",
-        ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
+        ("detectors/test_aimed_births::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
         "engine/passes/aims.py",
         "total_low += low\n        heaviest",
         "heaviest",
         "a ledger that leaves out the last digits of what was born",
-        ("test_emission::test_all_power_reaches_a_target_all_round",),
+        ("detectors/test_aimed_births::test_all_power_reaches_a_target_all_round",),
     ),
 )
