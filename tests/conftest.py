@@ -15,10 +15,10 @@ ROOT = Path(__file__).resolve().parents[1]
 # The first compiles all passes and looks at their machine code; beside it, in the second of two workers, what needs none of
 # them: else both would compile the same.  Then what takes longest, so that the two end together.
 COMPILING, MEANWHILE = (
-    ("test_vectorised.py",),
+    ("test_machine_code.py",),
     ("test_ordinates.py", "test_half_space_theory.py", "test_charts.py", "test_microfacets.py"),
 )
-LONGEST = ("test_plain_python.py", "test_sims.py", "test_fuzz.py", "test_error_bars.py")
+LONGEST = ("test_reproducible.py", "test_sims.py", "test_fuzz.py", "test_error_bars.py")
 FIRST = (*COMPILING, *MEANWHILE, *LONGEST)
 
 
