@@ -12,7 +12,7 @@ from tests.ctrl_c import pressing_ctrl_c
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
 
 ROOT = Path(__file__).resolve().parents[1]
-# The first compiles all passes and looks at their machine code; beside it, in the second of two workers, what needs none of
+# The first compiles passes and looks at their machine code; beside it, in the second of two workers, what needs none of
 # them: else both would compile the same.  Then what takes longest, so that the two end together.
 COMPILING, MEANWHILE = (
     ("test_machine_code.py",),

@@ -45,7 +45,7 @@ WAYS = {  # scene, and how it is followed
     "clock": ("pile", tp.Tracking(absorption="analog")),
     "path lengths": ("shells", tp.Tracking(forced=True)),
 }
-OFTEN = {"weighted", "split", "room", "layers"}  # in the default run; all others are slow
+OFTEN = {"weighted", "split", "room"}  # in the default run; all others are slow
 HISTORIES, BATCHES = 300, 4
 
 

@@ -118,10 +118,10 @@ WORTH = {
     "name, sampling",
     [
         *(
-            pytest.param(name, "sobol", marks=() if name in ("disks", "box", "slab") else pytest.mark.slow)
+            pytest.param(name, "sobol", marks=() if name in ("disks", "slab") else pytest.mark.slow)
             for name in SCENES
         ),
-        ("disks", "stratified"),
+        pytest.param("disks", "stratified", marks=pytest.mark.slow),
         pytest.param("aimed", "stratified", marks=pytest.mark.slow),
     ],
 )
@@ -137,7 +137,7 @@ def test_no_net_errs_more_than_random_numbers(name, sampling):
 
 
 @pytest.mark.parametrize("name", ["disks", pytest.param("aimed", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("sampling", NETS)
+@pytest.mark.parametrize("sampling", ["sobol", pytest.param("stratified", marks=pytest.mark.slow)])
 def test_error_bars_of_few_nets_are_honest(name, sampling):
     """Eight batches at a time, through Student's t, against the exact value."""
     values = fluxes(name, sampling, 1 << 8, 8 * 400, seed=3).reshape(400, 8)

@@ -175,7 +175,10 @@ def readings(name, length=1.0, power=1.0):
     return read(name, Scale(length, power))
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=() if n in (*STRAIGHT, "slab", "voxels") else pytest.mark.slow) for n in SCENES],
+)
 def test_other_units_change_no_bit_in_powers_of_two_and_only_roundings_in_others(name):
     """As long as no history is turned aside by a rounding, as none is here."""
     exact, rounding = readings(name), 1e-12 if name in STRAIGHT else 1e-9

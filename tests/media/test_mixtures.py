@@ -174,7 +174,7 @@ def accommodated(share):
     return run(tp.Scene(source, tp.Surface(wide, tp.Mixture(parts), "wall"), looks)), np.array(edges)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.8, 1.0])
+@pytest.mark.parametrize("share", [0.0, 0.3, *(pytest.param(s, marks=pytest.mark.slow) for s in (0.8, 1.0))])
 def test_gas_leaves_a_wall_as_the_mixture_of_what_arrived_and_what_is_thermal(share):
     """Mean energies of crossers are 2 kT (Reif 1965, 7.12); the share is the energy accommodation coefficient."""
     result, edges = accommodated(share)

@@ -57,7 +57,12 @@ def test_trackings_that_keep_weights_play_no_roulette():
 
 @pytest.mark.parametrize(
     ("tau", "albedo", "g", "mu0"),
-    [(0.1, 0.5, 0.0, 0.5), (1.0, 0.99, -0.5, 1.0), (5.0, 0.8, 0.9, 0.7), (2.0, 1.0, 0.0, 0.1)],
+    [
+        (0.1, 0.5, 0.0, 0.5),
+        pytest.param(1.0, 0.99, -0.5, 1.0, marks=pytest.mark.slow),
+        pytest.param(5.0, 0.8, 0.9, 0.7, marks=pytest.mark.slow),
+        (2.0, 1.0, 0.0, 0.1),
+    ],
 )
 @pytest.mark.parametrize("name", OFTEN)
 def test_slabs_of_every_kind(tau, albedo, g, mu0, name):

@@ -490,7 +490,7 @@ def aimed_flash(target, looks, way, pace):
     return result, ENERGY - result.ledger["unsampled"].value
 
 
-AIMED = [pytest.param(t, marks=() if t in ("disk", "sphere") else pytest.mark.slow) for t in TARGETS]
+AIMED = [pytest.param(t, marks=() if t == "disk" else pytest.mark.slow) for t in TARGETS]
 
 
 @pytest.mark.parametrize("when", FLOWN)
