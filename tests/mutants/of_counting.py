@@ -203,7 +203,7 @@ FAULTS = (
         "add_long(sums + 160, weight * vz * vz)",
         "add_long(sums + 160, weight * vy * vz)",
         "swapped components in a second moment",
-        ("test_phase_moments",),
+        ("physics/test_phase_moments",),
     ),
     Fault(
         "engine/passes/detector_bins.py",

@@ -61,7 +61,7 @@ FAULTS = (
         "error = reduce(np.hypot, errors, np.zeros(self.value.shape))",
         "error = reduce(np.add, errors, np.zeros(self.value.shape))",
         "errors of independent runs added up plainly",
-        ("test_independent_runs",),
+        ("statistics/test_independent_runs",),
     ),
     Fault(
         "statistics/replicates.py",
@@ -262,21 +262,21 @@ FAULTS = (
         'values |= {"mfp": _free_path(sigma_a + sigma_s),',
         'values |= {"mfp": _free_path(sigma_s),',
         "scattering for extinction where absorption is by chance",
-        ("test_tracking::test_van_de_hulst_s_slab",),
+        ("media/test_tracking::test_van_de_hulst_s_slab",),
     ),
     Fault(
         MEDIA,
         "shares = np.cumsum([share for _, share in parts])",
         "shares = np.array([share for _, share in parts])",
         "weights of a mixture of phase functions that are not added up",
-        ("test_mixed_phases",),
+        ("media/test_mixtures",),
     ),
     Fault(
         MEDIA,
         "most * extent / length / length",
         "most * extent / length",
         "importance that rises by another length",
-        ("test_splitting",),
+        ("media/test_tracking",),
     ),
     Fault(
         EMITTERS,
@@ -306,7 +306,7 @@ FAULTS = (
         "quantile = emission.speed.flux_quantile",
         "quantile = emission.speed.quantile",
         "effusing speeds that are not weighted by themselves",
-        ("test_speeds_engine::test_what_effuses_from_a_gas_is_weighted_by_its_speed_on_every_shape",),
+        ("physics/test_speeds::test_gas_that_effuses_is_weighted_by_its_speed_on_every_shape",),
     ),
     Fault(
         "compile/media.py",

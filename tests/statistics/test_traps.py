@@ -1,4 +1,4 @@
-"""The classic trap: rare large scores are missed, an answer is four times too low and claims 2 %.  It must be told."""
+"""The classic trap: rare large scores are missed, an answer is four times too low and claims 2 %.  Warnings must say so."""
 
 import math
 from functools import reduce
@@ -10,7 +10,7 @@ import transport as tp
 from transport.statistics.batches import outlier_probability
 from transport.statistics.quality import Scores
 
-SEEDS = 12  # of 200 each run that fell into a trap was told of: 193 of the mask's, 152 of the hidden lamp's
+SEEDS = 8  # of 200 each run that fell into a trap was told of: 193 of the mask's, 152 of the hidden lamp's
 
 
 def run(scene: tp.Scene, particles: int, seed: int, **options):
@@ -72,7 +72,8 @@ def test_four_times_too_low_with_two_percent_claimed_is_told(trap, particles, es
     assert fallen >= SEEDS // 2
 
 
-def test_what_comes_out_of_the_traps_in_the_end():
+@pytest.mark.slow
+def test_traps_give_the_right_mean_with_more_particles():
     """With more particles the means are right, within their errors: 4.5 sigma, and 2 % of what is left out above."""
     for (scene, truth), particles, estimator in (
         (masked(spot=0.05), 400_000, "analog"),

@@ -85,7 +85,11 @@ def test_dish_shows_nothing_but_the_lamp_to_the_detector(radius):
         assert np.hypot(met[:, 0], met[:, 1]).max() < DISH_LAMP
 
 
-@pytest.mark.parametrize("case", EXACT, ids=lambda case: case.name)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=() if case.name == "mirror" else pytest.mark.slow) for case in EXACT],
+    ids=lambda case: case.name,
+)
 def test_runs_agree_with_exact_values(case: Case):
     """By "expected", which finds all light on the largest detector; the value of the scene's twin is rejected."""
     radius = case.radii[-1]

@@ -1,7 +1,8 @@
 """Grids: flights through voxels against line integrals, against the same in other words, and in what no voxel can change.
 
-The exact values: a beam through voxels that only absorb is exp(-sum sigma ds), which a reference here adds up between sorted
+The exact values: a beam through voxels that only absorb is exp(-sum sigma ds), which a reference adds up between sorted
 crossings; and in a closed room of one radiance L the fluence rate is 4 pi L in every place, whatever scatters there.
+Faults planted in the tables of a grid are seen by these laws.
 """
 
 from __future__ import annotations
@@ -26,6 +27,14 @@ from tests.grid_scenes import (
     plant_block,
     strewn,
 )
+from transport.compile import grids
+
+
+@pytest.fixture(autouse=True)
+def nothing_planted_is_left():
+    yield
+    forget_programs()
+
 
 # ---- what only absorbs ----
 
@@ -63,7 +72,7 @@ def test_a_beam_in_a_face_of_voxels_is_in_one_of_both():
 @pytest.mark.parametrize("tracking", ["analog", "weighted"])
 @pytest.mark.parametrize(
     "field",
-    [checkerboard((5, 4, 7)), strewn(high=1.0), strewn((9, 7, 13))],
+    [checkerboard((5, 4, 7)), strewn(high=1.0), pytest.param(strewn((9, 7, 13)), marks=pytest.mark.slow)],
     ids=["checkerboard", "strewn", "wild"],
 )
 def test_a_broad_beam_is_lessened_by_the_mean_of_line_integrals(field, tracking):
@@ -71,17 +80,53 @@ def test_a_broad_beam_is_lessened_by_the_mean_of_line_integrals(field, tracking)
     assert_agrees(lit_along_z(grid, tracking), columns(grid), FALSE_ALARM)
 
 
-@pytest.mark.parametrize("block", [1, 2, 4, 8])
+@pytest.mark.parametrize(
+    "block", [1, 2, pytest.param(4, marks=pytest.mark.slow), pytest.param(8, marks=pytest.mark.slow)]
+)
 def test_macro_cells_of_any_size_give_the_same_means(block, monkeypatch):
     plant_block(monkeypatch, block)
     grid = tp.Grid(box=tp.Box(size=SIZE), absorption=strewn((9, 7, 13), high=1.0), scattering=0.0)
     assert_agrees(lit_along_z(grid, "analog"), columns(grid), FALSE_ALARM)
 
 
-@pytest.fixture(autouse=True)
-def nothing_planted_is_left():
-    yield
+FAULTS = {
+    "majorants 1 % low": ("macro_cells", lambda cells: (cells[0], 0.99 * cells[1])),
+    "cells off by one": ("macro_cells", lambda cells: (cells[0], np.roll(cells[1], 1, axis=2))),
+    "cells backwards": ("macro_cells", lambda cells: (cells[0], np.ascontiguousarray(cells[1][::-1]))),
+    "too few real": ("quantized_shares", lambda levels: levels - levels // 8),
+    "voxels backwards": ("quantized_shares", lambda levels: levels[::-1].copy()),
+    "voxels off by one": ("quantized_shares", lambda levels: np.roll(levels, 1)),
+}
+
+
+@pytest.mark.parametrize(
+    "fault", [pytest.param(f, marks=pytest.mark.slow if f == "majorants 1 % low" else ()) for f in FAULTS]
+)
+def test_planted_faults_are_seen(fault, monkeypatch):
+    name, wrong = FAULTS[fault]
+    particles = 2_000_000 if fault == "majorants 1 % low" else 300_000
+    field = strewn((9, 7, 13), low=-0.3, high=0.5)
+    if name == "macro_cells":  # all voxels of a macro cell at its majorant
+        field = strewn((5, 4, 7), low=-0.3, high=0.3).repeat(2, 0).repeat(2, 1).repeat(2, 2)[:9, :7, :13]
+    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=field)
+    plant_block(monkeypatch, 2)
+    assert_agrees(lit_along_z(grid, "analog", particles), columns(grid), FALSE_ALARM)
+    right = getattr(grids, name)
     forget_programs()
+    monkeypatch.setattr(grids, name, lambda *given: wrong(right(*given)))
+    with pytest.raises(AssertionError):
+        assert_agrees(lit_along_z(grid, "analog", particles), columns(grid), FALSE_ALARM)
+
+
+def test_swapped_axes_are_seen():
+    rows = np.broadcast_to(np.array([0.5, 1.0, 2.0, 4.0])[:, None, None], (4, 4, 4))
+    grid, swapped = (
+        tp.Grid(box=tp.Box(size=SIZE), absorption=each) for each in (rows, rows.transpose(1, 0, 2))
+    )
+    start, way = (-0.9, -0.4, -0.7), (0.8, 0.33, 0.51)
+    left = come_through(grid, start, way).value
+    assert left == pytest.approx(math.exp(-depth_along(grid, start, way)), rel=1e-12)
+    assert left != pytest.approx(math.exp(-depth_along(swapped, start, way)), rel=0.01)
 
 
 # ---- the same in other words ----
@@ -172,59 +217,9 @@ def test_empty_voxels_cost_no_draw():
     field = np.zeros((32, 32, 32))
     field[20, 7, 30] = 1e3
     grid = tp.Grid(box=tp.Box(size=SIZE), scattering=field)
-    past = come_through(grid, (-0.9, -0.4, -0.7), (1, 0, 0), "analog", 10_000)
-    assert past.value == 1.0
     source = tp.Source(tp.Point(position=(-0.9, -0.4, -0.7)), tp.Beam((1, 0, 0), power=1.0))
-    assert tp.simulate(grid_scene(grid, source), particles=10_000, seed=1, threads=1).cost.collisions == 0
+    for tracking in ("analog", "weighted"):
+        result = tp.simulate(grid_scene(grid, source), particles=10_000, seed=1, threads=1, tracking=tracking)
+        assert result.ledger["escaped"].value == 1.0 and result.cost.collisions == 0
     nothing = tp.Grid(box=tp.Box(size=SIZE), scattering=np.zeros((2, 2, 2)))
     assert come_through(nothing, (-0.9, -0.4, -0.7), (1, 0, 0)).value == 1.0
-
-
-def test_ratio_tracking_agrees_with_the_exact_transmittance():
-    """Novak et al. (2014): the product of 1 - sigma/top over tentative collisions; what it is compared with has no variance."""
-    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=strewn(low=-2, high=0.5))
-    start, direction = (-0.99, -0.4, -0.7), (0.8, 0.33, 0.51)
-    exact = math.exp(-depth_along(grid, start, direction))
-    assert come_through(grid, start, direction).value == pytest.approx(exact, rel=1e-12)
-    rng, top, u = (
-        np.random.default_rng(1),
-        grid.extinction.max(),
-        np.array(direction) / np.linalg.norm(direction),
-    )
-    low, high = np.array(grid.box.bounds)
-    place, weight = np.tile(start, (100_000, 1)), np.ones(100_000)
-    inside = np.ones(len(place), bool)
-    while inside.any():
-        place[inside] += np.outer(rng.exponential(1 / top, inside.sum()), u)
-        inside &= ((place > low) & (place < high)).all(axis=1)
-        voxels = np.floor((place[inside] - low) / (high - low) * grid.shape).astype(int)
-        weight[inside] *= 1 - grid.extinction[tuple(voxels.T)] / top
-    assert abs(weight.mean() - exact) < 5 * weight.std() / math.sqrt(len(weight))  # 6 in 10 million
-
-
-# ---- the same bits ----
-
-
-def motley() -> tp.Scene:
-    """Voxels that absorb and scatter, in macro cells of several, with a mirror ball in them and a diffuse wall beside."""
-    grid = tp.Grid(
-        box=tp.Box(size=SIZE),
-        absorption=strewn((9, 7, 13), high=0.5),
-        scattering=strewn((9, 7, 13), 2, high=1.5),
-    )
-    ball = tp.Surface(tp.Sphere(center=(0.2, 0.1, 0), radius=0.3), tp.Mirror(0.9))
-    wall = tp.Surface(tp.Plane(center=(0, 0, -1)), tp.Diffuse(0.7), name="wall")
-    parts = [tp.Surface(grid.box, tp.Transparent(), inside=grid), ball, wall]
-    source = tp.Source(tp.Point(position=(0.8, 0.2, 0.3)), tp.Isotropic(power=1.0))
-    return tp.Scene(source, parts, tp.Detector("wall", directions=tp.Directions(mu=3)))
-
-
-def digest(tracking: str, threads: int = 1) -> str:
-    from tests.test_reproducible import digest
-
-    return digest(motley(), tracking=tracking, threads=threads)
-
-
-@pytest.mark.parametrize("tracking", ["analog", "weighted"])
-def test_threads_of_any_number_count_the_same(tracking):
-    assert digest(tracking) == digest(tracking, threads=3)

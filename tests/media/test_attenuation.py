@@ -1,4 +1,4 @@
-"""Attenuation along rays and over directions: the closed forms against references, quadrature and one another.
+"""Attenuation along rays, over directions and through voxels: closed forms against references, quadrature and one another.
 
 A comment such as `F.slab_escape_probability` names the entry of the project's reference collection that a number comes from.
 """
@@ -13,6 +13,7 @@ import pytest
 
 from transport.theory import attenuation as fog
 from transport.theory import emitters, view_factors
+from transport.theory.attenuation import optical_depths, shadow_means
 
 
 def close(value, exact, relative=1e-13):
@@ -34,7 +35,7 @@ def test_exponential_integrals_have_their_30_digits(order):
     close(order * rising, math.exp(-tau) - tau * fog.exponential_integral(order, tau))
 
 
-def test_what_leaves_a_glowing_slab_and_gets_through_it():
+def test_a_slab_emits_what_it_would_absorb():
     for tau, (leaves, through) in {  # F.slab_escape_probability
         0.1: (0.8370854209172118, 0.8325829158165576),
         1: (0.3903080328022398, 0.2193839343955204),
@@ -49,7 +50,7 @@ def test_what_leaves_a_glowing_slab_and_gets_through_it():
     assert fog.lambertian_transmission(1.0) < 0.6 * fog.transmittance(1.0)
 
 
-def test_what_leaves_a_glowing_ball():
+def test_a_ball_emits_what_it_would_absorb():
     for radii, leaves in {  # F.sphere_escape_probability
         0.01: 0.9925398339030994,
         1: 0.5272521936411892,
@@ -127,12 +128,6 @@ def test_radiance_of_a_disk_by_direction_adds_up_to_its_irradiance(radii):
     assert fog.disk_radiance(1.4, 3.0, radius, 0.4, 0.8, meter) == 0
 
 
-def test_clear_irradiance_times_the_straight_transmittance_is_too_much():
-    """The wrong guess that the sim shows: slanted rays have more fog before them."""
-    guess = math.exp(-1.0) * fog.disk_irradiance(1.0, 0.5, 0.1, 0.0)
-    assert guess > 1.4 * fog.disk_irradiance(1.0, 0.5, 0.1, 1.0)
-
-
 def test_the_sun_through_a_flat_atmosphere():
     tau = math.log(2.3 / 1.4)
     close(2.3 * fog.cone_transmittance(tau, 0.0, 1e-6), 1.4, 1e-9)
@@ -155,3 +150,65 @@ def test_light_across_a_ball_of_fog():
     edges = np.array([0.0, 0.2, 0.7, 1.0])
     bins = fog.ball_transmittance(2.0, edges[:-1], edges[1:])
     close(bins @ np.diff(edges**2), fog.ball_transmittance(2.0))
+
+
+# ---- voxels ----
+
+LOW, HIGH = (-3.0, -2.0, 1.0), (5.0, 2.0, 4.0)
+TANGENT = 0.8
+
+
+@pytest.fixture(scope="module")
+def extinction():
+    cells = np.random.default_rng(1).random((8, 5, 6))
+    return np.where(cells > 0.4, cells, 0.0)
+
+
+def test_an_even_box_has_its_extinction_times_the_chord():
+    even, starts = np.full((3, 4, 5), 0.7), np.array([[0.0, 0.0, 0.0], [-4.0, 0.1, 3.0], [9.0, 9.0, 9.0]])
+    assert optical_depths(even, LOW, HIGH, starts[:1], (0, 0, 1)) == pytest.approx(0.7 * 3, rel=1e-14)
+    slant = optical_depths(even, LOW, HIGH, starts[1:2], (1, 0, -0.1))
+    assert slant == pytest.approx(0.7 * 8 * np.hypot(1, 0.1), rel=1e-14)
+    assert optical_depths(even, LOW, HIGH, starts, (0, 0, 1))[2] == 0
+
+
+@pytest.mark.parametrize("direction", [(1, 2, 3), (-1, 0.3, 0.2), (0, 0, -1), (0.8, 0, -1)])
+def test_lines_gather_what_is_along_them(extinction, direction):
+    draws = np.random.default_rng(2)
+    starts = draws.uniform(LOW, HIGH, (20, 3))
+    found = optical_depths(extinction, LOW, HIGH, starts, direction)
+    unit = np.array(direction) / np.linalg.norm(direction)
+    steps = (np.arange(100_000) + 0.5) * 2e-4
+    for start, depth in zip(starts, found, strict=True):
+        share = (start + steps[:, None] * unit - LOW) / (np.array(HIGH) - LOW)
+        inside = ((share > 0) & (share < 1)).all(axis=1)
+        index = (share[inside] * extinction.shape).astype(int)
+        assert depth == pytest.approx(extinction[tuple(index.T)].sum() * 2e-4, abs=2e-3)
+
+
+@pytest.mark.parametrize("tangent", [TANGENT, 0.05, -1.3, 0.0])
+def test_means_in_the_shadow_are_those_of_many_lines(extinction, tangent):
+    """To the error of a midpoint rule, whose lines come from the other function."""
+    edges = np.array([-5.0, -2.2, -1.0, 0.3, 4.0, 9.0])
+    exact = shadow_means(extinction, LOW, HIGH, tangent, edges)
+    rows = np.linspace(LOW[1], HIGH[1], 6)
+    n = 4000
+    for row in (0, 3):
+        for bin_ in range(len(edges) - 1):
+            x = edges[bin_] + (np.arange(n) + 0.5) / n * (edges[bin_ + 1] - edges[bin_])
+            places = np.stack([x, np.full(n, rows[row : row + 2].mean()), np.zeros(n)], axis=1)
+            depths = optical_depths(extinction, LOW, HIGH, places, (-tangent, 0, 1))
+            assert exact[bin_, row] == pytest.approx(np.exp(-depths).mean(), abs=2e-4)
+
+
+def test_means_over_bins_join_to_the_mean_over_all(extinction):
+    """And the mean of the exponential is not that of the mean depth."""
+    fine = np.linspace(-4, 9, 301)
+    parts = shadow_means(extinction, LOW, HIGH, TANGENT, fine)
+    [whole] = shadow_means(extinction, LOW, HIGH, TANGENT, fine[[0, -1]])
+    assert parts.mean(axis=0) == pytest.approx(whole, rel=1e-13)
+    edges = np.linspace(-4, 9, 14)
+    places = np.stack([(edges[1:] + edges[:-1]) / 2, *np.zeros((2, 13))], axis=1)
+    depths = optical_depths(extinction, LOW, HIGH, places, (-TANGENT, 0, 1))
+    assert np.abs(np.exp(-depths) - shadow_means(extinction, LOW, HIGH, TANGENT, edges)[:, 2]).max() > 0.02
+    assert (shadow_means(np.zeros((2, 2, 2)), LOW, HIGH, TANGENT, np.linspace(-9, 9, 7)) == 1).all()

@@ -28,8 +28,12 @@ def with_core(tau, albedo):
     return tp.Scene(scene.sources, scene.surfaces, [*scene.detectors, core])
 
 
-@pytest.mark.parametrize("roulette", [0.25, 1e-2, 1e-3])
-@pytest.mark.parametrize("particles", [10_000, 300_000])
+DOUBTED = [pytest.param(r, n, marks=() if (r, n) in ((0.25, 300_000), (1e-2, 10_000)) else pytest.mark.slow)
+    for r in (0.25, 1e-2, 1e-3) for n in (10_000, 300_000)
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("roulette", "particles"), DOUBTED)
 def test_what_survivors_of_roulette_would_outweigh_is_warned_of(roulette, particles):
     result = run(with_core(*DEEP), tp.Tracking(roulette=roulette), particles)
     words = [
@@ -58,39 +62,42 @@ def test_the_error_that_is_warned_of_is_wrong_and_the_roulette_proposed_mends_it
     assert after["bottom"].flux_out.relative_error < 0.03
 
 
-def test_at_moderate_depth_the_default_is_right_and_silent():
-    for tau, albedo in ((8.0, 0.2), (8.0, 0.8), (2.0, 0.9)):
-        result = run(with_core(tau, albedo), None, 1_000_000)
-        exact = ordinates.slab(tau, albedo)
-        assert [doubt(result, name) for name in ("top", "bottom", "core")] == [None] * 3
-        assert_agrees(result["bottom"].flux_out, exact.transmitted, FALSE_ALARM)
-        assert result["bottom"].flux_out.relative_error < 0.008
+@pytest.mark.parametrize(("tau", "albedo"), [(8.0, 0.2), (8.0, 0.8), (2.0, 0.9)])
+@pytest.mark.slow
+def test_at_moderate_depth_the_default_is_right_and_silent(tau, albedo):
+    result, exact = run(with_core(tau, albedo), None, 1_000_000), ordinates.slab(tau, albedo)
+    assert [doubt(result, name) for name in ("top", "bottom", "core")] == [None] * 3
+    assert_agrees(result["bottom"].flux_out, exact.transmitted, FALSE_ALARM)
+    assert result["bottom"].flux_out.relative_error < 0.008
 
 
-def test_a_gain_too_small_is_warned_of_and_one_that_suits_is_not():
-    for gain, is_small in ((2.0, True), (1e8, False), (1e10, False)):
-        result = run(slab(*DEEP), tp.Tracking(splitting=splitting(gain)))
-        warning = doubt(result, "bottom")
-        assert (warning is not None) == is_small
-        assert doubt(result, "top") is None
-        if is_small:
-            assert f"raise its gain, got {gain:g}," in warning
+@pytest.mark.parametrize(
+    ("gain", "is_small"), [(2.0, True), (1e8, False), pytest.param(1e10, False, marks=pytest.mark.slow)]
+)
+def test_a_gain_too_small_is_warned_of_and_one_that_suits_is_not(gain, is_small):
+    result = run(slab(*DEEP), tp.Tracking(splitting=splitting(gain)))
+    warning = doubt(result, "bottom")
+    assert doubt(result, "top") is None and (warning is not None) == is_small
+    assert not is_small or f"raise its gain, got {gain:g}," in warning
 
 
-def test_nothing_is_said_where_no_roulette_is_played():
-    """Analog; without scattering, where deep figures have no noise; where next to nothing is absorbed; forced."""
-    for scene, tracking in (
-        (slab(8.0, 0.2), "analog"),
-        (slab(20.0, 0.0), None),
-        (slab(2.0, 1 - 1e-12), None),
-        (slab(1e-6, 0.5), None),
-        (slab(1e-6, 0.5), tp.Tracking(forced=True)),
-    ):
-        result = run(scene, tracking)
-        assert [doubt(result, name) for name in result] == [None, None]
+@pytest.mark.parametrize(
+    ("tau", "albedo", "tracking"),
+    [
+        (8.0, 0.2, "analog"),
+        (20.0, 0.0, None),
+        (2.0, 1 - 1e-12, None),
+        (1e-6, 0.5, None),
+        (1e-6, 0.5, tp.Tracking(forced=True)),
+    ],
+    ids=["analog", "no scattering", "hardly any absorption", "thin", "thin, forced"],
+)
+def test_there_is_no_warning_where_no_roulette_is_played(tau, albedo, tracking):
+    result = run(slab(tau, albedo), tracking)
+    assert [doubt(result, name) for name in result] == [None, None]
 
 
-def test_what_was_never_scattered_needs_no_survivors():
+def test_a_detector_of_unscattered_light_is_not_doubted():
     scene = slab(*DEEP)
     straight = tp.Detector(tp.Plane(center=(0, 0, -1), normal=(0, 0, -1)), "straight", events=0)
     result = run(tp.Scene(scene.sources, scene.surfaces, [*scene.detectors, straight]))
@@ -123,7 +130,7 @@ def test_what_arrives_before_any_collision_has_no_survivors():
     assert doubt(result, "lid") is None
 
 
-def test_what_never_comes_is_doubted_too():
+def test_a_detector_that_no_particle_reaches_is_doubted():
     """Through 60 mean free paths of albedo 0.9 (6e-15) nothing comes in a short run: its inverse is the gain that would do."""
     result = run(slab(60.0, 0.9), None, 20_000)
     assert result["bottom"].flux_out.reason == "no score"
@@ -173,7 +180,7 @@ def test_bins_are_doubted_where_their_total_is_not():
     assert doubt(run(near, None, 100_000), "rings") is None
 
 
-def test_the_most_that_may_be_missing_is_said():
+def test_a_bound_of_what_may_be_missing_widens_the_interval():
     """Nearly all of what comes through never collides: a bound of 0.2 % is no doubt, and in the interval."""
     flux = run(slab(8.0, 1e-4), tp.Tracking(roulette=1e-2))["bottom"].flux_out
     assert flux.verdict == "bounded" and flux.findings[0].share == pytest.approx(0.002, rel=0.2)
@@ -199,6 +206,7 @@ def test_in_voxels_what_flies_through_is_rare_and_said_to_be():
     assert doubt(run(voxels(3.0, 0.8)), "bottom") is None
 
 
+@pytest.mark.slow
 def test_splitting_goes_on_along_flights_through_voxels():
     """A flight through 20 mean free paths without a collision is split on its way, as it is in a Medium."""
     result = run(voxels(*DEEP), tp.Tracking(splitting=splitting(1e8)), 200_000)

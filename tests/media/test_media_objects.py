@@ -1,4 +1,4 @@
-"""Media and phase functions as objects: what they hold, what they are equal to, and what is refused."""
+"""Media, phase functions and trackings as objects: what they hold, what they are equal to, what is refused; and what the guides promise."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import copy
 import dataclasses
 import math
 import pickle
+import re
 import tracemalloc
 from decimal import Decimal, getcontext
 
@@ -14,10 +15,15 @@ import pytest
 
 import transport as tp
 from tests.refusals import assert_refused
+from transport.cli.docs import GUIDES
 from transport.compile.compiler import compile_scene
 from transport.compile.grids import macro_cells
+from transport.scene.bodies import MAX_BODIES
 from transport.scene.media import BYTES_PER_VOXEL, canonical_medium
 
+LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+BEAM = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), power=1.0))
+CLEAR = tp.Transparent()
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
 TABLE = tp.Tabulated(mu=[-1, -0.3, 0.5, 0.9, 1], density=[1, 0, 2, 3, 30])
 HG = tp.HenyeyGreenstein
@@ -127,9 +133,6 @@ def test_small_angles_of_a_file_stay_apart(tmp_path):
     assert 1 - read.mu[1] == pytest.approx(math.radians(1e-5) ** 2 / 2, rel=0.01)
 
 
-# ---- mixtures ----
-
-
 def test_a_mixture_is_of_phases_or_of_materials():
     phases = tp.Mixture({HG(0.5): 0.75, tp.Rayleigh(): 0.25})
     assert phases == tp.Mixture({tp.Rayleigh(): 0.25, HG(0.5): 0.75}) and phases.is_phase
@@ -148,28 +151,23 @@ def test_a_mixture_is_of_phases_or_of_materials():
 # ---- media ----
 
 
-def test_media_are_compared_by_value():
+def test_media_are_compared_by_value_and_those_that_act_alike_are_one():
     one, other = tp.Medium(1, 2, HG(0.5)), tp.Medium(absorption=1.0, scattering=2, phase=HG(g=0.5))
     assert one == other and hash(one) == hash(other) and one != tp.Medium(1, 2)
     assert one.extinction == 3 and one.albedo == 2 / 3
     assert tp.Medium().albedo == 0 and tp.Medium().phase == tp.Isotropic()
     assert tp.Vacuum() == tp.Vacuum() and tp.Vacuum().extinction == 0 and tp.Vacuum().index == 1
-    assert (
-        repr(tp.Medium(1, index=1.5)) == "Medium(absorption=1.0, index=1.5)"
-        and eval(repr(one), vars(tp)) == one
-    )
-
-
-def test_media_that_act_alike_are_one():
+    assert repr(tp.Medium(1, index=1.5)) == "Medium(absorption=1.0, index=1.5)"
+    assert eval(repr(one), vars(tp)) == one
     assert canonical_medium(tp.Medium()) == canonical_medium(tp.Medium(phase=tp.Rayleigh())) == tp.Vacuum()
     assert canonical_medium(tp.Medium(1, phase=tp.Rayleigh())) == tp.Medium(1)
-    for medium in (
-        tp.Medium(index=1.5),
-        tp.Medium(emission=1),
-        tp.Medium(1, 1, tp.Rayleigh()),
-        tp.Medium(scattering=1),
+    for how in (
+        {"index": 1.5},
+        {"emission": 1},
+        {"absorption": 1, "scattering": 1, "phase": tp.Rayleigh()},
+        {"scattering": 1},
     ):
-        assert canonical_medium(medium) == medium
+        assert canonical_medium(tp.Medium(**how)) == tp.Medium(**how)
 
 
 def test_a_grid_never_changes_and_is_known_by_what_it_holds():
@@ -196,22 +194,14 @@ def test_what_a_grid_leaves_out_takes_no_memory():
     assert grid.absorption.strides == (0, 0, 0)
 
 
-def test_more_voxels_than_fit_into_memory_are_refused_with_the_figure():
-    for values in (np.broadcast_to(1.0, (4000,) * 3), np.broadcast_to(np.uint8(1), (4000,) * 3)):
-        for named in (
-            {"absorption": values},
-            {"scattering": values},
-            {"absorption": values, "scattering": 1.0},
-        ):
-            with pytest.raises(tp.SceneError) as refused:
-                tp.Grid(box=CUBE, **named)
-            words = str(refused.value)
-            assert words.startswith(
-                "Grid: voxels must fit into memory, got shape (4000, 4000, 4000), which takes 3.07 TB"
-            )
-            assert words.endswith(
-                "of memory are left; use fewer voxels, or Medium(...) for a homogeneous medium"
-            )
+@pytest.mark.parametrize("number", [1.0, np.uint8(1)])
+@pytest.mark.parametrize("names", [("absorption",), ("scattering",), ("absorption", "scattering")])
+def test_more_voxels_than_fit_into_memory_are_refused_with_the_figure(number, names):
+    values = dict.fromkeys(names, 1.0) | {names[0]: np.broadcast_to(number, (4000,) * 3)}
+    first = "Grid: voxels must fit into memory, got shape (4000, 4000, 4000), which takes 3.07 TB"
+    last = "of memory are left; use fewer voxels, or Medium(...) for a homogeneous medium"
+    with pytest.raises(tp.SceneError, match=f"^{re.escape(first)}.*{re.escape(last)}$"):
+        tp.Grid(box=CUBE, **values)
 
 
 @pytest.mark.parametrize("names", [("absorption",), ("absorption", "scattering")])
@@ -255,9 +245,6 @@ def test_isotropic_without_an_amount_is_a_phase_only():
     assert tp.Isotropic(power=1).given == "power"
 
 
-# ---- how histories are followed ----
-
-
 def test_tracking_holds_what_it_is_told():
     deep = tp.Splitting(start=(0, 0, 0), end=[0, 0, 20], gain=1e6)
     assert deep.end == (0.0, 0.0, 20.0)
@@ -269,9 +256,8 @@ def test_tracking_holds_what_it_is_told():
     )
 
 
-# ---- what is refused ----
+# ---- refusals ----
 
-T = tp.Transparent()
 REFUSALS = {
     "negative absorption": (lambda: tp.Medium(-1), ["Medium: absorption", "-1", "zero or positive"]),
     "infinite scattering": (lambda: tp.Medium(0, math.inf), ["Medium: scattering", "inf"]),
@@ -324,10 +310,10 @@ REFUSALS = {
     "grid without a box": (lambda: tp.Grid(scattering=CELLS), ["Grid: box missing"]),
     "grid in a ball": (lambda: tp.Grid(box=tp.Sphere(radius=1), scattering=CELLS), ["Grid: box", "Sphere"]),
     "grid of light": (lambda: tp.Grid(box=CUBE, scattering=CELLS, emission=CELLS), ["Grid: emission", "one number"]),
-    "medium in words": (lambda: tp.Surface(CUBE, T, inside="fog"), ["Surface: inside", "'fog'", "Medium("]),
-    "medium class": (lambda: tp.Surface(CUBE, T, front=tp.Vacuum), ["Surface: front", "an instance", "Vacuum(...)"]),
+    "medium in words": (lambda: tp.Surface(CUBE, CLEAR, inside="fog"), ["Surface: inside", "'fog'", "Medium("]),
+    "medium class": (lambda: tp.Surface(CUBE, CLEAR, front=tp.Vacuum), ["Surface: front", "an instance", "Vacuum(...)"]),
     "two insides": (
-        lambda: tp.Surface(CUBE, T, back=tp.Medium(1), inside=tp.Medium(2)), ["Surface: back and inside", "leave one of them out"]
+        lambda: tp.Surface(CUBE, CLEAR, back=tp.Medium(1), inside=tp.Medium(2)), ["Surface: back and inside", "leave one of them out"]
     ),
     "analogue": (lambda: tp.Tracking(absorption="analogue"), ["Tracking: absorption", "did you mean 'analog'?"]),
     "no roulette": (lambda: tp.Tracking(roulette=0), ["Tracking: roulette", "never end"]),
@@ -361,3 +347,97 @@ def test_files_that_are_no_table_are_refused(text, words, tmp_path):
     assert [word for word in words if word not in str(caught.value)] == [], caught.value
     with pytest.raises(tp.SceneError, match="cannot be read"):
         tp.Tabulated.from_file(tmp_path / "none.txt")
+
+
+# ---- promises of the guides on media and surfaces ----
+
+SAID = " ".join(
+    " ".join((GUIDES / name).read_text(encoding="utf-8").split()) for name in ("media.md", "surfaces.md")
+)
+
+
+def run(scene, particles=320):
+    return tp.simulate(scene, particles, seed=1, threads=1, progress=False)
+
+
+def refusal(make) -> str:
+    with pytest.raises(tp.SceneError) as refused:
+        make()
+    return str(refused.value)
+
+
+@pytest.mark.parametrize("is_empty_below", [True, False])
+def test_layers_of_unlike_index_end_in_a_vacuum_that_is_named(is_empty_below):
+    """As the guide says it: what lies below the last plane is inside of the first one's body."""
+    media = [None, *(tp.Medium(absorption=1.0, index=index) for index in (1.5, 1.37, 1.44))]
+    media.append(tp.Vacuum() if is_empty_below else None)
+    indices = [1, 1.5, 1.37, 1.44, 1]
+    planes = [
+        tp.Surface(
+            tp.Plane(center=(0, 0, -z)),
+            tp.Dielectric(indices[z + 1], indices[z]),
+            front=media[z],
+            back=media[z + 1],
+        )
+        for z in range(4)
+    ]
+    assert "below the last one say `back=Vacuum()`" in SAID
+    if is_empty_below:
+        assert run(tp.Scene(BEAM, planes)).ledger["lost"].value == 0
+    else:
+        assert "write back=Vacuum()" in refusal(lambda: tp.Scene(BEAM, planes))
+
+
+def test_the_guide_tells_the_most_bodies_and_what_to_do_with_more():
+    assert f"At most {MAX_BODIES} bodies" in SAID
+    layers = [
+        tp.Surface(tp.Slab(center=(0, 0, -z), thickness=1), tp.Transparent(), inside=tp.Medium(0.1 * z))
+        for z in range(1, MAX_BODIES + 2)
+    ]
+    assert f"at most {MAX_BODIES} bodies" in refusal(lambda: tp.Scene(LAMP, layers))
+    grid = tp.Grid(box=tp.Box(size=(1e4, 1e4, 63)), absorption=np.linspace(1e-3, 1e-2, 63)[None, None])
+    beam = tp.Source(tp.Point(position=(3, 2, 40)), tp.Beam((0, 0, -1), power=1.0))
+    through = run(tp.Scene(beam, tp.Surface(grid.box, tp.Transparent(), inside=grid))).ledger["escaped"]
+    assert through.value == pytest.approx(math.exp(-63 * 5.5e-3), rel=1e-9)
+
+
+def test_glass_with_a_clock_needs_its_medium():
+    """Two metres of index 1.5 on four of way: all that comes straight through arrives at 5 m / c."""
+    assert "With a clock a `Dielectric` needs its medium" in SAID
+    slab, glass = tp.Slab(center=(0, 0, -1), thickness=2.0), tp.Dielectric(1.5)
+    flash = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), energy=1.0), pulse=tp.Instant(0.0))
+    metre = 1 / 299792458.0  # [s]
+    times = [0, 4.99 * metre, 5.01 * metre, 8 * metre]
+    meter = tp.Detector(tp.Plane(center=(0, 0, -3)), "meter", times=times)
+
+    def scene(inside):
+        return tp.Scene(flash, tp.Surface(slab, glass, inside=inside), meter, duration=8 * metre)
+
+    assert "name its medium, inside=Medium(index=1.5)" in refusal(lambda: scene(None))
+    early, due, _ = run(scene(tp.Medium(index=1.5)), particles=3200)["meter"].energy_in.value
+    assert early == 0 and due == pytest.approx(0.96**2, abs=0.02)
+
+
+def test_a_point_may_lie_on_what_is_transparent():
+    """exp(-k r) / (4 pi r^2) at the face of a ball of fog, exactly; on a black ball it is refused."""
+    ball = tp.Sphere(radius=1.0)
+    there = tp.PointDetector((0, 0, 1), "there")
+    fog = tp.Surface(ball, tp.Transparent(), inside=tp.Medium(absorption=0.5))
+    seen = run(tp.Scene(LAMP, fog, there))["there"].fluence_rate
+    assert seen.value == pytest.approx(math.exp(-0.5) / (4 * math.pi), rel=1e-12)
+    assert "position must not lie on" in refusal(lambda: tp.Scene(LAMP, tp.Surface(ball, tp.Black()), there))
+    assert "On a Transparent surface it may lie" in " ".join(tp.PointDetector.__doc__.split())
+
+
+def test_events_are_scatterings_too():
+    slab = tp.Slab(center=(0, 0, -0.5), thickness=1.0)
+    below = tp.Plane(center=(0, 0, -2))
+    fog = tp.Surface(slab, tp.Transparent(), inside=tp.Medium(scattering=1.0, absorption=0.1))
+    parts = {"straight": 0, "once": 1, "more": (2, math.inf)}
+    meters = [tp.Detector(below, name, events=events) for name, events in parts.items()]
+    result = run(tp.Scene(BEAM, fog, [*meters, tp.Detector(below, "all")]), particles=3200)
+    fluxes = [result[name].flux_in.value for name in parts]
+    assert fluxes[0] == pytest.approx(math.exp(-1.1), rel=0.1) and min(fluxes) > 0.05
+    assert sum(fluxes) == pytest.approx(result["all"].flux_in.value, rel=1e-12)
+    assert "scatterings" in refusal(lambda: tp.Detector(below, "m", events=-1))
+    assert "scattered" in tp.Detector.__doc__
