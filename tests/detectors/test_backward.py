@@ -11,17 +11,19 @@ from scipy.special import ndtri
 import transport as tp
 from tests import backward_scenes
 from tests.agreement import assert_agrees
+from tests.slow import slow_but
 
 FALSE_ALARM = 1e-6  # of a scene; of all nine 1e-5
 PARTICLES = 300_000
 RADIANCE, INDEX = 7.0, 1.5
+QUICK = ("occluded", "glass_ball", "forward_fog")
 
 
 def run(scene, particles=PARTICLES, seed=5, **more):
     return tp.simulate(scene, particles, seed=seed, estimator="backward", progress=False, **more)
 
 
-@pytest.mark.parametrize("name", backward_scenes.SCENES)
+@pytest.mark.parametrize("name", slow_but(QUICK.__contains__, backward_scenes.SCENES))
 def test_either_way_tells_the_same(name):
     """Bin by bin, through Student's t; errors of both together are 1 to 3 % of irradiances, so that 5 to 15 % would show."""
     scene = backward_scenes.SCENES[name]()

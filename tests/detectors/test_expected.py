@@ -8,12 +8,14 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees
 from tests.expected_scenes import SCENES, WALLS, lamp, pane
+from tests.slow import slow_but
 from tests.test_reproducible import digest
 from transport.theory import emitters
 
 PARTICLES = 150_000
 SIDES = ("flux_in", "flux_out", "fluence_rate")
 FALSE_ALARM = 1e-5  # of each scene
+QUICK = ("room", "half_mirrors", "fog", "disks", "hollow")
 
 
 def quantities(result, scene):
@@ -27,7 +29,7 @@ def quantities(result, scene):
             yield reading.irradiance
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", slow_but(QUICK.__contains__, SCENES))
 def test_events_tell_what_flights_count(name):
     scene = SCENES[name]()
     counted = tp.simulate(scene, PARTICLES, seed=1, estimator="analog")

@@ -15,6 +15,7 @@ from numba import njit
 
 import transport as tp
 from tests.agreement import assert_agrees
+from tests.slow import slow_but
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import compile_program, run_batch
@@ -183,7 +184,10 @@ def test_a_beam_that_is_absorbed_by_chance_fades_by_the_integral():
     assert hits.value == pytest.approx(result.ledger["absorbed"].value, rel=1e-12)
 
 
-@pytest.mark.parametrize("phase", [tp.Isotropic(), tp.HenyeyGreenstein(0.9), tp.Rayleigh()])
+PHASES = {"isotropic": tp.Isotropic(), "forwards": tp.HenyeyGreenstein(0.9), "rayleigh": tp.Rayleigh()}
+
+
+@pytest.mark.parametrize("phase", slow_but("forwards".__eq__, PHASES))
 def test_a_ball_that_only_scatters_leaves_a_uniform_field_as_it_is(phase):
     """Radiance is conserved: 1 in all directions, inside as outside (Kirchhoff)."""
     cells = {"whole": ("body", None, None), "shells": ("body", (0.2, 0.5, 0.8), None)}
@@ -193,7 +197,7 @@ def test_a_ball_that_only_scatters_leaves_a_uniform_field_as_it_is(phase):
         for name, (shape, part, directions) in cells.items()
         for estimator in ("track", "collision")
     ]
-    result = run(ALL_ROUND, looks, body(BALL, M(scattering=3.0, phase=phase)), particles=200_000)
+    result = run(ALL_ROUND, looks, body(BALL, M(scattering=3.0, phase=PHASES[phase])), particles=200_000)
     for reading in map(result.__getitem__, result):
         assert_agrees(reading.fluence_rate, 4 * math.pi, FALSE_ALARM)
         if reading.detector.directions is not None:
@@ -640,7 +644,7 @@ def beam_in_fog():
     return run(source, looks, (), 200_000, medium=M(0.5, 1.5, tp.HenyeyGreenstein(0.6)))
 
 
-@pytest.mark.parametrize("name", ["rod", "hits"])
+@pytest.mark.parametrize("name", slow_but("rod".__eq__, ["rod", "hits"]))
 def test_rings_in_fog_absorb_as_photons_followed_one_at_a_time(name):
     """Two independent runs: their difference in units of both errors, in twelve cells."""
     number, power = 400_000, beam_in_fog()[name].absorbed_power
@@ -658,7 +662,7 @@ def test_the_rings_add_up_to_the_whole():
     assert rings.absorbed_power.sum().value < box.absorbed_power.sum().value
 
 
-@pytest.mark.parametrize("unit", [1e-6, 149_597_870_700.0])
+@pytest.mark.parametrize("unit", slow_but(lambda unit: unit > 1, [1e-6, 149_597_870_700.0]))
 def test_digits_do_not_depend_on_the_unit_of_length(unit):
     """A rod in fog shrunk and grown: powers of two or not, the same digits to rounding."""
 
