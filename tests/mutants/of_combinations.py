@@ -162,7 +162,7 @@ FAULTS = (
         "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.copy_path[k])",
         "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.copy_path[k])",
         "forced copies that roulette compares with the whole history",
-        ("test_forced_flights::test_what_was_forced_is_not_rouletted_for_being_light",),
+        ("engine/test_flight_passes::test_forced_copies_are_not_killed_by_roulette_for_their_small_weight",),
     ),
     Fault(
         "engine/passes/emission.py",

@@ -75,14 +75,14 @@ FAULTS = (
         "    return high, int64((scaled - float64(high)) * 2147483648.0)\n\n\n@device\ndef limbs_of_loss",
         "    return high, int64(0)\n\n\n@device\ndef limbs_of_loss",
         "sums of weights rounded to 2^-32",
-        ("hard/test_faint::test_the_ledger_keeps_every_unit_of_a_weight",),
+        ("hard/test_hard_media::test_the_energy_balance_keeps_every_unit_of_a_weight",),
     ),
     Fault(
         SUMS,
         "int64(rest + (chance if weight < FAINT else 0.0))",
         "int64(rest)",
         "faint weights cut off, which biases their sum",
-        ("hard/test_faint",),
+        ("hard/test_hard_media::test_chance_rounds_up_only_what_is_less_than_a_unit",),
     ),
     Fault(
         SUMS,
@@ -98,7 +98,7 @@ FAULTS = (
         "4194304.0 + chance))",
         "4194304.0))",
         "fluence rates always rounded down",
-        ("hard/test_extremes::test_fluence_of_a_steady_grazing_beam_is_not_rounded_away",),
+        ("hard/test_hard_numbers::test_fluence_of_a_steady_grazing_beam_is_not_rounded_away",),
     ),
     Fault(
         "engine/passes/mis.py",

@@ -318,8 +318,7 @@ def test_files_keep_it(tmp_path):
 
 
 def test_it_is_drawn_with_its_area_and_its_outline():
-    from transport.viz.facets import facets_of
-    from transport.viz.solids import outline
+    from transport.viz.facets import facets_of, outline
 
     drawn = facets_of(polygon(U))
     assert drawn.vector_areas.sum(axis=0) == pytest.approx([0, 0, 5.0], rel=1e-14)
