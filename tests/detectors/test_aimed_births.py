@@ -222,7 +222,7 @@ CLOSED_FORMS = {  # source, targets, shares of the power that reach them
 
 
 @pytest.mark.parametrize("law", CLOSED_FORMS)
-def test_what_reaches_the_target_is_the_closed_form(law):
+def test_the_power_that_reaches_the_target_is_the_closed_form(law):
     """From touching to 1e12 sizes away."""
     for shape, aim, share in CLOSED_FORMS[law]:
         emission, side = GLOW if isinstance(shape, Point) else LIGHT, "back" if "inside" in law else "front"

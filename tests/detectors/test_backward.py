@@ -24,7 +24,7 @@ def run(scene, particles=PARTICLES, seed=5, **more):
 
 
 @pytest.mark.parametrize("name", slow_but(QUICK.__contains__, backward_scenes.SCENES))
-def test_either_way_tells_the_same(name):
+def test_forward_and_backward_runs_agree(name):
     """Bin by bin, through Student's t; errors of both together are 1 to 3 % of irradiances, so that 5 to 15 % would show."""
     scene = backward_scenes.SCENES[name]()
     particles = 1_000_000 if name == "glowing_glass" else PARTICLES  # a tenth of its volume is to be seen
@@ -75,7 +75,7 @@ def test_furnace_is_seen_whole_by_every_history(furnace):
     np.testing.assert_allclose(furnace["walls"].irradiance.value, math.pi * RADIANCE, rtol=1e-12)
 
 
-def test_weighted_directions_tell_the_furnace_within_their_errors(furnace):
+def test_weighted_directions_see_the_furnace_within_their_errors(furnace):
     assert_agrees(furnace["cone"].radiance, RADIANCE)
     assert_agrees(furnace["camera"].radiance, RADIANCE)
     assert furnace["camera"].radiance.relative_error.max() < 0.01
@@ -144,7 +144,7 @@ def test_batches_smaller_than_the_cells_stay_unbiased():
     assert any("batches are smaller" in warning for warning in thin.warnings)
 
 
-def test_small_bright_lamp_that_is_never_met_is_told_of():
+def test_a_small_bright_lamp_that_is_never_met_is_reported():
     lamps = [
         tp.Source(tp.Disk(radius=0.5), tp.Lambertian(power=1.0)),
         tp.Source(tp.Disk(center=(0, 0, 0.01), radius=1e-5), tp.Lambertian(power=1.0)),
@@ -155,7 +155,7 @@ def test_small_bright_lamp_that_is_never_met_is_told_of():
     assert not run(tp.Scene(lamps[:1], (), [meter]), 10_000).warnings
 
 
-def test_what_only_forward_histories_know_is_refused_where_it_is_read():
+def test_quantities_of_forward_histories_are_refused_when_read():
     reading = run(narrow_bin(), 1000)["meter"]
     for name in ("flux_out", "fluence_rate", "flux_in", "irradiance"):
         with pytest.raises(tp.SceneError, match="needs"):

@@ -59,7 +59,7 @@ def test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves(kind, di
     np.testing.assert_allclose(radiance.value, exact, rtol=1e-8)
 
 
-def test_map_tells_where_light_comes_from():
+def test_a_map_shows_where_light_comes_from():
     view = tp.EnvironmentMap(name="map", position=(0, 0, 0), theta=4, phi=4)
     radiance = run(tp.Scene(lamp_at((0, 2, 2)), (), view), 50_000)["map"].radiance
     assert radiance.dims == ("theta", "phi")

@@ -159,7 +159,7 @@ def test_every_way_of_counting_gives_the_same(start, is_aimed, monkeypatch):
     assert_agrees(counted(*balls), round_view_factors.spheres(1, 0.5, 3), FALSE_ALARM)
 
 
-def test_what_looks_the_other_way_sees_nothing():
+def test_shapes_that_face_away_exchange_nothing():
     a, b = disks(1, 1, 1)
     for sides in ({"side_a": "back"}, {"side_b": "back"}):
         assert counted(a, b, particles=1000, **sides).value == 0

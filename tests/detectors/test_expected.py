@@ -30,7 +30,7 @@ def quantities(result, scene):
 
 
 @pytest.mark.parametrize("name", slow_but(QUICK.__contains__, SCENES))
-def test_events_tell_what_flights_count(name):
+def test_expected_crossings_agree_with_counted_ones(name):
     scene = SCENES[name]()
     counted = tp.simulate(scene, PARTICLES, seed=1, estimator="analog")
     told = tp.simulate(scene, PARTICLES, seed=2, estimator="expected")
@@ -66,7 +66,7 @@ def test_disk_to_disk_is_the_closed_form():
     assert flux.relative_error < 8e-4
 
 
-def test_what_is_born_on_a_meter_leaves_it_as_ever():
+def test_births_on_a_detector_depart_from_it():
     """All of the power that a disk without a surface sends out departs from the meter on it: no ray has told that."""
     source = lamp(0.0)
     own = tp.Detector(source.shape, "own", directions=tp.Directions(mu=2))

@@ -51,7 +51,7 @@ def born_at_walls(result):
     return left.sum()
 
 
-def test_what_is_alive_at_the_end_is_what_the_ledger_has_in_flight():
+def test_particles_alive_at_the_end_are_those_in_flight_in_the_ledger():
     result = phase_scenes.kept()
     in_flight = histories(result, result.ledger["in_flight"].value)
     for picture in PICTURES:
@@ -225,7 +225,7 @@ def test_small_snapshots_beside_a_large_one_are_unbiased_where_few_are_left():
     assert (np.abs(np.mean(off, axis=0)) < 5 * error).all()
 
 
-def test_what_is_left_of_a_sample_stands_for_what_was_thinned_out():
+def test_a_thinned_sample_stands_for_the_whole():
     records = np.zeros(1000, SAMPLED)
     records["weight"], records["below"], records["place"] = 3.0, 1.0, (np.arange(1000) + 0.5) / 1000
     quarter = thinned(records, 0.25)

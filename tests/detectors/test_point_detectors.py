@@ -279,7 +279,7 @@ def test_light_scattered_once_from_a_pencil_beam(name):
 
 
 @pytest.mark.parametrize("name", PHASES)
-def test_a_speck_in_a_beam_sends_to_each_side_what_its_phase_function_says(name):
+def test_a_speck_in_a_beam_scatters_by_its_phase_function(name):
     """All that is scattered is seen under one angle: each point knows p(mu) to a millionth."""
     phase, radius, sigma, r = PHASES[name], 1e-5, 1e-6, 2.0
     cosines = np.array([-0.9, -0.35, 0.0, 0.2, 0.65, 0.999])  # between the table's kinks
@@ -347,7 +347,7 @@ def test_splitting_and_weights_leave_the_mean_as_it_is(tracking):
 
 
 @BOTH
-def test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours(tracking):
+def test_light_scattered_elsewhere_comes_from_flights_and_the_rest_by_detours(tracking):
     """The fog in pieces: about the point one body, elsewhere others of the very same medium."""
     shapes = [tp.Sphere(center=(1, 0, 0), radius=0.3), tp.Box(center=(-1, 0, 0), size=1.0)]
     pieces = [filled(shape, FOG) for shape in (*shapes, tp.Box(center=(1, 0, 0), size=1.0))]

@@ -39,7 +39,7 @@ def readings(source, *detectors):
 
 
 @pytest.mark.parametrize("first", [1, -1])
-def test_what_meets_the_side_looked_at_arrives_and_what_comes_from_behind_leaves(first):
+def test_crossings_arrive_at_the_side_looked_at_and_depart_from_behind(first):
     """Four meters on one sheet, whose normal is that of the first of them."""
     meters = [
         tp.Detector(
@@ -262,7 +262,7 @@ def crossed(shape, side, places, flights, **bins):
 
 
 @pytest.mark.parametrize("case", FLAT)
-def test_what_leaves_a_side_leaves_at_the_azimuth_that_it_flies_to(case):
+def test_departures_count_at_the_azimuth_that_they_fly_to(case):
     shape, side, e_u, e_v = FLAT[case]
     flights = {k: 0.5 * np.cross(e_u, e_v) + math.sqrt(0.75) * turned(e_u, e_v, k) for k in BRIGHT}
     places = dict.fromkeys(BRIGHT, shape.middle)

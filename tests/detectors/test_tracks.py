@@ -70,7 +70,7 @@ def test_free_paths_are_exponential():
     assert abs(mean - 1 / 0.9) < 4 * (1 / 0.9) / math.sqrt(4000)
 
 
-def test_what_flies_off_has_no_end_and_is_drawn_so_far():
+def test_flights_to_infinity_have_no_end_and_are_drawn_to_a_reach():
     scene = tp.Scene(
         tp.Source(tp.Sphere(radius=1.0), tp.Lambertian(radiance=1.0)),
         (),
@@ -126,7 +126,7 @@ def test_plain_python_writes_down_the_same():
         (lambda: tp.tracks(slab(), 9, tracking=tp.Tracking(forced=True)), "without splitting or forced"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(wrong, words):
+def test_tracks_that_cannot_be_recorded_are_refused(wrong, words):
     with pytest.raises(tp.SceneError, match=words):
         wrong()
 

@@ -103,7 +103,7 @@ def test_radiance_over_all_directions_is_the_fluence_rate():
 
 
 @pytest.mark.parametrize("axis", [(0, 0, 1), (1, 0, 0), (0, 1, 0), (1, -2, 3)])
-def test_radiance_is_told_by_the_direction_of_flight(axis):
+def test_radiance_is_binned_by_the_direction_of_flight(axis):
     """A beam in known bins of cosine and azimuth."""
     flight = np.array((-0.48, 0.64, 0.6))
     disk = tp.Disk(radius=0.1, center=tuple(-3 * flight), normal=tuple(flight))
@@ -229,7 +229,7 @@ def foggy(tracking):
 
 
 @pytest.mark.parametrize("tracking", TRACKINGS)
-def test_a_volume_absorbs_what_the_ledger_says_however_histories_are_followed(tracking):
+def test_a_volume_absorbs_as_much_as_the_ledger_however_histories_are_followed(tracking):
     result, weighted = foggy(tracking), foggy("weighted")
     absorbed, powers = result.ledger["absorbed"], {name: result[name].absorbed_power for name in result}
     totals = {name: power if name in ("track", "hits") else power.sum() for name, power in powers.items()}
@@ -327,7 +327,7 @@ def test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one(filling, a
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do(axis):
+def test_collisions_in_layers_of_voxels_absorb_as_much_as_tracks(axis):
     """Each collision uses the coefficients of its own voxel, along whichever axis they change."""
     looks = [Volume("body", name, along(axis, 5, 1), estimator=name) for name in ("track", "collision")]
     grid = layered(axis, scattering=1.5)
@@ -470,7 +470,7 @@ def test_light_that_leaves_into_the_open_is_counted_outside_as_well():
     assert 1.1 <= (reading.fluence_rate * reading.volumes).value[0] < 1.9
 
 
-def test_a_score_is_within_what_the_guard_of_the_sums_has_counted():
+def test_scores_stay_within_the_guard_of_the_sums():
     result, bundle = foggy("weighted"), empty_bundle()
     program = compile_program(build_program(compile_scene(result.scene, result.plan.tracking)))
     raw = run_batch(program, seed=1, batch=0, histories=5000, bundle=bundle)

@@ -146,9 +146,7 @@ FAULTS = (
         "m = number_along(b.z[k] - table.cz, table.per_z, table.nz)\n            keep",
         "m = number_along(b.z[k] - table.cz, table.per_z, table.ny)\n            keep",
         "the number of voxels along y for that along z, where collisions are counted",
-        (
-            "detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",
-        ),
+        ("detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_as_much_as_tracks",),
     ),
     Fault(
         "engine/passes/variance_reduction.py",

@@ -4,7 +4,7 @@ from tests.mutants.fault import Fault
 
 STATISTICS, READINGS = "statistics/batches.py", "results/detectors.py"
 MEDIA, EMITTERS, ADJOINT = "compile/media.py", "compile/sources.py", "compile/adjoint.py"
-BACKWARD = "detectors/test_backward::test_either_way_tells_the_same"
+BACKWARD = "detectors/test_backward::test_forward_and_backward_runs_agree"
 
 FAULTS = (
     Fault(
@@ -204,7 +204,7 @@ FAULTS = (
         'kept["weight"] *= np.maximum(kept["below"] / below, 1.0)',
         'kept["weight"] *= 1.0',
         "samples that are thinned out and do not stand for more",
-        ("detectors/test_phase_space::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
+        ("detectors/test_phase_space::test_a_thinned_sample_stands_for_the_whole",),
     ),
     Fault(
         READINGS,

@@ -84,7 +84,7 @@ def test_nested_boxes_that_share_faces():
         assert body_bits_at(scene, shared, [(1, 0, 0), (-1, 0, 0)]).tolist() == [7, 0]
 
 
-def test_each_kind_of_body_holds_what_its_inequality_says():
+def test_each_kind_of_body_holds_the_places_of_its_inequality():
     """20000 places about five bodies beside one another; the walls of meshes are told by their winding number."""
     up = np.array([1.0, 2.0, -0.5]) / math.sqrt(5.25)
     ball = tp.Mesh.sphere(center=(4, 0, 0), radius=1, triangles=320)
@@ -395,7 +395,7 @@ def test_media_that_do_not_fit_together_are_refused(make, words):
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1e11])
-def test_what_is_refused_does_not_depend_on_the_unit(unit):
+def test_refusals_of_media_do_not_depend_on_the_unit(unit):
     balls = [filled(tp.Sphere(center=(x * unit, 0, 0), radius=unit), M(x + 1)) for x in (0, 1)]
     assert_refused(lambda: tp.Scene(AFAR, balls), "overlap in part")
     sea = filled(tp.Slab(thickness=unit), M(1 / unit, index=1.5))
@@ -598,11 +598,11 @@ NOT_CLOSED = {
 
 
 @pytest.mark.parametrize(("parts", "words"), NOT_CLOSED.values(), ids=NOT_CLOSED)
-def test_what_does_not_close_a_body_is_refused(parts, words):
+def test_surfaces_that_do_not_close_a_body_are_refused(parts, words):
     assert_refused(lambda: tp.Scene(LAMP, parts), words)
 
 
-def test_what_a_back_to_back_refusal_asks_for_is_one_body():
+def test_cans_without_the_lids_between_them_are_one_body():
     low, high = can(HAZE), can(HAZE, center=(0, 0, 2))
     scene = tp.Scene(LAMP, [low[0], low[2], high[0], high[1]])
     assert media_at(scene, [(0, 0, 0.99), (0, 0, 1.01), (0, 0, 3.1)]) == [HAZE, HAZE, V]

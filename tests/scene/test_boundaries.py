@@ -140,7 +140,7 @@ def test_edges_alone_are_no_contact(shapes):
 
 
 @pytest.mark.parametrize("shapes", CONTACTS.values(), ids=CONTACTS)
-def test_what_comes_inside_of_another_is_a_contact(shapes):
+def test_a_surface_that_comes_inside_of_another_is_a_contact(shapes):
     assert contacts(shapes) == contacts(shapes[::-1]) == {(0, 1), (1, 0)}
 
 
@@ -271,7 +271,7 @@ def test_endless_shapes_are_crossed_by_all_lines():
     assert thickness == pytest.approx(0.5) and (slab.sides == [-1, 1]).all()
 
 
-def test_what_is_missed_has_no_crossings():
+def test_lines_that_miss_a_shape_have_no_crossings():
     away = np.array([[10.0, 10.0, 10.0]]), np.array([[0.0, 0.0, 1.0]])
     for shape in SHAPES.values():
         assert crossings(shape, *away).distances.shape == (1, 0)

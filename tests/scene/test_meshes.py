@@ -197,7 +197,7 @@ def is_made(make):
         return False
 
 
-def test_what_is_on_a_line_for_a_triangle_is_for_a_mesh():
+def test_a_triangle_and_a_mesh_agree_on_vertices_on_a_line():
     """Heights about the rounding of the coordinates: both take the same side."""
     random, refused = np.random.default_rng(2), 0
     for height in 2.0 ** np.arange(-56, -46, 0.25):
