@@ -183,7 +183,7 @@ FAULTS = (
         "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length",
         "track = b.weight[k] * mean * length",
         "a glow whose light does not fade on the way to a camera",
-        ("detectors/test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
+        ("detectors/test_estimators::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
     ),
     Fault(
         "engine/passes/detectors.py",

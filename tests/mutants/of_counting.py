@@ -105,14 +105,14 @@ FAULTS = (
         "now, before = peak if is_diffuse else 0.0, b.mis_pdf[k]",
         "now, before = peak, b.mis_pdf[k]",
         "mirrored light taken for told by rays",
-        ("detectors/test_expected::test_expected_crossings_agree_with_counted_ones",),
+        ("detectors/test_estimators::test_expected_crossings_agree_with_counted_ones",),
     ),
     Fault(
         "engine/passes/next_event.py",
         "b.pdf[k] = INVERSE_PI * cosine",
         "b.pdf[k] = INVERSE_PI",
         "rays from diffuse walls without the cosine",
-        ("detectors/test_expected::test_expected_crossings_agree_with_counted_ones",),
+        ("detectors/test_estimators::test_expected_crossings_agree_with_counted_ones",),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
@@ -158,7 +158,7 @@ FAULTS = (
         "b.weight[k] *= mu * mu * mu",
         "b.weight[k] *= mu * mu * mu * mu",
         "a pixel's cosine to the fourth power",
-        ("detectors/test_cameras",),
+        ("detectors/test_estimators::test_pixels_on_a_lamp_show_its_radiance_and_shares_of_it_at_its_edge",),
     ),
     Fault(
         "engine/passes/backward.py",
@@ -166,7 +166,7 @@ FAULTS = (
         "        b.u3[k]",
         "b.u2[k] = coordinate_in_bin(table.mu_edges, table.mu_cells, 0, b.u2[k])\n        b.u3[k]",
         "one stratum drawn again and again",
-        ("detectors/test_cameras",),
+        ("detectors/test_estimators::test_a_map_shows_where_light_comes_from",),
     ),
     Fault(
         "engine/passes/volumes.py",
