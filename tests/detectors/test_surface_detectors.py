@@ -101,15 +101,6 @@ def test_a_ray_on_the_edge_between_two_bins_of_place_is_in_the_upper_one():
     assert counts[1, 2] == counts.sum() == 64
 
 
-def test_azimuths_on_a_disk_run_from_its_own_e_u_to_e_v():
-    """Beams at 0.1 and 0.3 of a turn from +x towards +y, on a disk whose normal is +z."""
-    for turn, cell in ((0.1, 0), (0.3, 1), (0.6, 2), (0.8, 3)):
-        place = (0.5 * np.cos(2 * np.pi * turn), 0.5 * np.sin(2 * np.pi * turn), 2.0)
-        source = tp.Source(tp.Point(position=place), tp.Beam(direction=(0, 0, -1), power=1.0))
-        meter = tp.Detector(tp.Disk(radius=1.0), "meter", positions=tp.Positions(v=4))
-        assert run(source, meter, particles=8)["meter"].counts.value.ravel()[cell] == 8
-
-
 # ---- what one crossing brings ----
 
 
