@@ -15,7 +15,7 @@ from scipy.special import ndtri
 import transport as tp
 from tests import phase_scenes
 from tests.phase_scenes import FALSE_ALARM, HOT, PICTURES, TIMES, faces_with, histories, streaming
-from tests.slow import SLOW, slow_but
+from tests.slow import SLOW
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import IN_FLIGHT
 from transport.engine.driver import compile_program, run_batch
@@ -158,7 +158,8 @@ def test_light_from_a_flash_is_on_a_sphere_whether_it_was_aimed_or_not(aim):
     np.testing.assert_allclose(result["all"].alive.value, [0, emitted, emitted], rtol=1e-12)
 
 
-@pytest.mark.parametrize("thinned", slow_but(lambda thinned: thinned, [False, True]))
+@SLOW
+@pytest.mark.parametrize("thinned", [False, True])
 def test_samples_of_a_few_are_unbiased_over_seeds(thinned):
     """Weights, and weights times speed, of a sample against phase space of all; few are alive, of two kinds.
 

@@ -381,6 +381,7 @@ def test_in_a_furnace_light_is_the_same_everywhere(filling):
 ONE = tp.Scene(LAMP, detectors=tp.PointDetector((1, 0, 0), "p"), medium=FOG)
 
 
+@SLOW
 def test_the_error_falls_with_the_root_of_the_number_of_particles():
     """2048 batches of 200 histories each, one by one and together in groups: N^(-1/2) but for a logarithm."""
     result = tp.simulate(ONE, particles=200 * 2048, batches=2048, seed=3, threads=1, progress=False)
