@@ -146,9 +146,7 @@ FAULTS = (
         "m = number_along(b.z[k] - table.cz, table.per_z, table.nz)\n            keep",
         "m = number_along(b.z[k] - table.cz, table.per_z, table.ny)\n            keep",
         "the number of voxels along y for that along z, where collisions are counted",
-        (
-            "detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",
-        ),
+        ("detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_as_much_as_tracks",),
     ),
     Fault(
         "engine/passes/variance_reduction.py",
@@ -187,7 +185,7 @@ FAULTS = (
         "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length",
         "track = b.weight[k] * mean * length",
         "a glow whose light does not fade on the way to a camera",
-        ("detectors/test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
+        ("detectors/test_estimators::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
     ),
     Fault(
         "engine/passes/detectors.py",

@@ -26,7 +26,7 @@ FAULTS = (
         "r = math.sqrt(inner2 + p * (outer2 - inner2))",
         "r = math.sqrt(inner2) + p * (math.sqrt(outer2) - math.sqrt(inner2))",
         "births on a disk without the Jacobian r",
-        ("detectors/test_aimed_births::test_what_reaches_the_target_is_the_closed_form",),
+        ("detectors/test_aimed_births::test_the_power_that_reaches_the_target_is_the_closed_form",),
     ),
     Fault(
         BIRTHS,

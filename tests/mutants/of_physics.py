@@ -162,7 +162,7 @@ FAULTS = (
         "return place if place < end else end, 0.5 * TWO_PI * turn / d",
         "half of the angle that a flight is seen under",
         (
-            "detectors/test_point_detectors::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",
+            "detectors/test_point_detectors::test_light_scattered_elsewhere_comes_from_flights_and_the_rest_by_detours",
         ),
     ),
     Fault(
@@ -254,7 +254,7 @@ FAULTS = (
         "return sine2 / (1.0 + math.sqrt(1.0 - sine2)) if outside else 2.0",
         "return 0.5 * sine2 if outside else 2.0",
         "the solid angle of a ball by the small angle's formula",
-        ("detectors/test_aimed_births::test_what_reaches_the_target_is_the_closed_form",),
+        ("detectors/test_aimed_births::test_the_power_that_reaches_the_target_is_the_closed_form",),
     ),
     Fault(
         "physics/facets.py",
