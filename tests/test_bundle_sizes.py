@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests import test_grid, test_histories, test_reproducible, test_reproducible_media
+from tests import test_grid, test_reproducible, test_reproducible_media
+from tests.detectors import test_histories
 from tests.hard import test_hard_points
 
 ROOT = Path(__file__).resolve().parents[1]

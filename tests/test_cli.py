@@ -6,10 +6,11 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import pytest
+
 from tests.own_experiments import ROOT
 from transport import __version__
-from transport.cli import commands, printout
-from transport.cli.bench import benchmarks
+from transport.cli import commands
 
 
 def test_version(call):
@@ -35,26 +36,17 @@ def test_interruption_before_the_first_batch_has_status_130(call, monkeypatch):
     assert len(answer.output.splitlines()) == 1
 
 
-def test_bench_prints_its_rows_and_json(call, monkeypatch):
-    rows = [
-        {
-            "name": "closed box, against one particle at a time",
-            "value": 5e7,
-            "unit": "crossings/s",
-            "ratio": 4.0,
-        }
-    ]
-    monkeypatch.setattr(benchmarks, "bench", lambda **_: rows)
-    assert json.loads(call("bench", "--json").output) == rows
-    assert "4.00" in call("bench").output
+@pytest.mark.parametrize("options", [(), ("--quick", "--json"), ("--effects",)])
+def test_bench_prints_where_the_benchmarks_are(call, options):
+    answer = call("bench", *options)
+    assert answer.exit_code == 0 and "python -m tests.bench" in answer.output
 
 
 def test_bare_command_is_a_menu_of_experiments_grouped_by_question(call, monkeypatch):
     asked = {"a": ("Why?", "A = 1"), "b": ("How?", "B = 2"), "c": ("Why?", "C = 3")}
     modules = {name: SimpleNamespace(question=question, law=law) for name, (question, law) in asked.items()}
-    for module in (commands, printout):
-        monkeypatch.setattr(module, "experiment_names", lambda: list(modules))
-        monkeypatch.setattr(module, "experiment", modules.__getitem__)
+    monkeypatch.setattr(commands, "experiment_names", lambda: list(modules))
+    monkeypatch.setattr(commands, "experiment", modules.__getitem__)
     assert "..." not in call("--help").output.partition("Commands:")[2]  # each command in a line of 80
     lines = [line.split() for line in call().output.splitlines()]
     order = [lines.index(words.split()) for words in ("Why?", "a A = 1", "c C = 3", "How?", "b B = 2")]

@@ -6,9 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.own_experiments import EXPERIMENT
-from transport.cli import costs
-from transport.cli.effects import costs as effect_costs
-from transport.cli.effects.costs import EffectCost
+from transport.analysis.effects import EffectCost
 
 UNAIMED = (
     EXPERIMENT.replace(", aim=meter", "")
@@ -22,7 +20,7 @@ EFFECTS = [EffectCost("births", 3.0, 0.75, False, ("begin",)), EffectCost("media
 @pytest.fixture
 def few_ways(monkeypatch):
     """Two ways, and effects that need no measuring."""
-    monkeypatch.setattr(costs, "effect_costs", lambda scene: EFFECTS)
+    monkeypatch.setattr("transport.cli.cost.effect_costs", lambda scene: EFFECTS)
     ways = {"analog": {}, "aimed": {"estimator": "aimed"}}
     monkeypatch.setattr("transport.analysis.cost.methods_of_scene", lambda scene: ways)
     Path("open.py").write_text(UNAIMED + MEASURE, encoding="utf-8")
@@ -71,40 +69,3 @@ def test_cost_as_json(call, few_ways):
 def test_an_unknown_quantity_is_refused(call, few_ways):
     answer = call("cost", "open.py", "--quantity", "fluxx")
     assert answer.exit_code == 2 and "no quantity 'fluxx'" in answer.output
-
-
-def test_an_effect_costs_its_passes_for_each_history():
-    told = effect_costs.costs_by_effect(
-        {"begin": 2.0, "fly": 1.0, "new": 0.5, "never": float("nan")},
-        {"begin": 1.0, "fly": 4.0, "new": 4.0},
-        {"begin": "emission", "fly": "collisions", "never": "optics"},
-    )
-    assert {effect.name: effect.ns for effect in told} == {
-        "births": 2.0,
-        "media": 4.0,
-        "other": 2.0,
-        "surfaces": 0.0,
-    }
-    assert told[0].name == "media" and told[0].share == 0.5
-    assert [effect.can_go for effect in told if effect.name in ("births", "media")] == [True, False]
-
-
-def test_every_pass_belongs_to_one_effect():
-    from transport.engine.registry import MODULE_OF_PASS, MODULES
-
-    members = [member for members in effect_costs.EFFECTS.values() for member in members]
-    assert len(set(members)) == len(members)
-    assert set(members) >= set(MODULES)
-    assert set(members) - set(MODULES) <= set(MODULE_OF_PASS)
-
-
-def test_lanes_a_history_of_a_scene_are_counted(call):
-    """A disk that aims at its meter: each history is born once and flies once, and then it is gone."""
-    from transport.verification.experiment import experiment
-
-    scene = experiment("disk.py").scene()
-    told = {effect.name: effect for effect in costs.effect_costs(scene)}
-    lanes = effect_costs.lanes_per_history(scene)
-    assert lanes["start_history"] == 1.0
-    assert 0.9 < lanes["move"] < 2.1
-    assert told["births"].ns > 0 and abs(sum(effect.share for effect in told.values()) - 1) < 1e-9

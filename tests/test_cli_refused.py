@@ -46,9 +46,6 @@ from tests.own_experiments import EXPERIMENT, ROOT
         ),
         (["cost", "disk.py", "--seconds", "-1"], "seconds must be positive"),
         (["effects", "disk.py", "--set", "distnace=3"], "did you mean 'distance'?"),
-        (["bench", "--repeats", "2"], "repeats must be at least 5"),
-        (["bench", "--effects", "--quick"], "leave out --quick and --long"),
-        (["bench", "--effects", "--cold", "--json"], "leave out --effects or --cold"),
     ],
 )
 def test_refused_input_is_one_line_and_status_2(call, arguments, words):

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 import transport as tp
+from tests.plain_scenes import SMALL
 from tests.same_batches import assert_same
-from tests.test_saved import SMALL
 from transport.io import resuming
 from transport.io.atomic import FileError
 from transport.results.record import total_cost

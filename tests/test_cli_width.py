@@ -2,8 +2,7 @@
 
 import pytest
 
-from transport.cli import tables
-from transport.cli.console import print_labelled, print_rich
+from transport.cli.output import print_labelled, print_rich, table_of
 
 CELLS = (
     "a room that is told of in more words than eighty columns hold",
@@ -22,7 +21,7 @@ def written(capsys, monkeypatch):
             monkeypatch.delenv(name, raising=False)
         for name, value in environment.items():
             monkeypatch.setenv(name, value)
-        table = tables.table_of(("quantity", "estimate ± error>", "unit", ""), ())
+        table = table_of(("quantity~", "estimate ± error>", "unit", ""), ())
         table.add_row(*CELLS)
         print_rich(table)
         rows = capsys.readouterr().out.splitlines()

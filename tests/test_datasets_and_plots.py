@@ -153,7 +153,7 @@ def closed_figures():
 def test_one_axis_is_drawn_as_steps_and_points_with_bars_of_two_errors(forward):
     axes = forward["up"].plot()
     radiance = forward["up"].radiance
-    assert axes.get_xlabel() == "θ [°]" and axes.get_ylabel().startswith("radiance  [")
+    assert axes.get_xlabel() == "polar angle θ [°]" and axes.get_ylabel().startswith("radiance  [")
     (steps,) = axes.patches
     np.testing.assert_array_equal(steps.get_data().values, radiance.value)
     np.testing.assert_allclose(steps.get_data().edges, np.degrees(radiance.coords["theta"]))
@@ -167,8 +167,15 @@ def test_one_axis_is_drawn_as_steps_and_points_with_bars_of_two_errors(forward):
     ("run", "name", "quantity", "labels", "is_transposed", "inverted"),
     [
         ("backward", "patch", "irradiance", ("u [m]", "v [m]"), True, (False, False)),
-        ("backward", "view", "radiance", ("u", "v"), False, (False, False)),
-        ("backward", "around", "radiance", ("φ [°], seen from inside", "θ [°]"), False, (True, True)),
+        ("backward", "view", "radiance", ("", ""), False, (False, False)),
+        (
+            "backward",
+            "around",
+            "radiance",
+            ("azimuth φ [°], seen from inside", "polar angle θ [°]"),
+            False,
+            (True, True),
+        ),
         ("forward", "box", "fluence_rate", ("x [m]", "z [m]"), True, (False, False)),
     ],
 )
@@ -183,20 +190,23 @@ def test_a_map_has_its_bins_where_they_are(run, name, quantity, labels, is_trans
     (drawn,) = [each for each in (*axes.images, *axes.collections) if each.get_array() is not None]
     np.testing.assert_array_equal(np.ma.filled(drawn.get_array(), np.nan).reshape(value.shape), value)
     beside = axes.figure.axes[1]
-    assert len(axes.figure.axes) == 4 and beside.get_xlabel() == labels[0]  # two maps and two bars
+    assert len(axes.figure.axes) == 2 and beside.get_xlabel() == labels[0]
+    assert beside.child_axes[0].get_ylabel() == "relative standard error  [%]"
 
 
-def test_on_a_disk_the_axes_say_what_they_are(steady):
+def test_a_disk_is_drawn_round(steady):
     axes = steady["disk"].plot()
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("radius u [m]", "azimuth v [°]")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("along $e_u$ [m]", "along $e_v$ [m]")
+    (mesh,) = axes.collections
+    assert np.hypot(*mesh.get_coordinates().reshape(-1, 2).T).max() == pytest.approx(1.0)
 
 
 def test_a_picture_is_drawn_where_it_is_asked_for(forward):
-    figure, axes = pyplot.subplots()
+    _, axes = pyplot.subplots()
     radiance = forward["all"].radiance[0]
     radiance = radiance if len(radiance.dims) == 2 else radiance[0]
     assert radiance.plot(axes, label="L") is axes
-    assert len(figure.axes) == 2 and figure.axes[1].get_ylabel().startswith("L  [")  # the map and its bar
+    assert axes.child_axes[0].get_ylabel().startswith("L  [")  # its bar
 
 
 def test_decades_set_a_logarithmic_scale(backward):

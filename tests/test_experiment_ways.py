@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 
 import transport as tp
-from tests.test_choosing import glint
+from tests.run.test_choosing import glint
 from transport.sims import cost_disks
 from transport.verification.experiment import run_experiment
 
@@ -52,7 +52,7 @@ def glinting(**run):
 
 @pytest.mark.parametrize("limits", [{"error": {"meter.radiance": 0.3}}, {"seconds": 0.1}])
 def test_by_default_pilots_choose_among_the_ways_that_know_all(limits):
-    """Of the error alone "backward" would be taken (tests/test_choosing.py), whose ledger is of shares."""
+    """Of the error alone "backward" would be taken (tests/run/test_choosing.py), whose ledger is of shares."""
     [outcome] = run_experiment(glinting(), **limits, seed=1)
     assert len(outcome.result.choice.pilots) > 3
     assert outcome["power"].estimate.value == pytest.approx(20.0)

@@ -84,7 +84,7 @@ def test_an_example_is_a_command(command):
         "transport run sun --set distnace=3",
         "transport run sun --estimator backwards",
         "transport verify --hard sum",
-        "transport bench --repeats often",
+        "transport cost sun --threads often",
     ],
 )
 def test_a_wrong_example_is_seen(command):

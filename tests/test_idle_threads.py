@@ -5,7 +5,7 @@ import warnings
 import pytest
 
 import transport as tp
-from tests.test_saved import SMALL
+from tests.plain_scenes import SMALL
 from transport.run import run
 
 TOLD = "2 batches for 3 threads leave 1 of them idle; start the run with batches={} or more"

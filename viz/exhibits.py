@@ -92,16 +92,16 @@ def _seen(name: str, title: str) -> Draw:
 
 
 def _solid(title: str, result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
-    from transport.viz.scene_view import scene_view
+    from transport.viz.scene import draw_scene
 
-    return scene_view(result.scene, path, result, tracks, title=title, quantity="irradiance")
+    return draw_scene(result.scene, result, tracks, path, title=title, quantity="irradiance")
 
 
 def _lobe(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
     from transport.viz.lobes_in_place import add_lobe
-    from transport.viz.scene_view import scene_plotter
+    from transport.viz.scene import draw_scene
 
-    plotter = scene_plotter(result.scene, tracks=tracks)
+    plotter = draw_scene(result.scene, tracks=tracks)
     add_lobe(plotter, result["plate"], "radiance_out", size=0.6)
     plotter.screenshot(path, return_img=False)
     plotter.close()

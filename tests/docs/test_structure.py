@@ -31,7 +31,7 @@ IMPORTERS_OF_COMPUTED_NAMES = (
 READERS_OF_THEORY = ("theory", "verification", "viz", "sims")  # theory judges results, and computes none
 FOLDERS = {"transport": LIBRARY, "transport.sims": ROOT / "sims", "transport.viz": ROOT / "viz"}
 HEAVY = ("numba", "llvmlite", "scipy.stats", "matplotlib", "pyvista", "xarray", "rich", "typer")
-COMPILED = ("engine/", "physics/", "cli/bench/yardstick")  # the only places that know Numba
+COMPILED = ("engine/", "physics/", "analysis/replay")  # the only places that know Numba
 FOLDERS_OF_MACHINES = [
     "home", "root", "tmp", "usr", "opt", "work", "workspace", "mnt", "media", "srv", "var", "Users", "Volumes",
 ]  # fmt: skip
@@ -229,14 +229,8 @@ def test_importing_a_user_object_or_a_theory_loads_no_numba():
     assert done.returncode == 0, done.stderr
 
 
-PURE = (
-    "math",
-    "numba",
-    "numpy",
-    "llvmlite",
-    "transport.physics",
-    "__future__",
-)  # the same laws serve every target
+# Of physics, whose laws serve every target.
+PURE = ("math", "numba", "numpy", "llvmlite", "transport.physics", "__future__")
 INNER = tuple(f"transport.{name.strip('/').replace('/', '.')}" for name in COMPILED)
 FORBIDDEN = {  # files, names that they must not import, whether only when imported themselves
     "Numba in user objects": (user_files, lambda name: within(name, "numba", "llvmlite"), False),

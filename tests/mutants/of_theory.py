@@ -76,7 +76,7 @@ FAULTS = (
         "return (mu * (mu * mu + 3) + 4) / 8",
         "return (mu * (mu * mu + 1) + 2) / 4",
         "Rayleigh's distribution of another density",
-        ("test_scattering",),
+        ("physics/test_scattering",),
     ),
     Fault(
         "theory/ordinates.py",
