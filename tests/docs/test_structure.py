@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -41,6 +42,11 @@ def sources(*folders):
     return [
         path for folder in folders for path in sorted(folder.rglob("*.py")) if "__kernels__" not in path.parts
     ]
+
+
+@functools.cache
+def tree_of(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def module_of(path):
@@ -89,10 +95,10 @@ def room_of(name):
     return None if package != "transport" else rest.partition(".")[0] or "__init__"
 
 
-def wrong_imports(module, text):
+def wrong_imports(module, tree):
     """The imports of later rooms by a module, those of theory by rooms that must not know it, and those by computed names."""
     own, found = room_of(module), []
-    for line, name in imports(ast.parse(text)):
+    for line, name in imports(tree):
         if name == COMPUTED and module not in IMPORTERS_OF_COMPUTED_NAMES:
             found.append(f"{module}:{line} imports {name}")
         if name.startswith("."):
@@ -131,7 +137,7 @@ def offences(paths, is_wrong, at_once=False):
         {
             f"{short(path)} imports {name}"
             for path in paths
-            for _, name in imports(ast.parse(path.read_text()), at_once)
+            for _, name in imports(tree_of(path), at_once)
             if is_wrong(name)
         }
     )
@@ -144,16 +150,12 @@ def user_files():
 def test_every_import_is_of_an_earlier_room():
     files = {module_of(path): path for path in sources(*FOLDERS.values())}
     assert {room_of(module) for module in files} == LEVEL.keys()
-    assert [
-        fault for module, path in files.items() for fault in wrong_imports(module, path.read_text())
-    ] == []
+    assert [fault for module, path in files.items() for fault in wrong_imports(module, tree_of(path))] == []
 
 
 def test_no_files_import_one_another():
     files = {module_of(path): path for path in sources(*FOLDERS.values())}
-    names = {
-        module: {name for _, name in imports(ast.parse(path.read_text()))} for module, path in files.items()
-    }
+    names = {module: {name for _, name in imports(tree_of(path))} for module, path in files.items()}
     # "from transport.io import merging" asks for the module, not for its package.
     graph = {
         module: {
@@ -183,13 +185,16 @@ LATER = {  # imports that geometry must not have
 
 @pytest.mark.parametrize("text", LATER.values(), ids=LATER)
 def test_an_import_of_a_later_room_is_seen(text):
-    assert wrong_imports("transport.geometry.shape", text)
-    assert not wrong_imports("transport.geometry.shape", "from transport.units import mm\nimport numpy")
+    assert wrong_imports("transport.geometry.shape", ast.parse(text))
+    assert not wrong_imports(
+        "transport.geometry.shape", ast.parse("from transport.units import mm\nimport numpy")
+    )
 
 
 def test_a_room_that_may_import_theory_is_known():
-    assert wrong_imports("transport.results.result", LATER["theory's module"])
-    assert not wrong_imports("transport.verification.experiment", LATER["theory's module"])
+    tree = ast.parse(LATER["theory's module"])
+    assert wrong_imports("transport.results.result", tree)
+    assert not wrong_imports("transport.verification.experiment", tree)
 
 
 def test_every_registered_function_exists_and_its_class_does():
@@ -293,9 +298,9 @@ def declared(*extras):
     return {re.match(r"[A-Za-z0-9_.-]+", line)[0].lower() for part in parts for line in part}
 
 
-def undeclared(text, *extras):
+def undeclared(tree, *extras):
     """Packages that a source imports and a set-up with these extras lacks, not those of the project or of Python."""
-    nodes = list(ast.walk(ast.parse(text)))
+    nodes = list(ast.walk(tree))
     found = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     found |= {node.module for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
     names = {OTHER_NAMES.get(first, first) for first in (name.partition(".")[0] for name in found)}
@@ -313,9 +318,11 @@ def undeclared(text, *extras):
     [("transport", ("plot", "viz", "docs", "files", "cluster")), ("sims", ("plot",)), ("viz", ("viz",))],
 )
 def test_every_package_that_is_imported_is_declared(folder, extras):
-    faults = {short(path): undeclared(path.read_text(), *extras) for path in sources(ROOT / folder)}
+    faults = {short(path): undeclared(tree_of(path), *extras) for path in sources(ROOT / folder)}
     assert {path: names for path, names in faults.items() if names} == {}
-    assert undeclared("import numpy\ndef f():\n    from mpi4py import MPI\n") == {"mpi4py"}  # planted
+    assert undeclared(ast.parse("import numpy\ndef f():\n    from mpi4py import MPI\n")) == {
+        "mpi4py"
+    }  # planted
 
 
 def test_no_source_knows_a_path_of_a_machine():
