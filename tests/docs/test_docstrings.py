@@ -24,24 +24,19 @@ PACKAGE = Path(tp.__file__).parent
 RETURNED = ("Result",)  # made by the library alone: documents Attributes instead of Parameters
 HEADER = re.compile(r"^-{3,}\s*$")  # the line below the title of a section
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-NOT_CONSTANTS = re.compile(
+NOT_CONSTANTS = re.compile(  # abbreviations; what a user types
     "ASCII|BRDF|COLUMNS|DLMF|EGSR|EPYC|HTML|IEEE|JCGT|JSON|LLVM|MCML|MCNP|NAME|README|SIAM|SIGGRAPH|TAOCP|NUMBA_.*|.*DONTNEED"
-)  # abbreviations; what a user types
+)
 CODE = re.compile(r"``.+?``|`[^`]+`")
 MARKUP = re.compile(r"(?:^|(?<=[\s(\[{<'\"/:-]))(?:\*+(?=[^\s*])|\|(?=\S)[^|\n]*\|)")
 
 
-def _public():
-    """Public classes and functions by name, without conversion factors, exceptions and warnings."""
-    named = {name: getattr(tp, name) for name in tp.__all__}
-    return {
-        name: value
-        for name, value in named.items()
-        if callable(value) and not (isinstance(value, type) and issubclass(value, BaseException))
-    }
-
-
-PUBLIC = _public()
+# Public classes and functions by name, without conversion factors, exceptions and warnings.
+PUBLIC = {
+    name: value
+    for name, value in ((name, getattr(tp, name)) for name in tp.__all__)
+    if callable(value) and not (isinstance(value, type) and issubclass(value, BaseException))
+}
 MODULES = {
     ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__"): path
     for path in sorted(PACKAGE.rglob("*.py"))
@@ -169,17 +164,14 @@ def run_doctests(tests):
 
 
 @pytest.mark.parametrize("name", PUBLIC)
-def test_parameters_of_a_public_name_are_those_of_its_signature(name):
+def test_a_public_name_documents_the_parameters_of_its_signature_and_has_an_example(name):
+    value = PUBLIC[name]
     if name in RETURNED:
-        assert "Attributes" in sections(PUBLIC[name])
+        assert "Attributes" in sections(value)
     else:
-        assert parameter_faults(PUBLIC[name]) == []
-
-
-@pytest.mark.parametrize("name", PUBLIC)
-def test_a_public_name_has_an_example(name):
-    assert example_faults(PUBLIC[name]) == []
-    assert PUBLIC[name].__module__ in MODULES
+        assert parameter_faults(value) == []
+    assert example_faults(value) == []
+    assert value.__module__ in MODULES
 
 
 @pytest.mark.parametrize("name", MODULES)
@@ -204,14 +196,13 @@ def _documented():
     return found
 
 
-def test_no_star_or_bar_of_a_docstring_is_read_as_markup():
-    """Sphinx reads |mu| as a substitution and *dims as emphasis; as code (``|mu|``) they are text."""
-    faults = {name: markup_faults(doc) for name, doc in _documented().items()}
-    assert {name: found for name, found in faults.items() if found} == {}
+@pytest.mark.parametrize("faults_of", [markup_faults, header_faults])
+def test_docstrings_of_the_reference_are_read_as_they_are_meant(faults_of):
+    """Sphinx reads |mu| as a substitution and *dims as emphasis; as code (``|mu|``) they are text.
 
-
-def test_underlines_of_sections_are_as_long_as_their_titles():
-    faults = {name: header_faults(doc) for name, doc in _documented().items()}
+    It reads a title whose underline is of another length as text.
+    """
+    faults = {name: faults_of(doc) for name, doc in _documented().items()}
     assert {name: found for name, found in faults.items() if found} == {}
 
 
@@ -260,35 +251,46 @@ def planted(doc, *, keep=("radius",)):
     return made
 
 
-def test_a_complete_docstring_has_no_faults():
-    assert parameter_faults(Whole) == example_faults(Whole) == markup_faults(Whole.__doc__) == []
-    starred = planted(
-        "Merge.\n\nParameters\n----------\n*radius : float\n    Radii [m].\n\nReturns\n-------\nint\n"
-    )
-    assert parameter_faults(starred) == []
+def disk(entries):
+    return planted(f"A disk.\n\nParameters\n----------\n{entries}")
 
 
-@pytest.mark.parametrize(
-    ("entries", "fault"),
-    [
-        ("", "radius is not documented"),
-        ("raduis : float\n    Radius [m].\n", "raduis is not a parameter"),
-        ("radius : float\n    Radius [m].\nradius : float\n    Again.\n", "radius is documented twice"),
-    ],
-)
-def test_a_planted_fault_of_parameters_is_reported(entries, fault):
-    assert fault in parameter_faults(planted(f"A disk.\n\nParameters\n----------\n{entries}"))
+RADIUS = "radius : float\n    Radius [m].\n"
+MORE = dataclasses.make_dataclass("More", [("width", float)], bases=(Whole,), kw_only=True)
+MORE.__doc__ = Whole.__doc__
+NO_EXAMPLES, NO_DOCTEST = ["no Examples section"], ["Examples has no doctest"]
+PLANTED = [  # what looks for faults, where, what it finds
+    (parameter_faults, Whole, []),
+    (parameter_faults, disk(f"*{RADIUS}\nReturns\n-------\nint\n"), []),
+    (parameter_faults, disk(""), ["radius is not documented"]),
+    (parameter_faults, disk("raduis : float\n"), ["radius is not documented", "raduis is not a parameter"]),
+    (parameter_faults, disk(RADIUS + RADIUS), ["radius is documented twice"]),
+    (parameter_faults, MORE, ["width is not documented"]),
+    (example_faults, Whole, []),
+    (example_faults, planted("A disk."), NO_EXAMPLES),
+    (example_faults, planted("A disk.\n\nExamples\n--------\nLook.\n"), NO_DOCTEST),
+    (markup_faults, Whole.__doc__, []),
+    (markup_faults, "Means, shape (B, *dims).", ["*"]),
+    (markup_faults, "∫ |cosθ| dω", ["|cosθ|"]),
+    (markup_faults, "``|mu|`` and `*dims`", []),
+    (markup_faults, "2 * 3 and a | b", []),
+    (markup_faults, ">>> f(*x) | y | z", []),
+    (markup_faults, "*runs : Result", []),
+    (header_faults, "A lens.\n\nNotes\n-----\nThin.", []),
+    (header_faults, "A lens.\n\nNotes\n----- Thin.", ["----- Thin."]),
+    (header_faults, "A lens.\n\nNotes\n------\nThin.", ["------"]),
+    (unknown_constants, "# at most LIMIT\nLIMIT = 3\n", []),
+    (unknown_constants, "# at most LIMIT\nMOST = 3\n", ["LIMIT"]),
+    (unknown_constants, '"""At most layout.ROUNDING."""\n', []),
+    (unknown_constants, '"""At most layout.SLACKNESS."""\n', ["layout.SLACKNESS"]),
+    (unknown_constants, "# as JSON or HTML\n", []),
+    (unknown_constants, "# by PATIENCE of engine/driver.py\n", []),
+]
 
 
-def test_a_dataclass_that_lacks_a_parameter_is_reported():
-    more = dataclasses.make_dataclass("More", [("width", float)], bases=(Whole,), kw_only=True)
-    more.__doc__ = Whole.__doc__
-    assert parameter_faults(more) == ["width is not documented"]
-
-
-def test_a_planted_lack_of_examples_is_reported():
-    assert example_faults(planted("A disk.")) == ["no Examples section"]
-    assert example_faults(planted("A disk.\n\nExamples\n--------\nLook.\n")) == ["Examples has no doctest"]
+@pytest.mark.parametrize(("faults_of", "where", "faults"), PLANTED)
+def test_planted_faults_are_reported_and_sound_docstrings_have_none(faults_of, where, faults):
+    assert faults_of(where) == faults
 
 
 @pytest.mark.parametrize("example", [">>> 1 + 1\n3\n", ">>> math.pi\n3.14\n"])
@@ -296,36 +298,3 @@ def test_a_planted_wrong_example_is_reported(example):
     wrong = planted(f"A disk.\n\nExamples\n--------\n{example}")
     tests = doctest.DocTestFinder().find(wrong, "wrong", module=False, globs={})
     assert len(run_doctests(tests)) == 1
-
-
-@pytest.mark.parametrize(
-    ("text", "faults"),
-    [
-        ("Means, shape (B, *dims).", ["*"]), ("∫ |cosθ| dω", ["|cosθ|"]), ("``|mu|`` and `*dims`", []),
-        ("2 * 3 and a | b", []), (">>> f(*x) | y | z", []), ("*runs : Result", []),
-    ],
-)  # fmt: skip
-def test_planted_markup_is_reported(text, faults):
-    assert markup_faults(text) == faults
-
-
-@pytest.mark.parametrize(
-    ("text", "faults"),
-    [
-        ("A lens.\n\nNotes\n-----\nThin.", 0), ("A lens.\n\nNotes\n----- Thin.", 1), ("A lens.\n\nNotes\n------\nThin.", 1),
-    ],
-)  # fmt: skip
-def test_a_planted_underline_is_reported(text, faults):
-    assert len(header_faults(text)) == faults
-
-
-@pytest.mark.parametrize(
-    ("text", "faults"),
-    [
-        ("# at most LIMIT\nLIMIT = 3\n", []), ("# at most LIMIT\nMOST = 3\n", ["LIMIT"]),
-        ('"""At most layout.ROUNDING."""\n', []), ('"""At most layout.SLACKNESS."""\n', ["layout.SLACKNESS"]),
-        ("# as JSON or HTML\n", []), ("# by PATIENCE of engine/driver.py\n", []),
-    ],
-)  # fmt: skip
-def test_a_planted_name_of_a_constant_is_reported(text, faults):
-    assert unknown_constants(text) == faults

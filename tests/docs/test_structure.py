@@ -1,8 +1,9 @@
-"""The rules of the design that no result shows: who imports whom."""
+"""The rules of the design that no result shows: who imports whom, which packages are declared."""
 
 from __future__ import annotations
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -14,7 +15,7 @@ import pytest
 
 from transport import renderers
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = ROOT / "transport"
 # The rooms of the package in order; each imports only rooms that come before its own.
 LAYERS = (
@@ -41,6 +42,11 @@ def sources(*folders):
     return [
         path for folder in folders for path in sorted(folder.rglob("*.py")) if "__kernels__" not in path.parts
     ]
+
+
+@functools.cache
+def tree_of(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def module_of(path):
@@ -89,10 +95,10 @@ def room_of(name):
     return None if package != "transport" else rest.partition(".")[0] or "__init__"
 
 
-def wrong_imports(module, text):
+def wrong_imports(module, tree):
     """The imports of later rooms by a module, those of theory by rooms that must not know it, and those by computed names."""
     own, found = room_of(module), []
-    for line, name in imports(ast.parse(text)):
+    for line, name in imports(tree):
         if name == COMPUTED and module not in IMPORTERS_OF_COMPUTED_NAMES:
             found.append(f"{module}:{line} imports {name}")
         if name.startswith("."):
@@ -131,7 +137,7 @@ def offences(paths, is_wrong, at_once=False):
         {
             f"{short(path)} imports {name}"
             for path in paths
-            for _, name in imports(ast.parse(path.read_text()), at_once)
+            for _, name in imports(tree_of(path), at_once)
             if is_wrong(name)
         }
     )
@@ -144,16 +150,12 @@ def user_files():
 def test_every_import_is_of_an_earlier_room():
     files = {module_of(path): path for path in sources(*FOLDERS.values())}
     assert {room_of(module) for module in files} == LEVEL.keys()
-    assert [
-        fault for module, path in files.items() for fault in wrong_imports(module, path.read_text())
-    ] == []
+    assert [fault for module, path in files.items() for fault in wrong_imports(module, tree_of(path))] == []
 
 
 def test_no_files_import_one_another():
     files = {module_of(path): path for path in sources(*FOLDERS.values())}
-    names = {
-        module: {name for _, name in imports(ast.parse(path.read_text()))} for module, path in files.items()
-    }
+    names = {module: {name for _, name in imports(tree_of(path))} for module, path in files.items()}
     # "from transport.io import merging" asks for the module, not for its package.
     graph = {
         module: {
@@ -165,33 +167,34 @@ def test_no_files_import_one_another():
     assert cycles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}, "e": set()}) == ["b", "c"]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "from transport.scene.scene import Scene",
-        "def f():\n    from transport.simulate import simulate",
-        "if TYPE_CHECKING:\n    from transport.io.runs import save",
-        "import importlib\nimportlib.import_module('transport.viz.costs')",
-        "import_module(f'transport.engine.{name}')",
-        "name = 'transport.simulate'\nimportlib.import_module(name)",
-        "__import__('transport.simulate')",
-        "from transport.theory.fresnel import reflectance",
-        "from transport.theory import fresnel",
-        "import transport",
-        "from transport import tracks",
-        "from . import flat",
-    ],
-    ids=["at the top", "in a function", "for type checkers", "importlib", "f-string", "computed", "__import__", "theory", "theory's module", "package", "name", "relative"],
-)  # fmt: skip
+LATER = {  # imports that geometry must not have
+    "at the top": "from transport.scene.scene import Scene",
+    "in a function": "def f():\n    from transport.simulate import simulate",
+    "for type checkers": "if TYPE_CHECKING:\n    from transport.io.runs import save",
+    "importlib": "import importlib\nimportlib.import_module('transport.viz.costs')",
+    "f-string": "import_module(f'transport.engine.{name}')",
+    "computed": "name = 'transport.simulate'\nimportlib.import_module(name)",
+    "__import__": "__import__('transport.simulate')",
+    "theory": "from transport.theory.fresnel import reflectance",
+    "theory's module": "from transport.theory import fresnel",
+    "package": "import transport",
+    "name": "from transport import tracks",
+    "relative": "from . import flat",
+}
+
+
+@pytest.mark.parametrize("text", LATER.values(), ids=LATER)
 def test_an_import_of_a_later_room_is_seen(text):
-    assert wrong_imports("transport.geometry.shape", text)
-    assert not wrong_imports("transport.geometry.shape", "from transport.units import mm\nimport numpy")
+    assert wrong_imports("transport.geometry.shape", ast.parse(text))
+    assert not wrong_imports(
+        "transport.geometry.shape", ast.parse("from transport.units import mm\nimport numpy")
+    )
 
 
 def test_a_room_that_may_import_theory_is_known():
-    text = "from transport.theory import fresnel"
-    assert wrong_imports("transport.results.result", text)
-    assert not wrong_imports("transport.verification.experiment", text)
+    tree = ast.parse(LATER["theory's module"])
+    assert wrong_imports("transport.results.result", tree)
+    assert not wrong_imports("transport.verification.experiment", tree)
 
 
 def test_every_registered_function_exists_and_its_class_does():
@@ -209,11 +212,16 @@ def test_every_registered_function_exists_and_its_class_does():
         renderers.function_for(int, "html")
 
 
+def python(code, *arguments, folder=ROOT):
+    """Run code in a new interpreter."""
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
 def test_importing_transport_loads_nothing_heavy():
-    """No Numba, no statistics package, no plots, no tables, neither sims nor viz: in a new interpreter."""
+    """No Numba, no statistics package, no plots, no tables, neither sims nor viz."""
     heavy = (*HEAVY, "transport.sims", "transport.viz")
-    code = f"import sys, transport; print([name for name in {heavy!r} if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    done = python(f"import sys, transport; print([name for name in {heavy!r} if name in sys.modules])")
     assert done.stdout.strip() == "[]", done.stdout + done.stderr
 
 
@@ -222,27 +230,29 @@ def test_importing_a_user_object_or_a_theory_loads_no_numba():
     names = [module_of(p) for p in user_files() if p.name != "__main__.py"]
     code = "import importlib, sys\nfor name in sys.argv[1:]:\n    importlib.import_module(name)\n"
     code += "    assert 'numba' not in sys.modules and 'scipy.stats' not in sys.modules, name"
-    done = subprocess.run(
-        [sys.executable, "-c", code, *names], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    done = python(code, *names)
     assert done.returncode == 0, done.stderr
 
 
-def test_user_objects_do_not_import_numba_nor_at_once_the_engine():
-    assert offences(user_files(), lambda name: within(name, "numba", "llvmlite")) == []
-    inner = ("transport.engine", "transport.physics", "transport.analysis.replay")
-    assert offences(user_files(), lambda name: within(name, *inner), at_once=True) == []
+# Of physics, whose laws serve every target.
+PURE = ("math", "numba", "numpy", "llvmlite", "transport.physics", "__future__")
+INNER = tuple(f"transport.{name.strip('/').replace('/', '.')}" for name in COMPILED)
+FORBIDDEN = {  # files, names that they must not import, whether only when imported themselves
+    "Numba in user objects": (user_files, lambda name: within(name, "numba", "llvmlite"), False),
+    "the engine in user objects, at once": (user_files, lambda name: within(name, *INNER), True),
+    "user objects in physics": (
+        lambda: sources(LIBRARY / "physics"),
+        lambda name: not within(name, *PURE),
+        False,
+    ),
+    # scipy.special has all that is needed and loads in a fraction of the time.
+    "scipy.stats": (lambda: sources(*FOLDERS.values()), lambda name: within(name, "scipy.stats"), False),
+}
 
 
-def test_physics_imports_no_user_objects():
-    """Nothing but Numba, mathematics and physics: the same laws serve every target."""
-    allowed = ("math", "numba", "numpy", "llvmlite", "transport.physics", "__future__")
-    assert offences(sources(LIBRARY / "physics"), lambda name: not within(name, *allowed)) == []
-
-
-def test_nobody_imports_the_statistics_package():
-    """scipy.special has all that is needed and loads in a fraction of the time."""
-    assert offences(sources(*FOLDERS.values()), lambda name: within(name, "scipy.stats")) == []
+@pytest.mark.parametrize(("files", "is_wrong", "at_once"), FORBIDDEN.values(), ids=FORBIDDEN)
+def test_no_file_imports_what_it_must_not(files, is_wrong, at_once):
+    assert offences(files(), is_wrong, at_once) == []
 
 
 def test_imports_are_seen_wherever_they_stand():
@@ -264,25 +274,55 @@ def test_every_package_is_installed():
     assert sorted(packages) == sorted(found)
 
 
-@pytest.mark.parametrize("name", ["sims", "viz"])
-@pytest.mark.parametrize("folder", [ROOT, ROOT / "tests"], ids=["in the clone", "elsewhere"])
+@pytest.mark.parametrize(("name", "folder"), [("sims", ROOT), ("viz", ROOT / "tests")])
 def test_the_former_name_of_a_package_names_the_new_one(name, folder):
-    code = f"import transport\nimport {name}"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert re.search(
-        rf"Error: '{name}' is a part of transport now: import transport\.{name}$", done.stderr.strip()
-    )
+    error = python(f"import transport\nimport {name}", folder=folder).stderr.strip()
+    assert re.search(rf"Error: '{name}' is a part of transport now: import transport\.{name}$", error)
 
 
 def test_a_package_of_the_user_with_a_former_name_is_found(tmp_path):
     (tmp_path / "viz.py").write_text("OWN = 1\n")
-    code = "import transport\nimport viz\nprint(viz.OWN)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    done = python("import transport\nimport viz\nprint(viz.OWN)", folder=tmp_path)
     assert done.stdout.strip() == "1", done.stderr
+
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+# numba brings its own llvmlite, typer its own click; xarray is for who calls `to_xarray`
+NOT_NAMED = {"llvmlite", "click", "xarray"}
+OTHER_NAMES = {"vtkmodules": "vtk", "PIL": "pillow"}  # by which packages are imported
+
+
+def declared(*extras):
+    """Packages that a set-up with these extras installs by name."""
+    parts = [PROJECT["dependencies"], *(PROJECT["optional-dependencies"][extra] for extra in extras)]
+    return {re.match(r"[A-Za-z0-9_.-]+", line)[0].lower() for part in parts for line in part}
+
+
+def undeclared(tree, *extras):
+    """Packages that a source imports and a set-up with these extras lacks, not those of the project or of Python."""
+    nodes = list(ast.walk(tree))
+    found = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    found |= {node.module for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
+    names = {OTHER_NAMES.get(first, first) for first in (name.partition(".")[0] for name in found)}
+    return (
+        names
+        - set(sys.stdlib_module_names)
+        - {"transport", "sims", "viz", "tests"}
+        - declared(*extras)
+        - NOT_NAMED
+    )
+
+
+@pytest.mark.parametrize(
+    ("folder", "extras"),
+    [("transport", ("plot", "viz", "docs", "files", "cluster")), ("sims", ("plot",)), ("viz", ("viz",))],
+)
+def test_every_package_that_is_imported_is_declared(folder, extras):
+    faults = {short(path): undeclared(tree_of(path), *extras) for path in sources(ROOT / folder)}
+    assert {path: names for path, names in faults.items() if names} == {}
+    assert undeclared(ast.parse("import numpy\ndef f():\n    from mpi4py import MPI\n")) == {
+        "mpi4py"
+    }  # planted
 
 
 def test_no_source_knows_a_path_of_a_machine():

@@ -14,6 +14,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread
+from tests.hard.slow import SLOW
 from transport.theory import solid_angles
 
 FALSE_ALARM = 1e-5
@@ -29,7 +30,12 @@ TRIANGLES = {  # B.solid_angle_triangle
     ),
 }
 VALUES = {"octant": 1.5707963267948966, "generic": 0.6524030913100265}  # B.solid_angle_triangle
-mp.mp.dps = 60
+
+
+@pytest.fixture(autouse=True)
+def sixty_digits():
+    with mp.workdps(60):
+        yield
 
 
 def counted(shape, position, particles=400_000, seed=1):
@@ -149,33 +155,6 @@ def test_a_triangle_is_counted(name):
     assert_agrees(counted(turned, ORIGIN), exact, FALSE_ALARM)
 
 
-@pytest.mark.parametrize(
-    ("width", "height", "exact"),
-    [(1, 1, 0.8054316831613233), (100, 100, 6.170067073507106), (1000, 0.01, 0.01999979333595329)],
-)
-def test_a_rectangle_is_counted(width, height, exact):
-    # B.solid_angle_rectangle
-    found = counted(tp.Rectangle(center=(0, 0, 1), width=width, height=height), ORIGIN)
-    assert_agrees(found, exact, FALSE_ALARM)
-    assert found.relative_error < (0.02 if width < 1000 else 0.1)
-
-
-def test_a_disk_and_a_ring_are_counted():
-    disk = tp.Disk(center=(0, 0, 1), radius=0.8)
-    ring = tp.Disk(center=(0, 0, 1), radius=0.8, inner_radius=0.7)
-    whole, hole = (solid_angles.disk_solid_angle(radius, 1.0) for radius in (0.8, 0.7))
-    assert_agrees(counted(disk, ORIGIN), whole, FALSE_ALARM)
-    assert_agrees(counted(ring, ORIGIN), whole - hole, FALSE_ALARM)
-
-
-def test_a_disk_is_counted_from_beside_its_axis():
-    x, w = np.polynomial.legendre.leggauss(60)
-    r, turn = 0.4 * (x + 1), math.pi * (x[:, None] + 1)
-    cube = ((r * np.cos(turn) + 1.5) ** 2 + (r * np.sin(turn)) ** 2 + 0.25) ** 1.5
-    exact = float((0.5 * r / cube * w * 0.4).sum(axis=1) @ w * math.pi)
-    assert_agrees(counted(tp.Disk(radius=0.8), (-1.5, 0, -0.5)), exact, FALSE_ALARM)
-
-
 def test_a_ball_fills_a_cap_exactly():
     for angle, exact in ((0.01, 9.569838457281188e-08), (30, 0.8417872144769327), (60, 3.1415926535897922)):
         found = counted(tp.Sphere(radius=3), (0, 0, 3 / math.sin(math.radians(angle))), particles=10_000)
@@ -192,41 +171,59 @@ def test_from_within_a_closed_shape_all_directions_count(shape):
     assert found.value == pytest.approx(4 * math.pi, rel=1e-15)
 
 
-@pytest.mark.parametrize("position", [(3, 0, 0), (2, 3, -1), (1.0 + 1e-9, 0.2, 0.9), (1, 4, 0)])
-def test_a_box_is_counted_from_outside(position):
-    """(1, 4, 0) lies in the plane of a face, which is edge-on then."""
-    box = tp.Box(size=(2, 3, 4))
-    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1.5, 1.5) for z in (-2, 2)])
-    faces = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
-    exact = sum(solid_angles.polygon_solid_angle(corners[list(face)], position) for face in faces) / 2
-    assert_agrees(counted(box, position), exact, FALSE_ALARM)
-
-
 def disk(radius, distance):
     return solid_angles.disk_solid_angle(radius, distance)
 
 
+def disk_from_beside():
+    """From beside its axis, by quadrature."""
+    x, w = np.polynomial.legendre.leggauss(60)
+    r, turn = 0.4 * (x + 1), math.pi * (x[:, None] + 1)
+    cube = ((r * np.cos(turn) + 1.5) ** 2 + (r * np.sin(turn)) ** 2 + 0.25) ** 1.5
+    return float((0.5 * r / cube * w * 0.4).sum(axis=1) @ w * math.pi)
+
+
+def box_from(position):
+    """A box of (2, 3, 4), by the polygons of its faces."""
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1.5, 1.5) for z in (-2, 2)])
+    faces = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
+    return sum(solid_angles.polygon_solid_angle(corners[list(face)], position) for face in faces) / 2
+
+
 TUBE, CONE = tp.Cylinder(radius=1, height=2), tp.Cone(radius=1, top_radius=0.5, height=2)
 DISH, CAP = tp.Paraboloid(focal_length=0.5, radius=1, inner_radius=0.25), tp.Sphere(radius=2, mu_min=0.5)
-HOLLOW = {  # a shape, a position on its axis, and what it fills from there, by the disks of its rims
-    "tube from afar": (TUBE, 5, disk(1, 4) - disk(1, 6)),
-    "tube from within": (TUBE, 0.5, 4 * math.pi - disk(1, 0.5) - disk(1, 1.5)),
-    "cone from below": (CONE, -4, disk(1, 3) - disk(0.5, 5)),
-    "cone from above, its inside": (CONE, 2, disk(0.5, 1) - disk(1, 3)),
-    "cone from higher, its outside": (CONE, 4, disk(1, 5) - disk(0.5, 3)),
-    "whole cone from below": (tp.Cone(radius=1, height=2), -4, disk(1, 3)),
-    "dish": (DISH, 5, disk(1, 4.5) - disk(0.25, 5 - 0.03125)),
-    "cap from above": (CAP, 9, disk(math.sqrt(3), 8)),
-    "cap from below": (CAP, -3, disk(math.sqrt(3), 4)),
-    "zone from its center": (tp.Sphere(radius=2, mu_min=-0.3, mu_max=0.5), 0, 1.6 * math.pi),
-}
+ABOVE = {"center": (0, 0, 1)}
+COUNTED = {  # a shape, a position, the solid angle; of hollow shapes by the disks of their rims
+    "square": (tp.Rectangle(**ABOVE, width=1, height=1), ORIGIN, 0.8054316831613233),  # B.solid_angle_rectangle
+    "large square": (tp.Rectangle(**ABOVE, width=100, height=100), ORIGIN, 6.170067073507106),
+    "strip": (tp.Rectangle(**ABOVE, width=1000, height=0.01), ORIGIN, 0.01999979333595329),
+    "disk": (tp.Disk(**ABOVE, radius=0.8), ORIGIN, disk(0.8, 1)),
+    "ring": (tp.Disk(**ABOVE, radius=0.8, inner_radius=0.7), ORIGIN, disk(0.8, 1) - disk(0.7, 1)),
+    "disk from beside": (tp.Disk(radius=0.8), (-1.5, 0, -0.5), disk_from_beside()),
+    "disk from close by": (tp.Disk(radius=1), (0.3, -0.2, 1e-9), 2 * math.pi * (1 - 1e-9)),
+    **{  # the last in the plane of a face, which is edge-on then
+        f"box from {place}": (tp.Box(size=(2, 3, 4)), place, box_from(place))
+        for place in ((3, 0, 0), (2, 3, -1), (1.0 + 1e-9, 0.2, 0.9), (1, 4, 0))
+    },
+    "tube from afar": (TUBE, (0, 0, 5), disk(1, 4) - disk(1, 6)),
+    "tube from within": (TUBE, (0, 0, 0.5), 4 * math.pi - disk(1, 0.5) - disk(1, 1.5)),
+    "cone from below": (CONE, (0, 0, -4), disk(1, 3) - disk(0.5, 5)),
+    "cone from above, its inside": (CONE, (0, 0, 2), disk(0.5, 1) - disk(1, 3)),
+    "cone from higher, its outside": (CONE, (0, 0, 4), disk(1, 5) - disk(0.5, 3)),
+    "whole cone from below": (tp.Cone(radius=1, height=2), (0, 0, -4), disk(1, 3)),
+    "dish": (DISH, (0, 0, 5), disk(1, 4.5) - disk(0.25, 5 - 0.03125)),
+    "cap from above": (CAP, (0, 0, 9), disk(math.sqrt(3), 8)),
+    "cap from below": (CAP, (0, 0, -3), disk(math.sqrt(3), 4)),
+    "zone from its center": (tp.Sphere(radius=2, mu_min=-0.3, mu_max=0.5), ORIGIN, 1.6 * math.pi),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("shape", "height", "exact"), HOLLOW.values(), ids=HOLLOW)
-def test_a_hollow_shape_counts_once_in_each_direction(shape, height, exact):
-    found = counted(shape, (0, 0, height))
+@pytest.mark.parametrize("name", COUNTED)
+def test_a_shape_counts_once_in_each_direction(name):
+    shape, position, exact = COUNTED[name]
+    found = counted(shape, position)
     assert_agrees(found, exact, FALSE_ALARM)
-    assert found.relative_error < 0.01
+    assert found.relative_error < (0.1 if name == "strip" else 0.02)
 
 
 def test_a_tube_from_the_side_counts_once():
@@ -256,7 +253,7 @@ def test_a_mesh_fills_what_its_analytic_twin_fills(position):
         assert abs(found.value - twin.value) < 4.5 * math.hypot(found.error, twin.error)
 
 
-def test_a_mesh_that_few_particles_miss_is_not_said_to_fill_nothing_exactly():
+def test_a_mesh_that_few_particles_miss_is_not_reported_to_fill_nothing_exactly():
     """Planted in effect: a position outside of a closed mesh, but within the ball about it, where nothing is aimed."""
     needle = tp.Mesh.box(size=(1, 1e-4, 1e-4))
     found = counted(needle, (0, 0.3, 0), particles=64)
@@ -271,15 +268,8 @@ def test_the_unit_of_length_does_not_matter(size):
     assert found.value == pytest.approx(usual.value, rel=1e-12)
 
 
-def test_far_shapes_and_near_ones_are_counted_as_well():
-    disk = tp.Disk(radius=1)
-    far = counted(disk, (0, 0, 1e8))
-    assert far.value == pytest.approx(
-        solid_angles.disk_solid_angle(1, 1e8), rel=1e-12
-    )  # all rays weigh the same
-    near = counted(disk, (0.3, -0.2, 1e-9))
-    assert_agrees(near, 2 * math.pi * (1 - 1e-9), FALSE_ALARM)
-    assert near.relative_error < 0.01
+def test_from_afar_all_rays_weigh_the_same():
+    assert counted(tp.Disk(radius=1), (0, 0, 1e8)).value == pytest.approx(disk(1, 1e8), rel=1e-12)
 
 
 @pytest.mark.parametrize("position", [(2, 0, 0), (0.1, 0, 0)])
@@ -289,6 +279,7 @@ def test_a_flat_shape_seen_from_its_own_plane_fills_nothing(position):
     assert (found.value, found.error, found.exact) == (0, 0, True)
 
 
+@SLOW
 def test_errors_are_right():
     """Over seeds z follows Student's t: natural and aimed directions are mixed here."""
     shape, exact = tp.Triangle(vertices=TRIANGLES["generic"]), VALUES["generic"]
@@ -311,28 +302,30 @@ def test_an_area_that_is_not_on_the_sphere_counts_by_its_projection():
 # ---- refusals ----
 
 
-@pytest.mark.parametrize(
-    ("shape", "position", "words"),
-    [
-        (
-            tp.Disk(radius=1),
-            (0.5, 0, 0),
-            r"position must not lie on the Disk.*\(0\.5, 0\.0, 0\.0\); move it off",
-        ),
-        (tp.Sphere(radius=2), (0, 0, 2), "must not lie on the Sphere"),
-        (tp.Box(size=2), (1, 0.2, 0.3), "must not lie on the Box"),
-        (tp.Triangle(vertices=TRIANGLES["octant"]), (1 / 3, 1 / 3, 1 / 3), "must not lie on the Triangle"),
-        (tp.Disk(radius=1), (0, 0), r"three finite numbers, got \(0, 0\)"),
-        (tp.Disk(radius=1), (0, 0, math.nan), "three finite numbers"),
-        (tp.Point(), (0, 0, 1), "shape must be a Rectangle.*has an area"),
-        ("lid", (0, 0, 1), "shape must be a Rectangle"),
-    ],
-)
-def test_what_has_no_answer_is_refused(shape, position, words):
+UNIT_DISK = tp.Disk(radius=1)
+REFUSED = {
+    "on a disk": (
+        UNIT_DISK,
+        (0.5, 0, 0),
+        r"position must not lie on the Disk.*\(0\.5, 0\.0, 0\.0\); move it off",
+    ),
+    "on a ball": (tp.Sphere(radius=2), (0, 0, 2), "must not lie on the Sphere"),
+    "on a box": (tp.Box(size=2), (1, 0.2, 0.3), "must not lie on the Box"),
+    "on a triangle": (
+        tp.Triangle(vertices=TRIANGLES["octant"]),
+        (1 / 3, 1 / 3, 1 / 3),
+        "must not lie on the Triangle",
+    ),
+    "two numbers": (UNIT_DISK, (0, 0), r"three finite numbers, got \(0, 0\)"),
+    "nan": (UNIT_DISK, (0, 0, math.nan), "three finite numbers"),
+    "a point": (tp.Point(), (0, 0, 1), "shape must be a Rectangle.*has an area"),
+    "a name": ("lid", (0, 0, 1), "shape must be a Rectangle"),
+    "no particles": (UNIT_DISK, (0, 0, 1), "particles must be"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_solid_angle_without_an_answer_is_refused(name):
+    shape, position, words = REFUSED[name]
     with pytest.raises(tp.SceneError, match=words):
-        tp.solid_angle(shape, position)
-
-
-def test_a_run_that_cannot_be_made_is_refused():
-    with pytest.raises(tp.SceneError, match="particles must be"):
-        tp.solid_angle(tp.Disk(radius=1), (0, 0, 1), particles=0)
+        counted(shape, position, 0 if name == "no particles" else 1000)
