@@ -57,7 +57,7 @@ def test_the_diagram_is_drawn_where_only_one_size_of_run_fits_into_the_time(call
 
 def test_cost_as_json(call, few_ways):
     answer = call("cost", "open.py", "--seconds", "0.5", "--json", "--set", "distance=1.0")
-    record = json.loads(answer.output)
+    record = json.loads(answer.stdout)
     assert record["sim"] == "open" and record["parameters"] == {"distance": 1.0}
     assert [way["name"] for way in record["ways"]] == ["analog", "aimed"]
     assert {"error", "seconds", "is_extrapolated"} == set(record["ways"][0]["prices"][0])
