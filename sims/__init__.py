@@ -47,7 +47,7 @@ def of_scene(scene: Callable[..., object]) -> Callable[[Callable], Callable]:
     return decorate
 
 
-def check_choices(sim: str, **choices: tuple[object, Collection]) -> None:
+def one_of(sim: str, **choices: tuple[object, Collection]) -> None:
     """Raise SceneError for a parameter that is not one of its known values.  choices: name=(value, known values)."""
     for name, (value, known) in choices.items():
         if value not in known:

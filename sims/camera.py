@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, furthest, main, of_scene
+from transport.sims import constant, figures, furthest, main, of_scene, one_of
 from transport.verification.experiment import Outcome
 
 law = "L along a ray, R L by a mirror (first law of radiometry); L = ρ Φ/(π A(1 - ρ f)) in a diffuse sphere (Ulbricht 1900)"
@@ -42,7 +42,7 @@ def cases() -> list[dict[str, str]]:
 
 def scene(place: str = "room", width: int = 120, height: int = 90) -> tp.Scene:
     """place: a "room" with a camera of so many pixels, or a white "sphere" with an environment map."""
-    check_choices("camera", place=(place, ("room", "sphere")))
+    one_of("camera", place=(place, ("room", "sphere")))
     if place == "sphere":
         return _sphere()
     return tp.Scene(tp.Source("lamp", tp.Lambertian(radiance=RADIANCE)), _room(), _camera(width, height))

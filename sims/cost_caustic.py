@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import check_choices, figures, furthest, main, of_scene, rows_figure
+from transport.sims import figures, furthest, main, of_scene, one_of, rows_figure
 from transport.verification.experiment import Outcome
 
 law = "L_in = n² L in glass, L behind it (Straubel 1902)"
@@ -48,7 +48,7 @@ def scene(place: str = "behind", index: float = 1.5, meter: float = 0.25, radian
 
     place: of the meter, "inside", in the ball's middle, or "behind" it, below.
     """
-    check_choices("cost_caustic", place=(place, PLACES))
+    one_of("cost_caustic", place=(place, PLACES))
     if not 1 < index < math.inf:
         raise tp.SceneError(f"cost_caustic: index must be above 1, of glass in vacuum, got {index}")
     if not 0 < meter < largest_meter(place, index):

@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import check_choices, figures, furthest, main, of_scene, rows_figure
+from transport.sims import figures, furthest, main, of_scene, one_of, rows_figure
 from transport.theory.enclosures import lamp_irradiance
 from transport.verification.experiment import Outcome
 
@@ -71,7 +71,7 @@ def half_angle(share: float) -> float:
 
 def _check(seen: str, share: float, meter: float, albedo: float) -> None:
     """Refuse what the derivation does not hold for: a cone that looks past the lamp from the meter's rim."""
-    check_choices("cost_glint", seen=(seen, SEEN))
+    one_of("cost_glint", seen=(seen, SEEN))
     if not 0 < albedo <= 1:
         raise tp.SceneError(f"cost_glint: albedo must be above 0 and at most 1, got {albedo}")
     if not (0 < share < 1 and 0 < meter < 1 and _is_filled(half_angle(share), meter)):

@@ -28,7 +28,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import check_choices, figures, furthest, main, of_scene, rows_figure
+from transport.sims import figures, furthest, main, of_scene, one_of, rows_figure
 from transport.theory.view_factors import coaxial_disks
 from transport.verification.experiment import Outcome
 
@@ -52,7 +52,7 @@ def scene(lamp: str = "disk", share: float = 1e-10, distance: float = 1.0, size:
     lamp: a "point", a "ball" that glows evenly, or a diffuse "sphere" or "disk", of the radius `size` [m];
     distance: from its middle [m].
     """
-    check_choices("cost_speck", lamp=(lamp, LAMPS))
+    one_of("cost_speck", lamp=(lamp, LAMPS))
     if not 0 < share < 0.5:
         raise tp.SceneError(f"cost_speck: share must be above 0 and below 0.5, got {share}")
     if not 0 < size < distance:

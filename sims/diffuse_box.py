@@ -18,17 +18,7 @@ Scene.  A room 4 m long, 3 m wide and 2.5 m high; the ceiling emits, or all wall
 from __future__ import annotations
 
 import transport as tp
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    main,
-    of_scene,
-    rows_figure,
-    sentence,
-    sharp,
-    where,
-)
+from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, sentence, sharp, where
 from transport.theory import enclosures
 from transport.theory.view_factors import box_view_factors
 from transport.verification.experiment import Outcome, Row
@@ -59,7 +49,7 @@ def scene(albedo: float = 0.5, exitance: float = 100.0, emitting: str = "ceiling
 
 def _emitting(emitting: str) -> list[str]:
     walls = {"ceiling": ["ceiling"], "all walls": list(WALLS)}
-    check_choices("diffuse_box", emitting=(emitting, walls))
+    one_of("diffuse_box", emitting=(emitting, walls))
     return walls[emitting]
 
 

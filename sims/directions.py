@@ -27,17 +27,7 @@ import numpy as np
 
 import transport as tp
 from transport.analysis.solid_angle import solid_angle_from_run, solid_angle_scene
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    main,
-    of_scene,
-    rows_figure,
-    sentence,
-    sharp,
-    where,
-)
+from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, sentence, sharp, where
 from transport.theory import solid_angles
 from transport.verification.experiment import Outcome, Row
 
@@ -71,7 +61,7 @@ def cases() -> list[dict[str, object]]:
 
 def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> tp.Scene:
     """What directions are counted of.  power [W] of the source;  size: what all lengths are multiplied by [m]."""
-    check_choices("directions", subject=(subject, SUBJECTS))
+    one_of("directions", subject=(subject, SUBJECTS))
     point = tp.Source(tp.Point(), tp.Isotropic(power=power))
     match subject:
         case "isotropic":

@@ -28,7 +28,7 @@ import math
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, grouped, main, of_scene, sentence, where
+from transport.sims import constant, figures, grouped, main, of_scene, one_of, sentence, where
 from transport.theory import effusion as theory
 from transport.verification.experiment import Outcome
 
@@ -84,7 +84,7 @@ def scene(
     loss: chance that a hit on the ball's wall is lost;  hole: the box's, as a share of its walls;  accommodation: share
     of hits on the box's walls that leave at the wall's temperature, the rest is mirrored;  speed_ratio: u/√2 σ of the wind.
     """
-    check_choices("effusion", setting=(setting, SETTINGS))
+    one_of("effusion", setting=(setting, SETTINGS))
     gas = tp.Maxwellian(temperature=temperature, mass=mass)
     match setting:
         case "ball":

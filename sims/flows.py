@@ -27,17 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    main,
-    of_scene,
-    rows_figure,
-    sentence,
-    sharp,
-    where,
-)
+from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, sentence, sharp, where
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
 from transport.verification.experiment import Outcome, Row
@@ -81,7 +71,7 @@ def scene(
 
     speed [m/s];  intervals: of dt, each as long as all before it;  power [W] of each source inside a closed meter.
     """
-    check_choices("flows", meter=(meter, ("patch", "closed")))
+    one_of("flows", meter=(meter, ("patch", "closed")))
     return _stream(tilt, density, speed, edges(intervals)) if meter == "patch" else _closed(power, speed)
 
 

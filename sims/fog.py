@@ -31,13 +31,13 @@ import numpy as np
 
 import transport as tp
 from transport.sims import (
-    check_choices,
     constant,
     figures,
     furthest,
     grouped,
     main,
     of_scene,
+    one_of,
     rows_figure,
     sentence,
     sharp,
@@ -86,7 +86,7 @@ def scene(
     tau: optical depth straight from source to meter; across the room; of the atmosphere at the zenith. place:
     of the fog before the disk: in a "slab" or a "box" between, or "everywhere".  zenith_angle: of the sun [rad].
     """
-    check_choices("fog", reading=(reading, READINGS), place=(place, PLACES))
+    one_of("fog", reading=(reading, READINGS), place=(place, PLACES))
     if not 0 <= zenith_angle < math.pi / 2 - SUN_ANGLE:
         raise tp.SceneError(f"fog: zenith_angle must be from 0 to below 90°, got {zenith_angle} rad")
     if reading in ("room", "sun"):

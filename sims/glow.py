@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, main, of_scene, rows_figure, where
+from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, where
 from transport.theory import glow as theory
 from transport.theory.enclosures import chi_square_values
 from transport.verification.experiment import Outcome
@@ -67,7 +67,7 @@ def scene(
     """Hot fog, one of SHOWS.  depth: optical, of a ball's radius or a slab;  albedo: of the furnace's walls, 0: black;
     index: of its glass;  radiance: L₀ [W m^-2 sr^-1].
     """
-    check_choices("glow", show=(show, SHOWS))
+    one_of("glow", show=(show, SHOWS))
     if not 0 <= albedo < 1:
         raise tp.SceneError(f"glow: albedo must be 0 to below 1, got {albedo}; a white wall does not glow")
     if not 0 < depth < math.inf:

@@ -31,7 +31,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, figures, main, of_scene, rows_figure, sharp, where
+from transport.sims import figures, main, of_scene, one_of, rows_figure, sharp, where
 from transport.theory import goniometry, microfacets
 from transport.verification.experiment import Outcome
 
@@ -75,7 +75,7 @@ def cases() -> list[dict[str, object]]:
 
 def scene(show: str = "beam", sample: str = "satin", angle: float = math.pi / 4) -> tp.Scene:
     """A sample under one of SHOWS.  angle: of the beam, or the middle of the lamp, to the normal [rad]."""
-    check_choices("gonioreflectometer", show=(show, SHOWS), sample=(sample, SAMPLES))
+    one_of("gonioreflectometer", show=(show, SHOWS), sample=(sample, SAMPLES))
     highest = math.pi / 2 - (WIDE if show == "lamp" else 0)
     if not 0 <= angle < highest:
         raise tp.SceneError(

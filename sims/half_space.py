@@ -31,16 +31,8 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    furthest,
-    grouped,
-    main,
-    of_scene,
-    sentence,
-)
+from transport.sims import constant, figures, furthest, grouped, main, of_scene, one_of, sentence
+from transport.sims.slab import falling_light
 from transport.theory import half_space as theory
 from transport.theory import ordinates
 from transport.verification.experiment import Outcome, defaults_of
@@ -93,7 +85,7 @@ def scene(
     "lambertian" light; index: of the medium with a boundary;  tau: depth of Milne's slab;  mean_free_path: of
     the medium [m].
     """
-    check_choices("half_space", setting=(setting, SETTINGS), incidence=(incidence, INCIDENCES))
+    one_of("half_space", setting=(setting, SETTINGS), incidence=(incidence, INCIDENCES))
     if not 0 < mean_free_path < math.inf:
         raise tp.SceneError(f"half_space: mean_free_path must be above 0, got {mean_free_path} m")
     if setting == "milne":
@@ -113,7 +105,7 @@ def scene(
     medium = tp.Medium(**coefficients, index=index if has_boundary else 1.0)
     face = tp.Dielectric(index) if has_boundary else tp.Transparent()
     return tp.Scene(
-        _source(incidence, mu0, mean_free_path),
+        falling_light(incidence, mu0, mean_free_path),
         tp.Surface(tp.Plane(), face, "face", inside=medium),
         _detectors(setting, mu0, has_boundary and incidence == "beam"),
     )
@@ -129,14 +121,6 @@ def _detectors(setting: str, mu0: float, mirrors: bool) -> list[tp.Detector]:
         raise tp.SceneError(f"half_space: {must}, got {mu0}, where what is mirrored is in neither")
     ray = tp.Directions.cone((math.sqrt((1 - mu0) * (1 + mu0)), 0, mu0), SHARP)
     return [whole, tp.Detector("face", "mirrored", directions=ray)]
-
-
-def _source(incidence: str, mu0: float, height: float) -> tp.Source:
-    if incidence == "lambertian":
-        lamp = tp.Disk(center=(0, 0, height), normal=(0, 0, -1), radius=height)
-        return tp.Source(lamp, tp.Lambertian(power=1.0))
-    down = (math.sqrt((1 - mu0) * (1 + mu0)), 0, -mu0)
-    return tp.Source(tp.Point(position=(0, 0, height)), tp.Beam(power=1.0, direction=down))
 
 
 def _star(tau: float, mean_free_path: float) -> tp.Scene:

@@ -29,7 +29,6 @@ import numpy as np
 
 import transport as tp
 from transport.sims import (
-    check_choices,
     constant,
     figures,
     furthest,
@@ -37,6 +36,7 @@ from transport.sims import (
     holding,
     main,
     of_scene,
+    one_of,
     sentence,
     where,
 )
@@ -83,7 +83,7 @@ def scene(
     share of the area, at the bottom, and albedo of something else there;  detail: also by place and
     direction, at several times the cost.
     """
-    check_choices("integrating_sphere", light=(light, LIGHTS))
+    one_of("integrating_sphere", light=(light, LIGHTS))
     for name, share in (("port", port), ("sample", sample)):
         if not 0 <= share <= 0.4:
             raise tp.SceneError(f"integrating_sphere: {name} must be a share from 0 to 0.4, got {share!r}")

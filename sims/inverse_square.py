@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, main, of_scene, sentence, where
+from transport.sims import constant, figures, main, of_scene, one_of, sentence, where
 from transport.theory import emitters
 from transport.verification.experiment import Outcome
 
@@ -43,7 +43,7 @@ def cases() -> list[dict[str, object]]:
 
 def scene(emitter: str = "point", power: float = 100.0, widths: float = 5.0) -> tp.Scene:
     """Meters around a point; or one meter as many `widths` away from the middle of a disk or sphere.  power [W]."""
-    check_choices("inverse_square", emitter=(emitter, ("point", "disk", "sphere")))
+    one_of("inverse_square", emitter=(emitter, ("point", "disk", "sphere")))
     if emitter == "point":
         detectors = [_facing(n, r, name) for (name, r), n in zip(DISTANCES.items(), DIRECTIONS, strict=True)]
         return tp.Scene(sources=tp.Source(tp.Point(), tp.Isotropic(power=power)), detectors=detectors)

@@ -40,17 +40,7 @@ import numpy as np
 
 import transport as tp
 from transport.geometry import solid_angles as solid_angles_geometry
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    holding,
-    main,
-    of_scene,
-    provenance,
-    rows_figure,
-    where,
-)
+from transport.sims import constant, figures, holding, main, of_scene, one_of, provenance, rows_figure, where
 from transport.theory import emitters, solid_angles
 from transport.verification.experiment import Outcome, Row
 
@@ -98,7 +88,7 @@ def scene(
     reading: by a meter "parallel" to the disk; by one on the axis, "turned" by `tilt` [rad]; in "three ways", near the
     disk; by a "ball" on the axis, its radius the share `ball` of the distance.
     """
-    check_choices("lambert_disk", reading=(reading, READINGS))
+    one_of("lambert_disk", reading=(reading, READINGS))
     if distance < 0:
         raise tp.SceneError(f"distance must not be negative, got {distance}; the disk emits towards +z")
     disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)

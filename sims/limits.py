@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, figures, main
+from transport.sims import figures, main, one_of
 from transport.theory import counting, shadows, solid_angles
 from transport.theory.counting import Moments
 from transport.verification.experiment import Outcome
@@ -185,7 +185,7 @@ def scene(
     radius: of the disk behind the edge [m];  separation: of the two disks' middles in azimuth [rad];  burst: its
     standard deviation [s].
     """
-    check_choices("limits", element=(element, ELEMENTS))
+    one_of("limits", element=(element, ELEMENTS))
     limits = {"area": Penumbra(radius), "solid angle": TwoDisks(separation), "time": Burst(burst)}
     return limits[element].scene()
 

@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, figures, main, of_scene, where
+from transport.sims import figures, main, of_scene, one_of, where
 from transport.theory import emitters, lenses, optical_paths
 from transport.theory.optical_paths import Rays
 from transport.verification.experiment import Outcome
@@ -138,7 +138,7 @@ def scene(
 
 def optic_of(optic: str, cone: float, index: float) -> Optic:
     """The optic of that name, its focus at the origin.  Raises SceneError for a cone that it cannot have."""
-    check_choices("magnifier", optic=(optic, OPTICS))
+    one_of("magnifier", optic=(optic, OPTICS))
     widest = math.pi / 2 if optic == "burning mirror" else math.pi / 4
     if not 0 < cone <= widest:
         raise tp.SceneError(

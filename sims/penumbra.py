@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, main
+from transport.sims import constant, figures, main, one_of
 from transport.statistics.quadrature import legendre_nodes
 from transport.theory import shadows
 from transport.verification.experiment import Outcome
@@ -149,7 +149,7 @@ def scene(
     radius: of the lamp [m];  gap, distance: from the lamp to what throws the shadow and to the screen [m];  thickness:
     the cylinder's radius [m].
     """
-    check_choices("penumbra", occluder=(occluder, OCCLUDERS))
+    one_of("penumbra", occluder=(occluder, OCCLUDERS))
     if not 0 < gap < distance:
         raise tp.SceneError(f"penumbra: gap must be between 0 and the distance {distance} m, got {gap}")
     if occluder == "edge":

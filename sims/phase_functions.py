@@ -32,15 +32,7 @@ from itertools import pairwise
 import numpy as np
 
 import transport as tp
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    furthest,
-    main,
-    of_scene,
-    rows_figure,
-)
+from transport.sims import constant, figures, furthest, main, of_scene, one_of, rows_figure
 from transport.statistics.quadrature import legendre_nodes
 from transport.theory import phases
 from transport.verification.experiment import Outcome
@@ -73,7 +65,7 @@ def scene(reading: str = "points", grains: str = "both", g: float = FORWARD) -> 
     grains: "small" (Rayleigh), "large" (Henyey and Greenstein, mean cosine g) or "both", mixed with
     a third kind that scatters back.
     """
-    check_choices("phase_functions", reading=(reading, READINGS), grains=(grains, GRAINS))
+    one_of("phase_functions", reading=(reading, READINGS), grains=(grains, GRAINS))
     fog = tp.Medium(scattering=DEPTHS[reading] / (2 * RADIUS), phase=_phase(grains, g))
     points = [tp.PointDetector(tuple(DISTANCE * _way(angle)), _point(angle)) for angle in ANGLES]
     bins = tp.Positions(u=tuple(np.radians(EDGES)))

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, main, of_scene, sentence, sharp, where
+from transport.sims import constant, figures, main, of_scene, one_of, sentence, sharp, where
 from transport.theory import free_flight, phase_mixing
 from transport.verification.experiment import Outcome
 
@@ -85,7 +85,7 @@ def cases() -> list[dict[str, object]]:
 
 def scene(start: str = "cloud", length: float = 1.0, speed: float = 1.0) -> tp.Scene:
     """One of five starts.  length: of the box, the unit of all places [m];  speed: the unit of all velocities [m/s]."""
-    check_choices("phase_space", start=(start, TIMES))
+    one_of("phase_space", start=(start, TIMES))
     times = [t * length / speed for t in TIMES[start]]
     if start == "cloud":
         counters = [

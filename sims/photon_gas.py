@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, main, of_scene, where
+from transport.sims import constant, figures, main, of_scene, one_of, where
 from transport.theory import effusion
 from transport.theory.solid_angles import bin_projected_solid_angles, bin_solid_angles
 from transport.verification.experiment import Outcome
@@ -58,7 +58,7 @@ def scene(
     stuff: str = "photons",
 ) -> tp.Scene:
     """A disk in a gas.  density [m^-3], by default about that of sunlight;  tilt: of a stream on the disk [rad]."""
-    check_choices("photon_gas", motion=(motion, REACH), stuff=(stuff, STUFF))
+    one_of("photon_gas", motion=(motion, REACH), stuff=(stuff, STUFF))
     patch = tp.Disk(normal=(math.sin(tilt), 0, math.cos(tilt)), radius=RADIUS)
     directions = tp.Directions(mu=CELLS)
     detectors = [tp.Detector(patch, f"{stuff} on the {side}", side, directions) for side in ("front", "back")]

@@ -36,17 +36,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    furthest,
-    main,
-    of_scene,
-    provenance,
-    sentence,
-    where,
-)
+from transport.sims import constant, figures, furthest, main, of_scene, one_of, provenance, sentence, where
 from transport.theory import point_source, random_flights
 from transport.verification.experiment import Outcome
 
@@ -81,7 +71,7 @@ def scene(
     albedo: of the steady fog, above 0 and below 1;  mean_free_path [m];  g: mean cosine of scattering, for
     "clock".
     """
-    check_choices("point_in_fog", subject=(subject, ("steady", "clock")))
+    one_of("point_in_fog", subject=(subject, ("steady", "clock")))
     if not 0 < albedo < 1:
         must = "albedo must be above 0 and below 1, so that light is scattered and ends"
         raise tp.SceneError(f"point_in_fog: {must}, got {albedo!r}")

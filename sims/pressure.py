@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, main, of_scene, rows_figure
+from transport.sims import constant, figures, main, of_scene, one_of, rows_figure
 from transport.theory import effusion
 from transport.verification.experiment import Outcome
 
@@ -56,7 +56,7 @@ def scene(
     """A wall that is pressed.  tilt: of it in a stream [rad];  energy_density [J m^-3] of light, about twice sunlight's;
     density [m^-3] and temperature [K] of a gas, about those of air (a stream has no temperature)."""
     motions = ("isotropic", "stream")
-    check_choices("pressure", stuff=(stuff, ("light", "gas")), motion=(motion, motions), wall=(wall, WALLS))
+    one_of("pressure", stuff=(stuff, ("light", "gas")), motion=(motion, motions), wall=(wall, WALLS))
     if motion == "stream":
         if not 0 <= tilt < math.pi / 2:
             raise tp.SceneError(f"pressure: tilt must be from 0 to below 90 degrees, got {tilt!r} rad")

@@ -35,12 +35,12 @@ import numpy as np
 
 import transport as tp
 from transport.sims import (
-    check_choices,
     constant,
     figures,
     grouped,
     main,
     of_scene,
+    one_of,
     rows_figure,
     sentence,
     sharp,
@@ -87,7 +87,7 @@ def scene(show: str = "sky", index: float = 1.5, angle: float = 0.5, side: str =
 
     angle: between a beam and the normal [rad];  side: from which beams come, "air" or "glass".
     """
-    check_choices("refraction", show=(show, SHOWS), side=(side, SIDES))
+    one_of("refraction", show=(show, SHOWS), side=(side, SIDES))
     if not LEAST <= index < math.inf:
         raise tp.SceneError(f"refraction: index must be {LEAST} or more, got {index}; glass has 1.5")
     if not 0 <= angle < math.pi / 2:

@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, furthest, main, of_scene, sentence
+from transport.sims import constant, figures, furthest, main, of_scene, one_of, sentence
 from transport.theory import ordinates
 from transport.verification.experiment import Outcome
 
@@ -83,7 +83,7 @@ def scene(
     g: mean cosine of Henyey-Greenstein scattering, 0 if isotropic;  mu0: cosine of the beam's incidence;
     incidence: of a "beam" or "lambertian";  phase: "henyey-greenstein", or "rayleigh", which has no g.
     """
-    check_choices("slab", incidence=(incidence, INCIDENCES), phase=(phase, PHASES))
+    one_of("slab", incidence=(incidence, INCIDENCES), phase=(phase, PHASES))
     if not 0 < mu0 <= 1:
         raise tp.SceneError(f"slab: mu0 must be above 0 and at most 1, the cosine of incidence, got {mu0}")
     if not (0 < tau < math.inf and 0 <= albedo <= 1):
@@ -106,7 +106,7 @@ def scene(
         tp.Detector(bottom, "bottom", directions=bins, path_lengths=paths),
         tp.Detector(bottom, "straight", directions=bins, events=0),
     ]
-    source = _source(incidence, mu0, thickness)
+    source = falling_light(incidence, mu0, thickness)
     return tp.Scene(source, tp.Surface(body, tp.Transparent(), "slab", inside=fog), detectors)
 
 
@@ -115,7 +115,8 @@ def _has_known_path(albedo: float, incidence: str) -> bool:
     return albedo == 1 and incidence == "lambertian"
 
 
-def _source(incidence: str, mu0: float, height: float) -> tp.Source:
+def falling_light(incidence: str, mu0: float, height: float) -> tp.Source:
+    """1 W that falls on the plane z = 0: a beam at the cosine mu0, or light of a Lambertian disk of this height [m]."""
     if incidence == "lambertian":
         lamp = tp.Disk(center=(0, 0, height), normal=(0, 0, -1), radius=height)
         return tp.Source(lamp, tp.Lambertian(power=1.0))

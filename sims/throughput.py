@@ -31,17 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    main,
-    of_scene,
-    provenance,
-    rows_figure,
-    sharp,
-    where,
-)
+from transport.sims import constant, figures, main, of_scene, one_of, provenance, rows_figure, sharp, where
 from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import Rays, reach_at
 from transport.verification.experiment import Outcome, Row
@@ -92,7 +82,7 @@ def scene(
 
     size: radius of aperture 1 [m];  index: of the ball's glass;  distance: of the wall from the hole [m].
     """
-    check_choices("throughput", show=(show, SHOWS))
+    one_of("throughput", show=(show, SHOWS))
     shine = tp.Lambertian(radiance=radiance)
     if show == "sensor":
         return _sensors(distance, shine)

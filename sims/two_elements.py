@@ -28,16 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import (
-    check_choices,
-    constant,
-    figures,
-    main,
-    of_scene,
-    rows_figure,
-    sharp,
-    where,
-)
+from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, sharp, where
 from transport.theory import enclosures, etendue
 from transport.verification.experiment import Outcome, Row
 
@@ -85,7 +76,7 @@ def scene(
     size_1, size_2: half sides of the squares of "first law", radii of the disks [m], scale of the body;  tilt_1,
     tilt_2: of the squares, about axes at right angles to one another [rad].
     """
-    check_choices("two_elements", show=(show, SHOWS), body=(body, BODIES))
+    one_of("two_elements", show=(show, SHOWS), body=(body, BODIES))
     shine = tp.Lambertian(radiance=radiance)
     if show == "first law":
         return _tilted_squares(size_1, size_2, tilt_1, tilt_2, distance, shine)

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import check_choices, figures, furthest, main, of_scene, rows_figure
+from transport.sims import figures, furthest, main, of_scene, one_of, rows_figure
 from transport.theory import fresnel
 from transport.verification.experiment import Outcome
 
@@ -39,7 +39,7 @@ def cases() -> list[dict[str, str]]:
 
 def scene(incidence: str = "grazing", index: float = GLASS) -> tp.Scene:
     """A beam between two panes.  incidence: "steep" or "grazing";  index: of the panes, the gap has 1."""
-    check_choices("two_panes", incidence=(incidence, ANGLES))
+    one_of("two_panes", incidence=(incidence, ANGLES))
     angle = ANGLES[incidence]
     panes = [
         tp.Surface(tp.Plane(center=(0, 0, -z), normal=(0, 0, z)), tp.Dielectric(index), name)

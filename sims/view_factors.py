@@ -38,17 +38,7 @@ import numpy as np
 
 import transport as tp
 from transport.analysis.view_factors import view_factor_from_run, view_factor_scene
-from transport.sims import (
-    check_choices,
-    figures,
-    furthest,
-    grouped,
-    main,
-    of_scene,
-    rows_figure,
-    sentence,
-    where,
-)
+from transport.sims import figures, furthest, grouped, main, of_scene, one_of, rows_figure, sentence, where
 from transport.theory import occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
@@ -118,7 +108,7 @@ class Pair(NamedTuple):
 
 
 def _known(pair: str) -> Pair:
-    check_choices("view_factors", pair=(pair, PAIRS))
+    one_of("view_factors", pair=(pair, PAIRS))
     return PAIRS[pair]
 
 

@@ -39,7 +39,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import check_choices, constant, figures, main, where
+from transport.sims import constant, figures, main, one_of, where
 from transport.theory import emitters, view_factors
 from transport.theory.etendue import DEPTH, Eye
 from transport.verification.experiment import Outcome
@@ -85,7 +85,7 @@ def scene(
     distance: from the wall to the pupil, from the panel to the nearer meter;  size: the wall's diameter, the panel's
     side;  pupil, cell: radii of the pupil and of the retina's middle cell [m].
     """
-    check_choices("wall_distance", show=(show, SHOWS))
+    one_of("wall_distance", show=(show, SHOWS))
     shine = tp.Lambertian(radiance=radiance)
     if show == "panel":
         return _panel(distance, size, shine)

@@ -17,7 +17,7 @@ from transport.sims import cost_caustic, cost_disks, cost_enclosure, cost_fog, c
 from transport.theory import emitters, fresnel
 from transport.verification.experiment import run_experiment
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 RNG = np.random.default_rng(1)
@@ -169,6 +169,7 @@ def runs():
     }
 
 
+@slow
 @pytest.mark.parametrize("name", CASES)
 def test_a_run_meets_the_law_and_none_of_the_wrong_ones(name, runs):
     (row,) = runs[name].rows
@@ -178,6 +179,7 @@ def test_a_run_meets_the_law_and_none_of_the_wrong_ones(name, runs):
     assert smallest_bias(row.estimate, FALSE_ALARM) < 0.1
 
 
+@slow
 @pytest.mark.parametrize(
     ("sim", "right", "wrong"),
     [
@@ -194,6 +196,7 @@ def test_a_scene_that_is_slightly_another_is_told(sim, right, wrong):
     assert not agrees(outcome.rows[0].estimate, the_value(sim, **right))
 
 
+@slow
 def test_what_no_history_reaches_is_said_to_be_unknown():
     """The speck's analog run and the glint's: 0 without an error bar, and a verdict that claims none."""
     for sim in (cost_speck, cost_glint):

@@ -18,7 +18,7 @@ from transport.sims import effusion
 from transport.theory import effusion as theory
 from transport.verification.experiment import run_experiment
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 GAS = tp.Maxwellian(sigma=1.0, mass=2.0)
@@ -140,6 +140,7 @@ def test_the_renewal_equation_agrees_with_flights_drawn_one_by_one():
 # ---- counted ----
 
 
+@slow
 def test_what_effuses_carries_two_kt_and_unweighted_speeds_are_rejected():
     """kT = m sigma^2 = 2 J."""
     hole = tp.Disk(radius=1.0)
@@ -154,6 +155,7 @@ def test_what_effuses_carries_two_kt_and_unweighted_speeds_are_rejected():
     assert energy(UNWEIGHTED).value == pytest.approx(3.0, rel=0.01)  # that of the gas
 
 
+@slow
 def test_speeds_of_the_beam_are_flux_weighted_bin_by_bin():
     shares = effusion.beam_shares(run(setting="beam").result)
     edges = effusion.SPEEDS
@@ -161,6 +163,7 @@ def test_speeds_of_the_beam_are_flux_weighted_bin_by_bin():
     assert_rejected(shares, theory.share_of_gas(edges[:-1], edges[1:], 1.0))
 
 
+@slow
 def test_a_wind_crosses_by_the_drifting_law_and_rms_speed_or_a_turned_drift_are_rejected():
     n_sigma = 2.5  # so that A.drifting_maxwellian_flux is met
     exact = {
@@ -181,6 +184,7 @@ def test_a_wind_crosses_by_the_drifting_law_and_rms_speed_or_a_turned_drift_are_
             assert_rejected(one_way, n_sigma * math.sqrt(3) / 4)  # n v/4 with the root mean square
 
 
+@slow
 def test_a_burst_arrives_bin_by_bin_and_a_clock_half_a_bin_off_is_rejected():
     for setting, past in effusion.PAST.items():
         arrived, edges = effusion.arrivals(run(setting=setting).result), effusion.CLOCKS[setting]
@@ -203,6 +207,7 @@ def closed_ball(speed, accommodation=1.0):
     return tp.simulate(scene, particles=100_000, seed=1)["wall"]
 
 
+@slow
 @pytest.mark.parametrize("accommodation", [1.0, 0.3])
 def test_walls_of_the_gas_own_temperature_leave_it_as_it_is(accommodation):
     """n v/4 and 2 kT arrive at all times, to 20 flights."""
@@ -212,12 +217,14 @@ def test_walls_of_the_gas_own_temperature_leave_it_as_it_is(accommodation):
     assert_agrees(wall.mean_energy_in, 4.0, FALSE_ALARM)
 
 
+@slow
 def test_walls_that_forget_the_flux_weighting_are_rejected():
     wall = closed_ball(UNWEIGHTED)
     assert_rejected(wall.irradiance, theory.effusive_flux_density(3 / (4 * math.pi), 1.0))
     assert_rejected(wall.mean_energy_in, 4.0)
 
 
+@slow
 @pytest.mark.parametrize("loss", [0.1, 0.5, 1.0])
 def test_a_leaky_ball_empties_by_the_renewal_law_not_by_the_exponential(loss):
     left = effusion.share_left(run(setting="ball", loss=loss).result)[:10]
@@ -226,6 +233,7 @@ def test_a_leaky_ball_empties_by_the_renewal_law_not_by_the_exponential(loss):
     assert_rejected(left, np.exp(-loss * flights))
 
 
+@slow
 def test_a_leaky_ball_keeps_its_books():
     result = run(100_000, setting="ball").result
     alive = result["ball"].alive
@@ -235,6 +243,7 @@ def test_a_leaky_ball_keeps_its_books():
     assert kept.value == pytest.approx(result.ledger["emitted"].value, rel=1e-14)
 
 
+@slow
 def test_a_box_with_a_small_hole_empties_by_the_exponential():
     rows = run(300_000, setting="box").rows
     assert len(rows) == 5
@@ -244,6 +253,7 @@ def test_a_box_with_a_small_hole_empties_by_the_exponential():
     assert_rejected(energy.estimate, 1.5)
 
 
+@slow
 def test_a_large_hole_empties_a_box_faster_by_about_its_share_of_the_walls():
     """And no closed form is claimed for it."""
     outcome = run(300_000, setting="box", hole=0.1)
@@ -254,6 +264,7 @@ def test_a_large_hole_empties_a_box_faster_by_about_its_share_of_the_walls():
     assert excess / 0.1 == pytest.approx(1.28, abs=0.05)
 
 
+@slow
 @pytest.mark.parametrize(
     "changed", [{"temperature": 4.0}, {"mass": 1e-20}, {"accommodation": 1.0}, {"loss": 0.9}]
 )

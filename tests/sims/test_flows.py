@@ -175,17 +175,6 @@ def test_an_absorbing_ball_takes_its_share_of_the_net():
 # ---- the sim ----
 
 
-def test_speed_density_and_power_carry_over():
-    stream = run(particles=100_000, tilt=0.4, density=3e20, speed=7.0)
-    for row in stream.rows:
-        if row.exact:
-            assert_agrees(row.estimate, row.exact, FALSE_ALARM)
-    assert stream[flows.NET].exact == pytest.approx(3e20 * 7.0 * math.cos(0.4), rel=1e-15)
-    meters = run(particles=100_000, meter="closed", power=3.0)
-    for row in meters.rows:
-        assert row.estimate.value == pytest.approx(row.exact, abs=1e-3)
-
-
 def test_samples_of_unlike_histories_are_refused():
     """Missing at the end means crossed only where the same histories are looked at."""
     scene = flows.scene(tilt=0.3)

@@ -24,7 +24,7 @@ from transport.statistics.replicates import Batches
 from transport.theory import fresnel, microfacets
 from transport.theory.enclosures import chi_square_values, escape_cosine
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 LEAVING = ("radiance_out",)
@@ -90,6 +90,7 @@ def test_only_two_surfaces_absorb():
 # ---- equilibrium ----
 
 
+@slow
 def test_radiance_is_the_same_everywhere(rows):
     for name, exact in furnace.exact().items():
         if name not in (DARK, ESCAPED):
@@ -98,6 +99,7 @@ def test_radiance_is_the_same_everywhere(rows):
     assert rows[OWN].exact
 
 
+@slow
 def test_nothing_is_lost_escapes_or_gets_where_it_cannot(result, rows):
     assert result.ledger["lost"].value == 0
     assert rows[ESCAPED].value == rows[DARK].value == 0
@@ -107,12 +109,14 @@ def test_nothing_is_lost_escapes_or_gets_where_it_cannot(result, rows):
         assert not dark[2:].any()
 
 
+@slow
 def test_no_meter_is_off_by_itself(result):
     for name, level in LEVELS.items():
         assert_agrees(furnace.mean_level(result, (name,)), 1.0, FALSE_ALARM / len(LEVELS))
         assert furnace.chi_square(result, {name: level}).z(1.0) < 6, name
 
 
+@slow
 def test_radiance_and_index_may_be_others():
     changed = {"index": 2.4, "radiance": 7.0}
     other = furnace.measure(tp.simulate(furnace.scene(**changed), particles=200_000, seed=1, threads=2))
@@ -124,6 +128,7 @@ def test_radiance_and_index_may_be_others():
         furnace.scene(index=1.0)
 
 
+@slow
 def test_the_lamp_alone_does_not_light_the_floor_evenly(result):
     """Planted: light of one body is not in equilibrium, whose maps would be as flat as those of all."""
     flat, uneven = result["all to floor"].irradiance, result["plug to floor"].irradiance
@@ -191,6 +196,7 @@ WRONG = {
 }
 
 
+@slow
 @pytest.mark.parametrize("law", WRONG.values(), ids=WRONG)
 def test_a_wrong_law_is_rejected(result, law):
     """By chi-square of what leaves the thing of which it is the law."""
@@ -214,6 +220,7 @@ def rows_with(materials=None, emissions=None):
     return furnace.measure(tp.simulate(changed, particles=400_000, seed=1, threads=2))
 
 
+@slow
 @pytest.mark.parametrize("name", ["tube", "seed", "ceiling"])
 def test_an_albedo_of_a_hundredth_less_is_rejected(name):
     """Planted: 0.99 for 1.  However little that is, it shows: what lossless things return is known by history."""
@@ -223,6 +230,7 @@ def test_an_albedo_of_a_hundredth_less_is_rejected(name):
     assert_rejected(found, 0.0)
 
 
+@slow
 def test_a_lamp_in_glass_without_its_n_squared_is_rejected():
     """Planted: the radiance of black bodies in glass, not over n²."""
     found = rows_with(emissions={"lamp": tp.Lambertian(radiance=1.0)})
@@ -231,6 +239,7 @@ def test_a_lamp_in_glass_without_its_n_squared_is_rejected():
     assert_rejected(found[CHI_SQUARE], 1.0)
 
 
+@slow
 def test_a_wall_of_another_temperature_is_rejected():
     found = rows_with(emissions={"right": tp.Lambertian(radiance=1.3)})
     assert_rejected(found["L/n²L₀, glossy"], 1.0)

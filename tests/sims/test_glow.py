@@ -46,10 +46,6 @@ def assert_rows(result, exact):
 # ---- between walls ----
 
 
-def test_radiance_is_the_same_everywhere(furnace):
-    assert_rows(furnace, glow.exact())
-
-
 @pytest.mark.parametrize("change", [{"albedo": 0.0}, {"albedo": 0.9}, {"index": 1.2, "radiance": 7.0}])
 def test_whatever_the_walls_and_the_glass_are(change):
     assert_rows(run(glow.scene(**change)), glow.exact(**change))

@@ -17,7 +17,7 @@ from transport.sims import gonioreflectometer as sim
 from transport.sims.gonioreflectometer import ALBEDO, EYE, HERE, LAMP, NARROW, RATIO, SAMPLES, THERE, law_of
 from transport.theory import goniometry, microfacets
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 SPECULAR = "f at 42° to 48°"
@@ -121,6 +121,7 @@ def test_quadrature_nodes_suffice_for_the_cases_of_the_sim(monkeypatch):
 # ---- measured ----
 
 
+@slow
 @pytest.mark.parametrize("angle", [0.0, math.pi / 4, math.radians(75)])
 @pytest.mark.parametrize("sample", SAMPLES)
 def test_f_of_every_sample_is_measured(sample, angle):
@@ -128,6 +129,7 @@ def test_f_of_every_sample_is_measured(sample, angle):
         assert_agrees(estimate, exact, FALSE_ALARM)
 
 
+@slow
 def test_all_bins_of_a_lobe_are_met():
     """Front bins in the plane of incidence, forward and back, of the roughest glossy sample."""
     reading = run(particles=2_000_000, sample="satin")["front"]
@@ -137,6 +139,7 @@ def test_all_bins_of_a_lobe_are_met():
     assert not agrees(f, expected[:, ::-1])  # phi counted from the other side
 
 
+@slow
 def test_wrong_laws_are_rejected():
     """Other materials' laws, one reflection only, a cosine forgotten; a bias of 15 % in f would be seen."""
     found = {sample: rows(sample=sample)[SPECULAR][0] for sample in ("matt", "satin", "gloss", "varnish")}
@@ -159,12 +162,14 @@ def test_wrong_laws_are_rejected():
     )
 
 
+@slow
 @pytest.mark.parametrize("sample", ["matt", "satin", "gloss", "varnish"])
 def test_lamp_and_eye_may_be_exchanged(sample):
     for estimate, exact in rows(show="swap", sample=sample).values():
         assert_agrees(estimate, exact, FALSE_ALARM)
 
 
+@slow
 def test_what_is_not_reciprocal_is_seen():
     """Intensity over irradiance, the cosine at the eye forgotten, differs by cosθ_o/cosθ_i = 0.63."""
     result = run(show="swap", sample="gloss")
@@ -175,6 +180,7 @@ def test_what_is_not_reciprocal_is_seen():
     assert not agrees(estimate, math.cos(EYE[0]) / math.cos(LAMP[0]))
 
 
+@slow
 def test_the_light_of_both_lamps_is_told_apart():
     """Without `via` the eye would see the other lamp's light too."""
     result = run(show="swap", sample="satin")
@@ -185,6 +191,7 @@ def test_the_light_of_both_lamps_is_told_apart():
     assert not agrees(result["i to o"].flux_in / result["o to i"].flux_in, 1.0)
 
 
+@slow
 @pytest.mark.parametrize("sample", ["satin", "gloss", "paper"])
 @pytest.mark.parametrize("show", ["lamp", "sky"])
 def test_radiance_is_the_sum_of_f_over_what_arrives(show, sample):
@@ -192,6 +199,7 @@ def test_radiance_is_the_sum_of_f_over_what_arrives(show, sample):
         assert_agrees(estimate, exact, FALSE_ALARM)
 
 
+@slow
 def test_wrong_sums_are_rejected():
     """A lamp taken for a beam from its middle, a sky without the light that is reflected twice between facets."""
     estimate, exact = rows(1_000_000, show="lamp", sample="gloss")["L_out at 42° to 48°"]
@@ -206,6 +214,7 @@ def test_wrong_sums_are_rejected():
     assert not agrees(estimate, once)
 
 
+@slow
 def test_what_passes_through_paper_is_told_from_what_it_reflects():
     found = rows(sample="paper")
     behind, _ = found["f behind it at 42° to 48°"]

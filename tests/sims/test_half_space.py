@@ -5,10 +5,12 @@ The statistical tests fail right code in one of 10^5 seeds each; the seed is 1.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
-import transport as tp
+from tests import sim_runs
 from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import half_space as sim
 from transport.theory import fresnel
@@ -17,13 +19,7 @@ from transport.theory import half_space as theory
 pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
-
-
-def run(particles=100_000, **parameters):
-    """The result and the estimates of the sim with these parameters, by name."""
-    result = tp.simulate(sim.scene(**parameters), particles=particles, seed=1, threads=1)
-    assert result.ledger["lost"].value == 0
-    return result, sim.measure(result)
+run = partial(sim_runs.run, sim, particles=100000)
 
 
 @pytest.mark.parametrize(
@@ -49,7 +45,7 @@ def test_rows_of_a_half_space_are_met(parameters):
 
 def test_the_law_of_darkening_is_met_bin_by_bin():
     """Planted: Lambert's law, bins turned round, the law of another albedo, single scattering."""
-    result, rows = run(300_000, mu0=0.1)
+    result, rows = run(particles=300_000, mu0=0.1)
     shares = sim.shares_out(result)
     exact = theory.darkening_in(sim.EDGES, 0.1, 0.9)
     assert_agrees(shares, exact, FALSE_ALARM)
@@ -75,7 +71,7 @@ def test_a_boundary_mirrors_from_both_sides():
 
 def test_milne_s_limb_is_neither_eddington_s_nor_lambert_s():
     """Eddington: L ~ 2/3 + mu, q = 2/3; the error of q, told by T, is small enough to know the two apart."""
-    result, rows = run(3_000_000, setting="milne", tau=5.0)
+    result, rows = run(particles=3_000_000, setting="milne", tau=5.0)
     shares = sim.shares_out(result) / (result["milne"].flux_out / result.ledger["emitted"])
     assert_agrees(shares, theory.milne_in(sim.EDGES), FALSE_ALARM)
     assert_agrees(rows[sim.HOPF], 0.7104460895987631, FALSE_ALARM)

@@ -8,19 +8,23 @@ comes from.  The statistical tests fail right code in one of 10^5 seeds each; th
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
 import transport as tp
+from tests import sim_runs
 from tests.agreement import assert_agrees, assert_rejected
+from tests.sim_runs import assert_rows
 from transport.sims import integrating_sphere as sim
 from transport.theory import enclosures
 from transport.theory import enclosures as theory
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
+run = partial(sim_runs.run, sim, particles=200000)
 REFERENCES = {  # D.integrating_sphere: albedo and port to multiplier and wall hits
     (0.9, 0.0): (9.000000000000002, 10.000000000000002),
     (0.95, 0.05): (9.74358974358974, 10.256410256410254),
@@ -74,30 +78,18 @@ def test_what_enters_ends_on_the_wall_or_leaves():
 # ---- counted ----
 
 
-def run(particles=200_000, **parameters):
-    """Estimates of the sim with these parameters, by name."""
-    result = tp.simulate(sim.scene(**parameters), particles=particles, seed=1)
-    assert result.ledger["lost"].value == 0
-    return result, sim.measure(result)
-
-
-def assert_rows(rows, **parameters):
-    exact = sim.exact(**parameters)
-    assert rows.keys() == exact.keys()
-    for name, estimate in rows.items():
-        assert_agrees(estimate, exact[name], FALSE_ALARM)
-
-
+@slow
 @pytest.mark.parametrize("sphere", REFERENCES)
 def test_the_references_are_counted(sphere):
     (albedo, port), (multiplier, hits) = sphere, REFERENCES[sphere]
     setting = {"light": "beam", "albedo": albedo, "port": port, "detail": False}
-    _, rows = run(FEW.get(sphere, 200_000), **setting)
-    assert_rows(rows, **setting)
+    _, rows = run(particles=FEW.get(sphere, 200_000), **setting)
+    assert_rows(sim, rows, **setting)
     assert_agrees(rows[sim.REFLECTED], multiplier, FALSE_ALARM)
     assert_agrees(rows[sim.HITS], hits, FALSE_ALARM)
 
 
+@slow
 @pytest.mark.parametrize("light", sim.LIGHTS)
 @pytest.mark.parametrize(
     "rest", [{"port": 0.2}, {"port": 0.02, "sample": 0.1}, {"port": 0.0, "sample": 0.4, "radius": 1e6}]
@@ -105,18 +97,20 @@ def test_the_references_are_counted(sphere):
 def test_every_row_of_a_sphere_is_met(light, rest):
     setting = {"light": light, "albedo": 0.7} | rest
     _, rows = run(**setting)
-    assert_rows(rows, **setting)
+    assert_rows(sim, rows, **setting)
 
 
+@slow
 @pytest.mark.parametrize("light", sim.LIGHTS)
 def test_the_irradiance_is_the_same_on_all_rings_and_a_cosine_s_trend_is_rejected(light):
     setting = {"light": light, "albedo": 0.8, "port": 0.1}
-    result, _ = run(500_000, **setting)
+    result, _ = run(particles=500_000, **setting)
     level, angles = sim.exact(**setting)[sim.RING], (np.arange(sim.BINS) + 0.5) * math.pi / sim.BINS
     assert_agrees(sim.rings(result), level, FALSE_ALARM)
     assert_rejected(sim.rings(result), level * (1 + 0.05 * np.cos(angles)))
 
 
+@slow
 def test_a_port_forgotten_or_taken_twice_is_rejected():
     _, rows = run(albedo=0.95, port=0.05)
     exact = sim.exact(albedo=0.95, port=0.05)[sim.RADIOSITY]
@@ -126,14 +120,16 @@ def test_a_port_forgotten_or_taken_twice_is_rejected():
     assert_rejected(rows[sim.RADIOSITY], theory.multiplier(0.95, 0.05) / 0.95)  # reflected once less
 
 
+@slow
 def test_a_sample_taken_for_wall_or_for_a_hole_is_rejected():
     setting = {"albedo": 0.9, "port": 0.02, "sample": 0.1, "sample_albedo": 0.4}
     _, rows = run(**setting)
-    assert_rows(rows, **setting)
+    assert_rows(sim, rows, **setting)
     for wrong in (0.9, 0.0):
         assert_rejected(rows[sim.RADIOSITY], sim.exact(**setting | {"sample_albedo": wrong})[sim.RADIOSITY])
 
 
+@slow
 def test_walls_that_mirror_are_no_integrating_sphere():
     """Planted: from the centre a mirror sends all straight back, so that the port gets its share of the lamp
     only.
@@ -144,8 +140,9 @@ def test_walls_that_mirror_are_no_integrating_sphere():
     assert_rejected(sim.measure(result)[sim.OUT], sim.exact(albedo=0.9, port=0.1)[sim.OUT])
 
 
+@slow
 def test_the_sphere_may_be_any_size_and_the_digits_stay():
     setting = {"albedo": 0.8, "port": 0.1, "detail": False}
-    (_, small), (_, large) = (run(20_000, radius=radius, **setting) for radius in (1e-6, 1e3))
+    (_, small), (_, large) = (run(particles=20_000, radius=radius, **setting) for radius in (1e-6, 1e3))
     for name in small:
         assert small[name].value == pytest.approx(large[name].value, rel=1e-3)

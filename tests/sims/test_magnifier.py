@@ -30,7 +30,7 @@ from transport.theory.optical_paths import (
     to_plane,
 )
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 CASES = {f"{case['optic']}, {k}": case for k, case in enumerate(magnifier.cases())}
@@ -221,6 +221,7 @@ def optic_of(case):
 # ---- the laws ----
 
 
+@slow
 @BY_NAME
 def test_radiance_stays_and_irradiance_grows(case):
     found = rows(case)
@@ -234,6 +235,7 @@ def test_radiance_stays_and_irradiance_grows(case):
     assert found[E_FOCUS][1] <= math.pi * radiance
 
 
+@slow
 def test_glass_that_let_all_through_would_be_seen():
     found = rows({"optic": "biconvex lens"})
     for name in BEHIND:
@@ -241,6 +243,7 @@ def test_glass_that_let_all_through_would_be_seen():
     assert not agrees(found[BEHIND[2]][0], 96.0)  # one surface alone
 
 
+@slow
 def test_light_that_came_by_reflections_inside_is_told_apart():
     """Without `events` the focus receives more, as the exact value is of what goes straight through."""
     case = {"optic": "biconvex lens"}
@@ -254,6 +257,7 @@ def test_light_that_came_by_reflections_inside_is_told_apart():
     assert every.irradiance.value < 100 * math.pi * math.sin(lenses.cone_of(1.0)) ** 2
 
 
+@slow
 def test_a_lens_of_another_focal_length_does_not_fill_its_cone():
     """The right law holds for any lens whose rays end on the page; where they miss it, the count says so."""
     right = magnifier.scene()
@@ -302,12 +306,14 @@ def on_disk(disk, random, number):
     return np.stack([r * np.cos(phi), r * np.sin(phi), np.full(number, disk.center[2])], axis=-1)
 
 
+@slow
 def test_a_lens_that_conserves_throughput_is_accepted_in_numpy_too():
     found, exact = numpy_focus(bend), magnifier.exact()
     for name, estimate in found.items():
         assert_agrees(estimate, exact[name], FALSE_ALARM)
 
 
+@slow
 def test_a_lens_that_maps_tangents_is_rejected():
     """The planted fault: judged as the sim is, it fails in irradiance, and in radiance towards the rim."""
     found, exact = numpy_focus(bend_tangents), magnifier.exact()
@@ -321,6 +327,7 @@ def test_a_lens_that_maps_tangents_is_rejected():
     assert_agrees(found[E_FOCUS], mean, FALSE_ALARM)
 
 
+@slow
 def test_the_judge_sees_the_tangents_lens_at_a_small_cone():
     """By theory, at the error of the sim's own row: f/3 would be off by 2.8 %."""
     case = magnifier.cases()[3]

@@ -19,7 +19,7 @@ from transport.sims import penumbra as sim
 from transport.theory import emitters, shadows
 from transport.verification.experiment import run_experiment
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
 LAMP = {"radius": 0.05, "distance": 1.0}
@@ -167,6 +167,7 @@ def test_twice_the_nodes_change_no_mean(case, monkeypatch):
 # ---- the sim ----
 
 
+@slow
 @pytest.mark.parametrize("case", CASES)
 def test_every_bin_of_a_shadow_holds_its_mean(case):
     of = shadow(**case)
@@ -183,6 +184,7 @@ def _zone_of_bins(of):
     return [name for name, _, _ in of.zones for _ in range(sim.FINE[name])]
 
 
+@slow
 def test_a_lamp_taken_for_a_point_is_rejected():
     of = shadow("edge", **EDGE)
     estimates, exact = bins(of)
@@ -191,6 +193,7 @@ def test_a_lamp_taken_for_a_point_is_rejected():
     assert not agrees(estimates, np.where(middles > 0, exact[-1], 0.0))
 
 
+@slow
 def test_the_share_of_the_lamp_without_its_cosines_is_rejected():
     """A lamp as wide as its distance is long: G is not constant over it."""
     of = shadow(**WIDE)
@@ -207,12 +210,14 @@ def replaced(of, shape):
     return dataclasses.replace(scene, surfaces=tp.Surface(shape, tp.Black(), name=of.occluder))
 
 
+@slow
 def test_a_ribbon_as_wide_as_the_cylinder_throws_another_shadow():
     of = shadow(**CASES[-1])
     ribbon = tp.Rectangle(center=(0, 0, of.gap), width=2 * of.thickness, height=4.0)
     assert not agrees(*bins(of, replaced(of, ribbon)))
 
 
+@slow
 def test_a_cylinder_that_ends_within_the_sight_lines_is_rejected():
     of = shadow("cylinder", **THICK)
     right = of.scene(100.0).surfaces[0].shape
@@ -220,6 +225,7 @@ def test_a_cylinder_that_ends_within_the_sight_lines_is_rejected():
     assert not agrees(*bins(of, replaced(of, dataclasses.replace(right, height=0.09))))
 
 
+@slow
 def test_an_edge_a_millimetre_aside_is_rejected():
     of = shadow("edge", **EDGE)
     right = of.scene(100.0).surfaces[0].shape
@@ -227,6 +233,7 @@ def test_an_edge_a_millimetre_aside_is_rejected():
     assert not agrees(*bins(of, replaced(of, dataclasses.replace(right, center=(x - 1e-3, y, z)))))
 
 
+@slow
 def test_a_scene_of_another_size_has_the_same_shadow():
     """Micrometres: the same irradiance, as the angles are the same."""
     small = shadow("cylinder", **{name: 1e-6 * value for name, value in THICK.items()})
@@ -247,6 +254,7 @@ def test_the_bins_fill_the_screen_and_the_elements_the_bins():
             assert widths == pytest.approx(widths[0], rel=1e-12)
 
 
+@slow
 @pytest.mark.filterwarnings("error")
 def test_the_verdict_tells_a_shadow_without_an_umbra():
     assert "without an umbra" in sim.verdict(run_experiment(sim, {}, particles=20_000, seed=1))

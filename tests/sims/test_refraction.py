@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import partial
 
 import mpmath as mp
 import numpy as np
 import pytest
 
 import transport as tp
+from tests import sim_runs
 from tests.agreement import agrees, assert_agrees, smallest_bias
 from transport.sims import refraction
 from transport.sims.refraction import (
@@ -31,20 +33,12 @@ from transport.sims.refraction import (
 from transport.theory import fresnel
 from transport.theory import fresnel as theory
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
+rows = partial(sim_runs.rows, refraction, particles=400_000)
 WHOLE = np.array([0, math.pi / 2])
 IN_GLASS = "radiance in glass, 0° to 3.33°"
-
-
-def rows(scene=None, particles=400_000, **parameters):
-    """(estimate, exact) by name, of the sim's scene or of a changed one."""
-    scene = refraction.scene(**parameters) if scene is None else scene
-    measured = refraction.measure(tp.simulate(scene, particles=particles, seed=1, threads=1))
-    exact = refraction.exact(**parameters)
-    assert measured.keys() == exact.keys()
-    return {name: (measured[name], value) for name, value in exact.items()}
 
 
 def check(found):
@@ -137,16 +131,19 @@ def test_what_unpolarised_crossings_miss_is_as_told():
 # ---- radiance on both sides ----
 
 
+@slow
 @pytest.mark.parametrize("index", [4 / 3, 2.4])
 def test_radiance_in_glass_is_n_squared_times_what_is_not_reflected(index):
     check(rows(show="sky", index=index))
 
 
+@slow
 @pytest.mark.parametrize("index", [4 / 3, 2.4])
 def test_radiance_out_of_glass_is_that_over_n_squared(index):
     check(rows(show="glow", index=index))
 
 
+@slow
 def test_wrong_radiances_in_glass_are_rejected():
     """Without n², with n for n², without Fresnel's loss where it is large; and a bias of 6 % would be seen."""
     found = rows(show="sky")
@@ -162,6 +159,7 @@ def test_wrong_radiances_in_glass_are_rejected():
     assert found[NOTHING][0].value == 0
 
 
+@slow
 def test_radiance_that_leaves_a_boundary_is_that_which_came_history_by_history():
     """ΣL/n² over both sides; of glass whose sides are exchanged it is not."""
     for show in ("sky", "glow"):
@@ -175,6 +173,7 @@ def test_radiance_that_leaves_a_boundary_is_that_which_came_history_by_history()
     assert not agrees((1.5**2 * wrong["in air"].radiance_out[0] + left) / came, 1.0)
 
 
+@slow
 def test_total_reflection_begins_at_the_critical_angle():
     """What is beyond comes back whole; without total reflection, by R of the last ray inside, there would be less."""
     found = rows(show="glow")
@@ -188,11 +187,13 @@ def test_total_reflection_begins_at_the_critical_angle():
 # ---- shares ----
 
 
+@slow
 @pytest.mark.parametrize("side", refraction.SIDES)
 def test_a_fan_of_beams_is_reflected_by_fresnels_formulas(side):
     check(rows(show="fan", side=side))
 
 
+@slow
 @pytest.mark.parametrize(
     ("angle", "index", "reflected"),
     [  # G.fresnel_external
@@ -213,6 +214,7 @@ def test_a_beam_from_air_is_divided_as_in_the_collection(angle, index, reflected
         assert not agrees(found[MIRRORED][0], s) and not agrees(found[MIRRORED][0], p)
 
 
+@slow
 @pytest.mark.parametrize(
     ("angle", "reflected"),
     [(20.905157, 0.042137653224112635), (40.810315, 0.34349526221621746), (60, 1.0)],  # G.fresnel_internal
@@ -224,6 +226,7 @@ def test_a_beam_from_glass_is_divided_as_in_the_collection(angle, reflected):
     assert agrees(found[REFRACTED][0], 1 - reflected) or reflected == 1
 
 
+@slow
 def test_light_that_went_straight_on_would_be_missed():
     """The cone round Snell's direction is empty where the glass is replaced by air."""
     right = refraction.scene(show="beam", angle=1.0)
@@ -238,6 +241,7 @@ def test_light_that_went_straight_on_would_be_missed():
 # ---- plates ----
 
 
+@slow
 @pytest.mark.parametrize(
     ("angle", "index"), [(0, 1.5), (56.309932474, 1.5), (80, 1.5), (89, 1.33), (60, 2.4)]
 )
@@ -245,6 +249,7 @@ def test_a_plate_lets_through_what_stokes_says(angle, index):
     check(rows(show="plate", angle=math.radians(angle), index=index))
 
 
+@slow
 def test_wrong_plates_are_rejected():
     """Without the reflections inside, with those added as if all came out at the back, and of light kept polarised."""
     for angle, index in ((0.0, 2.4), (70 * tp.deg, 1.5)):
@@ -260,6 +265,7 @@ def test_wrong_plates_are_rejected():
     assert not agrees(passed, polarised)
 
 
+@slow
 @pytest.mark.parametrize("index", [1.333, 1.5])
 def test_a_window_under_a_sky_and_a_lamp_in_glass(index):
     window, lamp = rows(show="window", index=index), rows(show="lamp", index=index)

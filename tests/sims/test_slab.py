@@ -6,11 +6,13 @@ The statistical tests fail right code in one of 10^5 seeds each; the seed is 1.
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
 import transport as tp
+from tests import sim_runs
 from tests.agreement import assert_agrees, assert_rejected
 from transport.sims import slab as sim
 from transport.theory import half_space, ordinates
@@ -19,13 +21,7 @@ from transport.verification.experiment import run_experiment
 pytestmark = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
-
-
-def run(particles=200_000, seed=1, **parameters):
-    """The result and the estimates of the sim with these parameters, by name."""
-    result = tp.simulate(sim.scene(**parameters), particles=particles, seed=seed, threads=1)
-    assert result.ledger["lost"].value == 0
-    return result, sim.measure(result)
+run = partial(sim_runs.run, sim, particles=200000)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +35,7 @@ def run(particles=200_000, seed=1, **parameters):
     ],
 )
 def test_rows_of_a_slab_are_met(particles, parameters):
-    _, rows = run(particles, **parameters)
+    _, rows = run(particles=particles, **parameters)
     exact = sim.exact(**parameters)
     assert rows.keys() == exact.keys()
     for name, estimate in rows.items():
@@ -48,7 +44,7 @@ def test_rows_of_a_slab_are_met(particles, parameters):
 
 def test_the_radiance_is_met_bin_by_bin():
     """Planted: bins turned round; what passed straight counted with the scattered; Lambert's law."""
-    result, _ = run(500_000)
+    result, _ = run(particles=500_000)
     light = sim.light_of()
     back, on = sim.shares_back(result), sim.shares_on(result)
     assert_agrees(back, light.reflected_in(sim.EDGES), FALSE_ALARM)
@@ -72,7 +68,7 @@ def test_other_media_are_rejected():
 
 @pytest.mark.parametrize(("tau", "particles"), [(1e-9, 10_000), (5.0, 50_000), (100.0, 10_000)])
 def test_without_absorption_all_leaves(tau, particles):
-    result, rows = run(particles, tau=tau, albedo=1.0, g=0.0, incidence="lambertian")
+    result, rows = run(particles=particles, tau=tau, albedo=1.0, g=0.0, incidence="lambertian")
     assert (rows[sim.BACK] + rows[sim.ON]).value == pytest.approx(1, rel=1e-12)
     assert result.ledger["escaped"].value == pytest.approx(1, rel=1e-12)
     if tau == 100:

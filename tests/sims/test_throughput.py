@@ -15,6 +15,7 @@ import pytest
 from scipy.integrate import dblquad
 
 import transport as tp
+from tests import sim_runs
 from tests.agreement import agrees, assert_agrees, smallest_bias
 from transport.sims import throughput
 from transport.sims.throughput import BEHIND, FOCAL, HOLE, KEPT, NEAR, READ, RIM, SENSOR, T_1, T_2
@@ -23,17 +24,11 @@ from transport.statistics.replicates import Batches
 from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import from_to, to_plane
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
+rows = partial(sim_runs.rows, throughput)
 BEAMS = throughput.SHOWS[:-1]
-
-
-def rows(scene=None, particles=1_000_000, **parameters):
-    """(estimate, exact) by name, of the sim's scene or of a changed one."""
-    scene = throughput.scene(**parameters) if scene is None else scene
-    measured = throughput.measure(tp.simulate(scene, particles=particles, seed=1, threads=1))
-    return {name: (measured[name], value) for name, value in throughput.exact(**parameters).items()}
 
 
 # ---- theory ----
@@ -127,6 +122,7 @@ def test_throughput_through_glass_is_the_same_from_either_end():
 # ---- beams ----
 
 
+@slow
 @pytest.mark.parametrize("show", BEAMS)
 def test_rays_count_alike_before_and_behind(show):
     found = rows(show=show)
@@ -138,6 +134,7 @@ def test_rays_count_alike_before_and_behind(show):
     assert estimate.value == 0
 
 
+@slow
 @pytest.mark.parametrize("show", BEAMS)
 def test_all_that_comes_from_aperture_1_reaches_aperture_2(show):
     """But at the flat mirror, where aperture 2 bounds the beam: the exact values rest on it."""
@@ -163,6 +160,7 @@ def test_all_that_comes_from_aperture_1_reaches_aperture_2(show):
         assert after.flux_in.value == before.flux_in.value > 0
 
 
+@slow
 def test_an_optic_that_loses_rays_is_seen():
     """A mirror that swallows 2 %: counts differ from T, and what falls on it from what leaves it."""
     right = throughput.scene(show="spherical mirror")
@@ -175,6 +173,7 @@ def test_an_optic_that_loses_rays_is_seen():
     assert not found[KEPT][0].exact
 
 
+@slow
 def test_glass_counts_with_what_it_lets_through():
     found = rows(show="glass ball")
     [estimate, exact] = found[T_2]
@@ -184,6 +183,7 @@ def test_glass_counts_with_what_it_lets_through():
     assert not agrees(estimate, math.sqrt(exact * plain))  # as if one face did
 
 
+@slow
 def test_what_source_2_sends_back_by_aperture_1_is_taken_off():
     result = tp.simulate(throughput.scene(show="paraboloid"), particles=1_000_000, seed=1, threads=1)
     every = result["two"].flux_in / result["two again"].flux_in
@@ -219,12 +219,14 @@ def on_disk(disk, random, number):
     return np.stack([r * np.cos(phi), r * np.sin(phi), np.full(number, disk.center[2])], axis=-1)
 
 
+@slow
 def test_the_ideal_lens_is_accepted_in_numpy_too():
     exact = throughput.exact(show="lens")[T_1]
     for estimate in numpy_beams(optical_paths.bend):
         assert_agrees(estimate, exact, FALSE_ALARM)
 
 
+@slow
 def test_a_lens_that_maps_tangents_is_rejected():
     """The planted fault: as many rays leave aperture 1, but behind the lens they take up more of phase space."""
     exact = throughput.exact(show="lens")[T_1]
@@ -237,6 +239,7 @@ def test_a_lens_that_maps_tangents_is_rejected():
 # ---- sensors ----
 
 
+@slow
 @pytest.mark.parametrize("distance", [0.05, 0.5, 50.0])
 def test_a_sensor_reads_radiance_times_throughput(distance):
     for name, (estimate, exact) in rows(show="sensor", distance=distance).items():
@@ -244,12 +247,14 @@ def test_a_sensor_reads_radiance_times_throughput(distance):
         assert smallest_bias(estimate, FALSE_ALARM) < 0.1, name
 
 
+@slow
 def test_a_response_that_falls_with_the_walls_distance_is_rejected():
     near, far = (rows(show="sensor", distance=distance) for distance in (0.5, 1.0))
     for name, (estimate, _) in far.items():
         assert not agrees(estimate, near[name][0].value / 4)
 
 
+@slow
 def test_a_wall_that_does_not_fill_the_sensors_view_is_seen():
     right = throughput.scene(show="sensor", distance=5.0)
     [source] = right.sources
@@ -265,6 +270,7 @@ def test_a_wall_that_does_not_fill_the_sensors_view_is_seen():
 # ---- tp.etendue ----
 
 
+@slow
 def test_etendue_between_disks_is_the_closed_form():
     one, two = tp.Disk(radius=HOLE), tp.Disk(center=(0, 0, 0.1), normal=(0, 0, -1), radius=SENSOR)
     estimate = tp.etendue(one, two, particles=1_000_000, seed=1)
@@ -272,6 +278,7 @@ def test_etendue_between_disks_is_the_closed_form():
     assert str(estimate.unit) == "m^2 sr"
 
 
+@slow
 def test_a_wall_and_a_sensor_share_what_goes_through_the_hole():
     """By a plate as blocker: as many rays as hole and sensor share, for the wall fills the view."""
     scene = throughput.scene(show="sensor", distance=0.5)
@@ -283,6 +290,7 @@ def test_a_wall_and_a_sensor_share_what_goes_through_the_hole():
 # ---- the sim ----
 
 
+@slow
 def test_the_beam_of_a_lens_is_seen_in_phase_space():
     """L within the outline of traced rays and 0 beyond, at all four places; a mirrored map is rejected."""
     from transport.verification.experiment import Outcome

@@ -8,19 +8,23 @@ from.  The statistical tests fail right code in one of 10^5 seeds each; the seed
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import mpmath as mp
 import numpy as np
 import pytest
 
 import transport as tp
+from tests import sim_runs
 from tests.agreement import assert_agrees, assert_rejected
+from tests.sim_runs import assert_rows
 from transport.sims import tube as sim
 from transport.theory import clausing
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
+run = partial(sim_runs.run, sim, particles=300000)
 LENGTHS = (0.01, 0.1, 1.0, 3.7, 20.0, 100.0)
 
 
@@ -148,13 +152,7 @@ def test_a_short_tube_is_a_hole_and_a_long_one_slow_to_be_thin():
 # ---- counted ----
 
 
-def run(particles=300_000, **parameters):
-    """Estimates of the sim with these parameters, by name."""
-    result = tp.simulate(sim.scene(**parameters), particles=particles, seed=1)
-    assert result.ledger["lost"].value == 0
-    return result, sim.measure(result)
-
-
+@slow
 @pytest.mark.parametrize(
     ("particles", "parameters"),
     [
@@ -166,13 +164,11 @@ def run(particles=300_000, **parameters):
     ],
 )
 def test_rows_of_a_tube_are_met(particles, parameters):
-    _, rows = run(particles, **parameters)
-    exact = sim.exact(**parameters)
-    assert rows.keys() == exact.keys()
-    for name, estimate in rows.items():
-        assert_agrees(estimate, exact[name], FALSE_ALARM)
+    _, rows = run(particles=particles, **parameters)
+    assert_rows(sim, rows, **parameters)
 
 
+@slow
 def test_what_does_not_get_through_comes_back():
     result, rows = run()
     whole = rows[sim.THROUGH] + rows[sim.BACK]
@@ -180,6 +176,7 @@ def test_what_does_not_get_through_comes_back():
     assert result.ledger["escaped"].value == pytest.approx(sim.POWER, rel=1e-12)
 
 
+@slow
 def test_the_wall_receives_clausing_s_profile_and_other_ones_are_rejected():
     """Planted: a straight line from 1 to 0; only what comes from the entrance at once; bins turned round."""
     result, _ = run(length=5.0)
@@ -190,6 +187,7 @@ def test_the_wall_receives_clausing_s_profile_and_other_ones_are_rejected():
         assert_rejected(sim.incident(result), wrong)
 
 
+@slow
 def test_other_laws_of_tubes_are_rejected():
     """The long tube's limit, the sum of two resistances, and a wall that mirrors, which lets all through."""
     _, rows = run(length=2.0)
@@ -201,6 +199,7 @@ def test_other_laws_of_tubes_are_rejected():
     assert mirrored["exit"].flux_in.value == pytest.approx(sim.POWER, rel=1e-12)
 
 
+@slow
 def test_half_a_tube_does_not_let_through_half_as_much_again():
     _, rows = run(length=2.0)
     assert_rejected(rows[sim.THROUGH], clausing.transmission(1.0) ** 2)

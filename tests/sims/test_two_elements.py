@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import partial
 
 import mpmath as mp
 import numpy as np
 import pytest
 
 import transport as tp
+from tests import sim_runs
 from tests.agreement import agrees, assert_agrees, smallest_bias
 from transport.sims import two_elements
 from transport.sims.two_elements import (
@@ -33,18 +35,12 @@ from transport.sims.two_elements import (
 )
 from transport.theory import enclosures, etendue, view_factors
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
+rows = partial(sim_runs.rows, two_elements)
 TILTED = {"size_1": 0.05, "size_2": 0.02, "tilt_1": math.radians(75), "tilt_2": math.radians(45)}
 DISTANT = TILTED | {"size_1": 0.1, "distance": 2.0}
-
-
-def rows(scene=None, particles=1_000_000, seed=1, **parameters):
-    """(estimate, exact) by name, of the sim's scene or of a changed one."""
-    scene = two_elements.scene(**parameters) if scene is None else scene
-    measured = two_elements.measure(tp.simulate(scene, particles=particles, seed=seed))
-    return {name: (measured[name], value) for name, value in two_elements.exact(**parameters).items()}
 
 
 # ---- theory ----
@@ -138,12 +134,14 @@ def test_mean_chords_are_those_of_the_collection():
 # ---- the first law ----
 
 
+@slow
 @pytest.mark.parametrize("parameters", [TILTED, DISTANT])
 def test_the_same_rays_give_one_radiance_at_both_ends(parameters):
     for estimate, exact in rows(**parameters).values():
         assert_agrees(estimate, exact, FALSE_ALARM)
 
 
+@slow
 @pytest.mark.parametrize("seed", range(5))
 def test_what_leaves_one_element_is_what_comes_to_the_other(seed):
     """An identity of integers: the same rays are counted twice."""
@@ -152,6 +150,7 @@ def test_what_leaves_one_element_is_what_comes_to_the_other(seed):
     assert estimate.value == 0
 
 
+@slow
 def test_wrong_radiances_are_rejected():
     """A cosine kept where it is divided out, and 1/r for 1/r²; each would be seen at a percent."""
     found = rows(**DISTANT)
@@ -164,6 +163,7 @@ def test_wrong_radiances_are_rejected():
         assert not agrees(estimate / 2.0, exact)  # Φ / (dA₁ cosθ₁ dA₂ cosθ₂ / r)
 
 
+@slow
 def test_rays_that_passed_by_the_first_element_are_not_its():
     """Without `via` what comes to dA₂ from all of the wall is counted, and more than left dA₁."""
     right = two_elements.scene(**TILTED)
@@ -173,6 +173,7 @@ def test_rays_that_passed_by_the_first_element_are_not_its():
     assert estimate.value > exact
 
 
+@slow
 def test_elements_too_large_to_be_taken_for_points_are_seen():
     found = rows(size_1=0.1, size_2=0.1)
     assert agrees(*found[WHOLE])
@@ -182,6 +183,7 @@ def test_elements_too_large_to_be_taken_for_points_are_seen():
 # ---- throughput ----
 
 
+@slow
 def test_throughput_is_the_same_wherever_it_is_counted():
     for parameters in ({"size_1": 1.0, "size_2": 1.0}, {"size_1": 0.01, "size_2": 0.02}):
         found = rows(show="throughput", **parameters)
@@ -192,6 +194,7 @@ def test_throughput_is_the_same_wherever_it_is_counted():
         assert found[DOWN][0].value != pytest.approx(found[UP][0].value, rel=1e-12, abs=0)  # others
 
 
+@slow
 def test_uniform_random_lines_count_the_throughput():
     found = rows(show="lines", size_1=1.0, size_2=1.0)
     for name in (THERE, BACK, ALL):
@@ -201,6 +204,7 @@ def test_uniform_random_lines_count_the_throughput():
     assert not agrees(found[ALL][0], exact)  # lines by dA₁ that miss dA₂
 
 
+@slow
 def test_what_finite_elements_get_wrong_falls_with_the_square_of_their_size():
     """Measured at 1e-6 to 1e-3 of its own size; a fall with a/r is rejected."""
     found = {a: rows(show="throughput", size_1=a, size_2=a)[BIAS] for a in (1e-1, 1e-2, 1e-3)}
@@ -215,6 +219,7 @@ def test_what_finite_elements_get_wrong_falls_with_the_square_of_their_size():
 # ---- chords ----
 
 
+@slow
 @pytest.mark.parametrize("body", BODIES)
 def test_mean_chord_is_four_volumes_over_the_surface(body):
     estimate, exact = rows(show="chord", size_1=1.0, body=body)[CHORD]
@@ -225,6 +230,7 @@ def test_mean_chord_is_four_volumes_over_the_surface(body):
     )  # a sphere's for directions that are uniform, not by the cosine law
 
 
+@slow
 def test_a_clock_that_stops_before_the_longest_stay_is_rejected():
     right = two_elements.scene(show="chord", size_1=1.0)
     early = dataclasses.replace(right, duration=0.5 * right.duration)

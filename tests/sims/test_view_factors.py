@@ -271,6 +271,7 @@ def run(particles=300_000, **parameters):
     return sim.measure(result)[sim.FACTOR], exact[sim.FACTOR]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", sim.PAIRS)
 @pytest.mark.parametrize("sizes", [{}, {"ratio": 0.4, "size": 1.5, "obstacle": 0.7}])
 def test_every_pair_is_counted(pair, sizes):

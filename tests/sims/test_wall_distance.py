@@ -8,28 +8,24 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
 import transport as tp
+from tests import sim_runs
 from tests.agreement import assert_agrees, smallest_bias
 from transport.sims import wall_distance as sim
 from transport.sims.wall_distance import AT_PUPIL, BRIGHTNESS, RATIOS
 from transport.theory import emitters, etendue, solid_angles
 from transport.theory.etendue import DEPTH, Eye
 
-pytestmark = pytest.mark.slow  # runs of millions of particles
+slow = pytest.mark.slow  # runs of millions of particles
 
 FALSE_ALARM = 1e-5
+rows = partial(sim_runs.rows, sim)
 MIDDLE = BRIGHTNESS.format("middle cell")
-
-
-def rows(scene=None, particles=1_000_000, **parameters):
-    """(estimate, exact) by name, of the sim's scene or of a changed one."""
-    scene = sim.scene(**parameters) if scene is None else scene
-    measured = sim.measure(tp.simulate(scene, particles=particles, seed=1))
-    return {name: (measured[name], value) for name, value in sim.exact(**parameters).items()}
 
 
 def agrees(estimate, exact):
@@ -187,6 +183,7 @@ def test_doubling_is_a_quarter_only_far_away():
 # ---- the sim: the eye ----
 
 
+@slow
 @pytest.mark.parametrize("show", ["pupil", "lens"])
 @pytest.mark.parametrize("distance", [0.5, 2.0, 8.0])
 def test_a_cell_reads_radiance_times_throughput(show, distance):
@@ -196,6 +193,7 @@ def test_a_cell_reads_radiance_times_throughput(show, distance):
     assert smallest_bias(found[MIDDLE][0], FALSE_ALARM) < 0.1
 
 
+@slow
 def test_a_brightness_that_falls_with_the_distance_is_rejected():
     near, far = (rows(show="lens", distance=d) for d in (1.0, 4.0))
     assert agrees(far[MIDDLE][0], 1)
@@ -204,6 +202,7 @@ def test_a_brightness_that_falls_with_the_distance_is_rejected():
     assert 14 < fall < 16
 
 
+@slow
 def test_a_throughput_without_cosines_is_rejected():
     """A A'/f² for a ring at up to 25° from the axis."""
     found = rows(show="pupil", distance=0.5)
@@ -215,6 +214,7 @@ def test_a_throughput_without_cosines_is_rejected():
     assert not agrees(estimate * eye.throughput(inner, outer), exact * plain)
 
 
+@slow
 def test_a_lens_taken_out_is_noticed_where_the_wall_no_longer_fills_the_view():
     bare = sim.scene(show="pupil", distance=4.0)
     assert agrees(*rows(show="lens", distance=4.0)[MIDDLE])
@@ -222,6 +222,7 @@ def test_a_lens_taken_out_is_noticed_where_the_wall_no_longer_fills_the_view():
     assert not agrees(reading, 1.0)
 
 
+@slow
 @pytest.mark.parametrize("focal_length", [-0.05, 0.05, 1.0])
 def test_an_even_wall_looks_as_bright_through_a_lens_that_is_out_of_focus(focal_length):
     scene = sim.scene(show="lens", distance=0.5)
@@ -239,6 +240,7 @@ IRISES = {
 }
 
 
+@slow
 @pytest.mark.parametrize("iris", [*IRISES, None])
 def test_a_black_screen_with_a_hole_is_a_pupil(iris):
     """Rays go to a disk four times as wide, and no counter is told what they came through."""
@@ -258,6 +260,7 @@ def test_a_black_screen_with_a_hole_is_a_pupil(iris):
 # ---- the sim: the panel ----
 
 
+@slow
 def test_doubling_the_distance_quarters_all_but_the_radiance():
     for distance in (0.15, 3.0):
         found = rows(show="panel", distance=distance)
@@ -275,6 +278,7 @@ def test_doubling_the_distance_quarters_all_but_the_radiance():
     assert not agrees(far[RATIOS[0]][0], 0.5)
 
 
+@slow
 def test_a_cone_beyond_the_panel_is_rejected():
     right = sim.scene(show="panel", distance=0.6)
     wide = [
@@ -290,6 +294,7 @@ def test_a_cone_beyond_the_panel_is_rejected():
 # ---- the sim's manners ----
 
 
+@slow
 def test_the_wall_of_any_size_and_any_eye():
     for settings in ({"size": 3.0, "distance": 5.0}, {"pupil": 0.003, "cell": 0.0005}, {"radiance": 7.0}):
         for show in sim.SHOWS:
