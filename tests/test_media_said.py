@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.test_asked import LAMP, refusal, run
+from tests.run.test_simulate import LAMP, refusal, run
 from transport.cli.docs import GUIDES
 from transport.scene.bodies import MAX_BODIES
 
