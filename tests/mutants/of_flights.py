@@ -93,7 +93,7 @@ FAULTS = (
         "a ledger that leaves out the last digits of what walls absorb",
         (
             "media/test_mixtures::test_a_share_of_black_is_what_an_albedo_below_one_is",
-            "test_overruns",
+            "run/test_overruns",
         ),
     ),
     Fault(

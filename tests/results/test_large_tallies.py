@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import transport as tp
+from tests.slow import mostly_slow
 from transport.compile.compiler import compile_scene
 from transport.results import footprint
 from transport.run import memory
@@ -22,23 +23,16 @@ from transport.statistics.packed import Packed
 
 
 def room(**bins):
-    """A grey room with a lamp, a meter with bins of all kinds, and a wall with moments; particles fly at two speeds."""
+    """A grey room with a detector with bins of all kinds, and a wall with moments; particles fly at two speeds."""
     wall = tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=2, height=2)
     gas = tp.Gas(density=1.0, speed=tp.SpeedTable((1.0, 2.0), (0.5, 0.5)), mass=1e-26)
+    all_kinds = {"directions": tp.Directions(**bins), "times": 3, "speeds": (0.5, 1.5, 2.5), "moments": True}
     return tp.Scene(
         tp.Source(tp.Box(size=(2, 2, 2)), gas),
-        surfaces=[
-            tp.Surface(tp.Box(size=(2, 2, 2)), tp.Diffuse(albedo=0.5), name="room"),
-        ],
+        surfaces=tp.Surface(tp.Box(size=(2, 2, 2)), tp.Diffuse(albedo=0.5), name="room"),
         detectors=[
             tp.Detector(
-                tp.Rectangle(width=1, height=1),
-                name="bins",
-                positions=tp.Positions(u=5, v=6),
-                directions=tp.Directions(**bins),
-                times=3,
-                speeds=(0.5, 1.5, 2.5),
-                moments=True,
+                tp.Rectangle(width=1, height=1), name="bins", positions=tp.Positions(u=5, v=6), **all_kinds
             ),
             tp.Detector(wall, name="places", positions=tp.Positions(u=9, v=11)),
         ],
@@ -62,7 +56,7 @@ def fog() -> tp.Scene:
 
 
 def view(instrument: tp.Camera | tp.EnvironmentMap) -> tp.Scene:
-    """What looks at a lit wall."""
+    """A camera that looks at a lit wall."""
     wall = tp.Surface(tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=4, height=4), tp.Diffuse(0.5))
     lamp = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=4, height=4), tp.Black(), name="lamp")
     return tp.Scene(tp.Source("lamp", tp.Lambertian(radiance=1.0)), [lamp, wall], instrument)
@@ -96,6 +90,10 @@ SCENES = {
 TOTALS = ("map.fluence_rate",)  # of all bins, added in another order
 
 
+def simulate(scene, particles=4000, batches=8):
+    return tp.simulate(scene, particles, seed=1, batches=batches, progress=False)
+
+
 def _from_batches(quantity: tp.Estimate | tp.EstimateArray) -> tuple:
     """Value, error, reason and degrees of freedom from the batches alone: neighbours are pooled part by part."""
     found = quantity._replicates
@@ -104,32 +102,35 @@ def _from_batches(quantity: tp.Estimate | tp.EstimateArray) -> tuple:
 
 @pytest.fixture
 def small_parts(monkeypatch):
-    """Columns packed, in small pages and aside, and readings made of small parts."""
+    """A function after whose call columns are packed, in small pages and mapped to files, and readings made of small parts."""
 
     def begin():
-        monkeypatch.setattr(chunked, "MIN_MAPPED_BYTES", 1)
-        monkeypatch.setattr(packed, "MAX_UNPACKED_ROWS", 0)
-        monkeypatch.setattr(packed, "PAGE", 64)
-        monkeypatch.setattr(packed, "CHUNK_ROWS", 256)
-        monkeypatch.setattr(chunked, "MAX_ARRAY_SIZE", 300)
-        monkeypatch.setattr(chunked, "MAX_CHUNK_SIZE", 500)
+        for module, name, value in (
+            (chunked, "MIN_MAPPED_BYTES", 1),
+            (packed, "MAX_UNPACKED_ROWS", 0),
+            (packed, "PAGE", 64),
+            (packed, "CHUNK_ROWS", 256),
+            (chunked, "MAX_ARRAY_SIZE", 300),
+            (chunked, "MAX_CHUNK_SIZE", 500),
+        ):
+            monkeypatch.setattr(module, name, value)
 
     return begin
 
 
-def told(result) -> list[str]:
-    """Its warnings but those of bins that have too few neighbours: each part knows those of its own bins alone."""
+def warnings_of(result) -> list[str]:
+    """All but those of bins that have too few neighbours: each part knows those of its own bins alone."""
     return [warning for warning in result.warnings if "neighbouring bins" not in warning]
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", mostly_slow(SCENES, ("bins of theta", "cells", "phase space")))
 def test_readings_of_packed_rows_made_part_by_part_are_bit_for_bit_those_of_plain_ones(name, small_parts):
-    plain = tp.simulate(SCENES[name], 4000, seed=1, batches=8, progress=False)
+    plain = simulate(SCENES[name])
     read = {f"{look}.{q}": each for look in plain for q, each in plain[look].quantities.items()}
     whole = {title: _from_batches(each) for title, each in read.items()}
-    warnings = told(plain)
+    warnings = warnings_of(plain)
     small_parts()
-    large = tp.simulate(SCENES[name], 4000, seed=1, batches=8, progress=False)
+    large = simulate(SCENES[name])
     assert isinstance(large.batches[0].weights, Packed)
     in_parts = 0
     for title, numbers in whole.items():
@@ -140,67 +141,68 @@ def test_readings_of_packed_rows_made_part_by_part_are_bit_for_bit_those_of_plai
             continue
         for number, like in zip(_from_batches(found), numbers, strict=True):
             np.testing.assert_array_equal(number, like, err_msg=title)
-    assert in_parts >= (2 if "view" in plain or "map" in plain else 4) and told(large) == warnings
+    assert in_parts >= (2 if "view" in plain or "map" in plain else 4) and warnings_of(large) == warnings
 
 
-def test_arithmetic_with_parts_is_that_with_the_whole(small_parts):
-    plain = tp.simulate(room(mu=4), 4000, seed=1, batches=8, progress=False)
-    ways = {
-        "twice": lambda r: 2.0 * r["bins"].radiance,
-        "an array": lambda r: r["bins"].radiance * np.arange(1.0, 5.0),
-        "a total": lambda r: r["bins"].radiance / r["places"].flux_in,
-        "a ratio": lambda r: r["bins"].radiance / r["bins"].radiance_out,
-        "a power": lambda r: r["bins"].radiance ** 0.5,
-        "an element": lambda r: r["bins"].radiance[1, 0, 2, 3, -1],
-        "a slice": lambda r: r["bins"].radiance[1:, :, 2, 1:4],
-        "doubt": lambda r: r["bins"].radiance.unless(r["bins"].counts.value < 3),
-        "a sum": lambda r: r["bins"].radiance.sum("u"),
-        "all": lambda r: r["places"].irradiance.sum(),
-        "a mean": lambda r: r["bins"].radiance.mean(("time", "mu")),
-    }
-    whole = {name: _from_batches(way(plain)) for name, way in ways.items()}
+ARITHMETIC = {
+    "twice": lambda r: 2.0 * r["bins"].radiance,
+    "an array": lambda r: r["bins"].radiance * np.arange(1.0, 5.0),
+    "a total": lambda r: r["bins"].radiance / r["places"].flux_in,
+    "a ratio": lambda r: r["bins"].radiance / r["bins"].radiance_out,
+    "a power": lambda r: r["bins"].radiance ** 0.5,
+    "an element": lambda r: r["bins"].radiance[1, 0, 2, 3, -1],
+    "a slice": lambda r: r["bins"].radiance[1:, :, 2, 1:4],
+    "doubt": lambda r: r["bins"].radiance.unless(r["bins"].counts.value < 3),
+    "a sum": lambda r: r["bins"].radiance.sum("u"),
+    "all": lambda r: r["places"].irradiance.sum(),
+    "a mean": lambda r: r["bins"].radiance.mean(("time", "mu")),
+}
+
+
+def test_arithmetic_and_merging_of_parts_are_those_of_the_whole(small_parts):
+    plain = simulate(room(mu=4))
+    whole = {name: _from_batches(make(plain))[:2] for name, make in ARITHMETIC.items()}
+    merged = plain.batches[0].merged(plain.batches[1], 0)
     small_parts()
-    large = tp.simulate(room(mu=4), 4000, seed=1, batches=8, progress=False)
-    for name, way in ways.items():
-        found, rounding = way(large), 1e-12 * (name in ("a sum", "all", "a mean"))
-        np.testing.assert_allclose(found.value, whole[name][0], rtol=rounding, err_msg=name)
-        error = _from_batches(found)[1]
-        np.testing.assert_allclose(error, whole[name][1], rtol=max(rounding, 0), err_msg=name)
-    values = plain["bins"].radiance.values
-    np.testing.assert_array_equal(large["bins"].radiance.values, values)
-
-
-def test_merged_batches_are_the_same_packed(small_parts):
-    plain = tp.simulate(room(mu=4), 400, seed=1, batches=2, progress=False).batches
-    small_parts()
-    large = tp.simulate(room(mu=4), 400, seed=1, batches=2, progress=False).batches
-    one, other = (batches[0].merged(batches[1], 0) for batches in (plain, large))
+    large = simulate(room(mu=4))
+    for name, make in ARITHMETIC.items():
+        rounding = 1e-12 * (name in ("a sum", "all", "a mean"))
+        np.testing.assert_allclose(_from_batches(make(large))[:2], whole[name], rtol=rounding, err_msg=name)
+    np.testing.assert_array_equal(large["bins"].radiance.values, plain["bins"].radiance.values)
+    other = large.batches[0].merged(large.batches[1], 0)
     for name in ("weights", "counts", "slants", "moments"):
-        np.testing.assert_array_equal(getattr(other, name)[:], getattr(one, name))
+        np.testing.assert_array_equal(getattr(other, name)[:], getattr(merged, name))
 
 
-def wall_of(bins: int, material=None, **named) -> tp.Scene:
+def wall_of(bins: int, material=None) -> tp.Scene:
     wall = tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=1, height=1)
     return tp.Scene(
         tp.Source(tp.Rectangle(width=1, height=1), tp.Lambertian(radiance=1.0)),
         surfaces=tp.Surface(wall, tp.Black() if material is None else material, name="wall"),
-        detectors=tp.Detector("wall", name="image", positions=tp.Positions(u=bins, v=bins), **named),
+        detectors=tp.Detector("wall", name="image", positions=tp.Positions(u=bins, v=bins)),
     )
 
 
-def test_batches_are_fewer_where_bins_are_very_many():
+GREY = tp.Diffuse(albedo=0.5)
+
+
+def test_batches_are_fewer_where_bins_are_very_many(monkeypatch):
     def schedule(bins, batches=None, material=None):
         scene = wall_of(bins, material)
         return schedule_for(checked_limits(scene, 1_100_000_000, None, None, batches), compile_scene(scene))
 
     assert schedule(900).count == 32 and schedule(900).max_stored == 128
-    black, grey = schedule(3162), schedule(3162, material=tp.Diffuse(albedo=0.5))
+    black, grey = schedule(3162), schedule(3162, material=GREY)
     assert (black.count, grey.count, schedule(3162, batches=40).count) == (12, 8, 40)
     leg = black.next_leg([])
     assert (batches_in(leg), black.together, black.max_stored) == (72, 6, 12)
+    monkeypatch.setattr(footprint, "MAX_KEPT_BYTES", 6e6)
+    result = tp.simulate(wall_of(100), 1000, seed=1, progress=False)
+    assert "batches: fewer than the usual 32, because the sums of one take up to 0.48 MB" in result.report()
+    assert len(result.run) == 12
 
 
-def test_what_does_not_fit_is_refused_with_the_figure_before_it_runs(monkeypatch):
+def test_sums_that_do_not_fit_into_memory_are_refused_before_the_run(monkeypatch):
     monkeypatch.setattr(memory, "available_memory", lambda: 3e9)
     with pytest.raises(tp.SceneError) as refused:
         tp.simulate(wall_of(3162, tp.Diffuse(albedo=0.5)), 1000, threads=4, batches=40, progress=False)
@@ -216,8 +218,8 @@ def test_what_does_not_fit_is_refused_with_the_figure_before_it_runs(monkeypatch
     tp.simulate(wall_of(100), 1000, progress=False)
 
 
-def test_a_client_and_its_workers_are_asked_for_what_each_of_them_takes(monkeypatch):
-    plan = compile_scene(wall_of(3162, tp.Diffuse(albedo=0.5)))
+def test_a_client_and_its_workers_need_what_each_of_them_takes(monkeypatch):
+    plan = compile_scene(wall_of(3162, GREY))
     schedule = schedule_for(checked_limits(plan.scene, 1000, None, None, 40), plan)
     both, client = memory.memory_need(plan, schedule, 2), memory.memory_need(plan, schedule, 0)
     assert (client.threads, client.batches, client.kept) == (0, 40, both.kept)
@@ -225,13 +227,11 @@ def test_a_client_and_its_workers_are_asked_for_what_each_of_them_takes(monkeypa
     assert memory.memory_need(plan, schedule, 2, saved=30).batches == 10  # the others are here already
     monkeypatch.setattr(memory, "available_memory", lambda: 2e9)
     memory.check_worker_memory(plan, 1)
-    with pytest.raises(
-        tp.SceneError, match=r"a worker of the cluster: .* 2.67 GB, 1.33 GB on each of 2 threads, and 2 GB"
-    ):
+    words = r"a worker of the cluster: .* 2.67 GB, 1.33 GB on each of 2 threads, and 2 GB"
+    with pytest.raises(tp.SceneError, match=words):
         memory.check_worker_memory(plan, 2)
-    with pytest.raises(
-        tp.SceneError, match=r"3.14 GB, 61 MB in each of 40 batches and 695 MB in transit from"
-    ):
+    words = r"3.14 GB, 61 MB in each of 40 batches and 695 MB in transit from"
+    with pytest.raises(tp.SceneError, match=words):
         memory.check_memory(plan, schedule, 0)
     memory.check_memory(plan, schedule, 0, saved=30)
 
@@ -239,20 +239,19 @@ def test_a_client_and_its_workers_are_asked_for_what_each_of_them_takes(monkeypa
 LARGE = {"camera": view(camera(1000, 1000)), "phase space": gas(0.1, 1000, 1000)}
 
 
-@pytest.mark.parametrize("name", LARGE)
+@pytest.mark.parametrize("name", mostly_slow(LARGE, ("phase space",)))
 def test_values_and_errors_of_a_million_bins_take_few_bytes_a_bin(name):
-    result = tp.simulate(LARGE[name], 20_000, seed=1, batches=32, progress=False)
-    (look,) = result
+    result = simulate(LARGE[name], 20_000, 32)
     for quantity in ("radiance", "counts") if name == "camera" else ("number", "density"):
         tracemalloc.start()
         read = getattr(result._read(result.scene.detectors[0]), quantity)
-        assert read.value.size == read.error.size == 1e6 and look in result
+        assert read.value.size == read.error.size == 1e6
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         assert most < 80e6  # of 32 batches alone there would be 256
 
 
-def test_what_is_left_is_the_least_that_the_system_and_the_control_groups_leave(tmp_path, monkeypatch):
+def test_available_memory_is_the_least_that_the_system_and_the_control_groups_leave(tmp_path, monkeypatch):
     proc, groups = tmp_path / "proc", tmp_path / "groups"
     (proc / "self").mkdir(parents=True)
     (groups / "a/b").mkdir(parents=True)
@@ -271,16 +270,9 @@ def test_what_is_left_is_the_least_that_the_system_and_the_control_groups_leave(
     assert chunked.available_memory() is None
 
 
-def test_the_report_says_why_there_are_fewer_batches(monkeypatch):
-    monkeypatch.setattr(footprint, "MAX_KEPT_BYTES", 6e6)
-    result = tp.simulate(wall_of(100), 1000, seed=1, progress=False)
-    assert "batches: fewer than the usual 32, because the sums of one take up to 0.48 MB" in result.report()
-    assert len(result.run) == 12
-
-
 CHILD = """
 import transport as tp
-from tests.test_large_tallies import wall_of
+from tests.results.test_large_tallies import wall_of
 result = tp.simulate(wall_of(3162), 1_000_000, seed=1, threads=2, batches=4, progress=False)
 read, total = result["image"].irradiance, result["image"].flux_in.value
 assert abs(read.value.mean() - total) < 1e-9 * total and (read.error > 0).any()
@@ -288,6 +280,7 @@ print(next(line.split()[1] for line in open("/proc/self/status") if line.startsw
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_ten_million_bins_are_run_and_read_within_two_gigabytes():
     told = subprocess.run([sys.executable, "-c", CHILD], capture_output=True, text=True, check=True).stdout

@@ -44,6 +44,7 @@ def test_a_comparison_names_what_differs_and_ends_with_its_status(tmp_path, afte
     assert said is None or said in done.output.splitlines()
 
 
+@pytest.mark.slow
 def test_the_net_covers_sims_hard_cases_worlds_and_scenes_in_every_estimator_and_sampling():
     names = [name for name, _ in runs()]
     assert len(names) == len(set(names)) > 1200
