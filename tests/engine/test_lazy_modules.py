@@ -13,7 +13,7 @@ ready = True
 """
 
 
-def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path, monkeypatch):
+def test_threads_that_load_a_module_at_once_wait_until_it_is_complete(tmp_path, monkeypatch):
     """As users' threads do that each begin a run: seven of eight raised "has no attribute 'begin'"."""
     file = tmp_path / "slow_family.py"
     file.write_text(SLOW, encoding="utf-8")
@@ -34,7 +34,7 @@ def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path
     assert type(module).__name__ == "module"
 
 
-def test_what_is_put_into_a_file_before_it_is_read_stays(monkeypatch):
+def test_an_attribute_set_before_a_module_is_loaded_stays(monkeypatch):
     name = "transport.engine.passes.mis"
     monkeypatch.setitem(sys.modules, name, sys.modules[name])
     module = registry._lazy_module(registry.FOLDER / "mis.py")
