@@ -32,6 +32,11 @@ from transport.scene.sources import Source
 from transport.scene.speeds import Maxwellian, SpeedTable
 
 LIGHT, GLOW = Lambertian(power=1.0), Isotropic(power=1.0)
+SMALL = Scene(  # a lamp and a detector that faces it
+    Source(Disk(radius=0.5), LIGHT),
+    (),
+    Detector(Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.5), "meter"),
+)
 
 
 def room():

@@ -6,7 +6,7 @@ COSINE = "physics/directions.py"
 SCATTER = "physics/scattering.py"
 SIGHT = "physics/sight.py"
 RANDOM = "physics/streams.py"
-LAWS_OF_SIGHT = "hard/test_points::test_detours_follow_their_law"
+LAWS_OF_SIGHT = "hard/test_hard_points::test_detours_follow_their_law"
 
 FAULTS = (
     Fault(
@@ -105,7 +105,7 @@ FAULTS = (
         "near_cosine = abs(uz) if near_z > near else near_cosine",
         "near_cosine = abs(ux) if near_z > near else near_cosine",
         "the cosine of another face of a box",
-        ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
+        ("detectors/test_aimed_births::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
         "physics/quadrics.py",
@@ -161,7 +161,9 @@ FAULTS = (
         "return place if place < end else end, TWO_PI * turn / d",
         "return place if place < end else end, 0.5 * TWO_PI * turn / d",
         "half of the angle that a flight is seen under",
-        ("test_point_scattered::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",),
+        (
+            "detectors/test_point_detectors::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",
+        ),
     ),
     Fault(
         SIGHT,
@@ -175,7 +177,7 @@ FAULTS = (
         "(1.0 + a) / (chord * math.sqrt(chord))",
         "(1.0 + a) / chord",
         "Henyey and Greenstein's density without the root",
-        ("test_point_scattered::test_light_scattered_once_from_a_pencil_beam",),
+        ("detectors/test_point_detectors::test_light_scattered_once_from_a_pencil_beam",),
     ),
     Fault(
         "physics/sobol.py",
@@ -245,21 +247,21 @@ FAULTS = (
         "weighted = foreshortened / (natural * foreshortened + (1.0 - natural) * r2)",
         "weighted = foreshortened / (natural + (1.0 - natural) * r2)",
         "the density of a mixture of directions without one of its two terms",
-        ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
+        ("detectors/test_aimed_births::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
         "physics/emission.py",
         "return sine2 / (1.0 + math.sqrt(1.0 - sine2)) if outside else 2.0",
         "return 0.5 * sine2 if outside else 2.0",
         "the solid angle of a ball by the small angle's formula",
-        ("test_emission::test_what_reaches_the_target_is_the_closed_form",),
+        ("detectors/test_aimed_births::test_what_reaches_the_target_is_the_closed_form",),
     ),
     Fault(
         "physics/facets.py",
         "+ a_high * b_low + a_low * b_high) + a_low * b_low",
         "+ a_high * b_low + a_low * b_high)",
         "an edge's side told by products that are not exact",
-        ("hard/test_meshes::test_the_side_of_an_edge_is_exact_and_opposite_from_its_other_facet",),
+        ("hard/test_hard_meshes::test_the_side_of_an_edge_is_exact_and_opposite_from_its_other_facet",),
     ),
     Fault(
         "physics/quantiles.py",

@@ -10,42 +10,42 @@ FAULTS = (
         "return transmittance(cosine, index_ratio) / (1 + reflectance(cosine, index_ratio))",
         "return transmittance(cosine, index_ratio) ** 2",
         "a plate without the reflections between its faces",
-        ("test_fresnel",),
+        ("theory/test_fresnel",),
     ),
     Fault(
         FRESNEL,
         "* np.square(index_ratio) * radiance",
         "* np.asarray(index_ratio) * radiance",
         "eta for eta^2 in refracted radiance",
-        ("test_fresnel",),
+        ("theory/test_fresnel",),
     ),
     Fault(
         FRESNEL,
         "return (s + p) / 2\n\n\ndef transmittance",
         "return p\n\n\ndef transmittance",
         "p-polarised light for unpolarised",
-        ("test_fresnel",),
+        ("theory/test_fresnel",),
     ),
     Fault(
         "theory/effusion.py",
         "return density * speed / 4\n",
         "return density * speed / 2\n",
         "a factor of 2 in what crosses a plane one way",
-        ("test_theory",),
+        ("theory/test_closed_forms",),
     ),
     Fault(
         "theory/effusion.py",
         "return density * speed * np.maximum(mu, 0.0)",
         "return density * speed * np.abs(mu)",
         "a dropped clamp: a stream that lights both sides",
-        ("test_theory",),
+        ("theory/test_closed_forms",),
     ),
     Fault(
         VIEW,
         "shortest = np.hypot(distance, np.subtract(radius_1, radius_2))",
         "shortest = np.hypot(distance, np.add(radius_1, radius_2))",
         "the shortest line between two rims for the longest",
-        ("test_view_factors", "test_theory"),
+        ("sims/test_view_factors", "theory/test_closed_forms"),
     ),
     Fault(
         VIEW,
@@ -53,8 +53,8 @@ FAULTS = (
         "perpendicular_rectangles(size[one], size[two], size[3 - one - two])",
         "swapped indices of the walls of a box",
         (
-            "test_view_factors",
-            "test_theory",
+            "sims/test_view_factors",
+            "theory/test_closed_forms",
         ),
     ),
     Fault(
@@ -69,7 +69,7 @@ FAULTS = (
         "return math.sqrt(3) / (4 * math.pi) * h_function(mu, 1.0)",
         "return 1 / (4 * math.pi) * h_function(mu, 1.0)",
         "Milne's radiance without the root of 3",
-        ("test_half_space_theory",),
+        ("theory/test_slabs",),
     ),
     Fault(
         "theory/phases.py",
@@ -84,8 +84,8 @@ FAULTS = (
         "through = fresnel.transmittance(mu, self.index) / self.index",
         "eta for eta^2 in what leaves a layer",
         (
-            "test_ordinates::test_light_takes_the_same_way_back",
-            "test_ordinates::test_bins_of_lambertian_light_hold_what_passed_straight_too",
+            "theory/test_slabs::test_light_takes_the_same_way_back",
+            "theory/test_slabs::test_bins_of_lambertian_light_hold_the_unscattered_light_too",
         ),
     ),
     Fault(
@@ -93,6 +93,6 @@ FAULTS = (
         "return math.pi * (radius / np.hypot(distance, radius)) ** 2",
         "return math.pi * (radius / distance) ** 2",
         "a disk taken for a point",
-        ("test_theory",),
+        ("theory/test_closed_forms",),
     ),
 )
