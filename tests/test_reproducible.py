@@ -181,7 +181,7 @@ def test_every_pass_is_compared_with_plain_python():
     passes = {p.name for module in modules for p in vars(module).values() if isinstance(p, Pass)}
     asked = {name: (media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)) for name in SCENES}
     used = set().union(*(passes_of(program_for(name, *how)) for name, how in asked.items()))
-    assert passes - used == {"record_tracks"}  # of pictures: see test_tracks.py
+    assert passes - used == {"record_tracks"}  # of pictures: see detectors/test_tracks.py
 
 
 def test_the_ways_between_them_use_every_pass_of_media():

@@ -125,7 +125,7 @@ def _single_albedo(alpha, mu):
     return 2 * mp.quad(lambda out: mp.quad(lambda phi: integrand(out, phi), [0, mp.pi]), [0, mu, 1])
 
 
-@pytest.mark.parametrize("roughness", [0.5, 0.2])
+@pytest.mark.parametrize("roughness", [0.5, pytest.param(0.2, marks=pytest.mark.slow)])
 def test_single_albedo_agrees_with_textbook_forms_in_mpmath(roughness):
     with mp.workdps(15):
         exact = _single_albedo(mp.mpf(roughness), mp.mpf(0.3))

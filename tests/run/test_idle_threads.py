@@ -5,12 +5,9 @@ import warnings
 import pytest
 
 import transport as tp
+from tests.plain_scenes import SMALL
 from transport.run import run
 
-SMALL = tp.Scene(
-    tp.Source(tp.Disk(radius=1), tp.Lambertian(power=1.0)),
-    detectors=tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1), "meter"),
-)
 WARNING = "2 batches for 3 threads leave 1 of them idle; start the run with batches={} or more"
 
 
