@@ -265,7 +265,7 @@ def test_every_package_is_installed():
 
 
 @pytest.mark.parametrize("name", ["sims", "viz"])
-@pytest.mark.parametrize("folder", [ROOT, ROOT / "tests"], ids=["in the clone", "elsewhere"])
+@pytest.mark.parametrize("folder", [ROOT, ROOT / "viz"], ids=["in the clone", "elsewhere"])
 def test_the_former_name_of_a_package_names_the_new_one(name, folder):
     code = f"import transport\nimport {name}"
     done = subprocess.run(
