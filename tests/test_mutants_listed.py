@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.mutants import FAULTS
 from tests.mutants.fault import ROOT, Fault
-from tests.mutants.faults import FAULTS
 
 LEAST = 60
 

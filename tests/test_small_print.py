@@ -76,47 +76,40 @@ def plate_of(*emissions):
     return run(sources, detectors=tp.Detector(PLATE, "plate", moments=True))["plate"]
 
 
-def test_energies_have_no_mass():
-    with pytest.raises(tp.SceneError) as refused:
-        _ = plate_of(tp.Lambertian(radiance=1.0)).mean_energy_in
-    assert str(refused.value) == (
-        "Detector 'plate': mean_energy_in needs particles of one mass, got energies in watts;"
-        " emit a Gas or Effusive"
-    )
+@pytest.mark.parametrize(
+    ("quantity", "emissions", "reason"),
+    [
+        pytest.param(
+            "mean_energy_in", [tp.Lambertian(radiance=1.0)],
+            "particles of one mass, got energies in watts; emit a Gas or Effusive$", id="energies",
+        ),
+        pytest.param(
+            "pressure", [tp.Effusive(1e15, LIGHT), tp.Effusive(1e15, HEAVY)],
+            "particles of one mass, got (?=.*6.6e-27 kg)(?=.*1.44e-25 kg).*; simulate each species in a scene of its own$",
+            id="two masses",
+        ),
+        pytest.param(
+            "mean_energy_out", [tp.Effusive(1e15, LIGHT), tp.Effusive(1e15, 300.0)],
+            "got (none, 6.6e-27 kg|6.6e-27 kg, none);", id="one without a mass",
+        ),
+        pytest.param(
+            "pressure", [tp.Effusive(1e15, 300.0)],
+            "particles of known mass, got none; write mass=... in kg in the source's emission$", id="no mass",
+        ),
+    ],
+)  # fmt: skip
+def test_a_quantity_that_needs_one_mass_is_refused_with_the_masses_that_there_are(
+    quantity, emissions, reason
+):
+    with pytest.raises(tp.SceneError, match=rf"^Detector 'plate': {quantity} needs .*{reason}"):
+        getattr(plate_of(*emissions), quantity)
 
 
-def test_particles_of_two_masses_have_no_mean_energy():
-    gases = [tp.Effusive(1e15, speed) for speed in (LIGHT, HEAVY)]
-    with pytest.raises(tp.SceneError) as refused:
-        _ = plate_of(*gases).pressure
-    said = str(refused.value)
-    assert said.startswith("Detector 'plate': pressure needs particles of one mass, got ")
-    assert "6.6e-27 kg" in said
-    assert "1.44e-25 kg" in said
-    assert said.endswith("; simulate each species in a scene of its own")
-
-
-def test_particles_of_no_mass_beside_others_are_said_to_have_none():
-    gases = [tp.Effusive(1e15, LIGHT), tp.Effusive(1e15, 300.0)]
-    with pytest.raises(tp.SceneError) as refused:
-        _ = plate_of(*gases).mean_energy_out
-    assert "got none, 6.6e-27 kg;" in str(refused.value) or "got 6.6e-27 kg, none;" in str(refused.value)
-
-
-def test_particles_of_unknown_mass_are_told_how_to_get_one():
-    with pytest.raises(tp.SceneError) as refused:
-        _ = plate_of(tp.Effusive(1e15, 300.0)).pressure
-    assert str(refused.value) == (
-        "Detector 'plate': pressure needs particles of known mass, got none;"
-        " write mass=... in kg in the source's emission"
-    )
-
-
-def test_particles_of_one_mass_have_their_mean_energy():
-    """Whether they come from one source or from two: 2 kT each, within a fifth."""
-    for gases in ([HEAVY], [HEAVY, HEAVY]):
-        plate = plate_of(*(tp.Effusive(1e15, speed) for speed in gases))
-        assert plate.mean_energy_out.value == pytest.approx(2 * 1.380649e-23 * 300, rel=0.2)
+@pytest.mark.parametrize("sources", [1, 2])
+def test_particles_of_one_mass_have_their_mean_energy(sources):
+    """2 kT each, within a fifth."""
+    plate = plate_of(*[tp.Effusive(1e15, HEAVY)] * sources)
+    assert plate.mean_energy_out.value == pytest.approx(2 * 1.380649e-23 * 300, rel=0.2)
 
 
 # ---- cases that settings make alike ----

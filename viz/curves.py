@@ -102,6 +102,7 @@ def plot_curves(
     span: tuple[float, float] | None = None,
     steps: bool = False,
     means: bool = False,
+    residuals: bool = True,
     legend: str | None = None,
     size: tuple[float, float] | None = None,
 ) -> Figure | Axes:
@@ -133,6 +134,8 @@ def plot_curves(
         Whether estimates over bins are also drawn as steps.
     means : bool
         Whether `expected` over bins is drawn beside `exact`, as pale steps; without `exact` it always is drawn.
+    residuals : bool
+        Whether a new figure has a panel of residuals where exact values are known.
     legend : str, optional
         Where it stands: "right" or "above" outside, or a place in the panel, such as "upper left" [default: "best",
         or "right" with many entries].
@@ -156,7 +159,7 @@ def plot_curves(
     """
     named = {"simulated": series} if isinstance(series, Series) else dict(series)
     points = _resolved(named, span, log_x)
-    has_residuals = any(each.expected is not None for each in points.values())
+    has_residuals = residuals and any(each.expected is not None for each in points.values())
     panel = Panel(points, guides or {}, levels or {}, marks or {}, log_x, log_y, steps, means)
     many = sum((len(points), len(panel.guides), *(len(each.guides) for each in points.values())))
     legend = legend or ("best" if many <= MOST_INSIDE else "right")

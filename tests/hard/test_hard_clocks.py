@@ -135,14 +135,6 @@ def test_two_detectors_on_one_sheet_count_the_same_crossings_at_the_same_instant
     assert result.cost.crossings == 1000
 
 
-def test_detectors_that_cross_each_other_are_both_crossed_on_their_common_line():
-    """Two panes, one leaning; the beam goes through the line on which they meet."""
-    panes = [pane(1), pane(1, normal=(1, 0, 1))]
-    looks = [tp.Detector(p, str(k), side="back", times=(0, 1, 2)) for k, p in enumerate(panes)]
-    result = run(tp.Scene(UPWARDS, [], looks, duration=2.0), 1000)
-    assert [counts(result[name]).sum() for name in "01"] == [1000, 1000]
-
-
 @pytest.mark.parametrize("target", [(1, 1, 0), (1, 1, 1), (1, 1, 0.3)])
 @pytest.mark.parametrize(
     "kind", [tp.Mirror(), tp.Diffuse(1.0), HALF_MIRROR], ids=["mirror", "diffuse", "mixture"]

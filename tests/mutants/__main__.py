@@ -17,8 +17,8 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from tests.mutants import FAULTS
 from tests.mutants.fault import Fault
-from tests.mutants.faults import FAULTS
 from tests.mutants.planting import Copy, Outcome
 
 SURVIVED = "SURVIVED"

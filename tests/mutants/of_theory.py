@@ -62,7 +62,7 @@ FAULTS = (
         "return 2 * exponential_integral(3, tau)",
         "return exponential_integral(2, tau)",
         "diffuse light without the cosine's weight",
-        ("test_attenuation",),
+        ("media/test_attenuation",),
     ),
     Fault(
         "theory/half_space.py",

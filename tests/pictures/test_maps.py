@@ -46,6 +46,11 @@ def result():
     return simulated(tp.Source(lamp, tp.Lambertian(power=10.0)), meters, floor)
 
 
+def drawn(data, **how):
+    """The axes of a map that is drawn alone, without a layout, which takes most of the time of a figure."""
+    return plot_map(data, ax=Figure().subplots(), **how)
+
+
 def mesh_of(axes):
     """The cells of a round map."""
     (mesh,) = [each for each in axes.collections if isinstance(each, QuadMesh)]
@@ -107,7 +112,7 @@ def test_a_disk_is_drawn_from_e_u_towards_e_v():
     values = np.ones((3, 8))
     values[1, 2] = 9.0
     array = estimates(values, ("u", "v"), ([0, 1, 2, 3], np.linspace(0, 2 * math.pi, 9)))
-    mesh = mesh_of(plot_map(reading(array, tp.Disk(radius=3.0)), quantity="glow").axes[0])
+    mesh = mesh_of(drawn(reading(array, tp.Disk(radius=3.0)), quantity="glow"))
     x, y = brightest(mesh)
     assert math.atan2(y, x) == pytest.approx(math.radians(112.5), abs=0.02) and 1.4 < math.hypot(x, y) < 1.6
 
@@ -135,13 +140,13 @@ def spots(bright, shape=None, error=0.02):
     ],
 )  # fmt: skip
 def test_a_cut_runs_through_the_brightest_spot_and_is_marked(bright, row):
-    page = plot_map(spots(bright), quantity="irradiance", cut=True)
-    np.testing.assert_allclose(page.axes[0].lines[0].get_ydata(), row + 0.5)
+    axes = drawn(spots(bright), quantity="irradiance", cut=True)
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), row + 0.5)
 
 
 def test_a_cut_without_any_known_error_runs_through_the_greatest_value():
-    page = plot_map(spots({(2, 4): (9.0, 0.0)}, error=0.0), quantity="irradiance", cut=True)
-    np.testing.assert_allclose(page.axes[0].lines[0].get_ydata(), 4.5)
+    axes = drawn(spots({(2, 4): (9.0, 0.0)}, error=0.0), quantity="irradiance", cut=True)
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 4.5)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +154,7 @@ def test_a_cut_without_any_known_error_runs_through_the_greatest_value():
     [({(2, 3): (9.0, 0.02)}, 3), ({}, 0), ({(0, 2): (9.0, 0.95), (3, 1): (2.0, 0.02)}, 1)],
 )
 def test_a_cut_of_a_disk_starts_in_the_brightest_sector(bright, sector):
-    (x, y) = plot_map(spots(bright, tp.Disk(radius=4.0)), quantity="E", cut=True).axes[0].lines[0].get_data()
+    (x, y) = drawn(spots(bright, tp.Disk(radius=4.0)), quantity="E", cut=True).lines[0].get_data()
     assert math.degrees(math.atan2(y[-1], x[-1])) % 360 == pytest.approx(72 * sector + 36)
 
 
@@ -218,8 +223,8 @@ def test_a_scale_of_decades_begins_so_far_below_the_greatest_and_hatches_what_ha
     array = estimates([[0.0, 0.5], [1e3, 20.0]], ("x", "y"), ([0, 1, 2], [0, 1, 2]), relative=0.01)
     norm = value_norm(bins_of(array), 2.0)
     assert (norm.vmin, norm.vmax) == pytest.approx((10.0, 1e3), rel=1e-9)
-    drawn = plot_map(array, ax=Figure().subplots(), decades=2).images[0].get_array()
-    np.testing.assert_allclose(np.ma.filled(drawn, -1), [[-1, 1e3], [norm.vmin, 20.0]])
+    field = drawn(array, decades=2).images[0].get_array()
+    np.testing.assert_allclose(np.ma.filled(field, -1), [[-1, 1e3], [norm.vmin, 20.0]])
     nothing = estimates(np.zeros((2, 2)), ("x", "y"), ([0, 1, 2], [0, 1, 2]))
     assert value_norm(bins_of(nothing), 2.0).vmax == 1.0
 
@@ -424,7 +429,7 @@ def test_a_bin_across_a_rim_holds_its_share_of_projected_solid_angle():
 @pytest.mark.parametrize(("azimuth", "row"), [(0.0, 0), (0.6, 1), (math.pi, 6), (-0.1, 11), (2 * math.pi, 0)])
 def test_an_azimuth_finds_its_bin_across_the_full_turn(azimuth, row):
     bins = seen(lobe)
-    marker = plot_map(bins, cut=azimuth).axes[0].lines
+    marker = drawn(bins, cut=azimuth).lines
     ends = next(line for line in marker if line.get_linestyle() == "--" and len(line.get_xdata()) == 2)
     angle = math.degrees(math.atan2(ends.get_ydata()[1], ends.get_xdata()[1]))
     assert angle % 360 == pytest.approx(30 * row + 15)
@@ -458,9 +463,9 @@ def test_a_map_of_all_directions_has_the_zenith_on_top_and_bins_as_wide_as_they_
     values = np.ones((2, 3))
     values[0, 1] = 5.0
     L = estimates(values, ("theta", "phi"), ([0.0, 0.5, math.pi], [0.0, 4.0, 5.0, 2 * math.pi]))
-    axes = plot_map(L, decades=2).axes[0]
-    (drawn,) = axes.images
-    x, y = drawn._Ax, drawn._Ay  # edges of an image with unlike bins
+    axes = drawn(L, decades=2)
+    (image,) = axes.images
+    x, y = image._Ax, image._Ay  # edges of an image with unlike bins
     np.testing.assert_allclose((x[1:3].mean(), y[:2].mean()), np.degrees([4.5, 0.25]))
     np.testing.assert_allclose(axes.get_ylim(), (180, 0))
     assert axes.xaxis_inverted()
@@ -474,9 +479,7 @@ def test_a_lamp_is_on_the_same_side_of_a_map_as_of_the_cameras_picture():
     around = tp.EnvironmentMap(name="around", theta=18, phi=32, **here)
     for instrument, ahead in ((camera, 0.0), (around, 90.0)):
         found = simulated([lamp], [instrument], particles=50_000, seed=2)[instrument.name]
-        page = plot_map(found, decades=2)
-        page.draw_without_rendering()
-        axes, bins = page.axes[0], bins_of(found)
+        axes, bins = drawn(found, decades=2), bins_of(found)
         place = bins.across.middles[bins.value.max(axis=0) == bins.value.max()].mean()
         x, middle = axes.transData.transform([(place, 0), (ahead, 0)])[:, 0]
         assert x > middle + 1, f"{instrument.name}: {x:.0f} against {middle:.0f}"
@@ -490,9 +493,9 @@ def test_a_lamp_at_the_side_of_u_is_on_the_right_of_a_floors_plans_by_place_and_
         tp.Detector(tp.Disk(radius=0.2), "directions", directions=tp.Directions(theta=9, phi=16)),
     ]
     found = simulated([lamp], meters, particles=50_000, seed=3)
-    by_place = plot_map(found["places"]).axes[0].images[0].get_array().mean(axis=0)
+    by_place = drawn(found["places"]).images[0].get_array().mean(axis=0)
     assert by_place.argmax() > 5
-    mesh = mesh_of(plot_map(found["directions"], quantity="radiance").axes[0])
+    mesh = mesh_of(drawn(found["directions"], quantity="radiance"))
     assert brightest(mesh)[0] > 20
 
 
@@ -500,8 +503,7 @@ def test_a_lamp_above_a_ball_lights_the_top_of_its_map():
     """The ball is seen from outside: the pole is on top and azimuth grows to the right."""
     lamp = tp.Source(tp.Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))
     ball = tp.Detector(tp.Sphere(radius=1.0), "ball", positions=tp.Positions(u=6, v=8))
-    page = plot_map(simulated([lamp], [ball], particles=50_000, seed=4)["ball"], quantity="irradiance")
-    axes = page.axes[0]
+    axes = drawn(simulated([lamp], [ball], particles=50_000, seed=4)["ball"], quantity="irradiance")
     pole, floor = axes.transData.transform([(0, 0), (0, 180)])[:, 1]
     assert pole > floor
     assert axes.get_xlim()[0] < axes.get_xlim()[1]

@@ -195,6 +195,7 @@ def test_the_chance_of_a_batch_that_stands_alone_is_that_of_the_largest_of_all()
 # ---- whether it flags what it must, and nothing else ----
 
 
+@pytest.mark.slow
 def test_a_heavy_tail_is_flagged_where_the_answer_is_off_and_a_light_one_hardly_ever():
     """Of 3200 scores: of the runs beyond three errors at least 95 % are flagged, of those of light tails at most 2 %."""
     rng = np.random.default_rng(9)

@@ -109,6 +109,7 @@ def test_an_estimator_whose_mean_lies_below_another_by_more_than_chance_is_out_h
     assert choice.method == ANALOG and not choice.is_trusted
 
 
+@pytest.mark.slow
 def test_of_estimators_that_agree_one_is_called_too_low_in_one_choice_of_ten_thousand():
     """2000 choices among three with errors of 31 degrees of freedom: none is expected to fail, two would be rejected."""
     rng, out = np.random.default_rng(4), 0

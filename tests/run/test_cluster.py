@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import re
 import shutil
 import signal
 import subprocess
@@ -24,6 +25,7 @@ import transport as tp
 from tests.plain_scenes import SMALL
 from tests.plain_scenes import room as scene
 from tests.same_batches import assert_same
+from tests.slow import mostly_slow
 from transport.cli.docs import GUIDES
 from transport.compile.limits_exceeded import OverrunError
 from transport.compile.methods import ANALOG
@@ -307,9 +309,7 @@ LIMITS = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", ["particles", *(pytest.param(name, marks=pytest.mark.slow) for name in ("error", "nets"))]
-)
+@pytest.mark.parametrize("name", mostly_slow(LIMITS, ("particles",)))
 def test_a_run_on_a_cluster_ends_as_in_one_process(cluster, name):
     here = tp.simulate(scene(), seed=3, threads=2, **LIMITS[name])
     there = tp.simulate(scene(), seed=3, cluster=cluster.address, **LIMITS[name])
@@ -395,7 +395,9 @@ def test_an_overrun_at_a_worker_is_that_of_one_process(cluster):
     for where in ({"threads": 1}, {"cluster": cluster.address}):
         with pytest.raises(OverrunError, match="Splitting: gain") as overrun:
             tp.simulate(foggy, **how, **where)
-        said.append(str(overrun.value))
+        said.append(
+            re.sub(r"made \d+ copies", "made copies", str(overrun.value))
+        )  # of whichever batch is first
     assert said[0] == said[1]
     cluster.wait_until_empty()
     assert tp.simulate(SMALL, **FEW, cluster=cluster.address).is_complete  # the worker is none the worse
@@ -429,14 +431,14 @@ def test_a_machine_that_did_no_batch_is_not_among_those_that_did(
     assert here.state.origins == (this_origin(), other)  # which did do some
 
 
-@pytest.mark.parametrize("is_local", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("is_local", mostly_slow((False, True), (False,)))
 def test_the_command_line_sends_a_run_to_a_cluster_or_to_processes(cluster, call, is_local):
     SMALL.to_json("small.json")
 
     def record(*options):
         answer = call("run", "small.json", "--particles", "5000", "--seed", "4", "--json", *options)
         assert answer.exit_code == 0, answer.output
-        return json.loads(answer.output)
+        return json.loads(answer.stdout)
 
     where = ["local", "--threads", "2"] if is_local else [cluster.address]
     there = record("--cluster", *where, "--save", "there.npz")
@@ -461,20 +463,6 @@ def test_no_scene_stays_at_a_worker_and_no_task_at_the_scheduler(cluster):
 
 
 # ---- workers and schedulers that are killed, late or strangers ----
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("killed", [1, 2], ids=["one", "all"])
-def test_killed_workers_are_replaced_by_one_that_comes_late(whole, monkeypatch, killed):
-    with DaskCluster(2) as cluster:
-
-        def act():
-            for _ in range(killed):
-                cluster.workers.pop(0).kill()
-            cluster.start_worker()
-
-        happening(monkeypatch, act)
-        assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole)
 
 
 @pytest.mark.slow

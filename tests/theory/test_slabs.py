@@ -61,7 +61,7 @@ SLABS = [
 ]
 
 
-@pytest.mark.parametrize("case", quick(SLABS, SLABS[0], SLABS[15]))
+@pytest.mark.parametrize("case", quick(SLABS, SLABS[0], SLABS[12]))
 def test_discrete_ordinates_of_slabs_agree_with_references(case):
     depth, albedo, g, mu0, *exact = case
     light = slab(depth, albedo, henyey_greenstein(g) if g else ISOTROPIC, mu0)
@@ -255,7 +255,8 @@ THICK = {
 }  # E.conservative_thick_slab
 
 
-@pytest.mark.parametrize("depth", quick(THICK, 10))
+@SLOW
+@pytest.mark.parametrize("depth", THICK)
 def test_thick_slabs_obey_the_law(depth):
     assert close(half_space.thick_slab(depth), THICK[depth], 1e-12)
     light = slab(float(depth), 1.0, mu0=None)
@@ -431,14 +432,15 @@ def test_a_little_absorption_is_kept():
 
 @pytest.mark.parametrize("index", quick([1.0, 1.5], 1.5))
 @pytest.mark.parametrize("moments", quick([ISOTROPIC, FORWARD], ISOTROPIC), ids=["isotropic", "forward"])
-def test_light_takes_the_same_way_back(moments, index):
+@pytest.mark.parametrize("cosines", quick([(0.2, 0.9), (0.03, 0.5)], (0.2, 0.9)))
+def test_light_takes_the_same_way_back(cosines, moments, index):
     """Radiance at mu of a beam at mu0, per irradiance, is that at mu0 of a beam at mu."""
-    for one, other in ((0.2, 0.9), (0.03, 0.5)):
-        lights = [slab(1.5, 0.95, moments, one, index), slab(1.5, 0.95, moments, other, index)]
-        for way in ("reflected_radiance", "transmitted_radiance"):
-            assert close(getattr(lights[0], way)(other), getattr(lights[1], way)(one), 2e-8)
-        lambertian = slab(1.5, 0.95, moments, None, index)
-        assert close(math.pi * lambertian.reflected_radiance(one), lights[0].reflected_diffuse, 2e-8)
+    one, other = cosines
+    lights = [slab(1.5, 0.95, moments, mu0, index) for mu0 in cosines]
+    for way in ("reflected_radiance", "transmitted_radiance"):
+        assert close(getattr(lights[0], way)(other), getattr(lights[1], way)(one), 2e-8)
+    lambertian = slab(1.5, 0.95, moments, None, index)
+    assert close(math.pi * lambertian.reflected_radiance(one), lights[0].reflected_diffuse, 2e-8)
 
 
 @SLOW
@@ -553,13 +555,14 @@ def test_normal_modes_agree_with_discrete_ordinates():
     assert close(modes.transmittance, doubled.transmitted, 1e-11)
 
 
-def test_a_path_is_as_likely_as_its_reverse():
+@pytest.mark.parametrize("thickness", quick([1.0, math.inf], math.inf))
+@pytest.mark.parametrize("cosines", quick([(1.0, 0.3), (0.9, 0.05)], (1.0, 0.3)))
+def test_a_path_is_as_likely_as_its_reverse(cosines, thickness):
     """Radiance at one cosine over irradiance at another is the same the other way round (Helmholtz 1867)."""
-    for thickness in (1.0, math.inf):
-        for one, other in ((1.0, 0.3), (0.9, 0.05)):
-            there, back = (solved(0.99, 0.9, 1.37, mu, thickness) for mu in (one, other))
-            assert close(there.radiance(other), back.radiance(one), 1e-7)
-            assert not close(there.radiance(other), there.radiance(one), 0.01)
+    one, other = cosines
+    there, back = (solved(0.99, 0.9, 1.37, mu, thickness) for mu in cosines)
+    assert close(there.radiance(other), back.radiance(one), 1e-7)
+    assert not close(there.radiance(other), there.radiance(one), 0.01)
 
 
 def test_bins_of_leaving_light_add_up_to_the_whole():
@@ -709,7 +712,7 @@ REFUSED = [
         ((1.0, 0.5, ISOTROPIC, 1.0, 0.9), "index must be 1 or more"),
     )),
     (henyey_greenstein, (0.999,), r"between -0\.99 and"),
-    (lambda: slab(1.0, 0.5).reflected_in([0.5, 0.2]), (), "edges must increase"),
+    (lambda: slab(0.1, 0.5, ISOTROPIC, 0.5).reflected_in([0.5, 0.2]), (), "edges must increase"),
     *((H, (0.5, albedo), "albedo must be from 0 to 1") for albedo in (-0.1, 1.1, math.nan)),
     *((lambda change=change: solved(**MILK | change), (), r"albedo in \(0, 1 - 1e-6\]") for change in (
         {"albedo": 1.0}, {"albedo": 0.0}, {"g": 0.96}, {"index": 0.9}, {"cosine": 0.0}, {"thickness": -1.0},

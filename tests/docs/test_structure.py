@@ -1,0 +1,335 @@
+"""The rules of the design that no result shows: who imports whom, which packages are declared."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import re
+import subprocess
+import sys
+import tomllib
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from transport import renderers
+
+ROOT = Path(__file__).resolve().parents[2]
+LIBRARY = ROOT / "transport"
+# The rooms of the package in order; each imports only rooms that come before its own.
+LAYERS = (
+    ("renderers",), ("units", "vectors"), ("validation",), ("physics",), ("statistics",), ("geometry",),
+    ("theory", "scene"), ("compile",), ("engine", "results"), ("run",), ("io",), ("simulate",), ("analysis",),
+    ("__init__",), ("verification",), ("viz",), ("sims",), ("cli",), ("__main__",),
+)  # fmt: skip
+LEVEL = {room: level for level, layer in enumerate(LAYERS) for room in layer}
+COMPUTED = "(a computed name)"
+IMPORTERS_OF_COMPUTED_NAMES = (
+    "transport.renderers",
+    "transport.verification.experiment",
+)  # tables, users' files
+READERS_OF_THEORY = ("theory", "verification", "viz", "sims")  # theory judges results, and computes none
+FOLDERS = {"transport": LIBRARY, "transport.sims": ROOT / "sims", "transport.viz": ROOT / "viz"}
+HEAVY = ("numba", "llvmlite", "scipy.stats", "matplotlib", "pyvista", "xarray", "rich", "typer")
+COMPILED = ("engine/", "physics/", "analysis/replay")  # the only places that know Numba
+FOLDERS_OF_MACHINES = [
+    "home", "root", "tmp", "usr", "opt", "work", "workspace", "mnt", "media", "srv", "var", "Users", "Volumes",
+]  # fmt: skip
+
+
+def sources(*folders):
+    return [
+        path for folder in folders for path in sorted(folder.rglob("*.py")) if "__kernels__" not in path.parts
+    ]
+
+
+@functools.cache
+def tree_of(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def module_of(path):
+    """The dotted name by which a file of transport, sims or viz is imported."""
+    for package, folder in reversed(FOLDERS.items()):
+        if folder in path.parents:
+            parts = [package, *path.relative_to(folder).with_suffix("").parts]
+            return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+    raise LookupError(path)
+
+
+def imports(tree, at_once=False):
+    """(line, name) of all imports, also those in functions, for type checkers, or by importlib.
+
+    at_once: only those that run when the file is imported.
+    """
+    for node in _at_once(tree) if at_once else ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = "." * node.level + (node.module or "")
+            yield node.lineno, base
+            yield from ((node.lineno, f"{base}.{alias.name}") for alias in node.names)
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "__import__")):
+            yield from ((node.lineno, _literal_start(name) or COMPUTED) for name in node.args[:1])
+
+
+def _literal_start(name):
+    """The module that a literal names, or the part of an f-string before its first value."""
+    first = name.values[0] if isinstance(name, ast.JoinedStr) else name
+    return first.value if isinstance(first, ast.Constant) else None
+
+
+def _at_once(node):
+    for child in ast.iter_child_nodes(node):
+        is_later = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        if is_later or (isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)):
+            continue
+        yield child
+        yield from _at_once(child)
+
+
+def room_of(name):
+    """The room of a module, None outside the package."""
+    package, _, rest = name.partition(".")
+    return None if package != "transport" else rest.partition(".")[0] or "__init__"
+
+
+def wrong_imports(module, tree):
+    """The imports of later rooms by a module, those of theory by rooms that must not know it, and those by computed names."""
+    own, found = room_of(module), []
+    for line, name in imports(tree):
+        if name == COMPUTED and module not in IMPORTERS_OF_COMPUTED_NAMES:
+            found.append(f"{module}:{line} imports {name}")
+        if name.startswith("."):
+            found.append(f"{module}:{line} imports {name}, relatively")
+        room = room_of(name)
+        if room == "__init__" and name != "transport":
+            continue
+        if room is None or room == own or room not in LEVEL:
+            continue
+        if LEVEL[room] >= LEVEL[own] or (room == "theory" and own not in READERS_OF_THEORY):
+            found.append(f"{module}:{line} ({own}) imports {name} ({room})")
+    return found
+
+
+def cycles(graph):
+    """The files that import one another: what is left when files without imports, or without importers, are taken out."""
+    graph = {name: set(others) & graph.keys() - {name} for name, others in graph.items()}
+    while True:
+        imported = set().union(*graph.values()) if graph else set()
+        loose = {name for name, others in graph.items() if not others or name not in imported}
+        if not loose:
+            return sorted(graph)
+        graph = {name: others - loose for name, others in graph.items() if name not in loose}
+
+
+def within(name, *packages):
+    return any(name == package or name.startswith(package + ".") for package in packages)
+
+
+def short(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+def offences(paths, is_wrong, at_once=False):
+    return sorted(
+        {
+            f"{short(path)} imports {name}"
+            for path in paths
+            for _, name in imports(tree_of(path), at_once)
+            if is_wrong(name)
+        }
+    )
+
+
+def user_files():
+    return [p for p in sources(LIBRARY) if not p.relative_to(LIBRARY).as_posix().startswith(COMPILED)]
+
+
+def test_every_import_is_of_an_earlier_room():
+    files = {module_of(path): path for path in sources(*FOLDERS.values())}
+    assert {room_of(module) for module in files} == LEVEL.keys()
+    assert [fault for module, path in files.items() for fault in wrong_imports(module, tree_of(path))] == []
+
+
+def test_no_files_import_one_another():
+    files = {module_of(path): path for path in sources(*FOLDERS.values())}
+    names = {module: {name for _, name in imports(tree_of(path))} for module, path in files.items()}
+    # "from transport.io import merging" asks for the module, not for its package.
+    graph = {
+        module: {
+            name for name in of if not any(other in files and other.startswith(f"{name}.") for other in of)
+        }
+        for module, of in names.items()
+    }
+    assert cycles({module: graph[module] & files.keys() for module in files}) == []
+    assert cycles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}, "e": set()}) == ["b", "c"]
+
+
+LATER = {  # imports that geometry must not have
+    "at the top": "from transport.scene.scene import Scene",
+    "in a function": "def f():\n    from transport.simulate import simulate",
+    "for type checkers": "if TYPE_CHECKING:\n    from transport.io.runs import save",
+    "importlib": "import importlib\nimportlib.import_module('transport.viz.costs')",
+    "f-string": "import_module(f'transport.engine.{name}')",
+    "computed": "name = 'transport.simulate'\nimportlib.import_module(name)",
+    "__import__": "__import__('transport.simulate')",
+    "theory": "from transport.theory.fresnel import reflectance",
+    "theory's module": "from transport.theory import fresnel",
+    "package": "import transport",
+    "name": "from transport import tracks",
+    "relative": "from . import flat",
+}
+
+
+@pytest.mark.parametrize("text", LATER.values(), ids=LATER)
+def test_an_import_of_a_later_room_is_seen(text):
+    assert wrong_imports("transport.geometry.shape", ast.parse(text))
+    assert not wrong_imports(
+        "transport.geometry.shape", ast.parse("from transport.units import mm\nimport numpy")
+    )
+
+
+def test_a_room_that_may_import_theory_is_known():
+    tree = ast.parse(LATER["theory's module"])
+    assert wrong_imports("transport.results.result", tree)
+    assert not wrong_imports("transport.verification.experiment", tree)
+
+
+def test_every_registered_function_exists_and_its_class_does():
+    classes = {
+        cls.__name__
+        for module in list(sys.modules.values())
+        if room_of(module.__name__)
+        for cls in vars(module).values()
+        if isinstance(cls, type)
+    }
+    for (kind, verb), function in renderers._FUNCTIONS.items():
+        module, _, name = function.partition(":")
+        assert kind in classes and callable(getattr(import_module(module), name)), (kind, verb)
+    with pytest.raises(LookupError, match="no function is registered for int and 'html'"):
+        renderers.function_for(int, "html")
+
+
+def python(code, *arguments, folder=ROOT):
+    """Run code in a new interpreter."""
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def test_importing_transport_loads_nothing_heavy():
+    """No Numba, no statistics package, no plots, no tables, neither sims nor viz."""
+    heavy = (*HEAVY, "transport.sims", "transport.viz")
+    done = python(f"import sys, transport; print([name for name in {heavy!r} if name in sys.modules])")
+    assert done.stdout.strip() == "[]", done.stdout + done.stderr
+
+
+def test_importing_a_user_object_or_a_theory_loads_no_numba():
+    """Each module of the library by itself, but the few that are compiled."""
+    names = [module_of(p) for p in user_files() if p.name != "__main__.py"]
+    code = "import importlib, sys\nfor name in sys.argv[1:]:\n    importlib.import_module(name)\n"
+    code += "    assert 'numba' not in sys.modules and 'scipy.stats' not in sys.modules, name"
+    done = python(code, *names)
+    assert done.returncode == 0, done.stderr
+
+
+# Of physics, whose laws serve every target.
+PURE = ("math", "numba", "numpy", "llvmlite", "transport.physics", "__future__")
+INNER = tuple(f"transport.{name.strip('/').replace('/', '.')}" for name in COMPILED)
+FORBIDDEN = {  # files, names that they must not import, whether only when imported themselves
+    "Numba in user objects": (user_files, lambda name: within(name, "numba", "llvmlite"), False),
+    "the engine in user objects, at once": (user_files, lambda name: within(name, *INNER), True),
+    "user objects in physics": (
+        lambda: sources(LIBRARY / "physics"),
+        lambda name: not within(name, *PURE),
+        False,
+    ),
+    # scipy.special has all that is needed and loads in a fraction of the time.
+    "scipy.stats": (lambda: sources(*FOLDERS.values()), lambda name: within(name, "scipy.stats"), False),
+}
+
+
+@pytest.mark.parametrize(("files", "is_wrong", "at_once"), FORBIDDEN.values(), ids=FORBIDDEN)
+def test_no_file_imports_what_it_must_not(files, is_wrong, at_once):
+    assert offences(files(), is_wrong, at_once) == []
+
+
+def test_imports_are_seen_wherever_they_stand():
+    tree = ast.parse(
+        "import math\ntry:\n    import numba.core as n\nexcept ImportError:\n    pass\n"
+        "from transport import engine\nif TYPE_CHECKING:\n    import xarray\n"
+        "def f():\n    from transport.viz import charts\nclass C:\n    import rich\n"
+    )
+    everywhere = {name for _, name in imports(tree)}
+    assert {"math", "numba.core", "transport.engine", "xarray", "transport.viz", "rich"} <= everywhere
+    at_once = {name for _, name in imports(tree, at_once=True)}
+    assert {"math", "numba.core", "transport.engine", "rich"} <= at_once
+    assert not at_once & {"transport.viz", "xarray"}
+
+
+def test_every_package_is_installed():
+    packages = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    found = [module_of(path) for path in sources(*FOLDERS.values()) if path.name == "__init__.py"]
+    assert sorted(packages) == sorted(found)
+
+
+@pytest.mark.parametrize(("name", "folder"), [("sims", ROOT), ("viz", ROOT / "tests")])
+def test_the_former_name_of_a_package_names_the_new_one(name, folder):
+    error = python(f"import transport\nimport {name}", folder=folder).stderr.strip()
+    assert re.search(rf"Error: '{name}' is a part of transport now: import transport\.{name}$", error)
+
+
+def test_a_package_of_the_user_with_a_former_name_is_found(tmp_path):
+    (tmp_path / "viz.py").write_text("OWN = 1\n")
+    done = python("import transport\nimport viz\nprint(viz.OWN)", folder=tmp_path)
+    assert done.stdout.strip() == "1", done.stderr
+
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+# numba brings its own llvmlite, typer its own click; xarray is for who calls `to_xarray`
+NOT_NAMED = {"llvmlite", "click", "xarray"}
+OTHER_NAMES = {"vtkmodules": "vtk", "PIL": "pillow"}  # by which packages are imported
+
+
+def declared(*extras):
+    """Packages that a set-up with these extras installs by name."""
+    parts = [PROJECT["dependencies"], *(PROJECT["optional-dependencies"][extra] for extra in extras)]
+    return {re.match(r"[A-Za-z0-9_.-]+", line)[0].lower() for part in parts for line in part}
+
+
+def undeclared(tree, *extras):
+    """Packages that a source imports and a set-up with these extras lacks, not those of the project or of Python."""
+    nodes = list(ast.walk(tree))
+    found = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    found |= {node.module for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
+    names = {OTHER_NAMES.get(first, first) for first in (name.partition(".")[0] for name in found)}
+    return (
+        names
+        - set(sys.stdlib_module_names)
+        - {"transport", "sims", "viz", "tests"}
+        - declared(*extras)
+        - NOT_NAMED
+    )
+
+
+@pytest.mark.parametrize(
+    ("folder", "extras"),
+    [("transport", ("plot", "viz", "docs", "files", "cluster")), ("sims", ("plot",)), ("viz", ("viz",))],
+)
+def test_every_package_that_is_imported_is_declared(folder, extras):
+    faults = {short(path): undeclared(tree_of(path), *extras) for path in sources(ROOT / folder)}
+    assert {path: names for path, names in faults.items() if names} == {}
+    assert undeclared(ast.parse("import numpy\ndef f():\n    from mpi4py import MPI\n")) == {
+        "mpi4py"
+    }  # planted
+
+
+def test_no_source_knows_a_path_of_a_machine():
+    folders = [LIBRARY, ROOT / "sims", ROOT / "viz", ROOT / "tests"]
+    pattern = re.compile(rf"(?<![\w./:~-])(/({'|'.join(FOLDERS_OF_MACHINES)})/\w|[A-Z]:[\\/]+Users)")
+    assert pattern.search(f"open('/{FOLDERS_OF_MACHINES[0]}/me/file')")
+    found = [
+        f"{short(path)}: {hit[0]}" for path in sources(*folders) for hit in pattern.finditer(path.read_text())
+    ]
+    assert found == []
