@@ -267,6 +267,7 @@ def _draw_views(
             edges = np.linspace(0, 2 * math.pi, 181), np.degrees(each.coords["theta"])
             axes.grid(False)
             shown = axes.pcolormesh(*edges, rings, norm=norm, cmap=SEQUENTIAL, rasterized=True)
+            axes.set_axisbelow(False)  # so that the map does not hide the angles
             axes.set_xticks([])
             axes.set_yticks([30, 60, 90], ["30°", "60°", ""], color="white", path_effects=outlined())
             axes.set_title(label)

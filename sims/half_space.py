@@ -236,6 +236,7 @@ def draw_limbs(outcomes: list[Outcome], path: Path, note: str) -> None:
         plot_curves(
             series, ax=panels, xlabel=words, ylabel="radiance  π L / exitance", levels=level, legend="best"
         )
+        main.tick_params(labelbottom=False)
         if stars:
             _draw_star(page.add_subplot(grid[:, 1]), *stars[0])
 

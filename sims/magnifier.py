@@ -19,7 +19,7 @@ glass it is a quadrature over detector, window and azimuth (transport/theory/len
 
 Optics.  "ideal lens": `ThinLens`, which adds -x/f to direction cosines and conserves throughput by that.  What textbooks draw
 adds it to tangents; by their lens radiance would grow by cos⁴θ/cos⁴θ', to 1.56 L at the rim of f/1, and E would be
-π L tan²θ' (tests/sims/test_magnifier.py simulates it, and sees it rejected).  "glass ball", with a black stop behind it, and
+π L tan²θ' (tests/experiments/test_magnifier.py simulates it, and sees it rejected).  "glass ball", with a black stop behind it, and
 "biconvex lens", two caps on one rim.  "burning mirror": a paraboloid, whose cone may be a whole hemisphere: with
 the sun for a page its focus receives π L, what the sun's own surface gives off (Winston, Miñano, Benítez 2005, 1.2).
 """

@@ -9,7 +9,7 @@ Beams.  Between an aperture 1, an optic and an aperture 2 lies one beam, and it 
 aperture 1, ∬ cosθ₁ dω₁ dA₁ over the rays that reach 2, and in those of aperture 2 over the rays that come from 1.  A
 diffuse source at 1 draws rays uniformly in the first, one at 2 in the second; what each brings to the other, over L, is
 T.  Were the optic's map not one that conserves throughput, the two would differ: a lens that maps tangents is seen to
-(tests/sims/test_throughput.py).  And what falls on the optic leaves it, history by history.
+(tests/experiments/test_throughput.py).  And what falls on the optic leaves it, history by history.
 
 Exact values.  Aperture 2 is large enough for all that comes from 1 (its radius is taken from traced rays; the flat
 mirror's alone is not, and there the image of 1 serves), so that T is that between aperture 1 and the optic's rim, two

@@ -116,7 +116,7 @@ def commands():
 
 @pytest.mark.parametrize("command", commands())
 def test_a_command_of_the_pages_is_one(command):
-    """Its names, options and values are taken; `run sun` itself is run by tests/sims/test_sims.py and by .ci/run."""
+    """Its names, options and values are taken; `run sun` itself is run by tests/experiments/test_sims.py and by .ci/run."""
     from tests.cli.test_output import parsed
 
     parsed(command.replace(" SIM", " sun").replace(" COMMAND", " run"))

@@ -2,7 +2,7 @@
 shapes.
 
 A comment such as `C.coaxial_discs` names the entry of the project's reference collection that a number comes
-from.  The closed forms themselves are tested in sims/test_view_factors.py.  Each statistical test fails right code
+from.  The closed forms themselves are tested in experiments/test_view_factors.py.  Each statistical test fails right code
 in one of 10^5 seeds; the seed is 1.
 """
 

@@ -3,7 +3,7 @@
 from tests.mutants.fault import Fault
 
 SUMS = "engine/tally.py"
-FURNACE = "sims/test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
+FURNACE = "experiments/test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
 
 FAULTS = (
     Fault(

@@ -124,7 +124,7 @@ FAULTS = (
         "lambda tally: tally.exitance - tally.irradiance",
         "lambda tally: tally.irradiance - tally.exitance",
         "the sign of the net flux",
-        ("sims/test_planted_faults::test_a_stream_without_its_cosine_is_rejected",),
+        ("experiments/test_planted_faults::test_a_stream_without_its_cosine_is_rejected",),
     ),
     Fault(
         READINGS,
@@ -157,7 +157,7 @@ FAULTS = (
         "middle = cosines[1:]",
         "radiance over the cosine at a bin's edge",
         (
-            "sims/test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
+            "experiments/test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
         ),
     ),
     Fault(
@@ -232,7 +232,7 @@ FAULTS = (
         "return math.pi * self.radiance * shape.area",
         "return 2 * math.pi * self.radiance * shape.area",
         "the power of a Lambertian source by the plain solid angle",
-        ("sims/test_planted_faults::test_a_forgotten_pi_is_rejected",),
+        ("experiments/test_planted_faults::test_a_forgotten_pi_is_rejected",),
     ),
     Fault(
         ADJOINT,

@@ -4,7 +4,7 @@ from tests.mutants.fault import Fault
 
 BIRTHS, OPTICS = "engine/passes/emission.py", "engine/passes/optics.py"
 COLLISIONS, CLOCKS = "engine/passes/collisions.py", "engine/passes/velocities.py"
-FURNACE = "sims/test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
+FURNACE = "experiments/test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
 
 FAULTS = (
     Fault(
@@ -55,7 +55,7 @@ FAULTS = (
         "mu, sine = 1.0 - u, math.sqrt(u * (2.0 - u))",
         "flat Lambertian sources that emit evenly",
         (
-            "sims/test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
+            "experiments/test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
         ),
     ),
     Fault(

@@ -45,7 +45,7 @@ FAULTS = (
         "shortest = np.hypot(distance, np.subtract(radius_1, radius_2))",
         "shortest = np.hypot(distance, np.add(radius_1, radius_2))",
         "the shortest line between two rims for the longest",
-        ("sims/test_view_factors", "theory/test_closed_forms"),
+        ("experiments/test_view_factors", "theory/test_closed_forms"),
     ),
     Fault(
         VIEW,
@@ -53,7 +53,7 @@ FAULTS = (
         "perpendicular_rectangles(size[one], size[two], size[3 - one - two])",
         "swapped indices of the walls of a box",
         (
-            "sims/test_view_factors",
+            "experiments/test_view_factors",
             "theory/test_closed_forms",
         ),
     ),
