@@ -13,7 +13,7 @@ from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLI
 
 ROOT = Path(__file__).resolve().parents[1]
 # Files that take longest: they begin first, so that the workers end together.
-LONGEST = ("test_machine_code.py", "test_plain_python.py", "test_sims.py", "test_fuzz.py")
+LONGEST = ("test_machine_code.py", "test_reproducible.py", "test_sims.py", "test_fuzz.py")
 
 
 settings.register_profile("suite", derandomize=True, deadline=None)

@@ -1,8 +1,19 @@
-"""Whether the batches of two runs are the same to the last bit."""
+"""Whether runs count the same to the last bit, here or in another interpreter."""
 
 import dataclasses
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
+
+import transport as tp
+
+ROOT = Path(__file__).resolve().parents[1]
+MATERIALS = tp.Diffuse(0.7), tp.Diffuse(0.2), tp.Mirror(0.9), tp.Black(), tp.Diffuse(0.5), tp.Mirror()
 
 
 def assert_same(one, other):
@@ -20,3 +31,53 @@ def assert_same(one, other):
                 )
             else:
                 assert value == again, field.name
+
+
+def scene() -> tp.Scene:
+    """A bit of everything: three materials, a ball, two sources of which one aims, bins of all kinds."""
+    meter = tp.Disk(center=(0.2, 0.1, 0.3), radius=0.3)
+    faces = tp.Box(size=2.0).faces()
+    walls = [
+        tp.Surface(faces[name], material, name=name) for name, material in zip(faces, MATERIALS, strict=True)
+    ]
+    walls.append(tp.Surface(tp.Sphere(center=(-0.4, 0, 0), radius=0.3), tp.Diffuse(0.8), name="ball"))
+    lamp = tp.Source(tp.Point(position=(0.5, 0, 0)), tp.Isotropic(power=2.0), aim=meter)
+    bins = {"directions": tp.Directions(mu=4, phi=3), "positions": tp.Positions(u=2)}
+    return tp.Scene(
+        sources=[tp.Source("+z", tp.Lambertian(radiance=3.0), side="back"), lamp],
+        surfaces=walls,
+        detectors=[
+            tp.Detector(meter, name="meter", **bins),
+            tp.Detector("-z", side="back", directions=tp.Directions(mu=[0, 0.1, 1])),
+            tp.Detector("ball", positions=tp.Positions(u=4, v=2)),
+        ],
+    )
+
+
+def digest(scene, particles=20_000, **options) -> str:
+    """Of everything that a run counted, and of its samples."""
+    result = tp.simulate(
+        scene, **{"particles": particles, "seed": 7, "batches": 8, "progress": False} | options
+    )
+    sums = hashlib.sha256()
+    for batch in result.batches:
+        parts = (batch.weights, batch.counts, batch.slants, batch.absorbed, batch.moments)
+        for part in (*parts, np.array(list(batch.ledger.values())), [batch.crossings, batch.collisions]):
+            sums.update(np.ascontiguousarray(part).tobytes())
+    for look in scene.detectors:
+        if isinstance(look, tp.Snapshot):
+            shot = result[look.name]
+            for part in (shot.positions, shot.velocities, shot.weights, shot.histories):
+                sums.update(np.ascontiguousarray(part).tobytes())
+    return sums.hexdigest()
+
+
+def elsewhere(code: str, **environment: str):
+    """Return the value of an expression in a new interpreter, by JSON; modules of tests are imported by their names in it."""
+    module = code.partition("(")[0].rpartition(".")[0]
+    done = subprocess.run(
+        [sys.executable, "-c", f"import json; import {module}; print(json.dumps({code}))"],
+        cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]
+    return json.loads(done.stdout.splitlines()[-1])

@@ -15,12 +15,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
 import transport as tp
 from transport.scene.materials import Material
+from transport.theory import microfacets, view_factors
 
 RADII = (1e-3, 1e-2, 1e-1)  # of detectors [m]
 DISH_RADII = (1e-3, 1e-2, 5e-2)
@@ -180,67 +181,9 @@ def diffuse_law(to_lamp: np.ndarray, to_point: np.ndarray) -> np.ndarray:
 
 
 def glossy_law(to_lamp: np.ndarray, to_point: np.ndarray) -> np.ndarray:
-    """The law of Glossy(0.05), as its docstring gives it."""
-    mu_i, mu_o = to_lamp[:, 0], to_point[:, 0]
-    half = to_lamp + to_point
-    mu_h = half[:, 0] / np.linalg.norm(half, axis=1)
-    single = facets(mu_h) * shadowing(mu_i, mu_o) / (4 * mu_i * mu_o)
-    kept_back = (1 - returned(mu_i)) * (1 - returned(mu_o)) / (math.pi * (1 - mean_returned()))
-    return single + kept_back
-
-
-ALPHA = 0.05
-
-
-def facets(mu_h: np.ndarray) -> np.ndarray:
-    """Density of normals by Trowbridge and Reitz (1975) [sr^-1]."""
-    return ALPHA**2 / (math.pi * (mu_h**2 * (ALPHA**2 - 1) + 1) ** 2)
-
-
-def shadowing(mu_i: np.ndarray, mu_o: np.ndarray) -> np.ndarray:
-    """Smith's height-correlated masking and shadowing (Heitz 2014, eq. 99)."""
-    lambdas = [(np.sqrt(1 + ALPHA**2 * (1 - mu**2) / mu**2) - 1) / 2 for mu in (mu_i, mu_o)]
-    return 1 / (1 + lambdas[0] + lambdas[1])
-
-
-@cache
-def _returned_table() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cosines, their weights, and the share that single reflection returns: an integral over slopes of the facets."""
-    mu, weight = _rule(np.linspace(0, 1, 9) ** 2)
-    nodes, shares = np.polynomial.legendre.leggauss(200)
-    u, phi = (nodes + 1) / 2, 2 * math.pi * (np.arange(256) + 0.5) / 256
-    slope = ALPHA * np.sqrt(u / (1 - u))
-    p, q = np.outer(slope, np.cos(phi)), np.outer(slope, np.sin(phi))
-    share = []
-    for cosine in mu:
-        sine = math.sqrt(1 - cosine**2)
-        up = 1 / np.sqrt(1 + p**2 + q**2)
-        facing = np.maximum(
-            (cosine - sine * p) * up, 0.0
-        )  # cosine between the light and a facet's normal (-p, -q, 1)
-        leaving = 2 * facing * up - cosine
-        passes = np.where(leaving > 0, shadowing(np.array(cosine), np.where(leaving > 0, leaving, 1.0)), 0.0)
-        share.append(float(((facing / up / cosine * passes).mean(axis=1) * shares / 2).sum()))
-    return mu, weight, np.array(share)
-
-
-def returned(mu: np.ndarray) -> np.ndarray:
-    """E(mu) of Glossy's law, between the nodes of a table."""
-    known, _, share = _returned_table()
-    return np.interp(mu, known, share)
-
-
-def mean_returned() -> float:
-    """E_mean = 2 int E mu dmu."""
-    mu, weight, share = _returned_table()
-    return float(2 * (share * mu * weight).sum())
-
-
-def disk_to_disk(radius: float, other: float, distance: float) -> float:
-    """View factor from a disk to a coaxial one, as in `transport.theory`, written anew."""
-    a, b = radius / distance, other / distance
-    x = 1 + (1 + b * b) / (a * a)
-    return 2 * (b / a) ** 2 / (x + math.sqrt(x * x - 4 * (b / a) ** 2))
+    """The law of Glossy(0.05)."""
+    one, other = (np.arctan2(to[:, 2], to[:, 1]) for to in (to_lamp, to_point))
+    return microfacets.brdf(to_lamp[:, 0], to_point[:, 0], one - other, 0.05)
 
 
 # ---- the lamp and the panel ----
@@ -271,20 +214,15 @@ def panel_lights(radius: float, material: Material, is_behind: bool) -> list[Lig
     found = [_light(direct(radius), radius, None, None)]
     if is_behind:
         return found
-    if isinstance(material, tp.Mirror):
-        found.append(_light(material.reflectance * mirrored(radius), radius, "specular", "specular"))
-    elif isinstance(material, tp.Glossy):
-        found.append(_light(material.albedo * by_panel(radius, glossy_law), radius, "specular", "specular"))
-    elif isinstance(material, tp.Mixture):
-        for part, share in material.parts:
-            if isinstance(part, tp.Mirror):
-                found.append(
-                    _light(share * part.reflectance * mirrored(radius), radius, "specular", "specular")
-                )
-            else:
-                found.append(
-                    _light(share * part.albedo * by_panel(radius, diffuse_law), radius, "diffuse", "diffuse")
-                )
+    parts = material.parts if isinstance(material, tp.Mixture) else [(material, 1.0)]
+    for part, share in parts:
+        if isinstance(part, tp.Mirror):
+            kind, value = "specular", part.reflectance * mirrored(radius)
+        elif isinstance(part, tp.Glossy):
+            kind, value = "specular", part.albedo * by_panel(radius, glossy_law)
+        else:
+            kind, value = "diffuse", part.albedo * by_panel(radius, diffuse_law)
+        found.append(_light(share * value, radius, kind, kind))
     return found
 
 
@@ -346,7 +284,7 @@ def dish_lights(radius: float, is_beam: bool, is_behind: bool) -> list[Light]:
             _light(BEAM_POWER / (math.pi * radius**2), radius, "specular", "specular", None, power),
         ]
     radiance = DISH_POWER / (math.pi * math.pi * DISH_LAMP**2)
-    gathered = math.pi * radiance * disk_to_disk(radius, RIM, FOCAL - RIM**2 / (4 * FOCAL))
+    gathered = math.pi * radiance * view_factors.coaxial_disks(radius, RIM, FOCAL - RIM**2 / (4 * FOCAL))
     return [*found, _light(gathered, radius, "specular", "specular", radiance, power)]
 
 
@@ -441,39 +379,28 @@ def _exact(
     return Case(name, scene, _sum(lights), lights, radii)
 
 
-def _panel(name: str, material: Material) -> list[Case]:
-    """The scene with a panel, and its twin."""
+def _twins(name: str, scene: Callable, lights: Callable, radii: tuple[float, ...] = RADII) -> list[Case]:
+    """A scene, and its twin, by functions of the radius and of whether its specular object stands aside."""
     return [
         _exact(
             name + is_behind * ", behind",
-            lambda radius, b=is_behind: panel_scene(radius, lamp(), material, b),
-            lambda radius, b=is_behind: panel_lights(radius, material, b),
+            partial(scene, is_behind=is_behind),
+            partial(lights, is_behind=is_behind),
+            radii,
         )
         for is_behind in (False, True)
     ]
 
 
-def _point() -> list[Case]:
-    return [
-        _exact(
-            "point lamp" + is_behind * ", behind",
-            lambda radius, b=is_behind: panel_scene(radius, point_lamp(), tp.Mirror(1.0), b),
-            lambda radius, b=is_behind: point_lights(radius, b),
-        )
-        for is_behind in (False, True)
-    ]
+def _panel(name: str, material: Material) -> list[Case]:
+    scene = partial(panel_scene, source=lamp(), material=material)
+    return _twins(name, scene, partial(panel_lights, material=material))
 
 
 def _dish(name: str, is_beam: bool) -> list[Case]:
-    return [
-        _exact(
-            name + is_behind * ", behind",
-            lambda radius, b=is_behind: dish_scene(radius, is_beam, b),
-            lambda radius, b=is_behind: dish_lights(radius, is_beam, b),
-            DISH_RADII,
-        )
-        for is_behind in (False, True)
-    ]
+    return _twins(
+        name, partial(dish_scene, is_beam=is_beam), partial(dish_lights, is_beam=is_beam), DISH_RADII
+    )
 
 
 def _stored(name: str, scene: Callable[[float], tp.Scene], values: dict, lights: Callable) -> Case:
@@ -516,7 +443,9 @@ CASES = {
         *_panel("half mirror", tp.Mirror(0.5, 0.5)),
         *_panel("glossy", tp.Glossy(0.05, 0.9)),
         *_panel("mixture", tp.Mixture({tp.Mirror(0.9): 0.5, tp.Diffuse(0.8): 0.5})),
-        *_point(),
+        *_twins(
+            "point lamp", partial(panel_scene, source=point_lamp(), material=tp.Mirror(1.0)), point_lights
+        ),
         *(
             _stored(
                 "ball" + is_behind * ", behind",

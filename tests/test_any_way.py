@@ -15,8 +15,7 @@ import pytest
 
 import transport as tp
 from tests.ctrl_c import pressing_ctrl_c
-from tests.same_batches import assert_same
-from tests.test_reproducible import scene
+from tests.same_batches import assert_same, scene
 from transport.run.executor import Executor
 from transport.run.run import Run
 
@@ -29,7 +28,7 @@ EACH = 12  # batches of a part
 PARTS = [*itertools.product((*THREADS, *WORKERS), repeat=2), ("four workers", "processes")]
 MANY = {"particles": 150_000, "batches": EACH * len(PARTS), "seed": 3}
 
-pytestmark = pytest.mark.usefixtures("small_groups")
+pytestmark = [pytest.mark.usefixtures("small_groups"), pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

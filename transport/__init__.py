@@ -100,6 +100,7 @@ register(
     "plot",
     {"EstimateArray": "transport.viz.plots:plot_array", "Tally": "transport.viz.plots:plot_tally"},
 )
+register("map", {"EstimateArray": "transport.viz.maps:plot_map"})
 register("save", {"Result": "transport.io.runs:save"})
 register("to_dataset", {"Tally": "transport.io.tables:to_dataset"})
 register("to_json", {"Scene": "transport.io.json.documents:scene_text"})

@@ -59,7 +59,7 @@ ERROR_LABEL = "relative standard error  [%]"
 ERROR_DECADES = 2.0  # at most: what is nearly exact does not stretch the scale
 WORST = 100.0  # %, at the top of the scale of errors at the most
 WIDE = 5.0  # times the least error, from which on its scale is logarithmic
-PANEL, CUT = 5.6, 7.0  # inches: the longer side of a map, the width of a cut
+PANEL, CUT = 5.0, 5.6  # inches: the longer side of a map, the width of a cut
 LOW = 4.0  # inches, of a map whose bar has a small label
 STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
 FINEST = 1.5  # deg, of an arc that is drawn as one cell
@@ -388,7 +388,8 @@ def _chosen(
         raise ValueError(f"plot: {whose} has no axes {sorted(strangers)}; there are {array.dims}")
     bins = dict(zip(array.dims, array.shape, strict=True))
     is_plan = frame == PLAN
-    left = [name for name in bins if name not in at and (bins[name] > 1 or is_plan)] or [*array.dims[:1]]
+    free = [name for name in bins if name not in at]
+    left = [name for name in free if bins[name] > 1 or is_plan] or free[:1]
     at = {name: 0 for name in bins if name not in left} | dict(at)
     listed = next((name for name in left if len(left) == 3 and _is_list(array, name)), None)
     while len(left) > 2 and listed is None:
@@ -599,7 +600,7 @@ def _draw(
 def draw_values(axes: Axes, bins: Bins, norm: Normalize, is_alone: bool = False) -> ScalarMappable:
     """Colour bins by their values; those with a doubtful error are hatched where no map of errors stands beside."""
     field = _on_scale(bins, norm)
-    drawn = _colour(axes, bins, field, norm)
+    drawn = draw_field(axes, bins, field, norm)
     if is_alone:
         _hatch(axes, bins, bins.doubtful & np.isfinite(field))
     return drawn
@@ -609,7 +610,7 @@ def draw_errors(axes: Axes, bins: Bins, norm: Normalize) -> ScalarMappable:
     """Colour bins by their relative standard error [%], and explain which are hatched."""
     percent = bins.percent
     field = np.maximum(percent, norm.vmin) if isinstance(norm, LogNorm) else percent
-    drawn = _colour(axes, bins, field, norm)
+    drawn = draw_field(axes, bins, field, norm)
     gaps = np.isnan(percent)
     doubtful = bins.doubtful & ~gaps
     _hatch(axes, bins, doubtful)
@@ -621,7 +622,9 @@ def draw_errors(axes: Axes, bins: Bins, norm: Normalize) -> ScalarMappable:
     return drawn
 
 
-def _colour(axes: Axes, bins: Bins, field: np.ndarray, norm: Normalize) -> ScalarMappable:
+def draw_field(
+    axes: Axes, bins: Bins, field: np.ndarray, norm: Normalize, colours: str = SEQUENTIAL
+) -> ScalarMappable:
     """Colour the bins by a field (up, across); where it is nan they are hatched grey."""
     axes.grid(False)
     shown = np.ma.masked_invalid(bins.drawn(field))
@@ -630,7 +633,7 @@ def _colour(axes: Axes, bins: Bins, field: np.ndarray, norm: Normalize) -> Scala
         # One hatched face below all bins: hatching each of them takes seconds.
         rim = [np.concatenate([c[0], c[:, -1], c[-1, ::-1], c[::-1, 0]]) for c in (x, y)]
         axes.fill(*rim, facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0, zorder=-5)
-    look_of = {"norm": norm, "cmap": SEQUENTIAL}
+    look_of = {"norm": norm, "cmap": colours}
     if bins.is_round:
         drawn = axes.pcolormesh(x, y, shown, rasterized=True, **look_of)
     else:
@@ -740,7 +743,7 @@ def _bar(
 def _panel(bins: Bins) -> tuple[float, float]:
     """Width and height of a map [inches]."""
     if bins.frame == PLAN:
-        return 1.2 * PANEL, 1.2 * PANEL
+        return 1.1 * PANEL, 1.1 * PANEL
     if bins.is_round or not bins.is_to_scale:
         return PANEL, PANEL
     return (PANEL, PANEL * bins.stretch) if bins.stretch <= 1 else (PANEL / bins.stretch, PANEL)
@@ -749,9 +752,8 @@ def _panel(bins: Bins) -> tuple[float, float]:
 def suited_size(bins: Bins, has_cut: bool = False, has_title: bool = False) -> tuple[float, float]:
     """Width and height of a figure of values, errors and cut [inches]."""
     across, up = _panel(bins)
-    return 2 * (across + 2.2) + (CUT + 0.6) * has_cut, max(
-        up + 1.8, 6.4 if has_cut else 4.6
-    ) + 0.7 * has_title
+    height = max(up + 1.6, 5.8 if has_cut else 4.2) + 0.7 * has_title
+    return 2 * (across + 1.9) + (CUT + 0.6) * has_cut, height
 
 
 # ---- Cuts

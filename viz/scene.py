@@ -22,7 +22,7 @@ from transport.scene.media import Grid
 from transport.scene.scene import Scene
 from transport.viz import scene_style as style
 from transport.viz.facets import Bounds, level_lines, segments
-from transport.viz.scene_camera import VIEW_ANGLE, view_of
+from transport.viz.scene_camera import VIEW_ANGLE, View, view_of
 from transport.viz.scene_parts import (
     BACK,
     FRONT,
@@ -248,7 +248,7 @@ def _set_camera(plotter: pyvista.Plotter, parts: list[Part], frame: Frame, aspec
     plotter.camera.view_angle = VIEW_ANGLE
     plotter.camera.SetWindowCenter(0.06, 0.03)
     plotter.reset_camera_clipping_range()
-    labels = {part.name: label_of(part, view.up) for part in parts if part.kind == "detector"}
+    labels = {part.name: label_of(part, view) for part in parts if part.kind == "detector"}
     _add_labels(plotter, [label for label in labels.values() if label is not None], style.DETECTOR)
     plotter.add_axes(color=style.FAINT, line_width=2, viewport=(0.0, 0.05, 0.11, 0.22))
 
@@ -438,12 +438,16 @@ def _pyramid(camera: Camera, size: float) -> pyvista.PolyData:
 # ---- Names.
 
 
-def label_of(part: Part, up: np.ndarray) -> tuple[np.ndarray, str] | None:
-    """Return where to write the name of a detector [m], at the highest place of its outline, and the text."""
+def label_of(part: Part, view: View) -> tuple[np.ndarray, str] | None:
+    """Return where to write the name of a detector [m], at the highest place of its outline farthest right, and the text."""
     points = next((p for p in (part.outline.points, part.facets.points) if len(p)), None)
     if points is None:
         return None
-    place = points[np.argmax(np.round(points @ up / part.frame.size, 6))]
+    right = np.cross(view.up, view.position - view.focus)
+    right, height = (
+        np.round(points @ way / np.linalg.norm(way) / part.frame.size, 6) for way in (right, view.up)
+    )
+    place = points[np.lexsort((-right, -height))[0]]
     name = textwrap.shorten(part.name, MAX_NAME, placeholder=" …")
     return place, name if part.number is None else f"{name}   {style.short_estimate(part.number)}"
 

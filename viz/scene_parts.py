@@ -442,7 +442,10 @@ def _best(detectors: Iterable[Detector]) -> dict[str, Detector]:
     def rank(detector: Detector) -> tuple[bool, bool]:
         return detector.positions is None, detector.via is not None or detector.events is not None
 
-    return {_side_of(detector): detector for detector in sorted(detectors, key=rank)[::-1]}
+    found: dict[str, Detector] = {}
+    for detector in sorted(detectors, key=rank):
+        found.setdefault(_side_of(detector), detector)
+    return found
 
 
 def _side_of(detector: object) -> str | None:

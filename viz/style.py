@@ -11,13 +11,12 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 from matplotlib import patheffects
-from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -110,26 +109,11 @@ def figure(
         if note:
             made.supxlabel(note, fontsize=14, color=MUTED, x=0.99, ha="right")
         yield made
-        if path is not None:
+        if path is None:
+            made.draw_without_rendering()  # labels take their sizes from these settings when they are first drawn
+        else:
             Path(path).parent.mkdir(parents=True, exist_ok=True)
             made.savefig(path)
-
-
-def figure_at(
-    path: str | os.PathLike,
-    size: tuple[float, float],
-    title: str | None,
-    note: str | None,
-    layout: str = "constrained",
-) -> AbstractContextManager[Figure]:
-    """`figure` with its former order of arguments."""
-    return figure(size, title, note, path, layout)
-
-
-def axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
-    """Axes at a place in inches: the panels keep their sizes, whatever their labels are."""
-    across, up = figure.get_size_inches()
-    return figure.add_axes((left / across, bottom / up, width / across, height / up))
 
 
 def unit_label(unit: object) -> str:
@@ -162,8 +146,15 @@ def tick_log(axis: Axis, decades: float = 2.5) -> None:
         axis.set_major_formatter(LogFormatterMathtext())
         return
     axis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
     axis.set_minor_locator(NullLocator())
+
+
+def plain(number: float) -> str:
+    """A number as a tick says it: 20 000, 2e6, 0.5."""
+    if 1e4 <= number < 1e6:
+        return f"{number:_.0f}".replace("_", " ")
+    return f"{number:g}".replace("e+0", "e").replace("e+", "e")
 
 
 class FewTicks(MaxNLocator):
@@ -171,10 +162,12 @@ class FewTicks(MaxNLocator):
 
     def __init__(self, is_angle: bool = False) -> None:
         super().__init__(5, steps=[1, 1.5, 3, 4.5, 6, 9, 10] if is_angle else [1, 2, 5, 10])
+        self.size = matplotlib.rcParams["font.size"]
 
     def __call__(self) -> np.ndarray:
-        room = self.axis.get_tick_space()  # labels of three letters
-        self.set_params(nbins=min(5, max(1, round(0.75 * room))))
+        box, in_points = self.axis.axes.bbox, 72 / self.axis.figure.dpi
+        length = box.width / 2.6 if self.axis.axis_name == "x" else box.height / 2.0
+        self.set_params(nbins=min(5, max(1, int(length * in_points / self.size))))
         return super().__call__()
 
 

@@ -44,7 +44,7 @@ def test_effects_prints_passes_fields_costs_and_a_check_and_json_has_the_same(ca
     places = [text.index(words) for words in headings]
     assert places == sorted(places)
     assert "media, " in text and "ns in a whole run" in text and "rays to detectors" not in text
-    record = json.loads(call("effects", "disk.py", "--json").output)
+    record = json.loads(call("effects", "disk.py", "--json").stdout)
     assert list(record) == ["passes", "fields", "absent", "ns", "scenes"]
     passes = record["passes"]
     assert passes[0] == "start_history" and 0 < passes.index("born_on_disk") < passes.index("move")
@@ -77,7 +77,7 @@ def test_what_is_absent_is_printed_before_anything_is_compiled(call, monkeypatch
 
 def test_a_pass_that_no_lane_reaches_is_printed_as_not_reached(call):
     Path("away.py").write_text(EXPERIMENT.replace("aim=meter", "side='back'"), encoding="utf-8")
-    assert None in json.loads(call("effects", "away.py", "--json").output)["ns"].values()
+    assert None in json.loads(call("effects", "away.py", "--json").stdout)["ns"].values()
     output = call("effects", "away.py").output
     assert "not reached" in output and "nan" not in output
 

@@ -2,7 +2,7 @@
 shapes.
 
 A comment such as `C.coaxial_discs` names the entry of the project's reference collection that a number comes
-from.  The closed forms themselves are tested in test_view_factors.py.  Each statistical test fails right code
+from.  The closed forms themselves are tested in sims/test_view_factors.py.  Each statistical test fails right code
 in one of 10^5 seeds; the seed is 1.
 """
 
@@ -15,6 +15,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread, smallest_bias
+from tests.slow import SLOW
 from transport.analysis.view_factors import view_factor_from_run, view_factor_scene
 from transport.theory import occlusion, round_view_factors, view_factors
 
@@ -158,7 +159,7 @@ def test_every_way_of_counting_gives_the_same(start, is_aimed, monkeypatch):
     assert_agrees(counted(*balls), round_view_factors.spheres(1, 0.5, 3), FALSE_ALARM)
 
 
-def test_what_looks_the_other_way_sees_nothing():
+def test_shapes_that_face_away_exchange_nothing():
     a, b = disks(1, 1, 1)
     for sides in ({"side_a": "back"}, {"side_b": "back"}):
         assert counted(a, b, particles=1000, **sides).value == 0
@@ -237,6 +238,7 @@ def test_a_seed_gives_the_same_digits_and_another_one_others():
     assert counted(*pair, seed=5).value == counted(*pair, seed=5).value != counted(*pair, seed=6).value
 
 
+@SLOW
 def test_errors_are_right():
     """Over seeds z follows Student's t: aimed from the smaller area, past an obstacle."""
     pair, obstacle = disks(1, 0.7, 1.2), tp.Disk(center=(0, 0, 0.6), radius=0.3)

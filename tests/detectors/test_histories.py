@@ -82,7 +82,7 @@ def open_and_shut():
 
 
 @pytest.mark.parametrize("side", [ARRIVALS, DEPARTURES])
-def test_what_came_by_a_pane_and_what_never_did_are_all(side):
+def test_histories_by_a_pane_and_those_that_never_crossed_it_add_up(side):
     through, never = open_and_shut()
     every, via = (counts(through[name], side) for name in ("wall all", "wall via"))
     without = counts(never["wall all"], side)
@@ -202,7 +202,7 @@ def test_all_numbers_of_reflections_together_are_all(place, side):
 
 
 @pytest.mark.parametrize("place", ["-x", "+x", "-y", "+y", "-z"])
-def test_what_leaves_a_wall_has_reflected_once_more_than_what_arrived(place):
+def test_departures_from_a_wall_have_reflected_once_more_than_arrivals(place):
     """Besides what is born on it, which has not."""
     result = reflected()
     for n in range(3):
@@ -213,7 +213,7 @@ def test_what_leaves_a_wall_has_reflected_once_more_than_what_arrived(place):
     assert born == (PARTICLES // 2 if place == "-x" else 0) or abs(born - PARTICLES / 2) <= len(result.run)
 
 
-def test_what_has_never_reflected_is_what_black_walls_would_leave():
+def test_histories_without_reflection_are_those_among_black_walls():
     """Direct light, at every wall and through the pane."""
     black = [tp.Surface(FACES[n], tp.Black(), n) for n in FACES]
     dark = simulated([back(n) for n in FACES] + events_at(PANE, "pane"), black)

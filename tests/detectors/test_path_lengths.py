@@ -218,7 +218,7 @@ def test_a_mean_that_one_very_long_path_decides_is_doubtful():
     assert verdicts.count("doubtful") > 10
 
 
-def test_what_the_run_misses_counts_against_mean_paths_too():
+def test_missing_particles_count_against_mean_paths_too():
     """In a scene of one speed, in which missing particles do not count against mean speeds."""
     fog = tp.Medium(absorption=1.0, scattering=2.0)
     box = body(tp.Box(size=6.0), fog, "box")

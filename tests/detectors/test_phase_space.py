@@ -15,6 +15,7 @@ from scipy.special import ndtri
 import transport as tp
 from tests import phase_scenes
 from tests.phase_scenes import FALSE_ALARM, HOT, PICTURES, TIMES, faces_with, histories, streaming
+from tests.slow import SLOW
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import IN_FLIGHT
 from transport.engine.driver import compile_program, run_batch
@@ -50,7 +51,7 @@ def born_at_walls(result):
     return left.sum()
 
 
-def test_what_is_alive_at_the_end_is_what_the_ledger_has_in_flight():
+def test_particles_alive_at_the_end_are_those_in_flight_in_the_ledger():
     result = phase_scenes.kept()
     in_flight = histories(result, result.ledger["in_flight"].value)
     for picture in PICTURES:
@@ -157,6 +158,7 @@ def test_light_from_a_flash_is_on_a_sphere_whether_it_was_aimed_or_not(aim):
     np.testing.assert_allclose(result["all"].alive.value, [0, emitted, emitted], rtol=1e-12)
 
 
+@SLOW
 @pytest.mark.parametrize("thinned", [False, True])
 def test_samples_of_a_few_are_unbiased_over_seeds(thinned):
     """Weights, and weights times speed, of a sample against phase space of all; few are alive, of two kinds.
@@ -200,6 +202,7 @@ def test_snapshots_of_a_run_without_an_end_are_unbiased_too():
         assert sample.weights.sum() == pytest.approx(alive, rel=max(0.06, 5 / math.sqrt(len(sample)))), name
 
 
+@SLOW
 def test_small_snapshots_beside_a_large_one_are_unbiased_where_few_are_left():
     """Of 3200 particles 1.1 % are left at the second instant: most of its samples of 25 histories are then empty.
 
@@ -223,7 +226,7 @@ def test_small_snapshots_beside_a_large_one_are_unbiased_where_few_are_left():
     assert (np.abs(np.mean(off, axis=0)) < 5 * error).all()
 
 
-def test_what_is_left_of_a_sample_stands_for_what_was_thinned_out():
+def test_a_thinned_sample_stands_for_the_whole():
     records = np.zeros(1000, SAMPLED)
     records["weight"], records["below"], records["place"] = 3.0, 1.0, (np.arange(1000) + 0.5) / 1000
     quarter = thinned(records, 0.25)

@@ -14,6 +14,7 @@ from scipy.integrate import dblquad, quad
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread, smallest_bias
 from tests.point_scenes import FOG, LAMP, M, V, filled, seen
+from tests.slow import SLOW, slow_but
 from transport.compile import points
 from transport.compile.compiler import compile_scene
 from transport.scene.phase_functions import Phase
@@ -254,7 +255,7 @@ PHASES = {
 }
 
 
-@pytest.mark.parametrize("name", PHASES)
+@pytest.mark.parametrize("name", slow_but(("forwards", "table").__contains__, PHASES))
 def test_light_scattered_once_from_a_pencil_beam(name):
     """In a box so thin that light is scattered once at most: the integral along the beam of p(mu) / r^2."""
     sigma, phase = 1e-12, PHASES[name]
@@ -278,7 +279,7 @@ def test_light_scattered_once_from_a_pencil_beam(name):
 
 
 @pytest.mark.parametrize("name", PHASES)
-def test_a_speck_in_a_beam_sends_to_each_side_what_its_phase_function_says(name):
+def test_a_speck_in_a_beam_scatters_by_its_phase_function(name):
     """All that is scattered is seen under one angle: each point knows p(mu) to a millionth."""
     phase, radius, sigma, r = PHASES[name], 1e-5, 1e-6, 2.0
     cosines = np.array([-0.9, -0.35, 0.0, 0.2, 0.65, 0.999])  # between the table's kinks
@@ -290,7 +291,7 @@ def test_a_speck_in_a_beam_sends_to_each_side_what_its_phase_function_says(name)
 
 
 @BOTH
-@pytest.mark.parametrize("filling", ["medium", "grid"])
+@pytest.mark.parametrize("filling", slow_but("grid".__eq__, ["medium", "grid"]))
 def test_it_agrees_with_a_small_volume_detector(filling, tracking):
     ball = tp.VolumeDetector(tp.Sphere(center=(0.4, 0.2, 0.3), radius=0.05), "ball")
     voxels, box = np.random.default_rng(3).uniform(0.2, 2.0, (3, 4, 5)), tp.Box(size=2.0)
@@ -304,7 +305,7 @@ def test_it_agrees_with_a_small_volume_detector(filling, tracking):
 
 
 @BOTH
-@pytest.mark.parametrize("g", [0.6, -0.4])
+@pytest.mark.parametrize("g", slow_but(lambda g: g > 0, [0.6, -0.4]))
 def test_about_a_lamp_in_a_ball_of_fog_points_read_what_thin_shells_do(g, tracking):
     """Within the fog by detours, beyond it by flights; a cosine of the wrong sign or a lost exp(-tau) shows."""
     ball, radii = filled(tp.Sphere(radius=1.5), M(0.8, 1.2, tp.HenyeyGreenstein(g))), {"in": 0.8, "out": 2.0}
@@ -346,7 +347,7 @@ def test_splitting_and_weights_leave_the_mean_as_it_is(tracking):
 
 
 @BOTH
-def test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours(tracking):
+def test_light_scattered_elsewhere_comes_from_flights_and_the_rest_by_detours(tracking):
     """The fog in pieces: about the point one body, elsewhere others of the very same medium."""
     shapes = [tp.Sphere(center=(1, 0, 0), radius=0.3), tp.Box(center=(-1, 0, 0), size=1.0)]
     pieces = [filled(shape, FOG) for shape in (*shapes, tp.Box(center=(1, 0, 0), size=1.0))]
@@ -380,6 +381,7 @@ def test_in_a_furnace_light_is_the_same_everywhere(filling):
 ONE = tp.Scene(LAMP, detectors=tp.PointDetector((1, 0, 0), "p"), medium=FOG)
 
 
+@SLOW
 def test_the_error_falls_with_the_root_of_the_number_of_particles():
     """2048 batches of 200 histories each, one by one and together in groups: N^(-1/2) but for a logarithm."""
     result = tp.simulate(ONE, particles=200 * 2048, batches=2048, seed=3, threads=1, progress=False)
@@ -391,6 +393,7 @@ def test_the_error_falls_with_the_root_of_the_number_of_particles():
     assert abs(values.mean()) < 5 * values.std() / math.sqrt(len(values))
 
 
+@SLOW
 def test_its_error_bars_are_right():
     """z over 300 short runs has mean 0 and spread 1: the variance is finite, and known from 32 batches."""
     runs = (tp.simulate(ONE, particles=4000, seed=seed, threads=1, progress=False) for seed in range(300))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import transport as tp
+from tests.slow import SLOW
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import COUNT_BITS
 from transport.engine.driver import compile_program, run_batch
@@ -69,7 +70,7 @@ def test_free_paths_are_exponential():
     assert abs(mean - 1 / 0.9) < 4 * (1 / 0.9) / math.sqrt(4000)
 
 
-def test_what_flies_off_has_no_end_and_is_drawn_so_far():
+def test_flights_to_infinity_have_no_end_and_are_drawn_to_a_reach():
     scene = tp.Scene(
         tp.Source(tp.Sphere(radius=1.0), tp.Lambertian(radiance=1.0)),
         (),
@@ -108,6 +109,7 @@ def told(disable_jit):
     return json.loads(done.stdout)
 
 
+@SLOW
 def test_plain_python_writes_down_the_same():
     compiled, plain = told("0"), told("1")
     assert compiled[2:] == plain[2:]
@@ -124,7 +126,7 @@ def test_plain_python_writes_down_the_same():
         (lambda: tp.tracks(slab(), 9, tracking=tp.Tracking(forced=True)), "without splitting or forced"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(wrong, words):
+def test_tracks_that_cannot_be_recorded_are_refused(wrong, words):
     with pytest.raises(tp.SceneError, match=words):
         wrong()
 

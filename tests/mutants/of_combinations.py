@@ -2,11 +2,11 @@
 
 from tests.mutants.fault import Fault
 
-AIMED = "test_aimed_in_time::test_the_fluence_of_an_aimed_flash_is_on_the_way_that_it_has_flown"
+AIMED = "physics/test_clocks::test_the_fluence_of_an_aimed_flash_is_on_the_way_that_it_has_flown"
 FADES = "detectors/test_volume_detectors::test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one"
 SEEN = "detectors/test_surface_detectors::test_a_lamp_is_seen_at_its_own_azimuth"
-SHARP = "test_sharp_laws::test_every_row_agrees_with_its_closed_form"
-DENSITY = "test_sampling::test_densities_of_phase_functions_in_the_engine_are_those_of_theory"
+SHARP = "physics/test_sharp_laws::test_every_row_agrees_with_its_closed_form"
+DENSITY = "physics/test_samplers::test_densities_of_phase_functions_in_the_engine_are_those_of_theory"
 CLOCKS, VOLUMES, CELLS = (
     "engine/passes/velocities.py",
     "engine/passes/volumes.py",
@@ -46,28 +46,28 @@ FAULTS = (
         "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, length, speed)\n"
         "        inside",
         "aimed particles that phase space finds beyond their target",
-        ("test_aimed_in_time::test_phase_space_finds_an_aimed_flash_as_far_as_it_has_flown",),
+        ("physics/test_clocks::test_phase_space_finds_an_aimed_flash_as_far_as_it_has_flown",),
     ),
     Fault(
         CLOCKS,
         "length = b.distance[k] - b.start[k]",
         "length = b.distance[k]",
         "an aimed flight in a medium that takes no time as far as its target",
-        ("test_aimed_in_time::test_an_aimed_flash_crosses_each_pane_when_it_has_flown_there",),
+        ("physics/test_clocks::test_an_aimed_flash_crosses_each_pane_when_it_has_flown_there",),
     ),
     Fault(
         CLOCKS,
         "b.arrival[k] = b.time[k] + (length * pace if b.flies[k] != 0 else 0.0)",
         "b.arrival[k] = b.time[k] + length * pace",
         "lanes that grow older while they wait for collisions of others",
-        ("test_tracking_in_time::test_light_that_met_nothing_in_fog_arrives_all_at_once",),
+        ("media/test_tracking::test_light_that_met_nothing_in_fog_arrives_all_at_once",),
     ),
     Fault(
         CLOCKS,
         "b.u0[k] = start + uniform(w0, w1) * width, uniform(w2, w3)",
         "b.u0[k] = start + uniform(w0, w1) * width, uniform(w0, w1)",
         "a number used twice: for the time of birth and the speed",
-        ("test_clocks::test_when_a_particle_is_born_does_not_tell_how_fast_it_is",),
+        ("physics/test_clocks::test_when_a_particle_is_born_does_not_tell_how_fast_it_is",),
     ),
     Fault(
         REFINED,
@@ -146,16 +146,16 @@ FAULTS = (
         "m = number_along(b.z[k] - table.cz, table.per_z, table.nz)\n            keep",
         "m = number_along(b.z[k] - table.cz, table.per_z, table.ny)\n            keep",
         "the number of voxels along y for that along z, where collisions are counted",
-        (
-            "detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",
-        ),
+        ("detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_as_much_as_tracks",),
     ),
     Fault(
         "engine/passes/variance_reduction.py",
         "start = b.start[k] if b.start[k] < 0.0 else 0.0",
         "start = 0.0",
         "aimed histories weighed by the importance of their target where they are born",
-        ("test_splitting::test_what_is_born_is_heavy_as_its_own_birthplace_wants_and_light_as_the_end_does",),
+        (
+            "media/test_tracking::test_what_is_born_is_heavy_as_its_own_birthplace_wants_and_light_as_the_end_does",
+        ),
     ),
     Fault(
         "engine/passes/bank.py",
@@ -185,7 +185,7 @@ FAULTS = (
         "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length",
         "track = b.weight[k] * mean * length",
         "a glow whose light does not fade on the way to a camera",
-        ("detectors/test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
+        ("detectors/test_estimators::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
     ),
     Fault(
         "engine/passes/detectors.py",
@@ -222,7 +222,7 @@ FAULTS = (
         "return 0.5 * (s * s + p * p) if",
         "return 0.5 * (s * s + 1.0007 * p * p) if",
         "0.07 % too much of R_p",
-        ("test_sampling::test_fresnel_in_the_engine_is_that_of_theory",),
+        ("physics/test_samplers::test_fresnel_in_the_engine_is_that_of_theory",),
     ),
     Fault(
         "physics/interfaces.py",

@@ -3,7 +3,7 @@
 from tests.mutants.fault import Fault
 
 SUMS = "engine/tally.py"
-FURNACE = "test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
+FURNACE = "sims/test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
 
 FAULTS = (
     Fault(
@@ -30,7 +30,7 @@ FAULTS = (
         "return mu if covered else 0.0",
         "a meter's front for its back",
         (
-            "detectors/test_surface_detectors::test_what_meets_the_side_looked_at_arrives_and_what_comes_from_behind_leaves",
+            "detectors/test_surface_detectors::test_crossings_arrive_at_the_side_looked_at_and_depart_from_behind",
         ),
     ),
     Fault(
@@ -105,14 +105,14 @@ FAULTS = (
         "now, before = peak if is_diffuse else 0.0, b.mis_pdf[k]",
         "now, before = peak, b.mis_pdf[k]",
         "mirrored light taken for told by rays",
-        ("detectors/test_expected::test_events_tell_what_flights_count",),
+        ("detectors/test_estimators::test_expected_crossings_agree_with_counted_ones",),
     ),
     Fault(
         "engine/passes/next_event.py",
         "b.pdf[k] = INVERSE_PI * cosine",
         "b.pdf[k] = INVERSE_PI",
         "rays from diffuse walls without the cosine",
-        ("detectors/test_expected::test_events_tell_what_flights_count",),
+        ("detectors/test_estimators::test_expected_crossings_agree_with_counted_ones",),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
@@ -136,7 +136,7 @@ FAULTS = (
         "sigma_s = 1.0 / mfp if mfp < math.inf else -1.0",
         "extinction for scattering where flights light a point",
         (
-            "detectors/test_point_detectors::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",
+            "detectors/test_point_detectors::test_light_scattered_elsewhere_comes_from_flights_and_the_rest_by_detours",
         ),
     ),
     Fault(
@@ -158,7 +158,7 @@ FAULTS = (
         "b.weight[k] *= mu * mu * mu",
         "b.weight[k] *= mu * mu * mu * mu",
         "a pixel's cosine to the fourth power",
-        ("detectors/test_cameras",),
+        ("detectors/test_estimators::test_pixels_on_a_lamp_show_its_radiance_and_shares_of_it_at_its_edge",),
     ),
     Fault(
         "engine/passes/backward.py",
@@ -166,7 +166,7 @@ FAULTS = (
         "        b.u3[k]",
         "b.u2[k] = coordinate_in_bin(table.mu_edges, table.mu_cells, 0, b.u2[k])\n        b.u3[k]",
         "one stratum drawn again and again",
-        ("detectors/test_cameras",),
+        ("detectors/test_estimators::test_a_map_shows_where_light_comes_from",),
     ),
     Fault(
         "engine/passes/volumes.py",
@@ -203,7 +203,7 @@ FAULTS = (
         "add_long(sums + 160, weight * vz * vz)",
         "add_long(sums + 160, weight * vy * vz)",
         "swapped components in a second moment",
-        ("test_phase_moments",),
+        ("physics/test_phase_moments",),
     ),
     Fault(
         "engine/passes/detector_bins.py",
@@ -229,6 +229,6 @@ FAULTS = (
         "u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI",
         "u, v = math.sqrt(u * u + v * v), azimuth_turn(v, u) * TWO_PI",
         "azimuths on a disk from the wrong axis",
-        ("detectors/test_surface_detectors::test_azimuths_on_a_disk_run_from_its_own_e_u_to_e_v",),
+        ("detectors/test_surface_detectors::test_a_place_on_a_flat_shape_has_the_same_bin_from_either_side",),
     ),
 )

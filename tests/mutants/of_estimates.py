@@ -4,7 +4,7 @@ from tests.mutants.fault import Fault
 
 STATISTICS, READINGS = "statistics/batches.py", "results/detectors.py"
 MEDIA, EMITTERS, ADJOINT = "compile/media.py", "compile/sources.py", "compile/adjoint.py"
-BACKWARD = "detectors/test_backward::test_either_way_tells_the_same"
+BACKWARD = "detectors/test_estimators::test_forward_and_backward_runs_agree"
 
 FAULTS = (
     Fault(
@@ -61,7 +61,7 @@ FAULTS = (
         "error = reduce(np.hypot, errors, np.zeros(self.value.shape))",
         "error = reduce(np.add, errors, np.zeros(self.value.shape))",
         "errors of independent runs added up plainly",
-        ("test_independent_runs",),
+        ("statistics/test_independent_runs",),
     ),
     Fault(
         "statistics/replicates.py",
@@ -124,7 +124,7 @@ FAULTS = (
         "lambda tally: tally.exitance - tally.irradiance",
         "lambda tally: tally.irradiance - tally.exitance",
         "the sign of the net flux",
-        ("test_planted_faults::test_a_stream_without_its_cosine_is_rejected",),
+        ("sims/test_planted_faults::test_a_stream_without_its_cosine_is_rejected",),
     ),
     Fault(
         READINGS,
@@ -157,7 +157,7 @@ FAULTS = (
         "middle = cosines[1:]",
         "radiance over the cosine at a bin's edge",
         (
-            "test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
+            "sims/test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
         ),
     ),
     Fault(
@@ -190,49 +190,49 @@ FAULTS = (
         "return means * (gain[first:past] if np.ndim(gain) else gain)",
         "return means",
         "pixels that are not divided by their solid angle",
-        ("detectors/test_cameras",),
+        ("detectors/test_estimators::test_pixels_on_a_lamp_show_its_radiance_and_shares_of_it_at_its_edge",),
     ),
     Fault(
         "results/backward.py",
         "values = 4 * math.pi * means[:, 0]",
         "values = 2 * math.pi * means[:, 0]",
         "a hemisphere for the sphere round a point",
-        ("detectors/test_cameras",),
+        ("detectors/test_estimators::test_fluence_rate_is_the_same_seen_from_the_lamp_and_from_the_point",),
     ),
     Fault(
         "results/batches.py",
         'kept["weight"] *= np.maximum(kept["below"] / below, 1.0)',
         'kept["weight"] *= 1.0',
         "samples that are thinned out and do not stand for more",
-        ("detectors/test_phase_space::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
+        ("detectors/test_phase_space::test_a_thinned_sample_stands_for_the_whole",),
     ),
     Fault(
         READINGS,
         "read(batch, a + shift, b + shift) / much",
         "read(batch, a + shift, b + shift)",
         "expected crossings in their own unit",
-        ("detectors/test_expected::test_a_speck_takes_its_share_of_a_point_to_rounding",),
+        ("detectors/test_estimators::test_a_speck_takes_its_share_of_a_point_to_rounding",),
     ),
     Fault(
         "scene/cameras.py",
         "half = math.tan(self.field_of_view / 2)",
         "half = math.tan(self.field_of_view) / 2",
         "a field of view by the wrong half",
-        ("detectors/test_cameras",),
+        ("detectors/test_estimators::test_pixels_fill_the_solid_angle_of_the_image",),
     ),
     Fault(
         "scene/cameras.py",
         "corner = np.arctan(u * v / np.sqrt(1 + u * u + v * v))",
         "corner = np.arctan(u * v)",
         "the solid angle of a pixel without its slant",
-        ("detectors/test_cameras",),
+        ("detectors/test_estimators::test_pixels_fill_the_solid_angle_of_the_image",),
     ),
     Fault(
         "scene/emissions.py",
         "return math.pi * self.radiance * shape.area",
         "return 2 * math.pi * self.radiance * shape.area",
         "the power of a Lambertian source by the plain solid angle",
-        ("test_planted_faults::test_a_forgotten_pi_is_rejected",),
+        ("sims/test_planted_faults::test_a_forgotten_pi_is_rejected",),
     ),
     Fault(
         ADJOINT,
@@ -262,21 +262,21 @@ FAULTS = (
         'values |= {"mfp": _free_path(sigma_a + sigma_s),',
         'values |= {"mfp": _free_path(sigma_s),',
         "scattering for extinction where absorption is by chance",
-        ("test_tracking::test_van_de_hulst_s_slab",),
+        ("media/test_tracking::test_van_de_hulst_s_slab",),
     ),
     Fault(
         MEDIA,
         "shares = np.cumsum([share for _, share in parts])",
         "shares = np.array([share for _, share in parts])",
         "weights of a mixture of phase functions that are not added up",
-        ("test_mixed_phases",),
+        ("media/test_mixtures",),
     ),
     Fault(
         MEDIA,
         "most * extent / length / length",
         "most * extent / length",
         "importance that rises by another length",
-        ("test_splitting",),
+        ("media/test_tracking",),
     ),
     Fault(
         EMITTERS,
@@ -306,7 +306,7 @@ FAULTS = (
         "quantile = emission.speed.flux_quantile",
         "quantile = emission.speed.quantile",
         "effusing speeds that are not weighted by themselves",
-        ("test_speeds_engine::test_what_effuses_from_a_gas_is_weighted_by_its_speed_on_every_shape",),
+        ("physics/test_speeds::test_gas_that_effuses_is_weighted_by_its_speed_on_every_shape",),
     ),
     Fault(
         "compile/media.py",

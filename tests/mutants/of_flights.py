@@ -4,7 +4,7 @@ from tests.mutants.fault import Fault
 
 BIRTHS, OPTICS = "engine/passes/emission.py", "engine/passes/optics.py"
 COLLISIONS, CLOCKS = "engine/passes/collisions.py", "engine/passes/velocities.py"
-FURNACE = "test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
+FURNACE = "sims/test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
 
 FAULTS = (
     Fault(
@@ -12,42 +12,42 @@ FAULTS = (
         "minus, plus, turned = cosine * p - sine2, cosine * p + sine2, cosine * q",
         "minus, plus, turned = cosine * p - sine2, cosine * p + sine2, q",
         "the reflectance of a metal with a wrong phase shift for light polarised along the plane of incidence",
-        ("test_conductor",),
+        ("physics/test_materials",),
     ),
     Fault(
         OPTICS,
         "reflectance = metallic_reflectance(abs(b.mu[k]), b.excess[k], loss)",
         "reflectance = metallic_reflectance(1.0, b.excess[k], loss)",
         "the reflectance of a metal at normal incidence for all angles",
-        ("test_conductor",),
+        ("physics/test_materials",),
     ),
     Fault(
         "physics/positions.py",
         "r = math.sqrt(inner2 + p * (outer2 - inner2))",
         "r = math.sqrt(inner2) + p * (math.sqrt(outer2) - math.sqrt(inner2))",
         "births on a disk without the Jacobian r",
-        ("detectors/test_aimed_births::test_what_reaches_the_target_is_the_closed_form",),
+        ("detectors/test_aimed_births::test_the_power_that_reaches_the_target_is_the_closed_form",),
     ),
     Fault(
         BIRTHS,
         "r = radius * max(max(uniform(d0, d1), uniform(d2, d3)), uniform(e0, e1))",
         "r = radius * max(uniform(d0, d1), uniform(d2, d3))",
         "births in a ball by r instead of r^2",
-        ("test_births_in_volumes",),
+        ("physics/test_phase_moments",),
     ),
     Fault(
         BIRTHS,
         "d0, d1, _, _ = random_words(b.history[k], batch, 0, DEPTH,",
         "d0, d1, _, _ = random_words(b.history[k], batch, 0, POSITION,",
         "a stream used twice: for width and depth of a birthplace",
-        ("test_births_in_volumes",),
+        ("physics/test_phase_moments",),
     ),
     Fault(
         BIRTHS,
         "b.history[k] = history + int64(k)",
         "b.history[k] = int64(k)",
         "the streams of one bundle used again by the next",
-        ("test_births_in_volumes",),
+        ("physics/test_phase_moments",),
     ),
     Fault(
         BIRTHS,
@@ -55,7 +55,7 @@ FAULTS = (
         "mu, sine = 1.0 - u, math.sqrt(u * (2.0 - u))",
         "flat Lambertian sources that emit evenly",
         (
-            "test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
+            "sims/test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
         ),
     ),
     Fault(
@@ -63,21 +63,21 @@ FAULTS = (
         "fresh = u / share if passes else (u - share) / (1.0 - share)",
         "fresh = u",
         "a number used twice: for passing and for the direction",
-        ("test_samplers::test_diffuse_light_leaves_either_side_by_the_cosine_law",),
+        ("physics/test_samplers::test_diffuse_light_leaves_either_side_by_the_cosine_law",),
     ),
     Fault(
         OPTICS,
         "b.ratio[k] = row.ratio if enters else 1.0 / row.ratio",
         "b.ratio[k] = row.ratio",
         "glass that refracts on leaving as on entering",
-        ("test_samplers::test_glass_reflects_by_fresnel_and_refracts_by_snell",),
+        ("physics/test_samplers::test_glass_reflects_by_fresnel_and_refracts_by_snell",),
     ),
     Fault(
         "engine/passes/surfaces.py",
         "flip = -1.0 if b.mu[k] > 0.0 else 1.0",
         "flip = 1.0",
         "the front for the back of a diffuse wall",
-        ("test_samplers::test_diffuse_light_leaves_either_side_by_the_cosine_law",),
+        ("physics/test_samplers::test_diffuse_light_leaves_either_side_by_the_cosine_law",),
     ),
     Fault(
         "engine/passes/surfaces.py",
@@ -92,7 +92,7 @@ FAULTS = (
         "add_to_row(rows + 32 * surface, b.high[k], 0, 0, 0)",
         "a ledger that leaves out the last digits of what walls absorb",
         (
-            "test_mixtures::test_a_share_of_black_is_what_an_albedo_below_one_is",
+            "media/test_mixtures::test_a_share_of_black_is_what_an_albedo_below_one_is",
             "test_overruns",
         ),
     ),
@@ -122,21 +122,21 @@ FAULTS = (
         "        b.time[k] = arrival\n",
         "",
         "a clock that does not advance where something is met",
-        ("test_clocks",),
+        ("physics/test_clocks",),
     ),
     Fault(
         CLOCKS,
         "pace = rows[b.medium[k]].index * slowness\n",
         "pace = slowness\n",
         "light as fast in glass as in vacuum",
-        ("test_tracking_in_time",),
+        ("media/test_tracking",),
     ),
     Fault(
         CLOCKS,
         "b.time[k] = start + width * deviation",
         "b.time[k] = start + 0.5 * width * deviation",
         "a Gaussian pulse of half its width",
-        ("test_clocks",),
+        ("physics/test_clocks",),
     ),
     Fault(
         COLLISIONS,
@@ -200,7 +200,7 @@ FAULTS = (
         "b.u0[k] = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)",
         "b.u0[k] = u",
         "a number used twice: for the part of a mixture and its angle",
-        ("test_mixed_phases",),
+        ("media/test_mixtures",),
     ),
     Fault(
         "engine/passes/variance_reduction.py",
@@ -214,7 +214,7 @@ FAULTS = (
         "b.birth[k] = b.weight[k] / exp_negative(-rise)",
         "b.birth[k] = b.weight[k] * exp_negative(-rise)",
         "weights compared with those of another birthplace",
-        ("test_splitting",),
+        ("media/test_tracking",),
     ),
     Fault(
         "engine/passes/bank.py",
@@ -235,14 +235,14 @@ FAULTS = (
         "depth = -log_positive(BELOW_ONE - uniform(w0, w1))",
         "depth = -log_positive(BELOW_ONE - uniform(w2, w3))",
         "delta tracking: a path made of the number that decides at its end",
-        ("test_grid::test_a_layered_grid_is_a_stack_of_media",),
+        ("media/test_voxel_grids::test_a_layered_grid_is_a_stack_of_media",),
     ),
     Fault(
         "engine/passes/velocities.py",
         "sigma * q + drift_v",
         "sigma * p + drift_v",
         "one normal number for two components of a velocity",
-        ("test_speeds_engine::test_a_moving_plane_of_a_maxwellian_sends_out_its_crossers",),
+        ("physics/test_speeds::test_a_moving_plane_of_a_maxwellian_sends_out_its_crossers",),
     ),
     Fault(
         "engine/passes/aims.py",

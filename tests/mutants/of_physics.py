@@ -56,14 +56,14 @@ FAULTS = (
         "return 0.5 * (s * s + p * p) if",
         "return s * s if",
         "one polarisation for unpolarised light",
-        ("test_sampling",),
+        ("physics/test_samplers",),
     ),
     Fault(
         "physics/interfaces.py",
         "inverse = 1.0 / ratio",
         "inverse = ratio",
         "Snell's law upside down",
-        ("test_samplers::test_glass_reflects_by_fresnel_and_refracts_by_snell",),
+        ("physics/test_samplers::test_glass_reflects_by_fresnel_and_refracts_by_snell",),
     ),
     Fault(
         "physics/interfaces.py",
@@ -77,14 +77,14 @@ FAULTS = (
         "return lit / (lit + (s_out - mu_out) * mu_in) if mu_out > 0.0 else 0.0",
         "return 2.0 * mu_out / (mu_out + s_out) if mu_out > 0.0 else 0.0",
         "shadowing of microfacets without correlated heights",
-        ("test_sampling",),
+        ("physics/test_samplers",),
     ),
     Fault(
         "physics/microfacets.py",
         "height = (1.0 - u) * (1.0 + sz) - sz",
         "height = 1.0 - u",
         "microfacets sampled as if all were seen alike",
-        ("test_samplers::test_a_glossy_surface_reflects_by_its_brdf",),
+        ("physics/test_samplers::test_a_glossy_surface_reflects_by_its_brdf_from_either_side",),
     ),
     Fault(
         "physics/rays.py",
@@ -112,7 +112,7 @@ FAULTS = (
         "slope = 0.5 * beta + gamma * w",
         "slope = beta + gamma * w",
         "wrong normals of paraboloids and cones",
-        ("test_sheets::test_a_closed_room_of_any_walls_is_a_furnace",),
+        ("engine/test_sheets::test_a_closed_room_of_any_walls_is_a_furnace",),
     ),
     Fault(
         "physics/paths.py",
@@ -162,7 +162,7 @@ FAULTS = (
         "return place if place < end else end, 0.5 * TWO_PI * turn / d",
         "half of the angle that a flight is seen under",
         (
-            "detectors/test_point_detectors::test_what_scatters_elsewhere_is_told_from_flights_the_rest_by_detours",
+            "detectors/test_point_detectors::test_light_scattered_elsewhere_comes_from_flights_and_the_rest_by_detours",
         ),
     ),
     Fault(
@@ -226,7 +226,7 @@ FAULTS = (
         "r = math.sqrt(-2.0 * log_positive(1.0 - u))",
         "r = math.sqrt(-log_positive(1.0 - u))",
         "normal numbers of variance one half",
-        ("test_births_in_volumes",),
+        ("physics/test_phase_moments",),
     ),
     Fault(
         "physics/connections.py",
@@ -254,7 +254,7 @@ FAULTS = (
         "return sine2 / (1.0 + math.sqrt(1.0 - sine2)) if outside else 2.0",
         "return 0.5 * sine2 if outside else 2.0",
         "the solid angle of a ball by the small angle's formula",
-        ("detectors/test_aimed_births::test_what_reaches_the_target_is_the_closed_form",),
+        ("detectors/test_aimed_births::test_the_power_that_reaches_the_target_is_the_closed_form",),
     ),
     Fault(
         "physics/facets.py",
@@ -268,6 +268,6 @@ FAULTS = (
         "x = 1.0 - u if is_upper else u",
         "x = u",
         "the lower tail of speeds for the upper one",
-        ("test_speeds_engine::test_speeds_of_a_gas_are_maxwellian",),
+        ("physics/test_speeds::test_speeds_of_a_gas_are_maxwellian",),
     ),
 )

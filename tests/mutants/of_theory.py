@@ -45,7 +45,7 @@ FAULTS = (
         "shortest = np.hypot(distance, np.subtract(radius_1, radius_2))",
         "shortest = np.hypot(distance, np.add(radius_1, radius_2))",
         "the shortest line between two rims for the longest",
-        ("test_view_factors", "theory/test_closed_forms"),
+        ("sims/test_view_factors", "theory/test_closed_forms"),
     ),
     Fault(
         VIEW,
@@ -53,7 +53,7 @@ FAULTS = (
         "perpendicular_rectangles(size[one], size[two], size[3 - one - two])",
         "swapped indices of the walls of a box",
         (
-            "test_view_factors",
+            "sims/test_view_factors",
             "theory/test_closed_forms",
         ),
     ),
@@ -62,7 +62,7 @@ FAULTS = (
         "return 2 * exponential_integral(3, tau)",
         "return exponential_integral(2, tau)",
         "diffuse light without the cosine's weight",
-        ("test_attenuation",),
+        ("media/test_attenuation",),
     ),
     Fault(
         "theory/half_space.py",

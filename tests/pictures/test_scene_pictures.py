@@ -22,7 +22,7 @@ from transport.viz.scene import (
     track_colours,
     track_lines,
 )
-from transport.viz.scene_camera import coarse_facets, hides, view_of
+from transport.viz.scene_camera import View, coarse_facets, hides, view_of
 from transport.viz.scene_parts import BACK, FRONT, NOWHERE, block_names, frame_of, parts_of
 from transport.viz.screen import has_screen, without_screen
 from transport.viz.wording import lengths_text
@@ -320,13 +320,20 @@ def camera_at(scale):
     return (view.position - frame.middle) / frame.size
 
 
-def test_a_detector_without_outline_has_its_name():
-    detector = tp.Detector(tp.Mesh.sphere(radius=0.5), "ball", side="outside")
-    ((part,), _, _) = drawn_of(tp.Scene(LAMP, detectors=detector), kind="detector")
-    assert part.outline.n_points == 0
-    place, words = label_of(part, np.array([0.0, 0.0, 1.0]))
-    assert words == "ball"
-    np.testing.assert_allclose(place, (0, 0, 0.5), atol=0.02)
+@pytest.mark.parametrize("detector, top, has_outline", [
+    (tp.Detector(tp.Mesh.sphere(radius=0.5), "it", side="outside"), (0, 0, 0.5), False),
+    (tp.Detector(tp.Rectangle(width=2, height=4), "it"), (1, 2, 0), True),
+    (tp.Detector(tp.Box(size=(2, 4, 6)), "it", side="outside"), (1, 2, 3), True),
+    (tp.PointDetector((1, 2, 3), "it"), (1, 2, 3), False),
+], ids=["fine mesh", "rectangle", "box", "point"])  # fmt: skip
+def test_the_name_of_a_detector_is_at_its_top_far_right(detector, top, has_outline):
+    """The camera is on the side of -y, a little to +x."""
+    ((part,), frame, _) = drawn_of(tp.Scene(LAMP, detectors=detector), kind="detector")
+    assert (part.outline.n_points > 0) == has_outline
+    view = View(frame.middle + (1.0, -5.0, 2.0), frame.middle, np.array([0.0, 0.0, 1.0]))
+    place, words = label_of(part, view)
+    assert words == "it"
+    np.testing.assert_allclose(place, top, atol=0.02)
 
 
 @pytest.mark.parametrize("side, sign", [("front", 1), ("back", -1)])

@@ -36,7 +36,7 @@ print(Path("out/disk.png").read_bytes()[:4], Path("out/view_disk.vtm").exists(),
 DRAW = """
 import transport as tp
 from transport.viz import scene, screen
-from transport.viz.style import figure_at
+from transport.viz.style import figure
 
 assert "pyvista" not in sys.modules and "vtkmodules" not in sys.modules or sys.modules["pyvista"] is None
 disk = tp.Disk(radius=1.0)
@@ -47,7 +47,7 @@ for _ in range(2):
         print("DRAWN")
     except screen.NoScreen as refused:
         print("NO SCREEN", refused)
-with figure_at("chart.png", (4, 3), "a chart", None):
+with figure((4, 3), "a chart", path="chart.png"):
     pass
 print("CHART")
 """

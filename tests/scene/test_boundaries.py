@@ -12,6 +12,7 @@ import pytest
 
 import transport as tp
 from tests.refusals import assert_refused
+from tests.slow import SLOW
 from transport.geometry.contacts import contact_pairs
 from transport.geometry.line_crossings import crossings
 from transport.scene.checks.refractive_indices import Boundary, _boundary_crossings, check_media
@@ -139,7 +140,7 @@ def test_edges_alone_are_no_contact(shapes):
 
 
 @pytest.mark.parametrize("shapes", CONTACTS.values(), ids=CONTACTS)
-def test_what_comes_inside_of_another_is_a_contact(shapes):
+def test_a_surface_that_comes_inside_of_another_is_a_contact(shapes):
     assert contacts(shapes) == contacts(shapes[::-1]) == {(0, 1), (1, 0)}
 
 
@@ -270,7 +271,7 @@ def test_endless_shapes_are_crossed_by_all_lines():
     assert thickness == pytest.approx(0.5) and (slab.sides == [-1, 1]).all()
 
 
-def test_what_is_missed_has_no_crossings():
+def test_lines_that_miss_a_shape_have_no_crossings():
     away = np.array([[10.0, 10.0, 10.0]]), np.array([[0.0, 0.0, 1.0]])
     for shape in SHAPES.values():
         assert crossings(shape, *away).distances.shape == (1, 0)
@@ -416,6 +417,7 @@ def test_lines_near_an_edge_are_not_judged():
     assert _boundary_crossings(balls, middle + [[0, 0.01, 0]], along, 1e-9)[0].tolist() == [[0, 1, 2, 3]]
 
 
+@SLOW
 def test_the_check_takes_no_time():
     """A hundred thousand facets, three hundred balls: a fraction of a second each; 3 s on a machine that is busy."""
     many = [glass_ball(0.4, material=GLASS)] + [

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 import transport as tp
 from tests.refusals import assert_refused
-from transport.geometry.flat import Disk, Rectangle, Triangle
+from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bins import DirectionCone, Directions, Positions
@@ -29,29 +30,19 @@ LAMP, GAS = Source(DISK, Lambertian(power=1)), Source(CUBE, Gas(1e20, 500))
 WALL = Surface(DISK, Black(), name="floor")
 X, VX = (-1.0, 0.0, 2.0), (-5.0, 5.0)
 EVERY_OBJECT = [
-    DISK,
-    BALL,
-    CUBE,
-    SHEET,
-    Point(),
-    Cloud(sigma=1),
-    Black(),
-    Diffuse(0.5),
-    Mirror(),
-    Transparent(),
-    WALL,
-    LAMP,
-    GAS,
+    DISK, BALL, CUBE, SHEET, Point(), Cloud(sigma=1), Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0.5))),
+    Cylinder(radius=1, height=2), Cone(radius=1, top_radius=0.25, height=2), Sphere(radius=2, mu_min=0.5),
+    Paraboloid(focal_length=0.5, radius=1, inner_radius=0.25), Plane(center=(1, 2, 3)), Slab(thickness=0.5),
+    Rectangle(width=2, height=1, hole=Disk(center=(0.4, 0, 0), radius=0.25)),
+    Black(), Diffuse(0.5), Mirror(), Transparent(), WALL, LAMP, GAS,
     Source("floor", Beam((1, 2, 3), irradiance=2), side="back"),
     Detector(DISK, name="meter", directions=Directions(mu=[0, 0.5, 1], phi=4), positions=Positions(u=3)),
     Detector("floor", directions=Directions.cone((0, 1, 1), 0.1)),
-    Scene(LAMP, WALL, Detector("floor"), duration=2),
-    Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0.5))),
     Detector(DISK, name="gate", times=3, speeds=(0, 1, 10), via=("lid", "gate"), events=(1, 2), moments=True),
-    PhaseSpace(x=(-1, 0, 1), mu=4, time=(0, 0.5), within=CUBE, moments=True),
-    Snapshot(1, particles=10),
+    PhaseSpace(x=(-1, 0, 1), mu=4, time=(0, 0.5), within=CUBE, moments=True), Snapshot(1, particles=10),
+    Scene(LAMP, WALL, Detector("floor"), duration=2),
     Scene(LAMP, WALL, [Snapshot(1), Detector("floor"), PhaseSpace(vz=(0, 1), time=2)], duration=2),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("thing", EVERY_OBJECT, ids=lambda thing: type(thing).__name__)

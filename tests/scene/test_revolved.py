@@ -182,27 +182,19 @@ def test_bins_of_position_add_up_to_the_area(shape):
 
 
 @each_shape
-def test_bounds_hold_the_surface_and_touch_it(shape):
+def test_bounds_the_ball_about_the_middle_and_distances_are_those_of_points_of_the_surface(shape):
     points, (lower, upper) = points_on(shape), np.array(shape.bounds)
     rounding = 1e-15 * (shape.extent + 4)
     assert (points >= lower - rounding).all() and (points <= upper + rounding).all()
     assert points.min(axis=0) == pytest.approx(lower, abs=3e-4 * shape.extent)
     assert points.max(axis=0) == pytest.approx(upper, abs=3e-4 * shape.extent)
 
-
-@each_shape
-def test_the_ball_about_the_middle_just_holds_the_surface(shape):
-    points = points_on(shape)
-    away = np.linalg.norm(points - shape.middle, axis=1)
-    assert away.max() == close(shape.extent, 1e-14)
-    for step in (1e-3, -1e-3):  # and no smaller ball does, about another point of the axis
+    def reach(step):
+        """The farthest point from another one of the axis than the middle."""
         other = np.add(shape.middle, np.multiply(shape.axis, step * shape.extent))
-        assert np.linalg.norm(points - other, axis=1).max() > shape.extent
+        return np.linalg.norm(points - other, axis=1).max()
 
-
-@each_shape
-def test_least_distance_is_to_the_nearest_point(shape):
-    points = points_on(shape)
+    assert reach(0.0) == close(shape.extent, 1e-14) and min(reach(1e-3), reach(-1e-3)) > shape.extent
     draws = np.random.default_rng(7)
     away = np.array(shape.middle) + draws.normal(size=(25, 3)) * shape.extent
     for place in (*away, np.array(shape.center), np.array(shape.profile.origin)):

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import pickle
 from fractions import Fraction
 from itertools import permutations
 
@@ -59,14 +58,6 @@ def name_of(thing):
 # ---- what they are ----
 
 
-@pytest.mark.parametrize("shape", NEW, ids=name_of)
-def test_shapes_are_frozen_hashable_and_survive_copies(shape):
-    for twin in (dataclasses.replace(shape), pickle.loads(pickle.dumps(shape)), eval(repr(shape))):
-        assert twin == shape and hash(twin) == hash(shape)
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        shape.radius = 3
-
-
 def test_which_shapes_are_closed_and_which_end():
     assert [shape.is_closed for shape in NEW] == [False] * 6 + [True, False]
     assert [shape.is_infinite for shape in NEW] == [False] * 5 + [True, True, False]
@@ -100,11 +91,7 @@ def test_distances_from_planes_slabs_and_meshes():
     for height, surface, filled in ((5, 3, 3), (1.5, 0.5, 0), (-1, 1, 1)):
         assert slab.distance((9, 9, height)) == surface
         assert slab.distance((9, 9, height), filled=True) == filled
-    for place, surface in {
-        (0, 0, 0.25): 0.75,
-        (2, 0, 0.3): 1,
-        (2, 3, 1.5): math.hypot(1, 2, 0.5),
-    }.items():
+    for place, surface in {(0, 0, 0.25): 0.75, (2, 0, 0.3): 1, (2, 3, 1.5): math.hypot(1, 2, 0.5)}.items():
         assert CUBE.distance(place) == pytest.approx(surface, rel=1e-15)
         assert (CUBE.distance(place, filled=True) == 0) == (place == (0, 0, 0.25))
 
@@ -429,11 +416,7 @@ def test_projected_solid_angles_of_planes_are_those_of_flat_shapes():
     def projected(shape, bins, side="front"):
         return solid_angles_of(Detector(shape, "m", directions=bins, side=side), shape)[1]
 
-    world, cone, normal = (
-        Directions(mu=3, phi=2, frame="world"),
-        Directions.cone((0, 1, 2), 0.4),
-        (0, 1, 3),
-    )
+    world, cone, normal = (Directions(mu=3, phi=2, frame="world"), Directions.cone((0, 1, 2), 0.4), (0, 1, 3))
     disk, plane, slab = Disk(radius=1, normal=normal), Plane(normal=normal), Slab(normal=normal, thickness=1)
     for bins in (world, cone):
         front, back = projected(disk, bins), projected(disk, world, "back") if bins is world else 0.0
@@ -459,7 +442,7 @@ def test_solid_angles_are_counted_on_a_black_surface_where_rays_may_cross_twice(
 
 # ---- points on shapes ----
 
-EVEN_NUMBERS = np.random.default_rng(11).random((100_000, 2))
+EVEN_NUMBERS = np.random.default_rng(11).random((20_000, 2))
 ROUND = {
     "cylinder": Cylinder(center=(1, 2, 3), axis=(1, 1, 0), radius=0.5, height=2),
     "cone": Cone(radius=1, height=2),
@@ -486,7 +469,7 @@ def test_points_on_round_shapes_are_even_over_the_area(name):
     assert_follows(counts, areas / areas.sum())
     if name == "cone":
         with pytest.raises(AssertionError):  # heights that are even
-            assert_follows(np.full(10, 10_000), areas / areas.sum())
+            assert_follows(np.full(10, 2000), areas / areas.sum())
     assert max(shape.distance(tuple(point)) for point in points[:100]) < 1e-14 * shape.coordinate_scale
     out = points + 1e-6 * shape.extent * normals
     assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(len(normals)), rel=1e-14)

@@ -12,17 +12,17 @@ import numpy as np
 
 from transport.io.html.elements import escaped, muted
 from transport.renderers import function_for
-from transport.statistics.estimates import Batches, EstimateArray
+from transport.statistics.estimates import EstimateArray
 from transport.validation import missing_package
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 DOTS_PER_INCH = 100
-CURVE, MAPS = (4.6, 2.2), (7.0, 2.4)  # inches: width and height of a curve, and of two maps
-LEAST_HEIGHT, LARGEST_HEIGHT = 1.7, 3.0  # inches, of maps that are drawn to scale
-MARGINS = {"left": 0.7, "right": 0.5, "bottom": 0.45, "top": 0.2}  # inches around the axes
+CURVE, MAPS = (4.6, 2.2), (7.6, 2.6)  # inches: width and height of a curve, and of two maps
+LEAST_HEIGHT, LARGEST_HEIGHT = 2.0, 3.0  # inches, of maps that are drawn to scale
+LEFT, BELOW, ABOVE = 0.65, 0.45, 0.25  # inches, margins
+SCALE, BETWEEN = 0.95, 1.5  # inches: right of a map for its scale of colours, between two maps
 STYLE = {
     "figure.facecolor": "white", "font.size": 8, "axes.titlesize": 8, "legend.fontsize": 7,
     "lines.markersize": 3, "axes.spines.top": False, "axes.spines.right": False, "hatch.linewidth": 0.5,
@@ -45,8 +45,8 @@ def image(draw: Callable[[Figure], object], size: tuple[float, float], title: st
         # Values far apart overflow in matplotlib's scales, where it does no harm.
         with matplotlib.rc_context(STYLE), np.errstate(all="ignore"):
             figure = Figure(size, dpi=DOTS_PER_INCH)
+            _set_margins(figure, right=0.1)
             draw(figure)
-            _set_margins(figure)  # matplotlib's own layout takes three times as long
             held = io.BytesIO()
             figure.savefig(held, format="png")
     except ImportError as error:
@@ -66,24 +66,25 @@ def array_image(array: EstimateArray, label: str = "estimate") -> str:
     is_curve = sum(bins > 1 for bins in array.shape) < 2
 
     def draw_array(figure: Figure) -> None:
-        draw = function_for(EstimateArray, "plot")
-        panels: list[Axes] = [figure.subplots()] if is_curve else list(figure.subplots(1, 2))
-        draw(array, panels[0], _decades(array.value), label)
+        draw = function_for(EstimateArray, "map")
+        panels = [figure.subplots()] if is_curve else list(figure.subplots(1, 2))
+        draw(array, ax=panels, decades=_decades(array.value), label=label)
         if is_curve:
             return
-        draw(_relative_errors(array), panels[1], None, "relative standard error [%]")
+        side = (figure.get_figwidth() - LEFT - BETWEEN - SCALE) / 2
         if panels[0].get_aspect() != "auto":  # a picture as high as maps to scale are
-            height = figure.get_figwidth() / 3 * np.ptp(panels[0].get_ylim()) / np.ptp(panels[0].get_xlim())
-            figure.set_figheight(min(max(height + 0.6, LEAST_HEIGHT), LARGEST_HEIGHT))
+            height = side * np.ptp(panels[0].get_ylim()) / np.ptp(panels[0].get_xlim()) + BELOW + ABOVE
+            figure.set_figheight(min(max(height, LEAST_HEIGHT), LARGEST_HEIGHT))
+        _set_margins(figure, right=SCALE, wspace=BETWEEN / side)
 
     title = "bars: ± 2 standard errors" if is_curve else "the estimate, and its relative standard error"
     return image(draw_array, CURVE if is_curve else MAPS, title)
 
 
-def _set_margins(figure: Figure) -> None:
+def _set_margins(figure: Figure, right: float, wspace: float = 0.0) -> None:
+    """Set the margins; matplotlib's own layout would take three times as long as the drawing."""
     width, height = figure.get_size_inches()
-    left, right, bottom, top = (MARGINS[side] for side in ("left", "right", "bottom", "top"))
-    figure.subplots_adjust(left / width, bottom / height, 1 - right / width, 1 - top / height, wspace=0.35)
+    figure.subplots_adjust(LEFT / width, BELOW / height, 1 - right / width, 1 - ABOVE / height, wspace)
 
 
 def _decades(values: np.ndarray) -> int | None:
@@ -94,11 +95,3 @@ def _decades(values: np.ndarray) -> int | None:
         return None
     decades = math.ceil(math.log10(positive.max()) - math.log10(positive.min()))
     return min(MAX_DECADES, decades) if decades < WIDEST_RANGE else None
-
-
-def _relative_errors(array: EstimateArray) -> EstimateArray:
-    """The relative standard errors [%] as exact numbers over the same bins; nan where none is known."""
-    percent = 100 * np.where(np.isfinite(array.relative_error), array.relative_error, np.nan)
-    return EstimateArray(
-        percent[None], Batches([1]), "1", array.dims, array.coords, exact=True, axis_units=array.axis_units
-    )
