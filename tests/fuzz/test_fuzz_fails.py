@@ -77,6 +77,7 @@ def test_walls_that_shine_three_percent_too_much_are_seen():
         agreements.check_furnace(room(brighter=1.03))
 
 
+@pytest.mark.slow
 def test_a_way_that_gives_five_percent_too_much_is_seen(monkeypatch):
     sound = agreements.run_of
 
@@ -155,6 +156,7 @@ def gas(**changes):
     return World({**parts, "medium": None, "detectors": looks, "duration": 4e-3, **changes}, unit=(3, -5))
 
 
+@pytest.mark.slow
 def test_walls_of_another_temperature_are_seen(monkeypatch):
     monkeypatch.setattr(agreements, "MORE", 2)
     gases.check_gas(gas())
