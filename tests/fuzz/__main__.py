@@ -10,8 +10,7 @@ import argparse
 import sys
 from collections import Counter
 
-from tests.fuzz.numbered import FAMILIES, Outcome
-from tests.fuzz.supervised import outcomes_of
+from tests.fuzz.numbered import FAMILIES, Outcome, outcomes_of
 
 
 def main() -> int:

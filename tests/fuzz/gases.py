@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 
 import transport as tp
 from tests.fuzz import shapes
-from tests.fuzz.agreements import checked, score_of
+from tests.fuzz.agreements import ENOUGH, Scores, checked, run_of, score_of
 from tests.fuzz.lamps import WARM
-from tests.fuzz.pictures import THERMAL
-from tests.fuzz.runs import ENOUGH, Scores, run_of
+from tests.fuzz.looks import THERMAL
 from tests.fuzz.worlds import MIDDLES, ROOM, WITHIN, World, cells_about
 from transport.scene.materials import Material
 from transport.vectors import Vector

@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 import transport as tp
-from tests.fuzz import agreements, gases, lefts, properties, samples, sightings, views
+from tests.fuzz import agreements, gases, properties, samples, views
 from tests.fuzz.lamps import WARM
+from tests.fuzz.numbered import received
 from tests.fuzz.rooms import METERED, ell
-from tests.fuzz.supervised import received
 from tests.fuzz.worlds import World
 
 
@@ -77,6 +77,7 @@ def test_walls_that_shine_three_percent_too_much_are_seen():
         agreements.check_furnace(room(brighter=1.03))
 
 
+@pytest.mark.slow
 def test_a_way_that_gives_five_percent_too_much_is_seen(monkeypatch):
     sound = agreements.run_of
 
@@ -121,11 +122,11 @@ def test_pixels_of_cameras_and_octants_of_maps_show_the_same_directions():
     """A fault in either's axes: what one octant shows, from a lamp in it, others show."""
     lamp = tp.Source(tp.Sphere(center=(3.0, 2.0, 1.0), radius=0.9), tp.Lambertian(radiance=1.0))
     far = tp.Source(tp.Sphere(center=(-3.0, -1.0, -3.0), radius=0.9), tp.Lambertian(radiance=7.0))
-    looks = (sightings.octants("map", (0.0, 0.0, 0.0)), *views.cube((0.0, 0.0, 0.0)))
+    looks = (agreements.octants("map", (0.0, 0.0, 0.0)), *views.cube((0.0, 0.0, 0.0)))
     seen = tp.simulate(tp.Scene([lamp, far], (), looks), 200_000, seed=1, progress=False)
     flux = seen["map"].radiance * seen["map"].detector.solid_angles()
     lit = set()
-    for octant, pixels in sightings.pixels_of_octants(seen).items():
+    for octant, pixels in agreements.pixels_of_octants(seen).items():
         parts = sum(pixels[1:], pixels[0])
         assert len(pixels) == 3 and (flux[octant].value > 0) == (parts.value > 0), octant
         if parts.value > 0:
@@ -155,6 +156,7 @@ def gas(**changes):
     return World({**parts, "medium": None, "detectors": looks, "duration": 4e-3, **changes}, unit=(3, -5))
 
 
+@pytest.mark.slow
 def test_walls_of_another_temperature_are_seen(monkeypatch):
     monkeypatch.setattr(agreements, "MORE", 2)
     gases.check_gas(gas())
@@ -168,12 +170,12 @@ def test_an_instant_that_is_another_one_is_seen(monkeypatch):
     glow = tp.Source(tp.Disk(radius=0.5), tp.Effusive(exitance=1e6, speed=500.0))
     walls = (tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.8), "room"),)
     world = gas(sources=(glow,), surfaces=walls)
-    assert lefts.check_left(world)
+    assert agreements.check_left(world)
     monkeypatch.setattr(agreements, "MORE", 4)
-    cut = lefts._cut
-    monkeypatch.setattr(lefts, "_cut", lambda world, instant: cut(world, 0.95 * instant))
+    cut = agreements._cut
+    monkeypatch.setattr(agreements, "_cut", lambda world, instant: cut(world, 0.95 * instant))
     with pytest.raises(AssertionError, match="emitted and not gone"):
-        lefts.check_left(world)
+        agreements.check_left(world)
 
 
 def test_bins_that_lose_a_particle_or_look_elsewhere_are_seen():

@@ -5,7 +5,6 @@ False alarms 1e-6 each, fixed seeds; what does not depend on chance agrees to ro
 
 from __future__ import annotations
 
-import hashlib
 import math
 
 import numpy as np
@@ -179,20 +178,3 @@ def test_detours_follow_their_law():
         x = (np.arange(200_000) + 0.5) / 200_000 * reach / 2
         share = 2 / math.pi**2 * np.sum(np.log(np.abs((1 + x) / (1 - x))) / x) * (x[1] - x[0])
         assert abs(np.mean(leg < reach) - share) < 5 * math.sqrt(0.25 / len(leg)), (reach, share)
-
-
-def digest() -> str:
-    """Of what points count in fog, beside a wall and within a glowing ball."""
-    surfaces = [
-        filled(tp.Box(size=2.0), M(0.2, 1.0, tp.HenyeyGreenstein(0.3))),
-        filled(tp.Sphere(radius=0.3), M(0.1, 3.0, tp.Rayleigh())),
-        tp.Surface(tp.Plane(center=(0, 0, -2)), tp.Diffuse(0.5)),
-    ]
-    places = [(0.6, 0.1, 0.2), (0.1, 0.0, 0.1), (0, 0, 2), (3, 0, 0)]
-    points = [tp.PointDetector(place, f"p{k}") for k, place in enumerate(places)]
-    glow = tp.Source(tp.Sphere(center=(3, 0, 0), radius=0.5), tp.Isotropic(power=1.0))
-    scene = tp.Scene([lamp((0, 0, 1.5), 1.0), glow], surfaces, points)
-    result = tp.simulate(scene, particles=3000, seed=7, batches=3, threads=1, progress=False)
-    return hashlib.sha256(
-        np.array([result[point.name].batch_values for point in points]).tobytes()
-    ).hexdigest()
