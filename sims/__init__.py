@@ -9,12 +9,53 @@ from __future__ import annotations
 if __name__ == "sims":
     raise ImportError("'sims' is a part of transport now: import transport.sims")
 
+import inspect
+from collections.abc import Callable, Collection, Sequence
+from functools import wraps
+from pathlib import Path
+
 import numpy as np
 
-from transport import Estimate, Result
-from transport.verification.experiment import Outcome, experiment, run_experiment
+from transport import Estimate, Result, SceneError
+from transport.verification.experiment import Outcome, Row, defaults_of, experiment, run_experiment
 
 ROUNDING = 1e-12  # of the terms of a difference: what is smaller is left over from their cancellation
+
+Selection = Callable[[Sequence[Outcome]], Sequence[Outcome]]  # outcomes -> those that a figure shows
+Drawing = Callable[..., object]  # (outcomes, path=, note=): draws them
+
+
+# ---- parameters ----
+
+
+def of_scene(scene: Callable[..., object]) -> Callable[[Callable], Callable]:
+    """Decorate a function of some of the scene's parameters: it takes all of them, with the scene's defaults."""
+
+    def decorate(function: Callable) -> Callable:
+        names = inspect.signature(function).parameters
+
+        @wraps(function)
+        def completed(**parameters: object) -> object:
+            given = defaults_of(scene) | parameters
+            unknown = [name for name in given if name not in inspect.signature(scene).parameters]
+            if unknown:
+                raise TypeError(f"{function.__name__}() got unknown parameters: {', '.join(unknown)}")
+            return function(**{name: given[name] for name in names})
+
+        return completed
+
+    return decorate
+
+
+def check_choices(sim: str, **choices: tuple[object, Collection]) -> None:
+    """Raise SceneError for a parameter that is not one of its known values.  choices: name=(value, known values)."""
+    for name, (value, known) in choices.items():
+        if value not in known:
+            words = ", ".join(map(str, known))
+            raise SceneError(f"{sim}: {name} must be one of {words}, got {value!r}")
+
+
+# ---- estimates ----
 
 
 def constant(result: Result, value: float, unit: str) -> Estimate:
@@ -35,13 +76,16 @@ def sharp(estimate: Estimate, of: Estimate) -> Estimate:
     return Estimate(np.full(len(estimate.run), value), estimate.run, estimate.unit, exact=True)
 
 
+# ---- answers ----
+
+
 def provenance(outcomes: list[Outcome]) -> str:
     """Particles and seed of the runs, for the small print of a figure."""
     particles, seed = max(o.result.particles for o in outcomes), outcomes[0].result.seed
     return f"{particles:_} particles a case, seed {seed}"
 
 
-def print_table(path: str) -> None:
+def main(path: str) -> None:
     """Run the experiment of this file and print its tables and its verdict."""
     module = experiment(path)
     outcomes = run_experiment(module)
@@ -53,7 +97,26 @@ def print_table(path: str) -> None:
     print(f"\n{module.verdict(outcomes)}")
 
 
-def furthest(outcomes: list[Outcome]) -> str:
+def where(**given: object) -> Selection:
+    """Select the outcomes with these parameters; of a tuple any value will do."""
+    wanted = {name: value if isinstance(value, tuple) else (value,) for name, value in given.items()}
+    return lambda outcomes: [o for o in outcomes if all(o.given[n] in known for n, known in wanted.items())]
+
+
+def holding(name: str) -> Selection:
+    """Select the outcomes whose results have a detector of that name."""
+    return lambda outcomes: [o for o in outcomes if name in o.result]
+
+
+def grouped(outcomes: Sequence[Outcome], name: str) -> dict[object, list[Outcome]]:
+    """The outcomes by their value of a parameter."""
+    found: dict[object, list[Outcome]] = {}
+    for outcome in outcomes:
+        found.setdefault(outcome.given[name], []).append(outcome)
+    return found
+
+
+def furthest(outcomes: Sequence[Outcome]) -> str:
     """How far off the worst of all readings is, in words for a verdict."""
     rows = [row for outcome in outcomes for row in outcome.rows]
     scores = [abs(row.z) for row in rows if np.isfinite(row.z)]
@@ -61,16 +124,62 @@ def furthest(outcomes: list[Outcome]) -> str:
         return "no reading has an error bar"
     if len(rows) == 1:
         return f"{scores[0]:.1f} standard errors off"
-    return f"the furthest of {len(rows)} readings is {max(scores):.1f} standard errors off"
+    return f"the furthest of {len(scores)} readings is {max(scores):.1f} standard errors off"
 
 
-def draw_rows(outcomes: list[Outcome], path: str, title: str) -> None:
+def sentence(*clauses: str) -> str:
+    """The clauses as one sentence."""
+    words = "; ".join(clauses)
+    return f"{words[:1].upper()}{words[1:]}."
+
+
+# ---- figures ----
+
+
+def figures(
+    **parts: Drawing | tuple[Drawing, Selection],
+) -> Callable[[Sequence[Outcome], str], list[Path]]:
+    """The `draw` of an experiment: how each figure is drawn, and of which outcomes if not of all.
+
+    A figure without outcomes is left out.  The first one is drawn at the path, each other with its name behind the
+    path's; `note` is the provenance of its outcomes.  Where there would be none, all rows are drawn.
+    """
+
+    def draw(outcomes: Sequence[Outcome], path: str) -> list[Path]:
+        path, paths = Path(path), []
+        pairs = {word: part if isinstance(part, tuple) else (part, list) for word, part in parts.items()}
+        shown = {word: (drawing, found) for word, (drawing, of) in pairs.items() if (found := of(outcomes))}
+        for word, (drawing, found) in (shown or {"rows": (draw_rows, outcomes)}).items():
+            paths.append(path.with_stem(f"{path.stem}_{word}") if paths else path)
+            drawing(found, path=paths[-1], note=provenance(found))
+        return paths
+
+    return draw
+
+
+def rows_figure(
+    title: str,
+    label: Callable[[Row, Outcome], str] | None = None,
+    keep: Callable[[Row], bool] = lambda row: True,
+) -> Drawing:
+    """A drawing of readings beside their exact values.  label: of a row, with its case;  keep: whether to show it."""
+    return lambda outcomes, **out: draw_rows(outcomes, title=title, label=label, keep=keep, **out)
+
+
+def draw_rows(
+    outcomes: Sequence[Outcome],
+    path: Path,
+    note: str,
+    title: str | None = None,
+    label: Callable[[Row, Outcome], str] | None = None,
+    keep: Callable[[Row], bool] = lambda row: True,
+) -> None:
     """Every reading of every case beside its exact value."""
     from transport.viz.comparisons import comparison
 
+    words = label or (lambda row, outcome: "\n".join(filter(None, (row.name, outcome.title))))
+    rows = [(words(row, outcome), row) for outcome in outcomes for row in outcome.rows]
     table = {
-        "\n".join(filter(None, (row.name, o.title))): (row.estimate, row.exact)
-        for o in outcomes
-        for row in o.rows
+        name: (row.estimate, row.exact) for name, row in [each for each in rows if keep(each[1])] or rows
     }
-    comparison(table, path, title=title, note=provenance(outcomes))
+    comparison(table, path, title=title, note=note)

@@ -17,11 +17,12 @@ image of errors shows where).
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import furthest, provenance
+from transport.sims import check_choices, constant, figures, furthest, main, of_scene
 from transport.verification.experiment import Outcome
 
 law = "L along a ray, R L by a mirror (first law of radiometry); L = ρ Φ/(π A(1 - ρ f)) in a diffuse sphere (Ulbricht 1900)"
@@ -41,22 +42,23 @@ def cases() -> list[dict[str, str]]:
 
 def scene(place: str = "room", width: int = 120, height: int = 90) -> tp.Scene:
     """place: a "room" with a camera of so many pixels, or a white "sphere" with an environment map."""
-    if place == "room":
-        return tp.Scene(tp.Source("lamp", tp.Lambertian(radiance=RADIANCE)), _room(), _camera(width, height))
+    check_choices("camera", place=(place, ("room", "sphere")))
     if place == "sphere":
         return _sphere()
-    raise tp.SceneError(f"camera: place must be 'room' or 'sphere', got {place!r}; write place='room'")
+    return tp.Scene(tp.Source("lamp", tp.Lambertian(radiance=RADIANCE)), _room(), _camera(width, height))
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     if "map" in result:
-        return {SPHERE: result["map"].radiance[8:].sum("theta").sum("phi") / _bins(result.run)}
+        lower = result["map"].radiance[8:]  # half of the bins
+        return {SPHERE: lower.sum("theta").sum("phi") / constant(result, 8.0 * 8.0, "1")}
     view = result["view"]
     direct, mirrored = pixel_of_lamp(view.detector), pixel_of_mirrored_lamp(view.detector)
     return {DIRECT: view.radiance[direct], MIRRORED: view.radiance[mirrored]}
 
 
-def exact(place: str = "room", width: int = 120, height: int = 90) -> dict[str, float]:
+@of_scene(scene)
+def exact(place: str) -> dict[str, float]:
     if place == "room":
         return {DIRECT: RADIANCE, MIRRORED: MIRROR * RADIANCE}
     area, lamp = 4 * math.pi * RADIUS**2, 2 * math.pi * RADIUS**2 * (1 - CAP)
@@ -68,18 +70,19 @@ def verdict(outcomes: list[Outcome]) -> str:
     return f"It does, straight, by a mirror and by way of white walls: {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    from transport.viz.cameras import seen
+def draw_view(outcomes: list[Outcome], path: Path, note: str) -> None:
+    from transport.viz.maps import plot_map
 
-    result = outcomes[0].result
-    name = "view" if "view" in result else "map"
-    seen(result[name], path, 2.5, "A room, seen by histories that start at the camera", provenance(outcomes))
+    result, title = outcomes[0].result, "A room, seen by histories that start at the camera"
+    plot_map(result["view" if "view" in result else "map"], path, decades=2.5, title=title, note=note)
+
+
+draw = figures(view=draw_view)
 
 
 def pixel_of_lamp(camera: tp.Camera) -> tuple[int, int]:
     """The pixel that looks at the middle of what is seen of the lamp."""
-    hits = _on_lamp(np.array(camera.position), _rays(camera))
-    return _middle(hits)
+    return _middle(_on_lamp(np.array(camera.position), _rays(camera)))
 
 
 def pixel_of_mirrored_lamp(camera: tp.Camera) -> tuple[int, int]:
@@ -149,6 +152,5 @@ def _sphere() -> tp.Scene:
     )
 
 
-def _bins(run) -> tp.Estimate:
-    """How many bins are in the lower half of the map."""
-    return tp.Estimate(np.full(len(run), 8.0 * 8.0), run, "1", exact=True)
+if __name__ == "__main__":
+    main(__file__)

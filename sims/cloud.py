@@ -26,12 +26,15 @@ and how bright the sky is, are chosen; how bright cloud and ground are is not.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import constant, figures, furthest, main, of_scene, rows_figure, where
 from transport.theory import ordinates
 from transport.theory.attenuation import optical_depths, shadow_means
 from transport.theory.enclosures import chi_square_values
@@ -65,6 +68,12 @@ DEPTHS = (0.05, 1.2, 0.2, 0.5, 1.5, 0.0, 0.4, 0.15)  # optical, of layers
 WIDE = 1e8  # m
 EYE, TARGET = (-450.0, -3000.0, 800.0), (200.0, 0.0, 480.0)  # of the picture [m]
 FARTHEST = math.radians(60)
+PIXELS, STEPS = (760, 350), 100  # of the view; places along each line of sight
+LINES = 40_000  # of sight, taken at a time
+SKY_LOW, SKY_HIGH = np.array([0.20, 0.30, 0.40]), np.array([0.03, 0.09, 0.21])  # of white in full sun; chosen
+EARTH = np.array([1.12, 1.06, 0.72])  # tint of the ground; chosen
+EXPOSURE = 3.0
+OPAQUE = 1e-3  # share of light let through, below which no more is added
 
 ALL = "back to the sky + cloud + ground"
 REFLECTED, THROUGH, STRAIGHT, KEPT = "reflected", "let through", "of that straight", "absorbed"
@@ -104,12 +113,8 @@ def _cumulus(down, albedo, phase, extinction, ground) -> tp.Scene:
     field = cumulus(extinction)
     grid = tp.Grid(box=box, absorption=(1 - albedo) * field, scattering=albedo * field, phase=phase)
     middle = shadow_middle(down)
-    above = tp.Rectangle(
-        center=(middle + SUNRISE * down[0] / down[2], 0, SUNRISE),
-        normal=(0, 0, -1),
-        width=GROUND,
-        height=GROUND,
-    )
+    start = (middle + SUNRISE * down[0] / down[2], 0, SUNRISE)
+    above = tp.Rectangle(center=start, normal=(0, 0, -1), width=GROUND, height=GROUND)
     meter = tp.Rectangle(center=(middle, 0, 0), up=(0, 1, 0), width=GROUND, height=GROUND)
     bins = tp.Positions(u=round(GROUND / BIN), v=round(GROUND / BIN))
     return tp.Scene(
@@ -230,14 +235,8 @@ def chi_square(direct: tp.EstimateArray, expected: np.ndarray) -> tp.Estimate:
     return tp.Estimate(chi_square_values(found, expected[bright], direct.run.sizes), direct.run, "1")
 
 
-def exact(
-    sky: str = "cumulus",
-    zenith: float = 40 * tp.deg,
-    albedo: float = 0.999,
-    g: float = 0.85,
-    extinction: float = 0.05,
-    ground: float = 0.2,
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(sky: str, zenith: float, albedo: float, g: float, extinction: float) -> dict[str, float]:
     if sky == "layers":
         depth, mu0 = math.fsum(DEPTHS), math.cos(zenith)
         slab = ordinates.slab(depth, albedo, ordinates.henyey_greenstein(g), mu0)
@@ -255,8 +254,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def _said(outcome: Outcome) -> str:
-    result, scores = outcome.result, [abs(row.z) for row in outcome.rows if not math.isnan(row.z)]
-    off = f"; the furthest of {len(scores)} figures is {max(scores, default=0):.1f} standard errors off"
+    result, off = outcome.result, f"; {furthest([outcome])}"
     back = result["sky"].flux_in / result.ledger["emitted"]
     if "below" in result:
         return f"Layers of optical depth {math.fsum(DEPTHS):.3g} send back {back}, as a slab does{off}."
@@ -285,34 +283,62 @@ def _darkest(result: tp.Result) -> str:
     return f" in the middle of its shadow {left} of full light is left, nearly all of it scattered;"
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    """The cumulus and the light below it; of layers alone, their shares against the slab's."""
-    shown = next((outcome for outcome in outcomes if "light" in outcome.result), None)
-    if shown is None:
-        draw_shares(outcomes, path)
-    else:
-        draw_cloud(shown, path)
+def draw_cloud(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """A view of the cumulus from the south, the sun on the left; maps of the light on the ground, and a cut."""
+    from transport.viz.style import figure
+
+    seen, ground = voxels_of(outcomes[0].result), ground_of(outcomes[0].result)
+    with figure((21, 19.6), "A cloud in the sun, and its shadow", note, path) as page:
+        above, below = page.subfigures(2, 1, height_ratios=(1.12, 1))
+        _draw_view(above.subplots(), seen, ground)
+        maps, cut = below.subfigures(1, 2, width_ratios=(1.62, 1))
+        _draw_maps(maps, ground)
+        _draw_cut(cut.subplots(), ground)
 
 
-def draw_cloud(outcome: Outcome, path: str) -> None:
-    """A view from the south, the sun on the left; maps and a cut."""
-    from transport.viz.clouds import Ground, Voxels, cloud_picture
+class Voxels(NamedTuple):
+    """A cloud between the corners LOW and HIGH.
 
-    result = outcome.result
+    extinction (nx, ny, nz) [m^-1];  direct (nx, ny, nz): fluence rate of straight light [W m^-2];  scattered
+    (mx, my, mz): of the rest, in coarser cells;  albedo, density(mu): of the droplets;  down: where the light goes.
+    """
+
+    extinction: np.ndarray
+    direct: np.ndarray
+    scattered: np.ndarray
+    albedo: float
+    density: Callable[[float | np.ndarray], float | np.ndarray]
+    down: tuple[float, float, float]
+    low: tuple[float, float, float] = LOW
+    high: tuple[float, float, float] = HIGH
+
+
+class Ground(NamedTuple):
+    """Bins of the ground at z = 0: x, y their edges [m]; irradiances, all light and straight light alone, and
+    the exact means of the latter, (nx, ny) [W m^-2];  albedo: of the ground, which scatters evenly.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    light: tp.EstimateArray
+    direct: tp.EstimateArray
+    expected: np.ndarray
+    albedo: float
+
+
+def voxels_of(result: tp.Result) -> Voxels:
     grid, down = result.scene.surface("cloud").inside, lit_by(result)
     straight = SUN * np.exp(-_depths_within(grid.extinction, down))
-    coarse = straight.reshape([m for n, c in zip(SHAPE, CELLS, strict=True) for m in (c, n // c)]).mean(
-        axis=(1, 3, 5)
-    )
-    rest = np.maximum(result["within"].fluence_rate.value - coarse, 0.0)
-    albedo = float(grid.albedo.max())
-    voxels = Voxels(LOW, HIGH, grid.extinction, straight, rest, albedo, grid.phase.density, down, SUN)
+    coarse = straight.reshape([m for n, c in zip(SHAPE, CELLS, strict=True) for m in (c, n // c)])
+    rest = np.maximum(result["within"].fluence_rate.value - coarse.mean(axis=(1, 3, 5)), 0.0)
+    return Voxels(grid.extinction, straight, rest, float(grid.albedo.max()), grid.phase.density, down)
+
+
+def ground_of(result: tp.Result) -> Ground:
     light, direct = (result[name].irradiance for name in ("light", "direct"))
-    x, y = shadow_middle(down) + light.coords["u"], light.coords["v"]
-    expected = -SUN * down[2] * _expected(result)
-    ground = Ground(x, y, light, direct, expected, result.scene.surface("ground").material.albedo)
-    title = "A cloud in the sun, and its shadow"
-    cloud_picture(voxels, ground, path, EYE, TARGET, title, provenance([outcome]))
+    x, y = shadow_middle(lit_by(result)) + light.coords["u"], light.coords["v"]
+    expected = -SUN * lit_by(result)[2] * _expected(result)
+    return Ground(x, y, light, direct, expected, result.scene.surface("ground").material.albedo)
 
 
 def _depths_within(extinction: np.ndarray, down: tuple[float, float, float]) -> np.ndarray:
@@ -320,19 +346,145 @@ def _depths_within(extinction: np.ndarray, down: tuple[float, float, float]) -> 
     edges = [np.linspace(a, b, n + 1) for a, b, n in zip(LOW, HIGH, extinction.shape, strict=True)]
     middles = np.meshgrid(*((e[1:] + e[:-1]) / 2 for e in edges), indexing="ij")
     places = np.stack([m.ravel() for m in middles], axis=1)
-    towards = [-x for x in down]
-    return optical_depths(extinction, LOW, HIGH, places, towards).reshape(extinction.shape)
+    return optical_depths(extinction, LOW, HIGH, places, [-x for x in down]).reshape(extinction.shape)
 
 
-def draw_shares(outcomes: list[Outcome], path: str) -> None:
-    """Estimates of layers against the slab."""
-    from transport.viz.comparisons import comparison
+def _draw_view(axes, seen: Voxels, ground: Ground) -> None:
+    """The view, with an arrow along the light as it is seen from the south."""
+    from transport.viz.style import MUTED
 
-    table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
-    comparison(table, path, title="Layers of voxels, and the slab of their depth", note=provenance(outcomes))
+    axes.imshow(view(seen, ground), interpolation="bicubic")
+    axes.axis("off")
+    start = np.array([0.05, 0.94])
+    end = start + 0.2 * np.array([seen.down[0] * PIXELS[1] / PIXELS[0], seen.down[2]])
+    style = {"arrowstyle": "-|>", "color": "white", "lw": 3, "mutation_scale": 28}
+    axes.annotate("", end, start, xycoords="axes fraction", arrowprops=style)
+    beside = {"transform": axes.transAxes, "va": "top", "fontsize": 19}
+    axes.text(*(start + (0.035, -0.03)), "sunlight", color="white", **beside)
+    words = "the view is computed from the light counted in the voxels and on the ground; colours and sky are chosen"
+    axes.text(1.0, -0.015, words, color=MUTED, ha="right", **beside)
+
+
+def view(voxels: Voxels, ground: Ground) -> np.ndarray:
+    """Picture (height, width, 3) from 0 to 1: radiance over that of a white surface in full sun, darkened towards 1."""
+    eye, rays = np.array(EYE), _rays(np.array(EYE), np.array(TARGET), PIXELS)
+    parts = [_shades(voxels, ground, eye, rays[k : k + LINES]) for k in range(0, len(rays), LINES)]
+    bright = 1 - np.exp(-EXPOSURE * np.concatenate(parts))
+    return np.clip(bright ** (1 / 2.2), 0, 1).reshape(PIXELS[1], PIXELS[0], 3)
+
+
+def along_sight(
+    voxels: Voxels, eye: np.ndarray, rays: np.ndarray, steps: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the cloud sends along rays (n, 3) to the eye [W m^-2 sr^-1], and the share that passes through it,
+    (n,) each.
+    """
+    low, high = np.asarray(voxels.low), np.asarray(voxels.high)
+    with np.errstate(divide="ignore"):
+        crossings = np.sort([(low - eye) / rays, (high - eye) / rays], axis=0)
+    near, far = np.maximum(crossings[0].max(axis=1), 0), crossings[1].min(axis=1)
+    phase = np.asarray(voxels.density(-rays @ np.asarray(voxels.down)))
+    sent, passed, steps = np.zeros(len(rays)), np.ones(len(rays)), steps or STEPS
+    seen = np.flatnonzero(far > near)  # rays that still gather something
+    for k in range(steps):
+        seen = seen[passed[seen] > OPAQUE]
+        length = (far - near)[seen] / steps
+        places = eye + (near[seen] + (k + 0.5) * length)[:, None] * rays[seen]
+        share = (places - low) / (high - low)
+        through = np.exp(-_between(voxels.extinction, share) * length)
+        even = _between(voxels.scattered, share) / (4 * math.pi)
+        glow = phase[seen] * _between(voxels.direct, share) + even
+        sent[seen] += passed[seen] * (1 - through) * voxels.albedo * glow
+        passed[seen] *= through
+    return sent, passed
+
+
+def _rays(eye: np.ndarray, target: np.ndarray, pixels: tuple[int, int]) -> np.ndarray:
+    """Directions of the pixels, row by row from above; the target is in the middle, 48 degrees are across."""
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, (0, 0, 1))
+    right /= np.linalg.norm(right)
+    up, half = np.cross(right, forward), math.tan(math.radians(24))
+    x = half * (2 * (np.arange(pixels[0]) + 0.5) / pixels[0] - 1)
+    y = half * pixels[1] / pixels[0] * (1 - 2 * (np.arange(pixels[1]) + 0.5) / pixels[1])
+    rays = forward + x[None, :, None] * right + y[:, None, None] * up
+    return (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(-1, 3)
+
+
+def _shades(voxels: Voxels, ground: Ground, eye: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    """Radiance over that of a white surface across the sun, (n, 3)."""
+    white = SUN / math.pi
+    sent, passed = along_sight(voxels, eye, rays)
+    down = rays[:, 2] < 0
+    behind = SKY_LOW + (SKY_HIGH - SKY_LOW) * np.clip(rays[:, 2:] / 0.35, 0, 1) ** 0.7
+    hit = eye[:2] - rays[down, :2] * (eye[2] / rays[down, 2:])
+    behind[down] = (ground.albedo / math.pi / white * _lit(ground, hit))[:, None] * EARTH
+    haze = np.clip(-eye[2] / np.where(down, rays[:, 2], -1) / 60_000, 0, 1)[:, None] * down[:, None]
+    behind = behind * (1 - haze) + SKY_LOW * haze
+    return (sent / white)[:, None] + passed[:, None] * behind
+
+
+def _lit(ground: Ground, places: np.ndarray) -> np.ndarray:
+    """Irradiance at places (n, 2) of the ground: straight light exactly, the rest as counted, smoothed over 3
+    by 3 bins.
+    """
+    from scipy.ndimage import uniform_filter
+
+    rest = uniform_filter(ground.light.value - ground.direct.value, 3, mode="nearest")
+    shares = [(places[:, k] - e[0]) / (e[-1] - e[0]) for k, e in enumerate((ground.x, ground.y))]
+    return _between(ground.expected + rest, np.stack(shares, axis=1))
+
+
+def _between(field: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """A field of cells at places, as shares (n, dims) of its extent, linear between the cells' middles."""
+    from scipy.ndimage import map_coordinates
+
+    return map_coordinates(field, (share * field.shape - 0.5).T, order=1, mode="nearest")
+
+
+def _draw_maps(page, ground: Ground) -> None:
+    """All light, and what of it was scattered."""
+    from transport.viz.style import SEQUENTIAL, with_unit
+
+    panels, scattered = page.subplots(1, 2, sharey=True), ground.light.value - ground.direct.value
+    fields = {"light on the ground": ground.light.value, "of that scattered": scattered}
+    for axes, (label, field) in zip(panels, fields.items(), strict=True):
+        style = {"cmap": SEQUENTIAL, "vmin": 0, "vmax": np.quantile(field, 0.998), "rasterized": True}
+        mesh = axes.pcolormesh(ground.x / 1e3, ground.y / 1e3, field.T, **style)
+        axes.set(aspect="equal", title=label, xlabel="x  [km]")
+        axes.grid(False)
+        axes.axhline(0, color="white", lw=1.2, ls="--")
+        bar = page.colorbar(mesh, ax=axes, orientation="horizontal", pad=0.03, extend="max")
+        bar.set_label(with_unit("irradiance", ground.light.unit))
+        bar.ax.locator_params(nbins=5)
+    panels[0].set_ylabel("y  [km]")
+
+
+def _draw_cut(axes, ground: Ground) -> None:
+    """The two rows of bins about y = 0: straight light on its exact means, and all light."""
+    from transport.viz.curves import Series, plot_curves
+
+    middle = np.searchsorted(ground.y, 0.0)
+    rows, edges = slice(middle - 1, middle + 1), ground.x / 1e3
+    straight, light = (field[:, rows].mean("v") for field in (ground.direct, ground.light))
+    expected = ground.expected[:, rows].mean(axis=1)
+    series = {"straight": Series(edges, straight, expected=expected), "all light": Series(edges, light)}
+    plot_curves(series, ax=axes, xlabel="x  [km]", ylabel="irradiance", legend="below")
+    axes.set_title("cut at y = 0")
+
+
+def _layers_alone(outcomes: list[Outcome]) -> list[Outcome]:
+    return [] if where(sky="cumulus")(outcomes) else outcomes
+
+
+draw = figures(
+    cloud=(draw_cloud, where(sky="cumulus")),
+    layers=(
+        rows_figure("Layers of voxels, and the slab of their depth", lambda row, _: row.name),
+        _layers_alone,
+    ),
+)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import draw_rows, furthest
+from transport.sims import check_choices, figures, furthest, main, of_scene, rows_figure
 from transport.verification.experiment import Outcome
 
 law = "L_in = n² L in glass, L behind it (Straubel 1902)"
@@ -48,8 +48,7 @@ def scene(place: str = "behind", index: float = 1.5, meter: float = 0.25, radian
 
     place: of the meter, "inside", in the ball's middle, or "behind" it, below.
     """
-    if place not in PLACES:
-        raise tp.SceneError(f"cost_caustic: place must be one of {', '.join(PLACES)}, got {place!r}")
+    check_choices("cost_caustic", place=(place, PLACES))
     if not 1 < index < math.inf:
         raise tp.SceneError(f"cost_caustic: index must be above 1, of glass in vacuum, got {index}")
     if not 0 < meter < largest_meter(place, index):
@@ -79,24 +78,20 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {RADIANCE: meter.radiance[0]}
 
 
-def exact(
-    place: str = "behind", index: float = 1.5, meter: float = 0.25, radiance: float = 1.0
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(place: str, index: float, radiance: float) -> dict[str, float]:
     if place == "inside":
         return {IRRADIANCE: math.pi * index**2 * radiance}
     return {RADIANCE: radiance}
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    said = [f"{o.rows[0].estimate} {o.parameters.get('place', 'behind')}" for o in outcomes]
+    said = [f"{o.rows[0].estimate} {o.given['place']}" for o in outcomes]
     return f"The meter reads {', '.join(said)}; {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    draw_rows(outcomes, path, title="Light by way of glass")
+draw = figures(rows=rows_figure("Light by way of glass"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

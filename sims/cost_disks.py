@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import draw_rows, furthest
+from transport.sims import figures, furthest, main, of_scene, rows_figure
 from transport.theory.view_factors import coaxial_disks
 from transport.verification.experiment import Outcome
 
@@ -47,9 +47,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {FLUX: result["meter"].flux_in}
 
 
-def exact(
-    radius: float = 1.0, meter: float = 1.0, distance: float = 1.0, radiance: float = 1.0
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(radius: float, meter: float, distance: float, radiance: float) -> dict[str, float]:
     power = math.pi * radiance * math.pi * radius**2
     return {FLUX: float(power * coaxial_disks(radius, meter, distance))}
 
@@ -59,11 +58,8 @@ def verdict(outcomes: list[Outcome]) -> str:
     return f"The meter receives {row.estimate}, exactly {row.exact:.7g} W; {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    draw_rows(outcomes, path, title="Disk to disk, direct light")
+draw = figures(rows=rows_figure("Disk to disk, direct light"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import draw_rows, furthest
+from transport.sims import figures, furthest, main, of_scene, rows_figure
 from transport.theory.enclosures import sphere_irradiance_of_wall_patch
 from transport.verification.experiment import Outcome
 
@@ -74,23 +74,19 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {IRRADIANCE: result["meter"].irradiance}
 
 
-def exact(
-    albedo: float = 0.9, meter: float = 0.05, lamp: float = 0.02, radius: float = 1.0
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(albedo: float, radius: float) -> dict[str, float]:
     area = 4 * math.pi * radius**2
     return {IRRADIANCE: albedo * sphere_irradiance_of_wall_patch(POWER, albedo, area)}
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    said = [f"{o[IRRADIANCE].estimate} at ρ = {o.parameters.get('albedo', 0.9):g}" for o in outcomes]
+    said = [f"{o[IRRADIANCE].estimate} at ρ = {o.given['albedo']:g}" for o in outcomes]
     return f"The meter reads {', '.join(said)}; {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    draw_rows(outcomes, path, title="A small meter in a white sphere")
+draw = figures(rows=rows_figure("A small meter in a white sphere"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -30,7 +30,7 @@ by some number, its slope stays.
 from __future__ import annotations
 
 import transport as tp
-from transport.sims import draw_rows, furthest
+from transport.sims import figures, furthest, main, of_scene, rows_figure
 from transport.theory.emitters import point_flux_through_disk
 from transport.theory.fog_balls import MAX_RADIUS, escape
 from transport.verification.experiment import Outcome
@@ -88,28 +88,19 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {FLUX: result["meter"].flux_in}
 
 
-def exact(
-    tau: float = 10.0,
-    albedo: float = 1.0,
-    meter: float = 0.2,
-    distance: float = 1.25,
-    lamp: float = 0.1,
-    radius: float = 1.0,
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(tau: float, albedo: float, meter: float, distance: float, lamp: float) -> dict[str, float]:
     share = 1.0 if albedo == 1 else escape(tau, albedo, lamp * tau)
     return {FLUX: float(share * point_flux_through_disk(POWER, meter, distance))}
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    said = [f"{o[FLUX].estimate} at the albedo {o.parameters.get('albedo', 1.0):g}" for o in outcomes]
+    said = [f"{o[FLUX].estimate} at the albedo {o.given['albedo']:g}" for o in outcomes]
     return f"Through the fog the meter receives {', '.join(said)}; {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    draw_rows(outcomes, path, title="A lamp in thick fog, seen from outside")
+draw = figures(rows=rows_figure("A lamp in thick fog, seen from outside"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import draw_rows, furthest
+from transport.sims import check_choices, figures, furthest, main, of_scene, rows_figure
 from transport.theory.enclosures import lamp_irradiance
 from transport.verification.experiment import Outcome
 
@@ -71,8 +71,7 @@ def half_angle(share: float) -> float:
 
 def _check(seen: str, share: float, meter: float, albedo: float) -> None:
     """Refuse what the derivation does not hold for: a cone that looks past the lamp from the meter's rim."""
-    if seen not in SEEN:
-        raise tp.SceneError(f"cost_glint: seen must be one of {', '.join(SEEN)}, got {seen!r}")
+    check_choices("cost_glint", seen=(seen, SEEN))
     if not 0 < albedo <= 1:
         raise tp.SceneError(f"cost_glint: albedo must be above 0 and at most 1, got {albedo}")
     if not (0 < share < 1 and 0 < meter < 1 and _is_filled(half_angle(share), meter)):
@@ -93,9 +92,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {RADIANCE: result["meter"].radiance[0]}
 
 
-def exact(
-    seen: str = "wall", share: float = 1e-4, meter: float = 0.1, albedo: float = 0.8
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(seen: str, albedo: float) -> dict[str, float]:
     area = 4 * math.pi * RADIUS**2
     if seen == "lamp":
         return {RADIANCE: POWER / (math.pi * LAMP * area)}
@@ -103,15 +101,12 @@ def exact(
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    said = [f"{o[RADIANCE].estimate} from the {o.parameters.get('seen', 'wall')}" for o in outcomes]
+    said = [f"{o[RADIANCE].estimate} from the {o.given['seen']}" for o in outcomes]
     return f"In its cone the meter reads {', '.join(said)}; {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    draw_rows(outcomes, path, title="Radiance in one narrow cone of directions")
+draw = figures(rows=rows_figure("Radiance in one narrow cone of directions"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

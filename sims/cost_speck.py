@@ -28,7 +28,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import draw_rows, furthest
+from transport.sims import check_choices, figures, furthest, main, of_scene, rows_figure
 from transport.theory.view_factors import coaxial_disks
 from transport.verification.experiment import Outcome
 
@@ -52,8 +52,7 @@ def scene(lamp: str = "disk", share: float = 1e-10, distance: float = 1.0, size:
     lamp: a "point", a "ball" that glows evenly, or a diffuse "sphere" or "disk", of the radius `size` [m];
     distance: from its middle [m].
     """
-    if lamp not in LAMPS:
-        raise tp.SceneError(f"cost_speck: lamp must be one of {', '.join(LAMPS)}, got {lamp!r}")
+    check_choices("cost_speck", lamp=(lamp, LAMPS))
     if not 0 < share < 0.5:
         raise tp.SceneError(f"cost_speck: share must be above 0 and below 0.5, got {share}")
     if not 0 < size < distance:
@@ -79,24 +78,20 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {FLUX: result["speck"].flux_in}
 
 
-def exact(
-    lamp: str = "disk", share: float = 1e-10, distance: float = 1.0, size: float = SIZE
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(lamp: str, share: float, distance: float, size: float) -> dict[str, float]:
     if lamp == "disk":
         return {FLUX: float(POWER * coaxial_disks(size, speck_radius(share, distance), distance))}
     return {FLUX: POWER * share}
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    said = [f"{o[FLUX].estimate} from a {o.parameters.get('lamp', 'disk')}" for o in outcomes]
+    said = [f"{o[FLUX].estimate} from a {o.given['lamp']}" for o in outcomes]
     return f"Of {POWER:g} W the speck receives {', '.join(said)}; {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    draw_rows(outcomes, path, title="A detector that fills a tiny share of the sphere")
+draw = figures(rows=rows_figure("A detector that fills a tiny share of the sphere"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

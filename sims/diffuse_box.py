@@ -17,13 +17,21 @@ Scene.  A room 4 m long, 3 m wide and 2.5 m high; the ceiling emits, or all wall
 
 from __future__ import annotations
 
-import numpy as np
-
 import transport as tp
-from transport.sims import constant, provenance, sharp
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    main,
+    of_scene,
+    rows_figure,
+    sentence,
+    sharp,
+    where,
+)
 from transport.theory import enclosures
 from transport.theory.view_factors import box_view_factors
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, Row
 
 law = "M - ρE = M_emitted, Σ(1 - ρ)Φ = P, E = M0/(1 - ρ) where all walls emit (Goral et al. 1984; Kirchhoff 1860)"
 question = "Where does the light of a closed room go, and what does each wall receive?"
@@ -51,8 +59,7 @@ def scene(albedo: float = 0.5, exitance: float = 100.0, emitting: str = "ceiling
 
 def _emitting(emitting: str) -> list[str]:
     walls = {"ceiling": ["ceiling"], "all walls": list(WALLS)}
-    if emitting not in walls:
-        raise tp.SceneError(f"diffuse_box: emitting must be 'ceiling' or 'all walls', got {emitting!r}")
+    check_choices("diffuse_box", emitting=(emitting, walls))
     return walls[emitting]
 
 
@@ -63,24 +70,18 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     ends = sum(entry for name, entry in result.ledger.items() if name != "emitted")
     absorbed = sum((1 - albedo) * wall.flux_in for wall in walls.values())
     rows = {"ledger: sum of all ends": sharp(ends, of=emitted), "Σ (1 - ρ) Φ_in": sharp(absorbed, of=emitted)}
-    own = {
-        name: sharp(wall.exitance - albedo * wall.irradiance, of=wall.exitance)
-        for name, wall in walls.items()
-    }
+    given_off = {name: (wall.exitance, wall.irradiance) for name, wall in walls.items()}
+    own = {name: sharp(m - albedo * e, of=m) for name, (m, e) in given_off.items()}
+    received = _each("E", {name: wall.irradiance for name, wall in walls.items()})
     if len(result.scene.sources) > 1:
         total = sum(constant(result, wall.area, "m^2") * own[name] for name, wall in walls.items())
-        return (
-            rows
-            | {"Σ (M - ρE) A": sharp(total, of=emitted)}
-            | _each("E", {n: w.irradiance for n, w in walls.items()})
-        )
-    rows |= _each("M - ρE", own)
-    if albedo == 0:
-        rows |= _each("E", {name: walls[name].irradiance for name in list(WALLS)[:-1]})
-    return rows
+        return rows | {"Σ (M - ρE) A": sharp(total, of=emitted)} | received
+    received.pop("E, ceiling")
+    return rows | _each("M - ρE", own) | (received if albedo == 0 else {})
 
 
-def exact(albedo: float = 0.5, exitance: float = 100.0, emitting: str = "ceiling") -> dict[str, float]:
+@of_scene(scene)
+def exact(albedo: float, exitance: float, emitting: str) -> dict[str, float]:
     areas = {name: ROOM.faces()[face].area for name, face in WALLS.items()}
     own = {name: exitance * (name in _emitting(emitting)) for name in WALLS}
     power = sum(own[name] * areas[name] for name in WALLS)
@@ -91,9 +92,8 @@ def exact(albedo: float = 0.5, exitance: float = 100.0, emitting: str = "ceiling
     rows |= _each("M - ρE", own)
     if albedo == 0:
         shares = box_view_factors(ROOM.size)[-1]  # from the ceiling to each wall, in the order of WALLS
-        rows |= _each(
-            "E", {n: power * s / areas[n] for n, s in zip(WALLS, shares, strict=True) if n != "ceiling"}
-        )
+        received = {name: power * s / areas[name] for name, s in zip(WALLS, shares, strict=True)}
+        rows |= _each("E", {name: value for name, value in received.items() if name != "ceiling"})
     return rows
 
 
@@ -103,40 +103,25 @@ def _each(quantity: str, values: dict) -> dict:
 
 def verdict(outcomes: list[Outcome]) -> str:
     shares = [o.result.ledger["absorbed"].value / o.result.ledger["emitted"].value for o in outcomes]
-    said = f"All that is emitted is absorbed ({min(shares):.4f} to {max(shares):.4f}; the rest is roulette's noise)"
-    sharpest = [o for o in outcomes if "M - ρE, ceiling" in [row.name for row in o.rows]]
-    if sharpest:
-        off = np.max(
-            [abs(o["M - ρE, ceiling"].estimate.value / o["M - ρE, ceiling"].exact - 1) for o in sharpest]
-        )
-        said += f"; on the ceiling M - ρE is what it emits to {off:.0e}"
-    for outcome in outcomes:
-        if "Σ (M - ρE) A" in [row.name for row in outcome.rows]:
-            found = [row.estimate.value for row in outcome.rows if row.name.startswith("E, ")]
-            said += f"; where all walls emit, each receives {min(found):.2f} to {max(found):.2f} W m^-2"
-    return said + "."
+    said = [
+        f"All that is emitted is absorbed ({min(shares):.4f} to {max(shares):.4f}; the rest is roulette's noise)"
+    ]
+    if sharpest := [o["M - ρE, ceiling"] for o in where(emitting="ceiling")(outcomes)]:
+        off = max(abs(row.estimate.value / row.exact - 1) for row in sharpest)
+        said.append(f"on the ceiling M - ρE is what it emits to {off:.0e}")
+    for outcome in where(emitting="all walls")(outcomes):
+        found = [row.estimate.value for row in outcome.rows if row.name.startswith("E, ")]
+        said.append(f"where all walls emit, each receives {min(found):.2f} to {max(found):.2f} W m^-2")
+    return sentence(*said)
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    from transport.viz.comparisons import comparison
-
-    table = {
-        f"{row.name}\n{_setting(o.result.scene)}": (row.estimate, row.exact)
-        for o in outcomes
-        for row in o.rows
-        if not row.estimate.exact
-    }
-    if not table:
-        table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
-    comparison(table, path, title="A closed diffuse box", note=provenance(outcomes))
+def _label(row: Row, outcome: Outcome) -> str:
+    lit = {"ceiling": "ceiling emits", "all walls": "all walls emit"}[outcome.given["emitting"]]
+    return f"{row.name}\nρ = {outcome.given['albedo']:g}, {lit}"
 
 
-def _setting(scene: tp.Scene) -> str:
-    lit = "all walls emit" if len(scene.sources) > 1 else "ceiling emits"
-    return f"ρ = {scene.surfaces[0].material.albedo:g}, {lit}"
+draw = figures(rows=rows_figure("A closed diffuse box", _label, keep=lambda row: not row.estimate.exact))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -22,15 +22,24 @@ K - 1, exactly and for any N (Pearson 1900).  Each batch gives one X²; their me
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
 from transport.analysis.solid_angle import solid_angle_from_run, solid_angle_scene
-from transport.sims import constant, provenance, sharp
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    main,
+    of_scene,
+    rows_figure,
+    sentence,
+    sharp,
+    where,
+)
 from transport.theory import solid_angles
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, Row
 
 law = (
     "dω = sinθ dθ dφ, ∫dω = 4π, ∫cosθ dω = π; Ω = 4π times the share of directions that meet a shape"
@@ -62,8 +71,7 @@ def cases() -> list[dict[str, object]]:
 
 def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> tp.Scene:
     """What directions are counted of.  power [W] of the source;  size: what all lengths are multiplied by [m]."""
-    if subject not in SUBJECTS:
-        raise tp.SceneError(f"directions: subject must be one of {', '.join(SUBJECTS)}, got {subject!r}")
+    check_choices("directions", subject=(subject, SUBJECTS))
     point = tp.Source(tp.Point(), tp.Isotropic(power=power))
     match subject:
         case "isotropic":
@@ -100,7 +108,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return _dodecahedron_rows(result) if len(names) > 1 else {"solid angle": solid_angle_from_run(result)}
 
 
-def exact(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> dict[str, float]:
+@of_scene(scene)
+def exact(subject: str) -> dict[str, float]:
     match subject:
         case "isotropic":
             caps = {_cap(angle): float(solid_angles.cap_solid_angle(math.radians(angle))) for angle in CAPS}
@@ -114,16 +123,16 @@ def exact(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> 
                 "∫cosθ dω, onto a disk": math.pi,
                 "∫cosθ dω, onto its back": math.pi,
             }
-        case "disk":
-            shape = SHAPES[subject]
-            return {"solid angle": float(solid_angles.disk_solid_angle(shape.radius, shape.center[2]))}
-        case "square":
-            shape = SHAPES[subject]
-            sides = shape.width, shape.height, shape.center[2]
-            return {"solid angle": float(solid_angles.rectangle_solid_angle(*sides))}
         case "dodecahedron":
             return {FACE: solid_angles.DODECAHEDRON_FACE, FACES: 4 * math.pi}
-    return {"solid angle": solid_angles.triangle_solid_angle(SHAPES[subject].vertices)}
+    match shape := SHAPES[subject]:
+        case tp.Disk():
+            filled = solid_angles.disk_solid_angle(shape.radius, shape.center[2])
+        case tp.Rectangle():
+            filled = solid_angles.rectangle_solid_angle(shape.width, shape.height, shape.center[2])
+        case _:
+            filled = solid_angles.triangle_solid_angle(shape.vertices)
+    return {"solid angle": float(filled)}
 
 
 # ---- the laws of directions ----
@@ -164,9 +173,8 @@ def chi_square(shares: tp.EstimateArray, probabilities: np.ndarray) -> tp.Estima
 
 def _isotropic_rows(result: tp.Result) -> dict[str, tp.Estimate]:
     shares = sky_shares(result)
-    return _cap_rows(result, shares, 4 * math.pi, _cap) | {
-        CHI_SQUARE: chi_square(shares, isotropic_probabilities())
-    }
+    caps = _cap_rows(result, shares, 4 * math.pi, _cap)
+    return caps | {CHI_SQUARE: chi_square(shares, isotropic_probabilities())}
 
 
 def _cosine_rows(result: tp.Result) -> dict[str, tp.Estimate]:
@@ -250,89 +258,62 @@ def _scaled(shape, size: float):
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    found = {o.parameters.get("subject", "isotropic"): o for o in outcomes}
-    said = []
-    laws = [found[name][CHI_SQUARE].estimate for name in ("isotropic", "cosine law") if name in found]
-    if laws:
+    found, said = {o.given["subject"]: o for o in outcomes}, []
+    if laws := [found[name][CHI_SQUARE].estimate for name in ("isotropic", "cosine law") if name in found]:
         said.append(f"directions follow their laws, χ²/(K − 1) = {' and '.join(map(str, laws))}")
     if "dome" in found:
-        said.append(
-            "a receiver's integrals are " + ", ".join(str(row.estimate) for row in found["dome"].rows)
-        )
-    shapes = [f"{found[name].rows[0].estimate} ({name})" for name in SHAPES if name in found]
-    if shapes:
+        integrals = ", ".join(str(row.estimate) for row in found["dome"].rows)
+        said.append(f"a receiver's integrals are {integrals}")
+    if shapes := [f"{found[name].rows[0].estimate} ({name})" for name in SHAPES if name in found]:
         said.append(f"by counting shapes fill {', '.join(shapes)}")
     if "dodecahedron" in found:
         said.append(f"a face of a dodecahedron fills {found['dodecahedron'][FACE].estimate}, not 1 sr")
-    return (answer := "; ".join(said))[0].upper() + answer[1:] + "."
+    return sentence(*said)
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """All solid angles; as <name>_isotropic and <name>_cosine_law the shares by angle; as <name>_radiance their map."""
-    from transport.viz.comparisons import comparison
-
-    path, paths = Path(path), []
-    table = {}
-    for outcome in outcomes:
-        subject = outcome.parameters.get("subject", "isotropic")
-        for row in outcome.rows:
-            name = {"solid angle": subject, CHI_SQUARE: f"{CHI_SQUARE}, {subject}"}.get(row.name, row.name)
-            table[name] = (row.estimate, row.exact)
-    paths.append(path)
-    comparison(table, path, title="Solid angles by counting directions", note=provenance(outcomes))
-    for outcome in outcomes:
-        if "sky" in outcome.result or "leaving" in outcome.result:
-            name = "isotropic" if "sky" in outcome.result else "cosine_law"
-            paths.append(path.with_stem(f"{path.stem}_{name}"))
-            draw_law(outcome, paths[-1])
-        if "leaving" in outcome.result:
-            paths.append(path.with_stem(f"{path.stem}_radiance"))
-            draw_radiance(outcome, paths[-1])
-    return paths
+def _label(row: Row, outcome: Outcome) -> str:
+    subject = outcome.given["subject"]
+    return {"solid angle": subject, CHI_SQUARE: f"{CHI_SQUARE}, {subject}"}.get(row.name, row.name)
 
 
-def draw_law(outcome: Outcome, path: Path) -> None:
+def draw_law(outcomes: list[Outcome], **out: object) -> None:
     """Share of the directions per degree of polar angle, against the law."""
-    from transport.viz.profiles import profile
+    from transport.viz.curves import Series, plot_curves
 
-    result = outcome.result
+    result = outcomes[0].result
     if "sky" in result:
         shares, expected, reach = sky_shares(result).sum("v"), isotropic_probabilities(), 180
         curve, title = lambda theta: np.sin(theta) / 2, "Isotropic directions: sinθ dθ dφ / 4π"
     else:
         shares, expected, reach = leaving_shares(result).sum("phi"), cosine_probabilities(), 90
         curve, title = lambda theta: np.sin(2 * theta), "The cosine law: cosθ sinθ dθ dφ / π"
-    per_degree = POLAR / 90
-    profile(
-        np.linspace(0, reach, len(shares) + 1),
-        shares * per_degree,
-        path,
-        exact=lambda angle: curve(np.radians(angle)) * math.pi / 180,
-        expected=expected.sum(axis=1) * per_degree,
-        xlabel="polar angle θ  [deg]",
-        ylabel="share of the directions per degree",
-        title=title,
-        note=provenance([outcome]),
-    )
+    per_degree, edges = POLAR / 90, np.linspace(0, reach, len(shares) + 1)
+    fine = np.linspace(0, reach, 721)
+    law = fine, curve(np.radians(fine)) * math.pi / 180
+    series = Series(edges, shares * per_degree, law, expected.sum(axis=1) * per_degree)
+    ylabel = "share of the directions per degree"
+    plot_curves(series, xlabel="polar angle θ  [deg]", ylabel=ylabel, title=title, **out)
 
 
-def draw_radiance(outcome: Outcome, path: Path) -> None:
+def draw_radiance(outcomes: list[Outcome], **out: object) -> None:
     """The directions of the cosine law over cosθ dω: the same radiance up to the horizon."""
-    from transport.viz.radiance import radiance_map
+    from transport.viz.maps import plot_map
 
-    leaving = outcome.result["leaving"]
-    level = outcome.result.ledger["emitted"].value / (math.pi * leaving.area)
+    seen = outcomes[0].result["leaving"].radiance_out
+    level = outcomes[0].result.ledger["emitted"].value / (math.pi * outcomes[0].result["leaving"].area)
     title = "The cosine law, divided by cosθ dω: the same radiance in all directions"
-    radiance_map(
-        leaving.radiance_out,
-        path,
-        exact=lambda theta, phi: np.full(np.shape(theta), level),
-        title=title,
-        note=provenance([outcome]),
+    plot_map(
+        seen, label="radiance L", exact=lambda theta, phi: level + 0 * theta, cut=True, title=title, **out
     )
+
+
+draw = figures(
+    rows=rows_figure("Solid angles by counting directions", _label),
+    isotropic=(draw_law, where(subject="isotropic")),
+    cosine_law=(draw_law, where(subject="cosine law")),
+    radiance=(draw_radiance, where(subject="cosine law")),
+)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

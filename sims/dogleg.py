@@ -32,7 +32,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import constant, figures, furthest, main, of_scene
 from transport.theory.ray_integrals import Region, Space, mean_uncollided_fluence, uncollided_fluence
 from transport.verification.experiment import Outcome
 
@@ -246,9 +246,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return fluxes
 
 
-def exact(
-    problem: int = 3, scattering: float = 0.0, built: str = "boxes", points: str = "few"
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(problem: int, scattering: float, points: str) -> dict[str, float]:
     places = asked(problem, scattering, points)
     if scattering == 0:
         cell = mean_uncollided_fluence(CELL, *SOURCE, space(problem), across=4)
@@ -264,63 +263,118 @@ def exact(
 def verdict(outcomes: list[Outcome]) -> str:
     said = []
     for outcome in outcomes:
-        scattering, fluxes = scattering_of(outcome.result), points_of(outcome.result)
-        name = min(fluxes, key=lambda each: fluxes[each].value)
-        judged = [row for row in outcome.rows if not math.isnan(row.exact)]
-        furthest = max((abs(row.z) for row in judged), default=0.0)
-        off = f"; of {len(judged)} figures the furthest is {furthest:.1f} standard errors off"
+        scattering, fluxes = outcome.given["scattering"], points_of(outcome.result)
+        name, share = min(fluxes, key=lambda each: fluxes[each].value), f"{scattering:g} of it scatters"
+        what = {0.0: "nothing scatters", 0.5: "half scatters"}.get(scattering, share)
         against = " from GMVP's" if scattering else ""
-        what = (
-            "half scatters"
-            if scattering == 0.5
-            else f"{scattering:g} of it scatters"
-            if scattering
-            else "nothing scatters"
+        off = (
+            f"; {furthest([outcome])}{against}"
+            if any(not math.isnan(row.exact) for row in outcome.rows)
+            else ""
         )
         said.append(
-            f"Problem {problem_of(outcome.result)}, where {what}: least at {name},"
-            f" {fluxes[name]} per cm² and second{off + against if judged else ''}."
+            f"Problem {outcome.given['problem']}, where {what}: least at {name}, {fluxes[name]} per cm² and second{off}."
         )
     return " ".join(said)
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Maps of the fluence rate with the points in them, and below how the points compare; two problems a
-    figure.
-    """
-    from transport.viz.ducts import duct_maps
+def draw_ducts(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Maps of the fluence rate in layers with the points in them, and below how far the points are off."""
+    from transport.viz.style import figure
 
-    path, paths = Path(path), []
-    for k in range(0, len(outcomes), 2):
-        paths.append(path if k == 0 else path.with_stem(f"{path.stem}_{k // 2 + 1}"))
-        ducts = [_duct(outcome) for outcome in outcomes[k : k + 2]]
-        duct_maps(ducts, paths[-1], title="Fluence rate in a shield with a hole", note=provenance(outcomes))
-    return paths
+    widths = [max(len(LAYERS[o.given["problem"]]), 1.35) for o in outcomes]
+    fields = [folded(o.result["map"].fluence_rate) / PER_CM2 for o in outcomes]
+    norm = _decades(np.concatenate([field[field > 0] for field in fields]))
+    with figure((2.4 + 6.4 * sum(widths), 15.5), "Fluence rate in a shield with a hole", note, path) as page:
+        columns = page.subfigures(1, len(outcomes), width_ratios=widths, squeeze=False)[0]
+        for column, outcome, field in zip(columns, outcomes, fields, strict=True):
+            above, below = column.subfigures(2, 1, height_ratios=(1.9, 1))
+            share = outcome.given["scattering"]
+            what = f"{share:.0%} of collisions scatter" if share else "nothing scatters"
+            above.suptitle(f"Problem {outcome.given['problem']}: {what}", fontsize=21)
+            shown = _draw_layers(above, outcome, field, norm)
+            _draw_ratios(below.subplots(), outcome)
+        bar = above.colorbar(shown, ax=above.axes, shrink=0.8, pad=0.02, extend="min")
+        bar.set_label(r"fluence rate  [$\mathrm{cm^{-2}\,s^{-1}}$]")
 
 
-def _duct(outcome: Outcome):
-    from transport.viz.ducts import Duct, Layer
+def _decades(found: np.ndarray):
+    """A scale of whole decades about all that was counted."""
+    from matplotlib.colors import LogNorm
 
-    result, problem = outcome.result, problem_of(outcome.result)
-    density = folded(result["map"].fluence_rate) / PER_CM2
-    layers = [
-        Layer(
-            f"z = {VOXEL * k:g} to {VOXEL * (k + 1):g} cm",
-            density[:, :, k],
-            [(r.low[:2], r.high[:2]) for r in regions(problem)[1:] if r.low[2] <= VOXEL * k < r.high[2]],
-            {d.name: _place(d) for d in result.scene.points if VOXEL * k < _place(d)[2] < VOXEL * (k + 1)},
-        )
-        for k in LAYERS[problem]
-    ]
-    ratios = {
+    low, high = math.log10(np.quantile(found, 0.005)), math.log10(found.max())
+    return LogNorm(10.0 ** math.floor(low), 10.0 ** math.ceil(high))
+
+
+def _looks(outcome: Outcome) -> dict[str, tuple[str, str]]:
+    """Colour and marker of each point, the same in maps and chart."""
+    from transport.viz.style import look
+
+    names = dict.fromkeys([*_ratios(outcome), *(point.name for point in outcome.result.scene.points)])
+    return {name: look(rank) for rank, name in enumerate(names)}
+
+
+def _draw_layers(page, outcome: Outcome, field: np.ndarray, norm) -> object:
+    from transport.viz.style import SEQUENTIAL, outlined
+
+    problem, looks = outcome.given["problem"], _looks(outcome)
+    panels = page.subplots(1, len(LAYERS[problem]), squeeze=False, sharey=True)[0]
+    edges = [MAP_CELL * np.arange(n + 1) for n in field.shape[:2]]
+    for axes, k in zip(panels, LAYERS[problem], strict=True):
+        low, high = VOXEL * k, VOXEL * (k + 1)
+        rates = np.where(field[:, :, k] > 0, field[:, :, k], np.nan)
+        mesh = axes.pcolormesh(*edges, rates.T, cmap=SEQUENTIAL, norm=norm, rasterized=True)
+        for region in (r for r in regions(problem)[1:] if r.low[2] <= low < r.high[2]):
+            x, y = (np.clip([region.low[a], region.high[a]], 0, None) for a in (0, 1))
+            if np.ptp(x) and np.ptp(y):
+                style = {"ls": "-" if region.extinction == SHIELD else "--", "path_effects": outlined()}
+                axes.plot(x[[0, 1, 1, 0, 0]], y[[0, 0, 1, 1, 0]], color="white", lw=1.8, **style)
+        for point in outcome.result.scene.points:
+            x, y, z = _place(point)
+            if low < z < high:
+                colour, marker = looks[point.name]
+                axes.plot(x, y, marker=marker, color=colour, mec="white", mew=1.6, ms=12, zorder=5)
+        axes.set(aspect="equal", xlabel="x  [cm]", facecolor="#3a3a3a")
+        axes.set_title(f"z = {low:g} to {high:g} cm", fontsize=18)
+        axes.grid(False)
+    panels[0].set_ylabel("y  [cm]")
+    return mesh
+
+
+def _ratios(outcome: Outcome) -> dict[str, tuple[float, float]]:
+    """What is known: estimate over exact or published value, and the error of that."""
+    known = [row for row in outcome.rows if not math.isnan(row.exact)]
+    return {
         row.name.removesuffix(OVER): (row.estimate.value / row.exact, row.estimate.error / row.exact)
-        for row in outcome.rows
-        if not math.isnan(row.exact)
+        for row in known
     }
-    share = scattering_of(result)
-    what = f"{share:.0%} of collisions scatter" if share else "nothing scatters"
-    against = "GMVP, published" if share else "exact"
-    return Duct(f"Problem {problem}: {what}", MAP_CELL, layers, ratios, against)
+
+
+def _draw_ratios(axes, outcome: Outcome) -> None:
+    """How many standard errors each point is off; beside it, how large one is."""
+    from transport.viz.style import INK, MUTED, WITHIN_TWO
+
+    ratios, looks, reach = _ratios(outcome), _looks(outcome), 5.0
+    if not ratios:
+        words = {"ha": "center", "transform": axes.transAxes, "color": MUTED}
+        axes.text(0.5, 0.5, "nothing is known to compare with", **words)
+        axes.axis("off")
+        return
+    axes.axvspan(-2, 2, color=WITHIN_TWO, lw=0)
+    axes.axvline(0, color=INK, lw=1.6)
+    beside = {"transform": axes.get_yaxis_transform(), "va": "center", "fontsize": 15}
+    for row, (name, (ratio, error)) in enumerate(ratios.items()):
+        colour, marker = looks[name]
+        off = np.clip((ratio - 1) / error, -reach, reach)
+        axes.plot(off, row, marker=marker, color=colour, ms=12, mec="white", mew=0.8, zorder=3)
+        axes.text(1.02, row, f"{100 * error:.2g} %", **beside)
+    axes.text(1.02, -0.9, "1 std. error", color=MUTED, **beside)
+    axes.set_yticks(range(len(ratios)), list(ratios), fontsize=15)
+    axes.set(xlim=(-1.1 * reach, 1.1 * reach), ylim=(len(ratios) - 0.4, -0.6))
+    against = "GMVP, published" if outcome.given["scattering"] else "exact"
+    axes.set_xlabel(f"off {against}  [std. errors]", fontsize=18)
+    axes.grid(axis="y", visible=False)
+    axes.tick_params(axis="y", length=0)
 
 
 def _place(point: tp.PointDetector) -> tuple[float, float, float]:
@@ -338,7 +392,9 @@ def folded(rates: tp.EstimateArray) -> np.ndarray:
     return values
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+# Two problems a figure.
+draw = figures(**{str(k + 1): (draw_ducts, lambda of, k=k: of[2 * k : 2 * k + 2]) for k in range(2)})
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

@@ -24,12 +24,11 @@ the crossings fewer than 1e-10 are missing.  In ball and box time is told in fli
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, constant, figures, grouped, main, of_scene, sentence, where
 from transport.theory import effusion as theory
 from transport.verification.experiment import Outcome
 
@@ -85,8 +84,7 @@ def scene(
     loss: chance that a hit on the ball's wall is lost;  hole: the box's, as a share of its walls;  accommodation: share
     of hits on the box's walls that leave at the wall's temperature, the rest is mirrored;  speed_ratio: u/√2 σ of the wind.
     """
-    if setting not in SETTINGS:
-        raise tp.SceneError(f"effusion: setting must be one of {', '.join(SETTINGS)}, got {setting!r}")
+    check_choices("effusion", setting=(setting, SETTINGS))
     gas = tp.Maxwellian(temperature=temperature, mass=mass)
     match setting:
         case "ball":
@@ -219,9 +217,8 @@ def _moments(result: tp.Result, way: str) -> dict[str, tp.Estimate]:
     return {ENERGY: energy / constant(result, theory.BOLTZMANN * gas.temperature, "J"), SPEED: speed / sigma}
 
 
-def exact(
-    setting: str = "ball", loss: float = 0.1, hole: float = 0.0005, speed_ratio: float = 0.5, **_: float
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(setting: str, loss: float, hole: float, speed_ratio: float) -> dict[str, float]:
     moments = {ENERGY: 2.0, SPEED: theory.mean_speed_of_crossers(1.0)}
     match setting:
         case "ball":
@@ -253,98 +250,96 @@ SAID = {
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    found = {setting_of(o.result): o for o in reversed(outcomes)}
-    said = [words.format(found[s][row].estimate) for s, (row, words) in SAID.items() if s in found]
-    return f"{said[0][0].upper()}{'; '.join(said)[1:]}."
+    found = grouped(outcomes, "setting")
+    return sentence(
+        *(words.format(found[s][0][row].estimate) for s, (row, words) in SAID.items() if s in found)
+    )
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """A figure a setting: the first one at `path`, the others with the setting's name behind it."""
-    from transport.viz.profiles import profile
-
-    path, paths = Path(path), []
-    for setting in SETTINGS:
-        if found := [o for o in outcomes if setting_of(o.result) == setting]:
-            paths.append(path.with_stem(f"{path.stem}_{setting}") if paths else path)
-            profile(path=paths[-1], note=provenance(found), **CHARTS[setting](found))
-    return paths
-
-
-def _ball_chart(found: list[Outcome]) -> dict[str, object]:
-    loss = float(found[0].parameters.get("loss", 0.1))
-    return {
-        "x": np.arange(1, LAST + 1),
-        "estimates": share_left(found[0].result),
-        "exact": lambda t: theory.ball_survivors(t, loss),
-        "guides": {"exp(−f S v̄ t/4V), as of a small hole": lambda t: np.exp(-loss * t)},
-        "xlabel": "time  [mean flights between hits]",
-        "ylabel": "share of the gas left, N/N₀",
-        "title": f"A ball of gas whose wall loses {loss:g} of the hits",
-        "log_y": True,
-    }
+def draw_ball(outcomes: list[Outcome], **out: object) -> None:
+    loss = outcomes[0].given["loss"]
+    _draw(
+        np.arange(1, LAST + 1),
+        share_left(outcomes[0].result),
+        lambda t: theory.ball_survivors(t, loss),
+        guides={"exp(−f S v̄ t/4V), as of a small hole": lambda t: np.exp(-loss * t)},
+        xlabel="time  [mean flights between hits]",
+        ylabel="share of the gas left, N/N₀",
+        title=f"A ball of gas whose wall loses {loss:g} of the hits",
+        log_y=True,
+        **out,
+    )
 
 
-def _box_chart(found: list[Outcome]) -> dict[str, object]:
-    hole = float(found[0].parameters.get("hole", 0.0005))
-    law = {"1 − exp(−A v̄ t/4V), of a small hole": lambda t: -np.expm1(-hole * t)}
-    return {
-        "x": np.arange(1, LAST + 1),
-        "estimates": 1 - share_left(found[0].result),
-        "exact": next(iter(law.values())) if hole <= SMALL else None,
-        "guides": {} if hole <= SMALL else law,
-        "xlabel": "time  [mean flights between hits]",
-        "ylabel": "share of the gas gone, 1 − N/N₀",
-        "title": f"A gas leaves a box by a hole of {hole:g} of its walls",
-    }
+def draw_box(outcomes: list[Outcome], **out: object) -> None:
+    hole = outcomes[0].given["hole"]
+
+    def law(t: np.ndarray) -> np.ndarray:
+        return -np.expm1(-hole * t)
+
+    _draw(
+        np.arange(1, LAST + 1),
+        1 - share_left(outcomes[0].result),
+        law if hole <= SMALL else None,
+        guides={} if hole <= SMALL else {"1 − exp(−A v̄ t/4V), of a small hole": law},
+        xlabel="time  [mean flights between hits]",
+        ylabel="share of the gas gone, 1 − N/N₀",
+        title=f"A gas leaves a box by a hole of {hole:g} of its walls",
+        **out,
+    )
 
 
-def _beam_chart(found: list[Outcome]) -> dict[str, object]:
-    width = SPEEDS[1] - SPEEDS[0]
-    return {
-        "x": SPEEDS,
-        "estimates": beam_shares(found[0].result) / width,
-        "exact": lambda v: v**3 / 2 * np.exp(-(v**2) / 2),
-        "expected": theory.share_of_crossers(SPEEDS[:-1], SPEEDS[1:], 1.0) / width,
-        "guides": {
-            "in the gas, v² exp(−v²/2σ²)": lambda v: math.sqrt(2 / math.pi) * v**2 * np.exp(-(v**2) / 2)
-        },
-        "xlabel": "speed v  [σ]",
-        "ylabel": "share of the beam, per σ",
-        "title": "What leaves is faster than the gas: v³ exp(−v²/2σ²)",
-    }
+def draw_beam(outcomes: list[Outcome], **out: object) -> None:
+    width, norm = SPEEDS[1] - SPEEDS[0], math.sqrt(2 / math.pi)
+    _draw(
+        SPEEDS,
+        beam_shares(outcomes[0].result) / width,
+        lambda v: v**3 / 2 * np.exp(-(v**2) / 2),
+        theory.share_of_crossers(SPEEDS[:-1], SPEEDS[1:], 1.0) / width,
+        guides={"in the gas, v² exp(−v²/2σ²)": lambda v: norm * v**2 * np.exp(-(v**2) / 2)},
+        xlabel="speed v  [σ]",
+        ylabel="share of the beam, per σ",
+        title="What leaves is faster than the gas: v³ exp(−v²/2σ²)",
+        **out,
+    )
 
 
-def _wind_chart(found: list[Outcome]) -> dict[str, object]:
-    gases = [o.result.scene.sources[0].emission.speed for o in found]
-    return {
-        "x": [gas.drift[2] / (math.sqrt(2) * gas.sigma) for gas in gases],
-        "estimates": [o[ONE_WAY].estimate for o in found],
-        "exact": lambda s: theory.drifting_flux_density(1.0, 1.0, math.sqrt(2) * s),
-        "guides": {"without heat: n u": lambda s: math.sqrt(2) * np.maximum(s, 0)},
-        "xlabel": "drift s = u/(√2 σ)",
-        "ylabel": "flux density one way / nσ",
-        "title": "A drifting Maxwellian crosses a plane",
-    }
+def draw_wind(outcomes: list[Outcome], **out: object) -> None:
+    _draw(
+        [o.given["speed_ratio"] for o in outcomes],
+        [o[ONE_WAY].estimate for o in outcomes],
+        lambda s: theory.drifting_flux_density(1.0, 1.0, math.sqrt(2) * s),
+        guides={"without heat: n u": lambda s: math.sqrt(2) * np.maximum(s, 0)},
+        xlabel="drift s = u/(√2 σ)",
+        ylabel="flux density one way / nσ",
+        title="A drifting Maxwellian crosses a plane",
+        **out,
+    )
 
 
-def _arrival_chart(found: list[Outcome]) -> dict[str, object]:
-    setting = setting_of(found[0].result)
+def draw_arrivals(outcomes: list[Outcome], **out: object) -> None:
+    setting = outcomes[0].given["setting"]
     edges, unit = CLOCKS[setting][1:], {"flight": "d/σ", "burst": "d/v"}[setting]
-    return {
-        "x": edges,
-        "estimates": arrivals(found[0].result)[1:] / np.diff(edges),
-        "expected": np.diff(PAST[setting](1.0, edges, 1.0)) / np.diff(edges),
-        "xlabel": f"time t  [{unit}]",
-        "ylabel": f"share that arrives, per {unit}",
-        "title": f"A burst {'along a line' if setting == 'flight' else 'to all sides'} arrives at a plane",
-    }
+    _draw(
+        edges,
+        arrivals(outcomes[0].result)[1:] / np.diff(edges),
+        expected=np.diff(PAST[setting](1.0, edges, 1.0)) / np.diff(edges),
+        xlabel=f"time t  [{unit}]",
+        ylabel=f"share that arrives, per {unit}",
+        title=f"A burst {'along a line' if setting == 'flight' else 'to all sides'} arrives at a plane",
+        **out,
+    )
 
 
-_charts = (_ball_chart, _box_chart, _beam_chart, _wind_chart, _arrival_chart, _arrival_chart)
-CHARTS = dict(zip(SETTINGS, _charts, strict=True))
+def _draw(x, estimates, exact=None, expected=None, **named: object) -> None:
+    from transport.viz.curves import Series, plot_curves
+
+    plot_curves(Series(x, estimates, exact, expected), **named)
+
+
+_drawings = (draw_ball, draw_box, draw_beam, draw_wind, draw_arrivals, draw_arrivals)
+draw = figures(**{name: (each, where(setting=name)) for name, each in zip(SETTINGS, _drawings, strict=True)})
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

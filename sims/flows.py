@@ -27,10 +27,20 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance, sharp
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    main,
+    of_scene,
+    rows_figure,
+    sentence,
+    sharp,
+    where,
+)
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, Row
 
 law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
@@ -47,12 +57,10 @@ STARTED, CROSSED, DIFFER = "started in the prism", "crossed within dt", "histori
 ALONG, AGAINST, NET = "along the normal", "against the normal", "net"
 METERS = {"sphere": 1, "tetrahedron": 1, "box": 2, "empty sphere": 0}  # sources of equal power inside
 CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])  # of a tetrahedron
-FACES = {
-    f"tetrahedron, face {k}": corners
-    for k, corners in enumerate(((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)))
-}
+_triples = ((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))
+FACES = {f"tetrahedron, face {k}": corners for k, corners in enumerate(_triples)}
 SHOWN = 3  # degrees from 90° at which a prism is thick enough to be drawn
-PANELS = 3  # prisms that are drawn at most
+PANELS, MOST = 3, 6000  # prisms that are drawn at most, and places in each
 
 
 def cases() -> list[dict[str, object]]:
@@ -73,8 +81,7 @@ def scene(
 
     speed [m/s];  intervals: of dt, each as long as all before it;  power [W] of each source inside a closed meter.
     """
-    if meter not in ("patch", "closed"):
-        raise tp.SceneError(f"flows: meter must be 'patch' or 'closed', got {meter!r}")
+    check_choices("flows", meter=(meter, ("patch", "closed")))
     return _stream(tilt, density, speed, edges(intervals)) if meter == "patch" else _closed(power, speed)
 
 
@@ -82,13 +89,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return _patch_rows(result) if result.scene.duration is not None else _closed_rows(result)
 
 
+@of_scene(scene)
 def exact(
-    meter: str = "patch",
-    tilt: float = 0.0,
-    density: float = 1e6,
-    speed: float = 500.0,
-    intervals: int = 4,
-    power: float = 1.0,
+    meter: str, tilt: float, density: float, speed: float, intervals: int, power: float
 ) -> dict[str, float]:
     if meter == "closed":
         return {f"{NET}, {name}": inside * power for name, inside in METERS.items()}
@@ -230,67 +233,34 @@ def fluxes(result: tp.Result, meter: str) -> tuple[tp.Estimate, tp.Estimate]:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    (patches, closed), said = _sorted(outcomes), []
-    if patches:
+    said = []
+    if patches := where(meter="patch")(outcomes):
         histories = sum(int(started_and_crossed(o.result)[1].sum()) for o in patches)
         differ = sum(int(o[DIFFER].estimate.value) for o in patches)
-        answer = "none differs" if differ == 0 else f"{differ} differ"
         said.append(
             f"{histories} sampled histories crossed within dt and they are those that started in the prism:"
-            f" {answer}; each side counts n v cosθ where that is positive, and 0 where not"
+            f" {f'{differ} differ' if differ else 'none differs'}; each side counts n v cosθ where that is positive,"
+            " and 0 where not"
         )
-    for outcome in closed:
+    for outcome in where(meter="closed")(outcomes):
         inside = ", ".join(f"{outcome[f'{NET}, {name}'].estimate} ({name})" for name in METERS)
         said.append(f"the net flux out of a closed meter is the power inside: {inside}")
-    return (answer := "; ".join(said))[0].upper() + answer[1:] + "."
-
-
-def _sorted(outcomes: list[Outcome]) -> tuple[list[Outcome], list[Outcome]]:
-    """The outcomes with a patch, and those with closed meters."""
-    patches = [o for o in outcomes if o.result.scene.duration is not None]
-    return patches, [o for o in outcomes if o.result.scene.duration is None]
-
-
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Prisms with who crosses; as <name>_tilt the net flux by angle, as <name>_closed the closed meters."""
-    from transport.viz.comparisons import comparison
-
-    patches, closed = _sorted(outcomes)
-    path, paths = Path(path), []
-    thick = [o for o in patches if abs(_angle(o) - 90) > SHOWN][:PANELS]
-    if thick:
-        paths.append(path)
-        _draw_prisms(thick, path)
-    if len(patches) > 1:
-        paths.append(path.with_stem(path.stem + "_tilt") if paths else path)
-        _draw_tilts(patches, paths[-1])
-    if closed:
-        paths.append(path.with_stem(path.stem + "_closed") if paths else path)
-        _draw_closed(closed, paths[-1])
-    elif not paths:
-        paths.append(path)
-        table = {row.name: (row.estimate, row.exact) for row in patches[0].rows}
-        title = f"A patch in a stream, θ = {_angle(patches[0]):.6g}°"
-        comparison(table, path, title=title, note=provenance(patches[:1]))
-    return paths
+    return sentence(*said)
 
 
 def _angle(outcome: Outcome) -> float:
     """Between the stream and the normal [deg]."""
-    return math.degrees(math.acos(outcome.result.scene.surfaces[0].shape.normal[2]))
+    return math.degrees(outcome.given["tilt"])
 
 
-def _draw_tilts(patches: list[Outcome], path: Path) -> None:
-    from transport.viz.profiles import profile
+def draw_tilts(outcomes: list[Outcome], **out: object) -> None:
+    from transport.viz.curves import Series, plot_curves
 
-    ordered = sorted(patches, key=_angle)
-    emission = ordered[0].result.scene.sources[0].emission
-    beam = emission.density * emission.speed
-    profile(
-        [_angle(o) for o in ordered],
-        [o[NET].estimate for o in ordered],
-        path,
-        exact=lambda angle: beam * np.cos(np.radians(angle)),
+    ordered = sorted(outcomes, key=_angle)
+    beam = ordered[0].given["density"] * ordered[0].given["speed"]
+    nets = [o[NET].estimate for o in ordered]
+    plot_curves(
+        Series([_angle(o) for o in ordered], nets, lambda angle: beam * np.cos(np.radians(angle))),
         guides={
             "along the normal: max(cosθ, 0)": lambda angle: beam * np.maximum(np.cos(np.radians(angle)), 0),
             "against it: min(cosθ, 0)": lambda angle: beam * np.minimum(np.cos(np.radians(angle)), 0),
@@ -298,45 +268,93 @@ def _draw_tilts(patches: list[Outcome], path: Path) -> None:
         xlabel="θ between the stream and the normal  [deg]",
         ylabel="net flux density",
         title="A stream on a tilted patch: n v cosθ",
-        note=provenance(patches),
+        **out,
     )
 
 
-def _draw_closed(closed: list[Outcome], path: Path) -> None:
-    """The net flux of each meter, and what goes out and in for it."""
-    from transport.viz.comparisons import comparison
-
-    table = {}
-    for outcome in closed:
-        for name, row in zip(METERS, outcome.rows, strict=True):
-            out, into = fluxes(outcome.result, name)
-            label = f"{name}:\n{out.value:.4f} W out, {into.value:.4f} W in"
-            table[label if len(closed) == 1 else f"{label}\n{outcome.title}"] = row.estimate, row.exact
-    comparison(table, path, title="Net flux out of closed meters: the power inside", note=provenance(closed))
+def _label(row: Row, outcome: Outcome) -> str:
+    """A closed meter, and what goes out and in for its net flux; of a patch the row's name."""
+    name = row.name.removeprefix(f"{NET}, ")
+    if name not in METERS:
+        return f"{name}, θ = {_angle(outcome):.6g}°"
+    out, into = fluxes(outcome.result, name)
+    return f"{name}:\n{out.value:.4f} W out, {into.value:.4f} W in"
 
 
-def _draw_prisms(patches: list[Outcome], path: Path) -> None:
-    """Seen from the side: along the stream and across it."""
-    from transport.viz.prisms import Starts, prisms
+def draw_prisms(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Who crosses the patch, by their places at the start, seen from the side: along the stream and across it."""
+    from transport.viz.style import figure
 
-    panels = {}
-    for outcome in patches:
-        result, patch = outcome.result, outcome.result.scene.surfaces[0].shape
-        started, crossed = started_and_crossed(result)
-        places = result["start"].positions
-        beside = np.abs(places[:, 1]) <= HEIGHT / 2  # neither before the patch nor behind it
-        e_u, _, normal = np.array(patch.frame)
-        ends = np.array([-0.5, 0.5])[:, None] * WIDTH * e_u
-        words = f"θ = {_angle(outcome):.4g}°: {started.sum()} started in the prism,\n{crossed.sum()} crossed"
-        title = f"{words}, {np.count_nonzero(started != crossed)} differ"
-        panels[title] = Starts(
-            places[beside][:, [2, 0]], crossed[beside], ends[:, [2, 0]], normal[[2, 0]], (REACH, 0)
-        )
     title = "Who starts in the oblique prism v dt · dA crosses dA within dt"
-    prisms(panels, path, title=title, labels=("z  [m]", "x  [m]"), note=provenance(patches))
+    with figure((7.2 * len(outcomes) + 1, 6.4), title, note, path) as page:
+        row = page.subplots(1, len(outcomes), squeeze=False, sharex=True, sharey=True)[0]
+        for axes, outcome in zip(row, outcomes, strict=True):
+            _draw_prism(axes, outcome)
+        row[0].set_ylabel("x  [m]")
+        place = "center" if len(outcomes) > 1 else "left"
+        page.legend(*row[0].get_legend_handles_labels(), loc=f"outside lower {place}", ncols=4, markerscale=4)
+
+
+def _draw_prism(axes, outcome: Outcome) -> None:
+    from matplotlib.patheffects import withStroke
+
+    from transport.viz.style import BLUE, INK, VERMILLION
+
+    rim = [withStroke(linewidth=6, foreground="white")]  # so that points do not hide arrows
+    result, patch = outcome.result, outcome.result.scene.surfaces[0].shape
+    started, crossed = started_and_crossed(result)
+    starts = result["start"].positions
+    beside = np.abs(starts[:, 1]) <= HEIGHT / 2  # neither before the patch nor behind it
+    e_u, _, normal = np.array(patch.frame)[:, [2, 0]]
+    ends, path = np.array([-0.5, 0.5])[:, None] * WIDTH * e_u, np.array([REACH, 0])
+    kinds = {"does not cross": (~crossed, "#b8b8b8"), "crosses within dt": (crossed, BLUE)}
+    for words, (chosen, colour) in kinds.items():
+        places = starts[beside & chosen][: MOST // 2, [2, 0]]
+        axes.plot(*places.T, "o", color=colour, ms=2.6, mew=0, label=words)
+    axes.plot(
+        *np.array([*ends, *(ends[::-1] - path), ends[0]]).T,
+        "--",
+        color=VERMILLION,
+        lw=2.6,
+        label="prism, edge v dt",
+    )
+    axes.plot(*ends.T, color=INK, lw=6, solid_capstyle="butt", label="patch dA")
+    for start, way, colour, word in (
+        (0, 0.35 * REACH * normal, INK, "n"),
+        (-path, 0.4 * path, VERMILLION, "v"),
+    ):
+        arrow = {"arrowstyle": "-|>,head_width=0.45,head_length=0.9", "color": colour, "lw": 3, "shrinkA": 0}
+        arrow["path_effects"] = rim
+        axes.annotate("", start + way, np.zeros(2) + start, arrowprops=arrow)
+        axes.annotate(
+            word,
+            start + 1.25 * way,
+            color=colour,
+            ha="center",
+            va="center",
+            fontweight="bold",
+            path_effects=rim,
+        )
+    words = f"θ = {_angle(outcome):.4g}°: {started.sum()} started in the prism,\n{crossed.sum()} crossed"
+    axes.set_title(f"{words}, {np.count_nonzero(started != crossed)} differ", fontsize="medium")
+    axes.set(aspect="equal", xlabel="z  [m]")
+
+
+def _thick(outcomes: list[Outcome]) -> list[Outcome]:
+    """Patches whose prism is thick enough to be drawn."""
+    return [o for o in where(meter="patch")(outcomes) if abs(_angle(o) - 90) > SHOWN][:PANELS]
+
+
+def _several(outcomes: list[Outcome]) -> list[Outcome]:
+    return found if len(found := where(meter="patch")(outcomes)) > 1 else []
+
+
+draw = figures(
+    prisms=(draw_prisms, _thick),
+    tilt=(draw_tilts, _several),
+    closed=(rows_figure("Net flux out of closed meters: the power inside", _label), where(meter="closed")),
+)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -30,7 +30,19 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance, sharp
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    furthest,
+    grouped,
+    main,
+    of_scene,
+    rows_figure,
+    sentence,
+    sharp,
+    where,
+)
 from transport.theory import attenuation, emitters
 from transport.verification.experiment import Outcome
 
@@ -51,6 +63,7 @@ SUN_ANGLE = math.asin(float(emitters.sphere_radius(emitters.AREA)) / tp.au)
 AIR = (1e3, 1e4)  # m: where the atmosphere begins above the meter, and its thickness
 READINGS, PLACES = ("disk", "lamp", "room", "sun"), ("slab", "box", "everywhere")
 IRRADIANCE, DIRECT = "irradiance", "irradiance, direct"
+CERTAIN = 0.25  # relative error up to which a bin sets the scale of a figure
 IN_LAMP, SUN = "radiance of the lamp, direct", "radiance of the sun"
 
 
@@ -73,9 +86,7 @@ def scene(
     tau: optical depth straight from source to meter; across the room; of the atmosphere at the zenith. place:
     of the fog before the disk: in a "slab" or a "box" between, or "everywhere".  zenith_angle: of the sun [rad].
     """
-    for name, value, known in (("reading", reading, READINGS), ("place", place, PLACES)):
-        if value not in known:
-            raise tp.SceneError(f"fog: {name} must be one of {', '.join(known)}, got {value!r}")
+    check_choices("fog", reading=(reading, READINGS), place=(place, PLACES))
     if not 0 <= zenith_angle < math.pi / 2 - SUN_ANGLE:
         raise tp.SceneError(f"fog: zenith_angle must be from 0 to below 90°, got {zenith_angle} rad")
     if reading in ("room", "sun"):
@@ -159,9 +170,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return rows | {IRRADIANCE: meter.irradiance, "radiance beside the disk": seen[BINS + 1]}
 
 
-def exact(
-    reading: str = "disk", tau: float = 1.0, place: str = "slab", zenith_angle: float = 0.0
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(reading: str, tau: float, zenith_angle: float) -> dict[str, float]:
     if reading == "room":
         left = attenuation.ball_transmittance(tau, WALL[:-1], WALL[1:])
         rows = {_bin("radiance", WALL, i): RADIANCE for i in range(len(left))}
@@ -186,28 +196,24 @@ def _bin(quantity: str, cosines: np.ndarray, index: int) -> str:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    found = {reading: [o for o in outcomes if _given(o, "reading") == reading] for reading in READINGS}
-    said = []
-    if disks := found["disk"]:
-        scores = [abs(row.z) for o in disks for row in o.rows if math.isfinite(row.z)]
-        worst = f"{len(scores)} readings at most {max(scores, default=0):.1f} standard errors off"
-        said.append(f"radiance is L exp(-τ/cosθ), {worst}")
-        tau, irradiance = max((_given(o, "tau"), o[IRRADIANCE].estimate.value) for o in disks)
+    found, said = grouped(outcomes, "reading"), []
+    if disks := found.get("disk"):
+        said.append(f"radiance is L exp(-τ/cosθ), {furthest(disks)}")
+        tau, irradiance = max((o.given["tau"], o[IRRADIANCE].estimate.value) for o in disks)
         many = guessed(tau) / irradiance if irradiance else math.inf
         said.append(
             f"exp(-τ) of the clear air's irradiance would be {many:.3g} times too much at τ = {tau:.3g}"
         )
-    for o in found["lamp"]:
+    for o in found.get("lamp", ()):
         total = o.result["view"].irradiance
         said.append(f"of a lamp's light in scattering fog {o[DIRECT].estimate} is direct, {total} all of it")
-    for o in found["room"]:
+    for o in found.get("room", ()):
         told = f"{o[IRRADIANCE].estimate} whatever its fog, of it {o[DIRECT].estimate} straight"
         said.append(f"the wall of a glowing room receives {told}")
-    if suns := found["sun"]:
+    if suns := found.get("sun"):
         seen = (f"{o[SUN].estimate} through τ = {_air(o):.2g}" for o in suns)
         said.append(f"the sun's radiance is {', '.join(seen)}")
-    words = "; ".join(said)
-    return f"{words[0].upper()}{words[1:]}."
+    return sentence(*said)
 
 
 def guessed(tau: float) -> float:
@@ -216,59 +222,68 @@ def guessed(tau: float) -> float:
     return clear * float(attenuation.transmittance(tau))
 
 
-def _given(outcome: Outcome, name: str) -> object:
-    """A parameter of the case, or its default."""
-    defaults = {"reading": "disk", "tau": 1.0, "place": "slab", "zenith_angle": 0.0}
-    return outcome.parameters.get(name, defaults[name])
-
-
 def _air(outcome: Outcome) -> float:
     """Optical depth of the air before the sun."""
-    return _given(outcome, "tau") / math.cos(_given(outcome, "zenith_angle"))
+    return outcome.given["tau"] / math.cos(outcome.given["zenith_angle"])
 
 
 def _label(outcome: Outcome) -> str:
-    return f"τ = {_given(outcome, 'tau'):.3g}, {_given(outcome, 'place')}"
+    return f"τ = {outcome.given['tau']:.3g}, {outcome.given['place']}"
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """What the meter sees of the disk; beside it <name>_ways, _irradiance, _lamp, _room and _sun, where there are such."""
-    path, paths = Path(path), []
-    pictures = {"disk": (draw_disk, draw_ways, draw_irradiance), "lamp": (draw_lamp,), "room": (draw_room,)}
-    pictures["sun"] = (draw_sun,)
-    for reading, functions in pictures.items():
-        shown = [o for o in outcomes if _given(o, "reading") == reading]
-        for function in functions if shown else ():
-            word = function.__name__.removeprefix("draw_")
-            paths.append(path.with_stem(f"{path.stem}_{word}") if paths else path)
-            function(shown, paths[-1])
-    return paths
-
-
-def _small_print(outcomes: list[Outcome]) -> str:
+def _alike(outcomes: list[Outcome], note: str) -> str:
     """Of what is aimed and absorbed only: cases of one seed have the same rays, and deviate together."""
-    return provenance(outcomes) + ("; the same rays in every case" if len(outcomes) > 1 else "")
+    return note + ("; the same rays in every case" if len(outcomes) > 1 else "")
 
 
-def draw_disk(outcomes: list[Outcome], path: Path) -> None:
+def draw_disk(outcomes: list[Outcome], path: Path, note: str) -> None:
     """The disk as the meter sees it, from clear air to thick fog."""
-    from transport.viz.views import views
-
     seen = {_label(o): o.result["view"].radiance for o in outcomes}
-    laws = {_label(o): partial(_direct, tau=_given(o, "tau"), of=DISK) for o in outcomes}
+    laws = {_label(o): partial(_direct, tau=o.given["tau"], of=DISK) for o in outcomes}
     title = "A bright disk seen through fog: radiance is not invariant there"
-    views(seen, path, exact=laws, title=title, note=_small_print(outcomes))
+    _draw_views(seen, laws, title, path, _alike(outcomes, note))
 
 
-def draw_lamp(outcomes: list[Outcome], path: Path) -> None:
+def _draw_views(
+    seen: dict, laws: dict, title: str, path: Path, note: str, decades: float | None = None
+) -> None:
+    """Round maps of radiance by polar angle in one scale, and all of them as curves below."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    from transport.viz.curves import plot_curves
+    from transport.viz.directions import polar_curves
+    from transport.viz.style import SEQUENTIAL, figure, outlined, with_unit
+
+    top = (
+        max(each.value[each.error <= CERTAIN * each.value].max(initial=0.0) for each in seen.values())
+        or RADIANCE
+    )
+    norm = LogNorm(top / 10**decades, top, clip=True) if decades else Normalize(0, top, clip=True)
+    with figure((max(5.2 * len(seen), 13) + 1.6, 14), title, note, path) as page:
+        above, below = page.subfigures(2, 1, height_ratios=(1, 1.15))
+        panels = above.subplots(1, len(seen), squeeze=False, subplot_kw={"projection": "polar"})[0]
+        for axes, (label, each) in zip(panels, seen.items(), strict=True):
+            rings = np.repeat(np.maximum(each.value, norm.vmin)[:, None], 180, axis=1)
+            edges = np.linspace(0, 2 * math.pi, 181), np.degrees(each.coords["theta"])
+            axes.grid(False)
+            shown = axes.pcolormesh(*edges, rings, norm=norm, cmap=SEQUENTIAL, rasterized=True)
+            axes.set_xticks([])
+            axes.set_yticks([30, 60, 90], ["30°", "60°", ""], color="white", path_effects=outlined())
+            axes.set_title(label)
+        bar = above.colorbar(shown, ax=panels, shrink=0.8, pad=0.01, extend="min" if decades else "neither")
+        bar.set_label(with_unit("radiance L", next(iter(seen.values())).unit))
+        words = {"xlabel": "polar angle θ  [deg]", "ylabel": "radiance L", "legend": "upper right"}
+        plot_curves(
+            polar_curves(seen, laws), ax=below.subplots(), means=True, log_y=decades is not None, **words
+        )
+
+
+def draw_lamp(outcomes: list[Outcome], path: Path, note: str) -> None:
     """A lamp in scattering fog: all light, and what of it came straight."""
-    from transport.viz.views import views
-
-    tau, result = _given(outcomes[0], "tau"), outcomes[0].result
+    tau, result = outcomes[0].given["tau"], outcomes[0].result
     seen = {"all light": result["view"].radiance, "direct": result["direct view"].radiance}
-    laws = {"direct": partial(_direct, tau=tau, of=LAMP)}
     title = f"A lamp in fog that scatters, τ = {tau:.3g}: its light glows about it"
-    views(seen, path, exact=laws, title=title, log=True, note=provenance(outcomes))
+    _draw_views(seen, {"direct": partial(_direct, tau=tau, of=LAMP)}, title, path, note, decades=4)
 
 
 def _direct(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np.ndarray:
@@ -276,75 +291,74 @@ def _direct(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np
     return attenuation.disk_radiance(theta, RADIANCE, *of[:2], tau, of[2])
 
 
-def draw_ways(outcomes: list[Outcome], path: Path) -> None:
+def draw_ways(outcomes: list[Outcome], path: Path, note: str) -> None:
     """Radiance over that in clear air against the optical depth of the way: one exponential for all."""
-    from transport.viz.catalogue import Entry, catalogue
+    from transport.viz.curves import Series, plot_curves
 
     cosines = np.cos(_edges("disk"))[: BINS + 1]
-    middles, entries = (cosines[1:] + cosines[:-1]) / 2, {}
+    middles, series = (cosines[1:] + cosines[:-1]) / 2, {}
     for outcome in outcomes:
         level = constant(outcome.result, RADIANCE, "W m^-2 sr^-1")
         rows = outcome.rows[:BINS]
         shares, expected = [r.estimate / level for r in rows], [r.exact / RADIANCE for r in rows]
-        depths = _given(outcome, "tau") / middles
-        entries[_label(outcome)] = Entry(depths, shares, lambda way: math.exp(-way), expected)
-    catalogue(
-        entries,
+        series[_label(outcome)] = Series(
+            outcome.given["tau"] / middles, shares, lambda way: np.exp(-way), expected
+        )
+    plot_curves(
+        series,
         path,
         xlabel="optical depth of the way  τ / cosθ",
         ylabel="radiance / that in clear air",
         title="Along every ray radiance falls by exp(-τ)",
-        note=_small_print(outcomes),
+        note=_alike(outcomes, note),
         log_y=True,
     )
 
 
-def draw_irradiance(outcomes: list[Outcome], path: Path) -> None:
+def draw_irradiance(outcomes: list[Outcome], path: Path, note: str) -> None:
     """Irradiance against the optical depth, with the guess that forgets the slant."""
-    from transport.viz.profiles import profile
+    from transport.viz.curves import Series, plot_curves
 
-    profile(
-        [_given(o, "tau") for o in outcomes],
-        [o[IRRADIANCE].estimate for o in outcomes],
+    exact_irradiance = np.vectorize(lambda t: attenuation.disk_irradiance(RADIANCE, *DISK[:2], t, DISK[2]))
+    irradiances = [o[IRRADIANCE].estimate for o in outcomes]
+    plot_curves(
+        Series([o.given["tau"] for o in outcomes], irradiances, exact_irradiance),
         path,
-        exact=np.vectorize(lambda t: attenuation.disk_irradiance(RADIANCE, *DISK[:2], t, DISK[2])),
         guides={"wrong guess: exp(-τ) of that in clear air": np.vectorize(guessed)},
         xlabel="optical depth τ straight from the disk to the meter",
         ylabel="irradiance",
         title="Irradiance in fog falls faster than exp(-τ)",
         log_y=True,
-        note=_small_print(outcomes),
+        note=_alike(outcomes, note),
     )
 
 
-def draw_room(outcomes: list[Outcome], path: Path) -> None:
-    """All rows of the room beside their exact values."""
-    from transport.viz.comparisons import comparison
-
-    table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
-    title = "A glowing room full of fog: as bright as an empty one"
-    comparison(table, path, title=title, note=provenance(outcomes))
-
-
-def draw_sun(outcomes: list[Outcome], path: Path) -> None:
+def draw_sun(outcomes: list[Outcome], path: Path, note: str) -> None:
     """The sun's radiance against the depth of air before it."""
-    from transport.viz.profiles import profile
+    from transport.viz.curves import Series, plot_curves
 
-    profile(
-        [_air(o) for o in outcomes],
-        [o[SUN].estimate for o in outcomes],
+    seen = [o[SUN].estimate for o in outcomes]
+    plot_curves(
+        Series([_air(o) for o in outcomes], seen, lambda depth: SURFACE * np.exp(-depth)),
         path,
-        exact=lambda depth: SURFACE * np.exp(-depth),
         guides={"at its surface, and above the air": lambda depth: np.full(np.shape(depth), SURFACE)},
         xlabel="optical depth of the air before the sun: τ / cos(zenith angle)",
         ylabel="radiance of the sun",
         title=f"The sun through the atmosphere, τ = {ATMOSPHERE:.2f} at the zenith",
         log_y=True,
-        note=_small_print(outcomes),
+        note=_alike(outcomes, note),
     )
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+draw = figures(
+    disk=(draw_disk, where(reading="disk")),
+    ways=(draw_ways, where(reading="disk")),
+    irradiance=(draw_irradiance, where(reading="disk")),
+    lamp=(draw_lamp, where(reading="lamp")),
+    room=(rows_figure("A glowing room full of fog: as bright as an empty one"), where(reading="room")),
+    sun=(draw_sun, where(reading="sun")),
+)
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

@@ -28,10 +28,12 @@ both sides of every thing and free ones in between.  3e7 particles make 1e8 cros
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance, sharp
+from transport.sims import constant, figures, main, of_scene, sharp
 from transport.theory.enclosures import chi_square_values, escape_cosine
 from transport.theory.solid_angles import bin_projected_solid_angles
 from transport.verification.experiment import Outcome
@@ -298,7 +300,8 @@ def _dark(result: tp.Result) -> tp.Estimate:
     return result["ball inside"].radiance[:2].mean()
 
 
-def exact(index: float = 1.5, radiance: float = 1.0) -> dict[str, float]:
+@of_scene(scene)
+def exact(index: float, radiance: float) -> dict[str, float]:
     ones = [CHI_SQUARE, *(f"L/n²L₀, {kind}" for kind in KINDS), *(_exchange(*pair) for pair in PAIRS)]
     surfaces = {surface.name: surface.shape.area for surface in scene(index, radiance).surfaces}
     own = sum(surfaces[wall] for wall in WALLS) + 2 * index**2 * surfaces["lamp"] + 0.5 * surfaces["ember"]
@@ -321,27 +324,97 @@ def verdict(outcomes: list[Outcome]) -> str:
     )
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
+def draw_equilibrium(outcomes: list[Outcome], path: Path, note: str) -> None:
     """What the plug and what all bring to the floor; below, L by kind of thing, in empty glass, and in all bins."""
-    from transport.viz.equilibrium import equilibrium
+    from transport.viz.style import figure
 
-    result = outcomes[0].result
-    shine = constant(result, result.scene.sources[0].emission.radiance, "W m^-2 sr^-1")
-    whole = shine * constant(result, np.pi, "sr")
+    with figure((23, 14.6), "In a furnace all things look alike", note, path) as page:
+        above, below = page.subfigures(2, 1, height_ratios=(1, 1.2))
+        left, middle, right = below.subplots(1, 3, width_ratios=(1.25, 1, 1))
+        _draw_floor(above.subplots(1, 2, sharey=True), outcomes[0].result)
+        _draw_kinds(left, outcomes[0])
+        _draw_angles(middle, outcomes[0].result)
+        _draw_scores(right, scores(outcomes[0].result))
+
+
+def _shine(result: tp.Result) -> tp.Estimate:
+    return constant(result, result.scene.sources[0].emission.radiance, "W m^-2 sr^-1")
+
+
+def _draw_floor(panels: np.ndarray, result: tp.Result) -> None:
+    from transport.viz.style import SEQUENTIAL, outlined
+
     labels = {"plug to floor": "Light on the floor from the plug alone …", "all to floor": "… and from all"}
-    floor = {label: result[name].irradiance / whole for name, label in labels.items()}
     low = [s for s in result.scene.surfaces if s.shape.middle[2] < -0.1 and s.name not in UNNAMED]
-    places = {surface.name: surface.shape.middle[:2] for surface in low}
-    kinds = {kind: outcomes[0][f"L/n²L₀, {kind}"].estimate for kind in KINDS}
-    angles, bright = {}, levels(result.scene)
+    for axes, (name, label) in zip(panels, labels.items(), strict=True):
+        found = result[name].irradiance / (_shine(result) * constant(result, np.pi, "sr"))
+        style = {
+            "vmin": 0,
+            "vmax": 1.2 * np.quantile(found.value, 0.98),
+            "cmap": SEQUENTIAL,
+            "rasterized": True,
+        }
+        shown = axes.pcolormesh(found.coords["u"], found.coords["v"], found.value.T, **style)
+        axes.figure.colorbar(shown, ax=axes, shrink=0.8, pad=0.015).set_label("E / π L₀")
+        for surface in low:
+            words = {"color": "white", "fontsize": "small", "ha": "center", "va": "center"}
+            axes.text(*surface.shape.middle[:2], surface.name, path_effects=outlined(2.4), **words)
+        axes.set(title=label, xlabel="x  [m]", aspect="equal")
+        axes.grid(False)
+    panels[0].set_ylabel("y  [m]")
+
+
+def _draw_kinds(axes, outcome: Outcome) -> None:
+    from transport.viz.style import BLUE, INK, POINTS
+
+    found = [outcome[f"L/n²L₀, {kind}"].estimate for kind in KINDS]
+    values, bars = [100 * (each.value - 1) for each in found], [200 * each.error for each in found]
+    axes.errorbar(values, range(len(found)), xerr=bars, fmt="o", color=BLUE, **POINTS)
+    axes.axvline(0, color=INK, lw=1.6)
+    axes.set_yticks(range(len(KINDS)), list(KINDS))
+    axes.set_ylim(len(KINDS) - 0.4, -0.6)
+    axes.grid(False, axis="y")
+    axes.set(xlabel="L / n²L₀ − 1  [%],  ± 2 standard errors", title="Radiance by kind of thing")
+
+
+def _draw_angles(axes, result: tp.Result) -> None:
+    from transport.viz.curves import Series, plot_curves
+
+    bright, series = levels(result.scene), {}
     for name, place in zip(EMPTY, ("air", "the block"), strict=True):
-        label = f"n = {bright[name].max() ** 0.5:g} in {place}"
-        angles[label] = result[name].radiance.mean("phi") / shine, bright[name][:, 0]
-    words = {"title": "In a furnace all things look alike", "note": provenance(outcomes)}
-    equilibrium(floor, places, kinds, angles, scores(result), ENOUGH, path, **words)
+        seen = result[name].radiance.mean("phi") / _shine(result)
+        theta = np.degrees(np.arccos(seen.coords["mu"]))
+        series[f"n = {bright[name].max() ** 0.5:g} in {place}"] = Series(
+            theta, seen, expected=bright[name][:, 0]
+        )
+    plot_curves(
+        series,
+        ax=axes,
+        xlabel="angle to the normal, in the glass  [deg]",
+        ylabel="L / L₀",
+        legend="upper right",
+    )
+    axes.set_title("Glass with nothing in it")
+
+
+def _draw_scores(axes, found: np.ndarray) -> None:
+    from transport.viz.style import BLUE, MUTED, VERMILLION, WITHIN_TWO
+
+    reach, cell = 5.0, 0.25
+    edges, z = np.arange(-reach, reach + cell / 2, cell), np.linspace(-reach, reach, 401)
+    axes.axvspan(-2, 2, color=WITHIN_TWO, lw=0)
+    counts, bins = np.histogram(found, edges)[0], f"{found.size} bins"
+    axes.stairs(counts, edges, fill=True, color=BLUE, alpha=0.75, label=bins)
+    chance = found.size * cell * np.exp(-z * z / 2) / np.sqrt(2 * np.pi)
+    axes.plot(z, chance, color=VERMILLION, lw=3, label="chance alone")
+    beyond = f"{np.count_nonzero(np.abs(found) > reach)} beyond ±{reach:g}"
+    axes.text(0.03, 0.97, beyond, transform=axes.transAxes, va="top", color=MUTED, fontsize="small")
+    axes.set(xlabel="z  [standard errors]", ylabel="bins", title=f"Bins of {ENOUGH} counts and more")
+    axes.legend(loc="upper right")
+
+
+draw = figures(equilibrium=draw_equilibrium)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, constant, figures, main, of_scene, rows_figure, where
 from transport.theory import glow as theory
 from transport.theory.enclosures import chi_square_values
 from transport.verification.experiment import Outcome
@@ -67,8 +67,7 @@ def scene(
     """Hot fog, one of SHOWS.  depth: optical, of a ball's radius or a slab;  albedo: of the furnace's walls, 0: black;
     index: of its glass;  radiance: L₀ [W m^-2 sr^-1].
     """
-    if show not in SHOWS:
-        raise tp.SceneError(f"glow: show must be one of {', '.join(SHOWS)}, got {show!r}")
+    check_choices("glow", show=(show, SHOWS))
     if not 0 <= albedo < 1:
         raise tp.SceneError(f"glow: albedo must be 0 to below 1, got {albedo}; a white wall does not glow")
     if not 0 < depth < math.inf:
@@ -239,9 +238,8 @@ def _balance(name: str) -> str:
     return f"absorbed / emitted, {name}"
 
 
-def exact(
-    show: str = "furnace", depth: float = 1.0, albedo: float = 0.4, index: float = 1.5, radiance: float = 1.0
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(show: str, depth: float) -> dict[str, float]:
     if show == "furnace":
         ones = [*(f"L/n²L₀, {kind}" for kind in KINDS), *map(_balance, (*BODIES, "walls"))]
         return dict.fromkeys(ones, 1.0) | {ESCAPED: 0.0}
@@ -270,67 +268,70 @@ def expected_leaving(show: str, depth: float) -> np.ndarray:
 
 def verdict(outcomes: list[Outcome]) -> str:
     said = []
-    for outcome in outcomes:
-        if show_of(outcome.result) == "furnace":
-            expected = levels(outcome.result.scene)
-            bins, found = deviations(outcome.result, expected)[1].size, chi_square(outcome.result, expected)
-            said.append(
-                f"Between hot walls it looks like nothing: in {bins} bins of place and direction χ² is {found} of what"
-                " chance makes it."
-            )
-    dark = [f"{o[SHARE].estimate} of {_words(o)}" for o in outcomes if show_of(o.result) != "furnace"]
-    if dark:
+    for outcome in where(show="furnace")(outcomes):
+        expected = levels(outcome.result.scene)
+        bins, found = deviations(outcome.result, expected)[1].size, chi_square(outcome.result, expected)
+        words = f"in {bins} bins of place and direction χ² is {found} of what chance makes it"
+        said.append(f"Between hot walls it looks like nothing: {words}.")
+    if dark := [f"{o[SHARE].estimate} of {_words(o)}" for o in where(show=("ball", "slab"))(outcomes)]:
         said.append(f"In the dark it shines by its depth: of its own light escapes {', '.join(dark)}.")
     return " ".join(said)
 
 
 def _words(outcome: Outcome) -> str:
-    show, depth = show_of(outcome.result), outcome.result.scene.surfaces[0].inside.absorption
+    show, depth = outcome.given["show"], outcome.given["depth"]
     return f"a {show} of optical {'radius' if show == 'ball' else 'thickness'} {depth:g}"
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Radiance by the length of the ray, in the dark and between walls; or, of a furnace alone, all its rows."""
-    from transport.viz.comparisons import comparison
-    from transport.viz.rays import Rays, glowing_rays
+def draw_rays(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Radiance by the optical length of the (mean) ray, in the dark and between walls."""
+    from transport.viz.curves import Series, plot_curves
 
-    path, lit = Path(path), [o for o in outcomes if show_of(o.result) == "furnace"]
-    dark = [o for o in outcomes if show_of(o.result) != "furnace"]
-    paths = []
-    if dark:
-        found = {_words(o): Rays(*_rays(o)) for o in dark}
-        if lit:
-            found["between hot walls"] = Rays(*_furnace_rays(lit[0].result))
-        title, note = "Hot fog in the dark and between hot walls", provenance(outcomes)
-        paths.append(path)
-        glowing_rays(found, paths[-1], dark=theory.ray_share, title=title, note=note)
-    if lit:
-        table = {row.name: (row.estimate, row.exact) for row in lit[0].rows if row.name != ESCAPED}
-        paths.append(path.with_stem(f"{path.stem}_furnace") if paths else path)
-        comparison(table, paths[-1], title="Fog in a furnace: the same everywhere", note=provenance(lit))
-    return paths
-
-
-def _rays(outcome: Outcome) -> tuple[np.ndarray, list[tp.Estimate], np.ndarray]:
-    """Optical lengths of the mean rays of bins, L/L₀ and its exact means."""
-    show, depth = show_of(outcome.result), outcome.result.scene.surfaces[0].inside.absorption
-    expected = expected_leaving(show, depth)
-    lengths = theory.mean_beam_length(np.minimum(expected, BRIGHTEST), 1.0)
-    return lengths, list(leaving_share(outcome.result)), expected
+    series = {}
+    for outcome in where(show=("ball", "slab"))(outcomes):
+        expected = expected_leaving(outcome.given["show"], outcome.given["depth"])
+        lengths = theory.mean_beam_length(np.minimum(expected, BRIGHTEST), 1.0)
+        series[_words(outcome)] = Series(lengths, leaving_share(outcome.result), theory.ray_share, expected)
+    for outcome in where(show="furnace")(outcomes)[:1]:
+        series["between hot walls"] = _fogs(outcome.result)
+    lengths = np.concatenate([each.x for each in series.values()])
+    plot_curves(
+        series,
+        path,
+        xlabel=r"optical length of the (mean) ray  $\tau = \sigma_a s$",
+        ylabel="radiance / that of a black body",
+        guides={r"thin: $\tau$": lambda t: np.where(t < 2, t, np.nan)},
+        title="Hot fog in the dark and between hot walls",
+        log_x=True,
+        log_y=True,
+        span=(0.7 * lengths.min(), 1.4 * lengths.max()),
+        note=note,
+    )
 
 
-def _furnace_rays(result: tp.Result) -> tuple[np.ndarray, list[tp.Estimate], np.ndarray]:
-    """σ_a times the mean chord of each fog, and the mean L/L₀ that leaves it."""
+def _fogs(result: tp.Result):
+    """The mean L/L₀ that leaves each fog of a furnace, by σ_a times its mean chord."""
+    from transport.viz.curves import Series
+
     whole, lengths, found = constant(result, math.pi * shine_of(result), "W m^-2"), [], []
     for name in FOGS:
         surface = result.scene.surface(name)
         chord = 4 * surface.shape.volume / surface.shape.area
         lengths.append(chord * float(np.max(surface.inside.absorption)))
         found.append(result[f"{name} outside"].exitance / whole)
-    return np.array(lengths), found, np.ones(len(FOGS))
+    return Series(lengths, found, np.ones_like)
+
+
+def _dark(outcomes: list[Outcome]) -> list[Outcome]:
+    """All, if there is anything in the dark."""
+    return outcomes if where(show=("ball", "slab"))(outcomes) else []
+
+
+_furnace_rows = rows_figure(
+    "Fog in a furnace: the same everywhere", lambda row, _: row.name, lambda row: row.name != ESCAPED
+)
+draw = figures(rays=(draw_rays, _dark), furnace=(_furnace_rows, where(show="furnace")))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -31,7 +31,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import provenance, sharp
+from transport.sims import check_choices, figures, main, of_scene, rows_figure, sharp, where
 from transport.theory import goniometry, microfacets
 from transport.verification.experiment import Outcome
 
@@ -75,10 +75,7 @@ def cases() -> list[dict[str, object]]:
 
 def scene(show: str = "beam", sample: str = "satin", angle: float = math.pi / 4) -> tp.Scene:
     """A sample under one of SHOWS.  angle: of the beam, or the middle of the lamp, to the normal [rad]."""
-    if show not in SHOWS:
-        raise tp.SceneError(f"gonioreflectometer: show must be one of {', '.join(SHOWS)}, got {show!r}")
-    if sample not in SAMPLES:
-        raise tp.SceneError(f"gonioreflectometer: sample must be one of {', '.join(SAMPLES)}, got {sample!r}")
+    check_choices("gonioreflectometer", show=(show, SHOWS), sample=(sample, SAMPLES))
     highest = math.pi / 2 - (WIDE if show == "lamp" else 0)
     if not 0 <= angle < highest:
         raise tp.SceneError(
@@ -197,7 +194,8 @@ def albedo_of(material: tp.Material, side: str = "front") -> float:
     return material.albedo if side == "front" else material.transmission
 
 
-def exact(show: str = "beam", sample: str = "satin", angle: float = math.pi / 4) -> dict[str, float]:
+@of_scene(scene)
+def exact(show: str, sample: str, angle: float) -> dict[str, float]:
     material = SAMPLES[sample]
     if show == "swap":
         there, here = (
@@ -226,48 +224,26 @@ def _expected(
     return RADIANCE * float(goniometry.reflected_radiance(law, angle, WIDE, theta, phi)[0, 0])
 
 
+HEADS = {
+    "beam": "Of a beam f is",
+    "swap": "Exchanging lamp and eye leaves f the same:",
+    "lamp": "Under a wide lamp L_out is",
+    "sky": f"Under a sky of {RADIANCE:g} L_out is",
+}
+
+
 def verdict(outcomes: list[Outcome]) -> str:
     """A sentence for each thing that was shown."""
-    said: dict[str, list[str]] = {show: [] for show in SHOWS}
+    said: dict[str, list[str]] = {show: [] for show in HEADS}
     for outcome in outcomes:
-        show, sample = show_of(outcome.result), outcome.parameters.get("sample", "satin")
-        seen = [row for row in outcome.rows if row.name.startswith(("f at", "L_out at"))]
+        show, seen = (
+            outcome.given["show"],
+            [row for row in outcome.rows if row.name.startswith(("f at", "L_out at"))],
+        )
         row = outcome[RATIO] if show == "swap" else max(seen, key=lambda row: row.estimate.value)
         what = "" if show == "swap" else f" at {row.name.split(' at ')[1]}"
-        said[show].append(f"{row.estimate} of {sample}{what}")
-    heads = {
-        "beam": "Of a beam f is",
-        "swap": "Exchanging lamp and eye leaves f the same:",
-        "lamp": "Under a wide lamp L_out is",
-        "sky": f"Under a sky of {RADIANCE:g} L_out is",
-    }
-    return " ".join(f"{heads[show]} {', '.join(words)}." for show, words in said.items() if words)
-
-
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """f by direction, a panel a beam; beside it, as <name>_laws, the other shows against exact values."""
-    from transport.viz.comparisons import comparison
-    from transport.viz.lobes import lobes
-
-    path, paths = Path(path), []
-    beams = [o for o in outcomes if show_of(o.result) == "beam"]
-    if beams:
-        panels = {_panel_title(o): _panel(o) for o in beams}
-        title = "What a goniometer reads of a beam, in the plane of incidence"
-        paths.append(lobes(panels, path, "f  [$\\mathrm{sr^{-1}}$]", title=title, note=provenance(beams)))
-    if others := [o for o in outcomes if o not in beams]:
-        rows = {
-            f"{row.name}\n{o.parameters.get('sample', 'satin')}, {show_of(o.result)}": (
-                row.estimate,
-                row.exact,
-            )
-            for o in others
-            for row in o.rows
-        }
-        title = "Exchanging lamp and eye, and L_out = ∫ f L_in cosθ dω"
-        paths.append(path.with_stem(path.stem + "_laws") if beams else path)
-        comparison(rows, paths[-1], title=title, note=provenance(others))
-    return paths
+        said[show].append(f"{row.estimate} of {outcome.given['sample']}{what}")
+    return " ".join(f"{HEADS[show]} {', '.join(words)}." for show, words in said.items() if words)
 
 
 WORDS = {
@@ -278,27 +254,32 @@ WORDS = {
 }
 
 
-def _panel_title(outcome: Outcome) -> str:
-    sample = outcome.parameters.get("sample", "satin")
-    return f"{WORDS.get(sample, sample)}: from {math.degrees(angle_of(outcome.result)):.0f}°"
+def draw_beams(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """f by direction in the plane of incidence, a panel a beam."""
+    from transport.viz.lobes import lobes
+
+    panels = {}
+    for outcome in outcomes:
+        sample, degrees = outcome.given["sample"], math.degrees(outcome.given["angle"])
+        panels[f"{WORDS.get(sample, sample)}: from {degrees:.0f}°"] = _panel(outcome)
+    title = "What a goniometer reads of a beam, in the plane of incidence"
+    lobes(panels, path, r"f  [$\mathrm{sr^{-1}}$]", title=title, note=note)
 
 
 def _panel(outcome: Outcome) -> object:
     """Lobes of what is reflected, and of what passes through."""
     from transport.viz.lobes import Lobe, Panel
 
-    result, angle = outcome.result, angle_of(outcome.result)
-    material = SAMPLES[outcome.parameters.get("sample", "satin")]
-    found = []
+    result, angle, material = outcome.result, outcome.given["angle"], SAMPLES[outcome.given["sample"]]
+    found, angles = [], np.concatenate([-PICTURE[0][:0:-1], PICTURE[0]])
     for side, words in {"front": "reflected", "back": "let through"}.items():
         if side not in result:
             continue
-        f = result[f"fine {side}"].radiance_out / result["front"].irradiance
-        value, error = (np.concatenate([part[::-1, BACK], part[:, FORWARD]]) for part in (f.value, f.error))
-        edges = np.concatenate([-PICTURE[0][:0:-1], PICTURE[0]])
-        law = law_of(material, side)
+        f, law = result[f"fine {side}"].radiance_out / result["front"].irradiance, law_of(material, side)
         expected = goniometry.bin_means(law, angle, PICTURE[0], PICTURE[1] - math.pi)
-        means = np.concatenate([expected[::-1, BACK], expected[:, FORWARD]])
+        parts = f.value, f.error, expected
+        value, error, means = (np.concatenate([part[::-1, BACK], part[:, FORWARD]]) for part in parts)
+        edges = angles
 
         def exact_law(t: np.ndarray, law: Law = law) -> np.ndarray:
             return law(np.cos(angle), np.abs(np.cos(t)), np.where(np.sin(t) < 0, 0.0, math.pi))
@@ -309,7 +290,17 @@ def _panel(outcome: Outcome) -> object:
     return Panel(found, light=-angle)
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+draw = figures(
+    beams=(draw_beams, where(show="beam")),
+    laws=(
+        rows_figure(
+            "Exchanging lamp and eye, and L_out = ∫ f L_in cosθ dω",
+            lambda row, o: f"{row.name}\n{o.given['sample']}, {o.given['show']}",
+        ),
+        where(show=SHOWS[1:]),
+    ),
+)
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

@@ -24,15 +24,26 @@ through a plane without end does not depend on where light leaves.  The mirrored
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    furthest,
+    grouped,
+    main,
+    of_scene,
+    sentence,
+)
 from transport.theory import half_space as theory
 from transport.theory import ordinates
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, defaults_of
 
 law = (
     "L = a H(μ)H(μ0)/4π(μ + μ0) E, R = 1 - √(1 - a) H(μ0), T = (4/3)/(τ + 2q), q = 0.710446,"
@@ -46,6 +57,7 @@ SETTINGS = ("darkening", "boundary", "milne")
 INCIDENCES = ("beam", "lambertian")
 BINS = 20
 EDGES = np.linspace(0, 1, BINS + 1)
+FINE, PIXELS = np.linspace(0, 1, 401)[1:], 801  # cosines of curves; across the picture of a star
 SHARP = 1e-4  # rad, half angle of the cone that holds what is mirrored
 EDGE = 1e-6  # of the bins' edges, from which the mirrored ray keeps away
 GROUP = 4  # bins in a row of the table
@@ -81,9 +93,7 @@ def scene(
     "lambertian" light; index: of the medium with a boundary;  tau: depth of Milne's slab;  mean_free_path: of
     the medium [m].
     """
-    for name, value, known in (("setting", setting, SETTINGS), ("incidence", incidence, INCIDENCES)):
-        if value not in known:
-            raise tp.SceneError(f"half_space: {name} must be one of {', '.join(known)}, got {value!r}")
+    check_choices("half_space", setting=(setting, SETTINGS), incidence=(incidence, INCIDENCES))
     if not 0 < mean_free_path < math.inf:
         raise tp.SceneError(f"half_space: mean_free_path must be above 0, got {mean_free_path} m")
     if setting == "milne":
@@ -99,11 +109,8 @@ def scene(
             f"half_space: index must be 1 or more, of the medium over that before it, got {index}"
         )
     extinction = 1 / mean_free_path
-    medium = tp.Medium(
-        absorption=(1 - albedo) * extinction,
-        scattering=albedo * extinction,
-        index=index if has_boundary else 1.0,
-    )
+    coefficients = {"absorption": (1 - albedo) * extinction, "scattering": albedo * extinction}
+    medium = tp.Medium(**coefficients, index=index if has_boundary else 1.0)
     face = tp.Dielectric(index) if has_boundary else tp.Transparent()
     return tp.Scene(
         _source(incidence, mu0, mean_free_path),
@@ -188,28 +195,29 @@ def _bin(first: int) -> str:
     return f"leaving, μ {EDGES[first]:.1f} to {EDGES[first + GROUP]:.1f}"
 
 
-def exact(setting: str = "darkening", **parameters: object) -> dict[str, float]:
+@of_scene(scene)
+def light_of(
+    setting: str, albedo: float, mu0: float, incidence: str, index: float, tau: float
+) -> ordinates.Light:
+    """What leaves the medium, by discrete ordinates."""
     if setting == "milne":
-        tau = parameters.get("tau", 10.0)
-        light = ordinates.slab(tau, 1.0, mu0=None)
+        return ordinates.slab(tau, 1.0, mu0=None)
+    cosine, index = mu0 if incidence == "beam" else None, index if setting == "boundary" else 1.0
+    return ordinates.half_space(albedo, mu0=cosine, index=index)
+
+
+def exact(**parameters: object) -> dict[str, float]:
+    light, given = light_of(**parameters), defaults_of(scene) | parameters
+    setting, tau = given["setting"], given["tau"]
+    if setting == "milne":
         rows = {PASSED: light.transmitted, HOPF: theory.measured_extrapolation(light.transmitted, tau)}
         shares = light.transmitted_in(EDGES[::GROUP], straight=True) / light.transmitted
     else:
-        light = _light(setting, **parameters)
         rows = {WHOLE if setting == "boundary" else BACK: light.reflected, ABSORBED: light.absorbed}
-        if setting == "boundary" and _cosine(parameters) is not None:
+        if setting == "boundary" and given["incidence"] == "beam":
             rows |= {MIRRORED: light.unscattered_back, DIFFUSE: light.reflected_diffuse}
         shares = light.reflected_in(EDGES[::GROUP], straight=True)
     return rows | {_bin(k): float(shares[k // GROUP]) for k in range(0, BINS, GROUP)}
-
-
-def _cosine(parameters: dict[str, object]) -> float | None:
-    return None if parameters.get("incidence") == "lambertian" else parameters.get("mu0", 1.0)
-
-
-def _light(setting: str, **parameters: object) -> ordinates.Light:
-    index = parameters.get("index", 1.5) if setting == "boundary" else 1.0
-    return ordinates.half_space(parameters.get("albedo", 0.9), mu0=_cosine(parameters), index=index)
 
 
 def verdict(outcomes: list[Outcome]) -> str:
@@ -218,73 +226,84 @@ def verdict(outcomes: list[Outcome]) -> str:
         "boundary": "behind a boundary {0[reflected R, with the specular].estimate}",
         "milne": "q(∞) of Milne's problem is {0[q(∞) by T].estimate}",
     }
-    found = {o.result.scene.detectors[0].name: o for o in reversed(outcomes)}
-    parts = [words.format(found[setting]) for setting, words in said.items() if setting in found]
-    furthest = max((abs(row.z) for o in outcomes for row in o.rows if math.isfinite(row.z)), default=0.0)
-    found_so = f"no share is further off than {furthest:.1f} standard errors"
-    return f"{parts[0][0].upper()}{'; '.join(parts)[1:]}; {found_so}."
+    found = grouped(outcomes, "setting")
+    parts = [words.format(found[setting][0]) for setting, words in said.items() if setting in found]
+    return sentence(*parts, furthest(outcomes))
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Limb darkening of all, and the star's disk where there is one."""
-    from transport.viz.limb_darkening import Limb, limb_darkening
+def draw_limbs(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Radiance by cosine over that of a Lambertian face, and the star's disk where there is one."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
 
-    members = {}
+    series, stars = {}, []
+    middles = np.sqrt((EDGES[1:] ** 2 + EDGES[:-1] ** 2) / 2)  # of the bins' projected solid angles
     for outcome in outcomes:
-        value, error, expected = _diffuse(outcome)
-        total = expected.sum()
-        scale = np.diff(EDGES**2) * total
-        is_star = outcome.result.scene.detectors[0].name == "milne"
-        members[_label(outcome)] = Limb(
-            EDGES, value / scale, error / scale, expected / scale, _law(outcome, total), is_star
+        value, error, expected, law = _diffuse(outcome)
+        scale = np.diff(EDGES**2) * expected.sum()
+        curve = FINE, law(FINE)
+        series[_label(outcome)] = Series(middles, (value / scale, error / scale), curve, expected / scale)
+        stars += [(value / scale, curve)] if outcome.given["setting"] == "milne" else []
+    with figure((19 if stars else 13, 10), "A medium without end, seen from before it", note, path) as page:
+        grid = page.add_gridspec(2, 2 if stars else 1, height_ratios=(2.6, 1))
+        main = page.add_subplot(grid[0, 0])
+        panels = main, page.add_subplot(grid[1, 0], sharex=main)
+        words, level = "cosine μ of the angle to the normal", {"Lambert's law": 1.0}
+        plot_curves(
+            series, ax=panels, xlabel=words, ylabel="radiance  π L / exitance", levels=level, legend="best"
         )
-    limb_darkening(
-        members, path, title="A medium without end, seen from before it", note=provenance(outcomes)
-    )
-    return [Path(path)]
+        if stars:
+            _draw_star(page.add_subplot(grid[:, 1]), *stars[0])
 
 
-def _diffuse(outcome: Outcome) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shares that leave by cosine, their errors, and exact ones, without what is mirrored of a beam."""
-    parameters = dict(outcome.parameters)
-    setting, result = parameters.pop("setting", "darkening"), outcome.result
-    if setting == "milne":
-        light = ordinates.slab(parameters.get("tau", 10.0), 1.0, mu0=None)
-        expected = light.transmitted_in(EDGES, straight=True)
-    else:
-        expected = _light(setting, **parameters).reflected_in(EDGES, straight=True)
+def _draw_star(axes, counted: np.ndarray, law: tuple[np.ndarray, np.ndarray]) -> None:
+    """The disk as it is seen from afar, half by bins and half by the law: at the distance r of its middle mu is sqrt(1 - r^2)."""
+    across = np.linspace(-1, 1, PIXELS)
+    r2 = across**2 + across[:, None] ** 2
+    mu = np.sqrt(np.clip(1 - r2, 0, 1))
+    place = np.clip(np.searchsorted(EDGES, mu, side="right") - 1, 0, BINS - 1)
+    shown = np.ma.masked_where(r2 > 1, np.where(across < 0, counted[place], np.interp(mu, *law)))
+    style = {"cmap": "afmhot", "vmin": 0, "vmax": 1.15 * float(shown.max()), "rasterized": True}
+    picture = axes.pcolormesh(across, across, shown, **style)
+    for x, words in ((-0.5, "counted, by bins"), (0.5, "by the law")):
+        axes.text(x, 1.1, words, ha="center")
+    axes.set(aspect="equal", xlim=(-1.08, 1.08), ylim=(-1.36, 1.24), title="Milne's star, seen from afar")
+    axes.set_axis_off()
+    bar = axes.inset_axes([0.15, 0.07, 0.7, 0.025])
+    axes.figure.colorbar(picture, cax=bar, orientation="horizontal").set_label("π L / exitance")
+
+
+def _diffuse(outcome: Outcome) -> tuple[np.ndarray, np.ndarray, np.ndarray, Callable]:
+    """Shares that leave by cosine, their errors, and exact ones, without what a boundary mirrors; π L/exitance by μ."""
+    light, of, result = light_of(**outcome.parameters), outcome.given, outcome.result
     shares, mirrored = shares_out(result), share_mirrored(result)
     value, error = shares.value.copy(), shares.error.copy()
     if mirrored is not None:
         there = mirrored_bin(result)
         without = shares[there] - mirrored
         value[there], error[there] = without.value, without.error
-    return value, error, expected
-
-
-def _law(outcome: Outcome, total: float):
-    """pi L over the exitance, a function of mu."""
-    parameters = dict(outcome.parameters)
-    setting = parameters.pop("setting", "darkening")
-    if setting == "milne":
-        return lambda mu: math.pi * theory.milne_radiance(mu)
-    if setting == "boundary":
-        light = _light(setting, **parameters)
-        return lambda mu: math.pi * light.reflected_radiance(mu) / total
-    albedo, mu0 = parameters.get("albedo", 0.9), _cosine(parameters)
-    return lambda mu: math.pi * theory.darkening(mu, mu0, albedo) / total
+    if of["setting"] == "milne":
+        expected = light.transmitted_in(EDGES, straight=True)
+        return value, error, expected, lambda mu: math.pi * theory.milne_radiance(mu)
+    expected = light.reflected_in(EDGES, straight=True)
+    mu0, total = of["mu0"] if of["incidence"] == "beam" else None, expected.sum()
+    radiance = light.reflected_radiance
+    if of["setting"] == "darkening":
+        radiance = partial(theory.darkening, mu0=mu0, albedo=of["albedo"])
+    return value, error, expected, lambda mu: math.pi * radiance(mu) / total
 
 
 def _label(outcome: Outcome) -> str:
-    p = {"setting": "darkening", "albedo": 0.9, "mu0": 1.0} | outcome.parameters
-    if p["setting"] == "milne":
-        return f"Milne's problem, τ = {p.get('tau', 10.0):g}"
-    falls = "Lambertian light" if _cosine(p) is None else f"μ₀ = {p['mu0']:g}"
-    index = f", n = {p.get('index', 1.5):g}" if p["setting"] == "boundary" else ""
-    return f"a = {p['albedo']:g}, {falls}{index}"
+    of = outcome.given
+    if of["setting"] == "milne":
+        return f"Milne's problem, τ = {of['tau']:g}"
+    falls = "Lambertian light" if of["incidence"] == "lambertian" else f"μ₀ = {of['mu0']:g}"
+    index = f", n = {of['index']:g}" if of["setting"] == "boundary" else ""
+    return f"a = {of['albedo']:g}, {falls}{index}"
+
+
+draw = figures(limbs=draw_limbs)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

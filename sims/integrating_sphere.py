@@ -24,14 +24,24 @@ with port=1e-4 (909).
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    furthest,
+    grouped,
+    holding,
+    main,
+    of_scene,
+    sentence,
+    where,
+)
 from transport.theory import enclosures as theory
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, Row
 
 law = (
     "M = ρ/(1 − ρ(1 − f)), E = Φ/A(1 − Σ aᵢfᵢ) everywhere"
@@ -54,10 +64,7 @@ OUT = "share that leaves by the port"
 
 def cases() -> list[dict[str, object]]:
     spheres = [("lamp", 0.5, 0.05), ("beam", 0.7, 0.02), ("lamp", 0.9, 0.0), ("lamp", 0.98, 0.05)]
-    empty = [
-        {"light": light, "albedo": albedo, "port": port, "detail": albedo < 0.8}
-        for light, albedo, port in spheres
-    ]
+    empty = [{"light": kind, "albedo": rho, "port": f, "detail": rho < 0.8} for kind, rho, f in spheres]
     return [*empty, {"light": "lamp", "albedo": 0.8, "port": 0.02, "sample": 0.1}]
 
 
@@ -76,8 +83,7 @@ def scene(
     share of the area, at the bottom, and albedo of something else there;  detail: also by place and
     direction, at several times the cost.
     """
-    if light not in LIGHTS:
-        raise tp.SceneError(f"integrating_sphere: light must be one of {', '.join(LIGHTS)}, got {light!r}")
+    check_choices("integrating_sphere", light=(light, LIGHTS))
     for name, share in (("port", port), ("sample", sample)):
         if not 0 <= share <= 0.4:
             raise tp.SceneError(f"integrating_sphere: {name} must be a share from 0 to 0.4, got {share!r}")
@@ -143,22 +149,15 @@ def _even(result: tp.Result) -> tp.Estimate:
     return result.ledger["emitted"] / constant(result, area, "m^2")
 
 
+@of_scene(scene)
 def exact(
-    light: str = "lamp",
-    albedo: float = 0.95,
-    port: float = 0.05,
-    sample: float = 0.0,
-    sample_albedo: float = 0.2,
-    radius: float = 0.1,
-    detail: bool = True,
+    light: str, albedo: float, port: float, sample: float, sample_albedo: float, detail: bool
 ) -> dict[str, float]:
     share = 1 - port - sample
     mean = theory.mean_albedo((albedo, sample_albedo), (share, sample))
     if light == "beam":
-        even, hits = (
-            float(theory.beam_irradiance(1.0, albedo, mean, 1.0)),
-            theory.beam_hits(albedo, share, mean),
-        )
+        even = float(theory.beam_irradiance(1.0, albedo, mean, 1.0))
+        hits = theory.beam_hits(albedo, share, mean)
         rows = {HITS: hits, REFLECTED: albedo * hits}
     else:
         even, hits = float(theory.lamp_irradiance(1.0, mean, 1.0)), float(theory.lamp_hits(share, mean))
@@ -169,84 +168,74 @@ def exact(
     return rows | ({RING: even} if detail else {})
 
 
-def _setting(outcome: Outcome, name: str, default: float) -> float:
-    return float(outcome.parameters.get(name, default))
-
-
 def verdict(outcomes: list[Outcome]) -> str:
     said = []
-    for outcome in outcomes:
-        row = outcome[RADIOSITY if light_of(outcome.result) == "lamp" else REFLECTED]
-        albedo, port = _setting(outcome, "albedo", 0.95), _setting(outcome, "port", 0.05)
-        also = " and a sample" if "sample" in outcome.result else ""
-        said.append(f"{row.estimate} for ρ = {albedo:g}, f = {port:g}{also} (exact {row.exact:.5g})")
-    furthest = max(abs(row.z) for o in outcomes for row in o.rows if not math.isnan(row.z))
-    last = f"the furthest reading is {furthest:.1f} standard errors off"
-    return f"The sphere multiplies by {'; '.join(said)}; {last}."
+    for o in outcomes:
+        also = " and a sample" if o.given["sample"] else ""
+        row, words = multiplier_of(o), f"ρ = {o.given['albedo']:g}, f = {o.given['port']:g}{also}"
+        said.append(f"{row.estimate} for {words} (exact {row.exact:.5g})")
+    return sentence(f"The sphere multiplies by {'; '.join(said)}", furthest(outcomes))
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Irradiance by the angle from the port; beside it, as <name>_multiplier, M by albedo and port."""
-    path, paths = Path(path), []
-    if detailed := [o for o in outcomes if "rings" in o.result]:
-        paths.append(path)
-        draw_rings(detailed, path)
-    empty = [o for o in outcomes if "sample" not in o.result]
-    if len(empty) > 1 or not detailed:
-        paths.append(path.with_stem(f"{path.stem}_multiplier") if paths else path)
-        draw_multipliers(empty or outcomes, paths[-1])
-    return paths
+def multiplier_of(outcome: Outcome) -> Row:
+    """M as the sphere's light tells it."""
+    return outcome[RADIOSITY if outcome.given["light"] == "lamp" else REFLECTED]
 
 
-def draw_rings(outcomes: list[Outcome], path: Path) -> None:
+def draw_rings(outcomes: list[Outcome], **out: object) -> None:
     """The same at all angles: what falls on rings of the inside, ports and samples included."""
-    from transport.viz.catalogue import Entry, catalogue
+    from transport.viz.curves import Series, plot_curves
 
-    entries = {}
+    series, edges = {}, np.linspace(0, 180, BINS + 1)
     for outcome in outcomes:
-        level = outcome[RING].exact
-        rho, port, sample = (
-            _setting(outcome, *of) for of in (("albedo", 0.95), ("port", 0.05), ("sample", 0.0))
+        level, of = outcome[RING].exact, outcome.given
+        words = f"{of['light']}: ρ = {of['albedo']:g}, f = {of['port']:g}" + ", sample" * bool(of["sample"])
+        series[words] = Series(
+            edges, rings(outcome.result), lambda angle, level=level: np.full_like(angle, level)
         )
-        words = f"{light_of(outcome.result)}: ρ = {rho:g}, f = {port:g}" + (", sample" if sample else "")
-        edges = np.linspace(0, 180, BINS + 1)
-        entries[words] = Entry(edges, rings(outcome.result), lambda _, level=level: level)
-    catalogue(
-        entries,
-        path,
-        xlabel="angle from the middle of the port  [°]",
-        ylabel="irradiance × A/Φ",
-        title="Inside an integrating sphere the irradiance is the same everywhere",
-        note=f"{provenance(outcomes)}; of a beam the light that was reflected",
+    out["note"] += "; of a beam the light that was reflected"
+    title = "Inside an integrating sphere the irradiance is the same everywhere"
+    plot_curves(
+        series, xlabel="angle from the middle of the port  [°]", ylabel="irradiance × A/Φ", title=title, **out
     )
 
 
-def draw_multipliers(outcomes: list[Outcome], path: Path) -> None:
+def draw_multipliers(outcomes: list[Outcome], **out: object) -> None:
     """M by what a hit on the wall costs, a curve a port."""
-    from transport.viz.catalogue import Entry, catalogue
+    from transport.viz.curves import Series, plot_curves
 
-    entries = {}
-    for port in sorted({_setting(o, "port", 0.05) for o in outcomes}):
-        found = [o for o in outcomes if _setting(o, "port", 0.05) == port]
-        entries[f"port f = {port:g}"] = Entry(
-            [1 - _setting(o, "albedo", 0.95) for o in found],
-            [o[RADIOSITY if light_of(o.result) == "lamp" else REFLECTED].estimate for o in found],
-            lambda lost, port=port: theory.multiplier(1 - lost, port),
+    series = {}
+    for port, found in sorted(grouped(outcomes, "port").items()):
+        taken, multipliers = (
+            [1 - o.given["albedo"] for o in found],
+            [multiplier_of(o).estimate for o in found],
         )
-    catalogue(
-        entries,
-        path,
+        fine = np.geomspace(1e-3, 0.8, 301)
+        series[f"port f = {port:g}"] = Series(
+            taken,
+            multipliers,
+            (fine, theory.multiplier(1 - fine, port)),
+            [multiplier_of(o).exact for o in found],
+        )
+    plot_curves(
+        series,
         xlabel="what the wall takes of each hit, 1 − ρ",
         ylabel="sphere multiplier M",
         title="The whiter the wall, the more a port costs",
-        note=provenance(outcomes),
         log_x=True,
         log_y=True,
-        span=(1e-3, 0.8),
+        **out,
     )
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+def _empty(outcomes: list[Outcome]) -> list[Outcome]:
+    """Spheres without a sample, if there are several or nothing else is drawn."""
+    empty = where(sample=0)(outcomes)
+    return empty if len(empty) > 1 or not holding("rings")(outcomes) else []
 
-    print_table(__file__)
+
+draw = figures(rings=(draw_rings, holding("rings")), multiplier=(draw_multipliers, _empty))
+
+
+if __name__ == "__main__":
+    main(__file__)

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, constant, figures, main, of_scene, sentence, where
 from transport.theory import emitters
 from transport.verification.experiment import Outcome
 
@@ -37,20 +37,17 @@ METER = 1e-3  # m, radius of the meter that looks at them
 
 
 def cases() -> list[dict[str, object]]:
-    extended = [
-        {"emitter": emitter, "widths": widths} for emitter in ("disk", "sphere") for widths in (1.0, 5.0)
-    ]
-    return [{"emitter": "point"}, *extended]
+    kinds = ("disk", "sphere")
+    return [{"emitter": "point"}, *({"emitter": kind, "widths": n} for kind in kinds for n in (1.0, 5.0))]
 
 
 def scene(emitter: str = "point", power: float = 100.0, widths: float = 5.0) -> tp.Scene:
     """Meters around a point; or one meter as many `widths` away from the middle of a disk or sphere.  power [W]."""
+    check_choices("inverse_square", emitter=(emitter, ("point", "disk", "sphere")))
     if emitter == "point":
         detectors = [_facing(n, r, name) for (name, r), n in zip(DISTANCES.items(), DIRECTIONS, strict=True)]
         return tp.Scene(sources=tp.Source(tp.Point(), tp.Isotropic(power=power)), detectors=detectors)
     shapes = {"disk": tp.Disk(radius=WIDTH / 2), "sphere": tp.Sphere(radius=WIDTH / 2)}
-    if emitter not in shapes:
-        raise tp.SceneError(f"inverse_square: emitter must be 'point', 'disk' or 'sphere', got {emitter!r}")
     meter = tp.Disk(center=(0, 0, widths * WIDTH), normal=(0, 0, -1), radius=METER)
     source = tp.Source(shapes[emitter], tp.Lambertian(power=power), aim=meter)
     return tp.Scene(sources=source, detectors=tp.Detector(meter, name="meter"))
@@ -80,7 +77,8 @@ def _intensity(shape: tp.Disk | tp.Sphere, power: float) -> float:
     return power / (math.pi * shape.area) * seen
 
 
-def exact(emitter: str = "point", power: float = 100.0, widths: float = 5.0) -> dict[str, float]:
+@of_scene(scene)
+def exact(emitter: str, power: float, widths: float) -> dict[str, float]:
     if emitter == "point":
         means = {n: float(emitters.mean_point_irradiance(power, r / 2, r)) for n, r in DISTANCES.items()}
         return {f"irradiance at {name}": mean for name, mean in means.items()} | {"E(1 mm) / E(1 km)": 1e12}
@@ -97,45 +95,34 @@ def exact(emitter: str = "point", power: float = 100.0, widths: float = 5.0) -> 
 def verdict(outcomes: list[Outcome]) -> str:
     said = []
     for outcome in outcomes:
-        kind = outcome.parameters.get("emitter", "point")
+        kind, widths, last = outcome.given["emitter"], outcome.given["widths"], outcome.rows[-1].estimate
         if kind == "point":
-            said.append(
-                f"Over six decades of distance a point's irradiance falls {outcome.rows[-1].estimate}-fold"
-            )
+            said.append(f"Over six decades of distance a point's irradiance falls {last}-fold")
         else:
-            ratio = outcome["irradiance / inverse square"].estimate
-            widths = outcome.parameters.get("widths", 5.0)
-            said.append(f"a {kind} at a distance of {widths:g} diameters gives {ratio} of its inverse square")
-    return "; ".join(said) + "."
+            said.append(f"a {kind} at a distance of {widths:g} diameters gives {last} of its inverse square")
+    return sentence(*said)
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    from transport.viz.comparisons import comparison
-    from transport.viz.profiles import profile
+def draw_points(outcomes: list[Outcome], **out: object) -> None:
+    from transport.viz.curves import Series, plot_curves
 
-    points = [o for o in outcomes if o.parameters.get("emitter", "point") == "point"]
-    if not points:
-        table = {o.title: (o.rows[-1].estimate, o.rows[-1].exact) for o in outcomes}
-        comparison(table, path, title="Irradiance over inverse square", note=provenance(outcomes))
-        return
-    result = points[0].result
-    power = result.scene.sources[0].emission.power
-    profile(
-        list(DISTANCES.values()),
-        [result[name].irradiance for name in DISTANCES],
-        path,
-        exact=lambda r: emitters.mean_point_irradiance(power, r / 2, r),
+    result = outcomes[0].result
+    power, far = result.scene.sources[0].emission.power, list(DISTANCES.values())
+    irradiances = [result[name].irradiance for name in DISTANCES]
+    plot_curves(
+        Series(far, irradiances, lambda r: emitters.mean_point_irradiance(power, r / 2, r)),
         guides={"1/r": lambda r: emitters.mean_point_irradiance(power, 0.5, 1.0) / r},
         xlabel="distance r  [m]",
         ylabel="mean irradiance E",
         title="A point source: inverse square over six decades",
         log_x=True,
         log_y=True,
-        note=provenance(points),
+        **out,
     )
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+draw = figures(points=(draw_points, where(emitter="point")))
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

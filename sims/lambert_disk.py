@@ -35,15 +35,24 @@ view factor from a ball to the disk is the disk's solid angle over 4π, whatever
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
 from transport.geometry import solid_angles as solid_angles_geometry
-from transport.sims import constant, provenance
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    holding,
+    main,
+    of_scene,
+    provenance,
+    rows_figure,
+    where,
+)
 from transport.theory import emitters, solid_angles
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, Row
 
 law = (
     "P = π L A, E = π L sin²θ, radiance invariant along a ray, L = d²Φ/dA⊥dω = dE⊥/dω = dI/dA⊥, φ = Φ/πr²"
@@ -89,8 +98,7 @@ def scene(
     reading: by a meter "parallel" to the disk; by one on the axis, "turned" by `tilt` [rad]; in "three ways", near the
     disk; by a "ball" on the axis, its radius the share `ball` of the distance.
     """
-    if reading not in READINGS:
-        raise tp.SceneError(f"reading must be one of {', '.join(READINGS)}, got {reading!r}")
+    check_choices("lambert_disk", reading=(reading, READINGS))
     if distance < 0:
         raise tp.SceneError(f"distance must not be negative, got {distance}; the disk emits towards +z")
     disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)
@@ -190,14 +198,9 @@ def _read_meter(result: tp.Result) -> dict[str, tp.Estimate]:
     return rows | inside | {"radiance beside it": meter.radiance[-1], "fluence rate": meter.fluence_rate}
 
 
+@of_scene(scene)
 def exact(
-    radiance: float = 100.0,
-    radius: float = 0.5,
-    distance: float = 2.0,
-    offset: float = 0.0,
-    reading: str = "parallel",
-    tilt: float = 1.5,
-    ball: float = 0.1,
+    radiance: float, radius: float, distance: float, offset: float, reading: str, tilt: float
 ) -> dict[str, float]:
     if distance == 0:
         area = math.pi * radius**2
@@ -236,116 +239,90 @@ def verdict(outcomes: list[Outcome]) -> str:
     irradiances = [row.estimate.value for row in rows if row.name == "irradiance"]
     fall = max(irradiances, default=1) / min(irradiances, default=1)
     also = f" while the irradiance falls {fall:.3g}-fold" if fall != 1 else ""
-    furthest = f"the furthest {np.abs(scores).max():.1f} standard errors off"
-    return f"Radiance is L in all {len(scores)} readings, {furthest}{also}."
+    off = f"the furthest {np.abs(scores).max():.1f} standard errors off"
+    return f"Radiance is L in all {len(scores)} readings, {off}{also}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Radiance at several distances; with a word behind the name the map off the axis, the sheet turned, the other ways."""
-    turned = [o for o in outcomes if "turned" in o.result]
-    others = [o for o in outcomes if "ball" in o.result or LEVEL in o.result]
-    pictures = {
-        "distances": (draw_distances, [o for o in outcomes if "fluence rate" in [r.name for r in o.rows]]),
-        "map": (draw_map, [o for o in outcomes if "map" in o.result]),
-        "turned": (draw_turned, [o for o in turned if _is_whole(o.result.scene)]),
-        "ways": (draw_ways, [*turned, *others]),
-    }
-    found = {word: each for word, each in pictures.items() if each[1]} or {"rows": (draw_ways, outcomes)}
-    path, paths = Path(path), []
-    for word, (picture, shown) in found.items():
-        paths.append(path.with_stem(f"{path.stem}_{word}") if paths else path)
-        picture(shown, paths[-1])
-    return paths
-
-
-def draw_distances(outcomes: list[Outcome], path: Path) -> None:
+def draw_distances(outcomes: list[Outcome], **out: object) -> None:
     """Radiance by polar angle, seen from the axis."""
-    from transport.viz.cuts import radiance_cuts
+    from transport.viz.curves import plot_curves
+    from transport.viz.directions import polar_curves
 
     curves, laws = {}, {}
     for outcome in outcomes:
-        source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[0].shape
-        rim = math.atan(source.shape.radius / meter.center[2])
-        label = f"at {meter.center[2]:g} m"
+        of = outcome.given
+        rim, label = math.atan(of["radius"] / of["distance"]), f"at {of['distance']:g} m"
         curves[label] = outcome.result["meter"].radiance
-        laws[label] = lambda theta, rim=rim, level=source.emission.radiance: np.where(theta < rim, level, 0.0)
+        laws[label] = lambda theta, rim=rim, level=of["radiance"]: np.where(theta < rim, level, 0.0)
     title = "A Lambert disk seen from several distances: the same radiance"
-    radiance_cuts(curves, path, exact=laws, title=title, log_x=True, note=provenance(outcomes))
+    axes = {"xlabel": "polar angle θ  [deg]", "ylabel": "radiance L", "log_x": True, "span": (0.3, 90)}
+    plot_curves(polar_curves(curves, laws), title=title, **axes, **out)
 
 
-def draw_map(outcomes: list[Outcome], path: Path) -> None:
+def draw_map(outcomes: list[Outcome], **out: object) -> None:
     """The disk as the meter off its axis sees it: L within an oval, 0 beside it, and how well that is known."""
-    from transport.viz.radiance import radiance_map
+    from transport.viz.maps import plot_map
 
-    outcome = outcomes[0]
-    source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[1].shape
-    offset, _, distance = meter.center
+    of, seen = outcomes[0].given, outcomes[0].result["map"].radiance
+    offset, distance = of["offset"], of["distance"]
 
-    def seen(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    def exact_radiance(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
         """The radiance of the disk's plane where the direction meets it; e_u is -x, e_v is +y."""
         x, y = offset - distance * np.tan(theta) * np.cos(phi), distance * np.tan(theta) * np.sin(phi)
-        return np.where(np.hypot(x, y) < source.shape.radius, source.emission.radiance, 0.0)
+        return np.where(np.hypot(x, y) < of["radius"], of["radiance"], 0.0)
 
+    out["note"] = provenance(outcomes[:1])
     title = f"A Lambert disk seen from {distance:g} m above it and {offset:g} m off its axis"
-    radiance_map(outcome.result["map"].radiance, path, exact=seen, title=title, note=provenance([outcome]))
+    plot_map(seen, label="radiance L", exact=exact_radiance, cut=0.0, title=title, **out)
 
 
-def draw_turned(outcomes: list[Outcome], path: Path) -> None:
+def draw_turned(outcomes: list[Outcome], **out: object) -> None:
     """Irradiance over that of the sheet face on, which falls with the cosine."""
-    from transport.viz.profiles import profile
+    from transport.viz.curves import Series, plot_curves
 
-    cosines, shares = [], []
+    shares = []
     for outcome in outcomes:
-        source, meter = outcome.result.scene.sources[0], outcome.result["turned"].detector.shape
-        seen = solid_angles.disk_projected_solid_angle(source.shape.radius, meter.center[2])
-        facing = constant(outcome.result, source.emission.radiance * seen, "W m^-2")
-        cosines.append(-meter.normal[2])
+        seen = solid_angles.disk_projected_solid_angle(outcome.given["radius"], outcome.given["distance"])
+        facing = constant(outcome.result, outcome.given["radiance"] * seen, "W m^-2")
         shares.append(outcome["irradiance"].estimate / facing)
-    profile(
-        cosines,
-        shares,
-        path,
-        exact=lambda mu: mu,
+    plot_curves(
+        Series([math.cos(o.given["tilt"]) for o in outcomes], shares, lambda mu: mu),
         xlabel="cosine of the sheet's normal to the line of sight",
         ylabel="irradiance / that face on",
         title="The sheet turned to 89.9°: irradiance falls with the cosine",
         log_x=True,
         log_y=True,
-        note=provenance(outcomes),
+        **out,
     )
 
 
-def _is_whole(scene: tp.Scene) -> bool:
-    """Whether all of the disk is above the horizon of the meter."""
-    meter, radius = scene.detectors[0].shape, scene.sources[0].shape.radius
-    return -meter.normal[2] > math.sin(math.atan(radius / meter.center[2]))
+def _is_whole(outcome: Outcome) -> bool:
+    """Whether all of the disk is above the horizon of the turned meter."""
+    of = outcome.given
+    return math.cos(of["tilt"]) > math.sin(math.atan(of["radius"] / of["distance"]))
 
 
-def draw_ways(outcomes: list[Outcome], path: Path) -> None:
-    """All rows beside their exact values, but for the irradiance of a turned sheet."""
-    from transport.viz.comparisons import comparison
-
-    table = {
-        _label(row.name, o): (row.estimate, row.exact)
-        for o in outcomes
-        for row in o.rows
-        if "turned" not in o.result or row.name != "irradiance"
-    }
-    comparison(
-        table, path, title="Radiance L of a Lambert disk, and its integrals", note=provenance(outcomes)
-    )
-
-
-def _label(name: str, outcome: Outcome) -> str:
+def _label(row: Row, outcome: Outcome) -> str:
     """A row's name and what tells its case from the others."""
     words = {"distance": "{:g} m", "offset": "{:g} m aside", "ball": "r = {:g} d"}
     given = [words[key].format(value) for key, value in outcome.parameters.items() if key in words]
-    if "turned" in outcome.result:
-        given.append(f"turned by {math.degrees(outcome.parameters.get('tilt', 1.5)):.4g}°")
-    return ", ".join([name.removeprefix("fluence rate, ").removesuffix(", cone in the disk"), *given])
+    if outcome.given["reading"] == "turned":
+        given.append(f"turned by {math.degrees(outcome.given['tilt']):.4g}°")
+    return ", ".join([row.name.removeprefix("fluence rate, ").removesuffix(", cone in the disk"), *given])
+
+
+draw = figures(
+    distances=(draw_distances, lambda of: [o for o in of if "fluence rate" in o]),
+    map=(draw_map, holding("map")),
+    turned=(draw_turned, lambda of: [o for o in where(reading="turned")(of) if _is_whole(o)]),
+    ways=(
+        rows_figure(
+            "Radiance L of a Lambert disk, and its integrals", _label, lambda row: row.name != "irradiance"
+        ),
+        where(reading=READINGS[1:]),
+    ),
+)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

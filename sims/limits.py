@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import provenance
+from transport.sims import check_choices, figures, main
 from transport.theory import counting, shadows, solid_angles
 from transport.theory.counting import Moments
 from transport.verification.experiment import Outcome
@@ -185,8 +185,7 @@ def scene(
     radius: of the disk behind the edge [m];  separation: of the two disks' middles in azimuth [rad];  burst: its
     standard deviation [s].
     """
-    if element not in ELEMENTS:
-        raise tp.SceneError(f"limits: element must be one of {', '.join(ELEMENTS)}, got {element!r}")
+    check_choices("limits", element=(element, ELEMENTS))
     limits = {"area": Penumbra(radius), "solid angle": TwoDisks(separation), "time": Burst(burst)}
     return limits[element].scene()
 
@@ -290,59 +289,93 @@ def _count(number: float) -> str:
     return f"{number:,.0f}".replace(",", " ")
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Deviation against the element's size; beside it, as <name>_seen, one measurement by elements of three sizes."""
-    from transport.viz.resolution import resolutions
-    from transport.viz.tradeoff import tradeoff
+def draw_tradeoff(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Deviation at the point against the element's width: bias dashed, a star where a budget's deviation is least."""
+    from transport.viz.style import figure
 
-    path = Path(path)
-    paths, note = [path, path.with_stem(path.stem + "_seen")], provenance(outcomes)
-    shown = {limit_of(o.result.scene): o.result for o in outcomes}
-    panels = {f"{limit.name}: {limit.looked_at}": _panel(limit, result) for limit, result in shown.items()}
-    columns = {limit.name: _column(limit, result) for limit, result in shown.items()}
-    tradeoff(panels, paths[0], "rms error at the point  [%]", "Smaller elements: less bias, more noise", note)
-    few = _count(budgets(outcomes[0].result)[0].particles)
-    resolutions(columns, paths[1], f"One measurement of {few} particles by elements of three sizes", note)
-    return paths
+    with figure(
+        (2 + 7.2 * len(outcomes), 10.2), "Smaller elements: less bias, more noise", note, path
+    ) as page:
+        row = page.subplots(1, len(outcomes), squeeze=False)[0]
+        for axes, outcome in zip(row, outcomes, strict=True):
+            _draw_budgets(axes, limit_of(outcome.result.scene), outcome.result)
+        row[0].set_ylabel("rms error at the point  [%]")
 
 
-def _panel(limit: Limit, result: tp.Result) -> tuple:
-    from transport.viz.tradeoff import Curve, Tradeoff
+def _draw_budgets(axes, limit: Limit, result: tp.Result) -> None:
+    from transport.viz.curves import draw_points
+    from transport.viz.style import INK, MUTED, look, tick_log
 
     half = limit.span * np.geomspace(0.8 / MIDDLE, 1, 80)
-    of, percent = limit.moments(-half, half), 100 / limit.value
-    sizes, curves = 2 * np.array(POINTS) / MIDDLE * limit.span * limit.scale, []
-    for each in (*budgets(result), Budget(result.particles)):
+    of, percent, widths, bests = limit.moments(-half, half), 100 / limit.value, 2 * half * limit.scale, []
+    sizes = 2 * np.array(POINTS) / MIDDLE * limit.span * limit.scale
+    axes.set(xscale="log", yscale="log", title=f"{limit.name}: {limit.looked_at}")
+    for rank, each in enumerate((*budgets(result), Budget(result.particles))):
         milliseconds = float(f"{1e3 * result.cost.seconds / result.particles * each.particles:.2g}")
         label = f"{_count(each.particles)} particles, {milliseconds:g} ms"
         expected = percent * of.deviation(limit.value, each.histories, each.parts)
-        found = () if each.measured is None else (sizes, 100 * each.measured, 100 * each.error)
-        curves.append(Curve(label, expected, *found))
-    bias = percent * np.abs(of.mean - limit.value)
-    return Tradeoff(f"width of {limit.name}  [{limit.unit.strip()}]", 2 * half * limit.scale, bias, curves)
+        axes.plot(widths, expected, color=look(rank)[0], lw=2.4, label=label)
+        if each.measured is not None:
+            draw_points(axes, sizes, 100 * each.measured, 100 * each.error, rank)
+        bests.append((widths[np.argmin(expected)], expected.min()))
+    axes.set_ylim(axes.get_ylim())
+    axes.plot(widths, percent * np.abs(of.mean - limit.value), "--", color=INK, lw=2.4, label="bias, exact")
+    axes.plot([], [], "o", color=MUTED, label="measured, ± 2 standard errors")
+    axes.plot(
+        *zip(*bests, strict=True), "*-", color=INK, mec="white", ms=26, lw=1.2, zorder=5, label="best element"
+    )
+    axes.set_xlabel(f"width of {limit.name}  [{limit.unit.strip()}]")
+    for axis in (axes.xaxis, axes.yaxis):
+        tick_log(axis)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncol=1)
 
 
-def _column(limit: Limit, result: tp.Result) -> tuple:
-    from transport.viz.resolution import Resolved
-    from transport.viz.style import with_unit
+def draw_seen(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """One measurement by elements of three sizes, a column a kind of element: too fine is noise, too coarse is blur."""
+    from transport.viz.style import figure
 
-    few = budgets(result)[0]
+    few = _count(budgets(outcomes[0].result)[0].particles)
+    title = f"One measurement of {few} particles by elements of three sizes"
+    with figure((2 + 6.4 * len(outcomes), 14.2), title, note, path) as page:
+        grid = page.subplots(3, len(outcomes), squeeze=False, sharex="col", sharey="col")
+        for column, outcome in zip(grid.T, outcomes, strict=True):
+            _draw_elements(column, limit_of(outcome.result.scene), outcome.result)
+
+
+def _draw_elements(column: np.ndarray, limit: Limit, result: tp.Result) -> None:
+    """The element about the point, whose value is sought, is filled."""
+    from transport.viz.style import BLUE, INK, MUTED, with_unit
+
+    few, ends = budgets(result)[0], limit.span * limit.scale
     best, _ = best_of(limit, few.histories, few.parts)
     nearest = min(POINTS, key=lambda j: abs(math.log(2 * j * limit.span / MIDDLE / best)))
-    bins = {"too small": 1, "best": nearest, "too large": 16}
-    width = 2 * limit.span / MIDDLE * limit.scale
     places = np.linspace(-limit.span, limit.span, 4 * BINS + 1)
-    return Resolved(
-        xlabel=f"from the point  [{limit.unit.strip()}]",
-        ylabel=with_unit(limit.quantity, by_part(result).unit),
-        edges=np.linspace(-limit.span, limit.span, BINS + 1) * limit.scale,
-        means=measurements(result)[0, 0],
-        curve=((places[1:] + places[:-1]) / 2 * limit.scale, limit.moments(places[:-1], places[1:]).mean),
-        sizes={f"{limit.name} = {j * width:.3g}{limit.unit}, {words}": j for words, j in bins.items()},
-    )
+    curve = (places[1:] + places[:-1]) / 2 * limit.scale, limit.moments(places[:-1], places[1:]).mean
+    fine, kinds = np.linspace(-ends, ends, BINS + 1), {"too small": 1, "best": nearest, "too large": 16}
+    for axes, (words, bins) in zip(column, kinds.items(), strict=True):
+        edges, means = grouped_bins(fine, measurements(result)[0, 0], bins)
+        middle = len(means) // 2
+        axes.stairs(means, edges, baseline=None, color=BLUE, lw=2.2)
+        axes.stairs(means[middle : middle + 1], edges[middle : middle + 2], fill=True, color=BLUE, alpha=0.35)
+        axes.plot(*curve, color=INK, lw=2.2)
+        axes.axvline(0, color=MUTED, lw=1.2, ls=":")
+        width = f"{bins * 2 * ends / MIDDLE:.3g}{limit.unit}"
+        axes.set_title(f"{limit.name} = {width}, {words}", fontsize="medium")
+        axes.set(xlim=(-ends, ends), ylim=(0, None))
+    column[1].set_ylabel(with_unit(limit.quantity, by_part(result).unit))
+    column[2].set_xlabel(f"from the point  [{limit.unit.strip()}]")
+
+
+def grouped_bins(edges: np.ndarray, means: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
+    """Edges and means of elements of 2 × bins fine bins, one of them about the middle; what is left at the ends is dropped."""
+    middle, width = len(means) // 2, 2 * bins
+    beside = (middle - bins) // width  # whole elements on either side
+    first, last = middle - bins - beside * width, middle + bins + beside * width
+    return edges[first : last + 1 : width], means[first:last].reshape(-1, width).mean(axis=1)
+
+
+draw = figures(tradeoff=draw_tradeoff, seen=draw_seen)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

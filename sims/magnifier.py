@@ -19,7 +19,7 @@ glass it is a quadrature over detector, window and azimuth (transport/theory/len
 
 Optics.  "ideal lens": `ThinLens`, which adds -x/f to direction cosines and conserves throughput by that.  What textbooks draw
 adds it to tangents; by their lens radiance would grow by cos⁴θ/cos⁴θ', to 1.56 L at the rim of f/1, and E would be
-π L tan²θ' (tests/test_magnifier.py simulates it, and sees it rejected).  "glass ball", with a black stop behind it, and
+π L tan²θ' (tests/sims/test_magnifier.py simulates it, and sees it rejected).  "glass ball", with a black stop behind it, and
 "biconvex lens", two caps on one rim.  "burning mirror": a paraboloid, whose cone may be a whole hemisphere: with
 the sun for a page its focus receives π L, what the sun's own surface gives off (Winston, Miñano, Benítez 2005, 1.2).
 """
@@ -27,7 +27,7 @@ the sun for a page its focus receives π L, what the sun's own surface gives off
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, figures, main, of_scene, where
 from transport.theory import emitters, lenses, optical_paths
 from transport.theory.optical_paths import Rays
 from transport.verification.experiment import Outcome
@@ -51,6 +51,8 @@ PAGE, SUN = math.radians(7), math.radians(0.2666)  # half angles that they cover
 SUN_RADIANCE = emitters.surface_radiance(emitters.POWER, emitters.AREA)
 FOCUS = 0.85  # where the biconvex lens' focus is taken, in focal lengths from its rim: light from all of it is near
 STOP = 0.96  # the same for the ball's stop, in its back focal length: close below it
+CM, HIGHEST = 100.0, 0.24  # of a metre; m, upper end of the figure
+ANGLES = (0.3, 1, 3, 10, 30, 90)  # deg, of its ticks
 FINE = 5  # bins in a third of the cone, all of equal projected solid angle
 L_FRONT, E_FRONT, E_FOCUS, GAIN = (
     "radiance in front",
@@ -72,6 +74,11 @@ class Optic(NamedTuple):
     up: int
     steps: tuple[Callable[[Rays], Rays], ...]
     faces: tuple[lenses.Face, lenses.Face] | None = None
+
+    @property
+    def half_angle(self) -> float:
+        """Of the cone of light behind it [rad]."""
+        return math.atan2(self.window, self.height)
 
     def way_back(self, rays: Rays) -> list[Rays]:
         """The rays after each step, those given first."""
@@ -131,8 +138,7 @@ def scene(
 
 def optic_of(optic: str, cone: float, index: float) -> Optic:
     """The optic of that name, its focus at the origin.  Raises SceneError for a cone that it cannot have."""
-    if optic not in OPTICS:
-        raise tp.SceneError(f"magnifier: optic must be one of {', '.join(OPTICS)}, got {optic!r}")
+    check_choices("magnifier", optic=(optic, OPTICS))
     widest = math.pi / 2 if optic == "burning mirror" else math.pi / 4
     if not 0 < cone <= widest:
         raise tp.SceneError(
@@ -142,9 +148,8 @@ def optic_of(optic: str, cone: float, index: float) -> Optic:
         raise tp.SceneError(
             f"magnifier: index must be in (1, 2), so that light is focused behind, got {index}"
         )
-    return {"ideal lens": _ideal, "glass ball": _ball, "biconvex lens": _biconvex, "burning mirror": _mirror}[
-        optic
-    ](cone, index)
+    made = dict(zip(OPTICS, (_ideal, _ball, _biconvex, _mirror), strict=True))
+    return made[optic](cone, index)
 
 
 def _ideal(cone: float, _: float) -> Optic:
@@ -240,14 +245,15 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {L_FRONT: front.radiance[0]} | behind | fluxes
 
 
+@of_scene(scene)
 def exact(
-    optic: str = "ideal lens",
-    cone: float = CONE,
-    half_angle: float = PAGE,
-    radiance: float = 100.0,
-    index: float = 1.5,
-    detector: float = 6e-3,
-    distance: float = 10.0,
+    optic: str,
+    cone: float,
+    half_angle: float,
+    radiance: float,
+    index: float,
+    detector: float,
+    distance: float,
 ) -> dict[str, float]:
     made, page = optic_of(optic, cone, index), distance * math.tan(half_angle)
     of_front = made.front.radius, distance - made.front.center[2]
@@ -271,23 +277,8 @@ def verdict(outcomes: list[Outcome]) -> str:
     return f"No: of the radiance in front there is behind {', '.join(shares)}; irradiance grows {', '.join(gains)}-fold."
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Rays and radiance by direction under each lens; beside it, as <name>_limit, the irradiance by the cone of light."""
-    from transport.viz.magnifiers import irradiance_by_cone, under_glasses
-
-    path = Path(path)
-    pages = [o for o in outcomes if o.parameters.get("optic") != "burning mirror" and not _is_sun(o)]
-    limit = path.with_stem(f"{path.stem}_limit") if pages else path
-    if pages:
-        under_glasses(
-            {_name(o).removeprefix("page, "): _glass(o) for o in pages}, path, note=provenance(pages)
-        )
-    irradiance_by_cone([_spot(o) for o in outcomes], limit, note=provenance(outcomes))
-    return [path, limit] if pages else [path]
-
-
 def _half_angle(outcome: Outcome) -> float:
-    return float(outcome.parameters.get("half_angle", PAGE))
+    return float(outcome.given["half_angle"])
 
 
 def _is_sun(outcome: Outcome) -> bool:
@@ -295,54 +286,168 @@ def _is_sun(outcome: Outcome) -> bool:
 
 
 def _optic(outcome: Outcome) -> Optic:
-    of = outcome.parameters
-    return optic_of(of.get("optic", "ideal lens"), of.get("cone", CONE), of.get("index", 1.5))
+    return optic_of(*(outcome.given[name] for name in ("optic", "cone", "index")))
 
 
 def _name(outcome: Outcome) -> str:
-    return f"{'sun' if _is_sun(outcome) else 'page'}, {outcome.parameters.get('optic', 'ideal lens')}"
+    return f"{'sun' if _is_sun(outcome) else 'page'}, {outcome.given['optic']}"
 
 
-def _glass(outcome: Outcome):
-    """Cross-section and radiance of one lens."""
-    from transport.viz.magnifiers import Glass, cross_sections
+def _pages(outcomes: list[Outcome]) -> list[Outcome]:
+    return [o for o in where(optic=OPTICS[:-1])(outcomes) if not _is_sun(o)]
 
-    optic, reading = _optic(outcome), outcome.result["focus"]
+
+def draw_glasses(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Rays under each lens, and below it radiance behind over that in front by direction."""
+    from transport.viz.style import figure
+
+    title = "Under a magnifying glass: light from more directions, of no more radiance"
+    with figure((1.6 + 6.4 * len(outcomes), 14.4), title, note, path) as page:
+        rows = {"height_ratios": (1.5, 1), "sharey": "row", "squeeze": False}
+        for section, chart, outcome in zip(*page.subplots(2, len(outcomes), **rows), outcomes, strict=True):
+            _draw_section(section, _optic(outcome), outcome)
+            _draw_radiance(chart, _optic(outcome), outcome)
+            section.set_title(outcome.given["optic"])
+            chart.get_legend().remove()
+        page.axes[0].set_ylabel("height  [cm]")
+        found = {
+            words: line
+            for axes in page.axes
+            for line, words in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        page.legend(found.values(), found.keys(), loc="outside lower center", ncols=3)
+
+
+def cross_sections(shapes: Iterable[tp.Shape]) -> list[np.ndarray]:
+    """Where disks and caps about the z axis meet the plane y = 0, each (n, 2) of x and z [m]; caps of one body as one."""
+    flat, arcs = [], []
+    for shape in shapes:
+        x, _, z = shape.center
+        if isinstance(shape, tp.Sphere):
+            half = math.acos(shape.mu_min)
+            turn = math.pi / 2 * shape.axis[2] + np.linspace(half, -half, 201)
+            arcs.append(np.stack([x + shape.radius * np.cos(turn), z + shape.radius * np.sin(turn)], axis=-1))
+        elif shape.inner_radius > 0:
+            flat += [np.array([[side * shape.inner_radius, z], [side * shape.radius, z]]) for side in (-1, 1)]
+        else:
+            flat.append(np.array([[-shape.radius, z], [shape.radius, z]]))
+    return flat + ([np.concatenate(arcs)] if arcs else [])
+
+
+def _draw_section(axes, optic: Optic, outcome: Outcome) -> None:
+    """Rays to the middle of the focus, and the cones of directions in front and behind as wedges."""
+    from matplotlib.patches import Wedge
+
+    from transport.viz.style import BLUE, INK, ORANGE, SKY, VERMILLION
+
     across = np.linspace(-0.97, 0.97, 13) * optic.window
     targets = np.stack([across, 0 * across, np.full_like(across, optic.height)], axis=-1)
-    path = optic.way_back(optical_paths.from_to(np.zeros(3), targets))
-    path.append(optical_paths.to_plane(path[-1], 2.5 * FOCAL))
-    theta = np.linspace(0, reading.radiance.coords["theta"][-1], 201)
-    back, radius = lambda rays: optic.way_back(rays)[-1], reading.detector.shape.radius
-    seen = optical_paths.seen_through(back, radius, optic.window, optic.height, theta)
-    fault = {"if the lens mapped tangents": lambda angle: lenses.tangent_lens_radiance(1.0, 0.0, angle)}
-    return Glass(
-        outlines=cross_sections(surface.shape for surface in outcome.result.scene.surfaces),
-        paths=np.stack([rays.points[:, [0, 2]] for rays in path], axis=1),
-        front=_half_angle(outcome),
-        behind=math.atan2(optic.window, optic.height),
-        radiance=reading.radiance / outcome[L_FRONT].estimate,
-        exact=lambda angle: np.interp(angle, theta, seen),
-        guides={} if optic.faces else fault,
+    rays = optic.way_back(optical_paths.from_to(np.zeros(3), targets))
+    rays.append(optical_paths.to_plane(rays[-1], 2.5 * FOCAL))
+    for line in np.stack([each.points[:, [0, 2]] for each in rays], axis=1):
+        axes.plot(*(CM * line).T, color=VERMILLION, lw=1.3, zorder=2)
+    outlines = [
+        CM * each for each in cross_sections(surface.shape for surface in outcome.result.scene.surfaces)
+    ]
+    for outline in outlines:
+        if len(outline) > 2:
+            axes.fill(*outline.T, fc=SKY, ec=INK, lw=1.8, alpha=0.45, zorder=3)
+        else:
+            axes.plot(*outline.T, color=INK, lw=3.5, zorder=3)
+    top = max(outline[:, 1].max() for outline in outlines)
+    cones = [
+        ("θ$_s$", _half_angle(outcome), top + 0.4, 6.0, ORANGE),
+        ("θ'", optic.half_angle, 0.0, 3.0, BLUE),
+    ]
+    for name, half_angle, foot, length, colour in cones:
+        turn, style = np.degrees(half_angle), {"fc": colour, "ec": colour, "alpha": 0.5, "zorder": 1}
+        axes.add_patch(Wedge((0, foot), length, 90 - turn, 90 + turn, **style))
+        box = {"fc": "white", "ec": "none", "pad": 1.5, "alpha": 0.85}
+        style = {"color": colour, "va": "center", "fontweight": "bold", "bbox": box, "zorder": 5}
+        axes.text(2.2, foot + (4.0 if foot else 0.6), f"{name} = {turn:.3g}°", **style)
+    axes.set(aspect="equal", xlim=(-8, 8), ylim=(-0.8, 100 * HIGHEST), xlabel="x  [cm]")
+
+
+def _draw_radiance(axes, optic: Optic, outcome: Outcome) -> None:
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import ORANGE
+
+    seen = outcome.result["focus"].radiance / outcome[L_FRONT].estimate
+    theta, radius = np.linspace(0, seen.coords["theta"][-1], 2001), outcome.given["detector"]
+    shares = optical_paths.seen_through(
+        lambda rays: optic.way_back(rays)[-1], radius, optic.window, optic.height, theta
     )
-
-
-def _spot(outcome: Outcome):
-    """The case's place in the picture of all cones."""
-    from transport.viz.magnifiers import Spot
-
-    optic, radiance = _optic(outcome), outcome.result.scene.sources[0].emission.radiance
-    unit = constant(outcome.result, math.pi * radiance, "W m^-2")
-    return Spot(
-        _name(outcome),
-        _half_angle(outcome),
-        math.atan2(optic.window, optic.height),
-        outcome[E_FRONT].estimate / unit,
-        outcome[E_FOCUS].estimate / unit,
+    fine = np.linspace(0, optic.half_angle, 501)
+    fault = np.degrees(fine), lenses.tangent_lens_radiance(1.0, 0.0, fine)
+    sines = np.sin(seen.coords["theta"]) ** 2
+    middles = np.degrees(
+        np.arcsin(np.sqrt((sines[1:] + sines[:-1]) / 2))
+    )  # of the bins' projected solid angles
+    plot_curves(
+        {"behind": Series(middles, seen, (np.degrees(theta), shares))},
+        ax=axes,
+        xlabel="polar angle θ  [deg]",
+        ylabel="radiance / that in front",
+        guides={} if optic.faces else {"if the lens mapped tangents": fault},
+        legend="best",
     )
+    front = [0, math.degrees(_half_angle(outcome))]
+    axes.fill_between(front, 1, color=ORANGE, alpha=0.35, lw=0, label="in front")
+    axes.set_ylim(0, 1.65)
+
+
+def draw_limit(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Irradiance over π L by the half angle of the cone of light, an arrow from front to focus each."""
+    from transport.viz.style import HATCHING, INK, MUTED, PURPLE, figure, tick_log
+
+    first, top = 0.6 * math.degrees(min(map(_half_angle, outcomes))), 8.0
+    fine = np.geomspace(first, 90, 2001)
+    title = "In the focus: E = π L sin²θ', and never more than π L"
+    with figure((14, 9.6), title, note, path) as page:
+        axes = page.subplots()
+        axes.plot(fine, np.sin(np.radians(fine)) ** 2, color=INK, lw=2.2, label="sin²θ")
+        steep, words = fine[fine < 75], "tan²θ', of a lens that maps tangents"
+        axes.plot(steep, np.tan(np.radians(steep)) ** 2, "--", color=PURPLE, lw=2.6, label=words, zorder=1.5)
+        axes.axhspan(1, top, fc="none", ec="#b0b0b0", hatch=HATCHING, lw=0, zorder=0.5)
+        words, box = "more than the source itself gives off, π L", {"fc": "white", "ec": "none"}
+        axes.text(first * 1.1, 2.1, words, color=MUTED, bbox=box)
+        for rank, outcome in enumerate(outcomes):
+            _draw_spot(axes, outcome, rank)
+        axes.set(
+            xscale="log", yscale="log", xlim=(first, 130), ylim=(0.4 * np.sin(np.radians(first)) ** 2, top)
+        )
+        axes.set_xticks(ANGLES, [f"{angle:g}" for angle in ANGLES])
+        axes.minorticks_off()
+        tick_log(axes.yaxis)
+        axes.set_xlabel("half angle of the cone that light comes from  [deg]")
+        axes.set_ylabel("irradiance / π L")
+        axes.legend(loc="upper left", bbox_to_anchor=(0.01, 0.85))
+
+
+def _draw_spot(axes, outcome: Outcome, rank: int) -> None:
+    """Both places and the arrow between, with the gain on it."""
+    from transport.viz.style import POINTS, look
+
+    (colour, marker), unit = look(rank), math.pi * outcome.given["radiance"]
+    ends = outcome[E_FRONT].estimate, outcome[E_FOCUS].estimate
+    x = np.degrees([_half_angle(outcome), _optic(outcome).half_angle])
+    y, bars = [end.value / unit for end in ends], [2 * end.error / unit for end in ends]
+    arrow = {
+        "arrowstyle": "-|>",
+        "color": colour,
+        "lw": 1.8,
+        "shrinkA": 6,
+        "shrinkB": 8,
+        "mutation_scale": 20,
+    }
+    arrow["connectionstyle"] = f"arc3,rad={0.12 + 0.07 * rank}"
+    axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops=arrow, zorder=2)
+    gain = f"{_name(outcome)}: {y[1] / y[0]:.5g}-fold"
+    axes.errorbar(x, y, bars, fmt=marker, color=colour, label=gain, zorder=4, **POINTS)
+
+
+draw = figures(glasses=(draw_glasses, _pages), limit=draw_limit)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

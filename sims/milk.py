@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import constant, figures, furthest, main, of_scene
 from transport.theory.turbid import MAX_ALBEDO, MAX_G, Diffusion, Turbid, solved
 from transport.verification.experiment import Outcome
 
@@ -40,14 +40,11 @@ POWER = 1.0  # W
 SHALLOW, DEEP = 3.0, 6.0  # depths looked at: transport mean free paths, lengths of decay
 CELLS = {"shallow": 15, "deep": 24}
 WIDTH = 40.0  # of the box, lengths of decay
+WINDOWS = {"shallow": "Near the surface", "deep": "Deep down"}  # of the figure
 ANGLES = 10  # bins of the cosine
 SPECULAR, DIFFUSE, ABSORBED = "specular reflectance", "diffuse reflectance", "absorbed"
 GRAZING = "leaves within 30° of the surface"
-FIRST, UPPER, LOWER = (
-    "fluence / irradiance, first cell",
-    "fluence / irradiance, upper half",
-    "fluence / irradiance, lower half",
-)
+FIRST, UPPER, LOWER = (f"fluence / irradiance, {part}" for part in ("first cell", "upper half", "lower half"))
 
 
 def scene(scattering: float = 1e4, absorption: float = 10.0, g: float = 0.9, index: float = 1.37) -> tp.Scene:
@@ -66,7 +63,7 @@ def scene(scattering: float = 1e4, absorption: float = 10.0, g: float = 0.9, ind
             tp.Detector("surface"),
             tp.Detector("surface", "within", side="back"),
             tp.Detector("surface", "diffuse", via="within", directions=tp.Directions(mu=ANGLES)),
-            *_probes(scattering, absorption, g, index),
+            *_probes(medium),
         ],
     )
 
@@ -75,29 +72,26 @@ def medium_of(result: tp.Result) -> tp.Medium:
     return result.scene.surfaces[0].inside
 
 
-def solution(
-    scattering: float = 1e4, absorption: float = 10.0, g: float = 0.9, index: float = 1.37
-) -> Turbid:
+def solution(medium: tp.Medium) -> Turbid:
     """The half space, solved; its depths are optical."""
-    return solved(scattering / (absorption + scattering), float(g), float(index))
+    return solved(medium.scattering / medium.extinction, float(medium.phase.g), float(medium.index))
 
 
-def depths(name: str, scattering: float = 1e4, absorption: float = 10.0, g: float = 0.9, index: float = 1.37):
+def depths(name: str, medium: tp.Medium) -> np.ndarray:
     """Edges of the cells of fluence, from the surface down [mean free paths]."""
     if name == "deep":
-        reach = DEEP / solution(scattering, absorption, g, index).slowest_rate
+        reach = DEEP / solution(medium).slowest_rate
     else:
-        reach = SHALLOW * (absorption + scattering) / (absorption + scattering * (1 - g))
+        reach = SHALLOW * medium.extinction / (medium.absorption + medium.scattering * (1 - medium.phase.g))
     return np.linspace(0, reach, CELLS[name] + 1)
 
 
-def _probes(*parameters: float) -> list[tp.VolumeDetector]:
+def _probes(medium: tp.Medium) -> list[tp.VolumeDetector]:
     """Boxes that hang from the surface, wide enough for all that the beam lights, in layers."""
-    extinction = parameters[0] + parameters[1]
-    width = WIDTH / solution(*parameters).slowest_rate / extinction
+    width = WIDTH / solution(medium).slowest_rate / medium.extinction
     found = []
     for name, count in CELLS.items():
-        depth = depths(name, *parameters)[-1] / extinction
+        depth = depths(name, medium)[-1] / medium.extinction
         box = tp.Box(center=(0, 0, -depth / 2), size=(width, width, depth))
         found.append(tp.VolumeDetector(box, name, cells=(1, 1, count), estimator="collision"))
     return found
@@ -106,9 +100,8 @@ def _probes(*parameters: float) -> list[tp.VolumeDetector]:
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     emitted, diffuse = result.ledger["emitted"], result["diffuse"].flux_out
     deep = fluence(result, "deep")
-    grazing = result["diffuse"].intensity_out[: ANGLES // 2].sum() * constant(
-        result, 2 * math.pi / ANGLES, "sr"
-    )
+    bin_size = constant(result, 2 * math.pi / ANGLES, "sr")
+    grazing = result["diffuse"].intensity_out[: ANGLES // 2].sum() * bin_size
     return {
         SPECULAR: (result["surface"].flux_out - diffuse) / emitted,
         DIFFUSE: diffuse / emitted,
@@ -129,18 +122,17 @@ def fluence(result: tp.Result, name: str) -> tp.EstimateArray:
     return tp.EstimateArray(layers, result.run, "1", ("z",), {"z": edges})
 
 
-def exact(
-    scattering: float = 1e4, absorption: float = 10.0, g: float = 0.9, index: float = 1.37
-) -> dict[str, float]:
-    parameters = (scattering, absorption, g, index)
-    half_space = solution(*parameters)
-    deep = half_space.mean_fluence(depths("deep", *parameters))
+@of_scene(scene)
+def exact(scattering: float, absorption: float, g: float, index: float) -> dict[str, float]:
+    medium = tp.Medium(absorption, scattering, tp.HenyeyGreenstein(g), index)
+    half_space = solution(medium)
+    deep = half_space.mean_fluence(depths("deep", medium))
     return {
         SPECULAR: half_space.specular,
         DIFFUSE: half_space.reflectance,
         ABSORBED: half_space.absorbed,
         GRAZING: float(half_space.leaving([0, 0.5])[0]),
-        FIRST: float(half_space.mean_fluence(depths("shallow", *parameters))[0]),
+        FIRST: float(half_space.mean_fluence(depths("shallow", medium))[0]),
         UPPER: float(deep[: len(deep) // 2].mean()),
         LOWER: float(deep[len(deep) // 2 :].mean()),
     }
@@ -152,13 +144,11 @@ def exact(
 def verdict(outcomes: list[Outcome]) -> str:
     said = []
     for outcome in outcomes:
-        medium, rows = medium_of(outcome.result), [row for row in outcome.rows if not math.isnan(row.z)]
-        furthest = max((abs(row.z) for row in rows), default=0.0)
+        medium = medium_of(outcome.result)
         said.append(
             f"Where light is scattered {medium.scattering / medium.absorption:.4g} times before it is absorbed,"
             f" {outcome[DIFFUSE].estimate} of it comes back and {_kept_out(outcome)} does not enter; under the"
-            f" surface it is {outcome[FIRST].estimate} times as bright as the beam; the furthest of {len(rows)} figures"
-            f" is {furthest:.1f} standard errors off."
+            f" surface it is {outcome[FIRST].estimate} times as bright as the beam; {furthest([outcome])}."
         )
     return " ".join(said)
 
@@ -167,79 +157,69 @@ def _kept_out(outcome: Outcome) -> str:
     return str(outcome[SPECULAR].estimate) if medium_of(outcome.result).index > 1 else "nothing"
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Fluence by depth, of the case that scatters most; beside it, as <name>_angles, where light leaves to."""
-    path = Path(path)
-    paths = [path, path.with_stem(f"{path.stem}_angles")]
-    outcome = max(outcomes, key=lambda o: medium_of(o.result).albedo)
-    draw_depths(outcome, paths[0])
-    draw_angles(outcomes, paths[1])
-    return paths
+def _whitest(outcomes: list[Outcome]) -> list[Outcome]:
+    """The case that scatters most."""
+    return [max(outcomes, key=lambda o: medium_of(o.result).albedo)]
 
 
-def draw_depths(outcome: Outcome, path: Path) -> None:
-    """Near the surface and deep down, beside diffusion."""
-    from transport.viz.depths import Window, depth_windows
+def draw_depths(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Fluence near the surface and deep down, beside diffusion."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
 
-    medium, result = medium_of(outcome.result), outcome.result
-    half_space = solved(medium.albedo, medium.phase.g, medium.index)
-    diffusion = Diffusion(medium.albedo, medium.phase.g, medium.index)
+    result = outcomes[0].result
+    medium = medium_of(result)
+    half_space, diffusion = solution(medium), Diffusion(medium.albedo, medium.phase.g, medium.index)
     optical = medium.extinction * 1e-3  # mean free paths in a millimetre
-    windows = [
-        Window(
-            words,
-            fluence(result, name),
-            half_space.mean_fluence(depths(name, **outcome.parameters)),
-            name == "deep",
-        )
-        for name, words in {"shallow": "Near the surface", "deep": "Deep down"}.items()
-    ]
-    depth_windows(
-        windows,
-        path,
-        exact=lambda z: half_space.fluence(z * optical),
-        guides={"diffusion": lambda z: diffusion.fluence(z * optical)},
-        title=f"Light below a milky surface: {_ratio(medium)}, $g = {medium.phase.g:g}$, $n = {medium.index:g}$",
-        note=provenance([outcome]),
-    )
+    title = f"Light below a milky surface: {_ratio(medium)}, $g = {medium.phase.g:g}$, $n = {medium.index:g}$"
+    with figure((16, 9.6), title, note, path) as page:
+        columns = page.subplots(2, 2, sharex="col", height_ratios=(2.6, 1)).T
+        for column, (name, words) in zip(columns, WINDOWS.items(), strict=True):
+            means, shown = half_space.mean_fluence(depths(name, medium)), fluence(result, name)
+            series = Series(1e3 * shown.coords["z"], shown, lambda z: half_space.fluence(z * optical), means)
+            plot_curves(
+                series,
+                ax=tuple(column),
+                xlabel="depth  [mm]",
+                ylabel="fluence rate / irradiance",
+                guides={"diffusion": lambda z: diffusion.fluence(z * optical)},
+                levels={"the beam's irradiance": 1.0},
+                log_y=name == "deep",
+            )
+            column[0].set_title(words)
 
 
 def _ratio(medium: tp.Medium) -> str:
     return rf"$\sigma_s/\sigma_a = {medium.scattering / medium.absorption:.4g}$"
 
 
-def draw_angles(outcomes: list[Outcome], path: Path) -> None:
+def draw_angles(outcomes: list[Outcome], **out: object) -> None:
     """Radiance that leaves, over that of a white surface, by the angle."""
-    from transport.viz.catalogue import Entry, catalogue
+    from transport.viz.curves import Series, plot_curves
 
-    entries, edges = {}, np.linspace(0, 1, ANGLES + 1)
+    series, edges = {}, np.linspace(0, 1, ANGLES + 1)
     middles = np.sqrt((edges[1:] ** 2 + edges[:-1] ** 2) / 2)  # of the bins' projected solid angles
     areas = np.diff(edges**2)  # of bins: projected solid angle over π
-    for outcome in outcomes:
-        medium, result = medium_of(outcome.result), outcome.result
-        half_space = solved(medium.albedo, medium.phase.g, medium.index)
-        per_bin = constant(result, 2 * math.pi / ANGLES / POWER, "W^-1 sr")
-        shares = [
-            each * per_bin / constant(result, float(a), "1")
-            for each, a in zip(result["diffuse"].intensity_out, areas, strict=True)
-        ]
-        entries[_ratio(medium)] = Entry(
-            middles,
-            shares,
-            lambda mu, h=half_space: math.pi * h.radiance(mu),
-            half_space.leaving(edges) / areas,
+    for result in (outcome.result for outcome in outcomes):
+        half_space = solution(medium_of(result))
+        shares = (
+            result["diffuse"].intensity_out
+            * constant(result, 2 * math.pi / ANGLES / POWER, "W^-1 sr")
+            / areas
         )
-    catalogue(
-        entries,
-        path,
+        law, means = lambda mu, h=half_space: math.pi * h.radiance(mu), half_space.leaving(edges) / areas
+        series[_ratio(medium_of(result))] = Series(middles, shares, law, means)
+    plot_curves(
+        series,
         xlabel="cosine of the angle to the surface's normal",
         ylabel="radiance × π / irradiance",
         title="Light that comes back out of a milky medium, by direction",
-        note=provenance(outcomes),
+        **out,
     )
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+draw = figures(depths=(draw_depths, _whitest), angles=draw_angles)
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

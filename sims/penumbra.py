@@ -23,11 +23,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, constant, figures, main
 from transport.statistics.quadrature import legendre_nodes
 from transport.theory import shadows
 from transport.verification.experiment import Outcome
@@ -42,6 +43,8 @@ LIGHT, UMBRA, ANTUMBRA, PENUMBRA = "full light", "umbra", "antumbra", "penumbra"
 FINE = {LIGHT: 4, UMBRA: 6, ANTUMBRA: 6, PENUMBRA: 20}  # bins of a zone
 ELEMENTS = {LIGHT: 1, UMBRA: 1, ANTUMBRA: 1, PENUMBRA: 4}  # of the table, of as many bins each
 WHOLE = "one element across it all"
+MM = 1e3  # of a metre
+SHADES = {UMBRA: "#c4c4c4", ANTUMBRA: "#dedede", PENUMBRA: "#ececec"}  # of the figure
 
 
 @dataclass(frozen=True)
@@ -146,29 +149,17 @@ def scene(
     radius: of the lamp [m];  gap, distance: from the lamp to what throws the shadow and to the screen [m];  thickness:
     the cylinder's radius [m].
     """
-    return shadow(occluder, radius, gap, distance, thickness).scene(radiance)
-
-
-def shadow(
-    occluder: str = "edge",
-    radius: float = 0.05,
-    gap: float = 0.5,
-    distance: float = 1.0,
-    thickness: float = 0.02,
-    **_: float,
-) -> Shadow:
-    if occluder not in OCCLUDERS:
-        raise tp.SceneError(f"penumbra: occluder must be one of {', '.join(OCCLUDERS)}, got {occluder!r}")
+    check_choices("penumbra", occluder=(occluder, OCCLUDERS))
     if not 0 < gap < distance:
         raise tp.SceneError(f"penumbra: gap must be between 0 and the distance {distance} m, got {gap}")
     if occluder == "edge":
-        return Shadow(occluder, radius, gap, distance)
-    if not 0 < thickness < min(gap, distance - gap):
+        thickness = 0.0
+    elif not 0 < thickness < min(gap, distance - gap):
         raise tp.SceneError(
             f"penumbra: thickness must be between 0 and {min(gap, distance - gap)} m, got {thickness}; the cylinder"
             " touches neither lamp nor screen"
         )
-    return Shadow(occluder, radius, gap, distance, thickness)
+    return Shadow(occluder, radius, gap, distance, thickness).scene(radiance)
 
 
 def shadow_of(scene: tp.Scene) -> Shadow:
@@ -184,8 +175,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return rows | {WHOLE: meter.flux_in / constant(result, meter.detector.shape.area, "m^2")}
 
 
-def exact(radiance: float = 100.0, **parameters: object) -> dict[str, float]:
-    of = shadow(**parameters)
+def exact(**parameters: object) -> dict[str, float]:
+    made = scene(**parameters)
+    of, radiance = shadow_of(made), made.sources[0].emission.radiance
     means, widths = radiance * of.means(of.edges), np.diff(of.edges)
     rows = {name: float(means[bins].mean()) for name, bins in of.elements.items()}
     return rows | {WHOLE: float(means @ widths / widths.sum())}
@@ -212,62 +204,103 @@ def _row(outcome: Outcome, zone: str):
     return next((row for row in outcome.rows if row.name.startswith(f"{zone},")), None)
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
+def draw_shadows(outcomes: list[Outcome], path: Path, note: str) -> None:
     """For each shadow a section, the irradiance across it, and how far each bin is off."""
-    from transport.viz.shadows import shadow_columns
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
 
-    title = "Umbra, penumbra, full light"
-    columns = {_title(o): _column(o.result) for o in outcomes}
-    shadow_columns(columns, path, title=title, note=provenance(outcomes))
+    with figure((3 + 7.2 * len(outcomes), 14), "Umbra, penumbra, full light", note, path) as page:
+        ratios = {"height_ratios": (1.5, 1.7, 0.8)}
+        grid = page.subplots(3, len(outcomes), squeeze=False, sharex="col", sharey="row", **ratios)
+        for (top, *panels), outcome in zip(grid.T, outcomes, strict=True):
+            of, radiance = shadow_of(outcome.result.scene), outcome.given["radiance"]
+            fine = np.linspace(*of.edges[[0, -1]], 1201)
+            curve = MM * fine, radiance * seen_along(of, fine)
+            means = radiance * of.means(of.edges)
+            series = Series(MM * of.edges, outcome.result["meter"].irradiance, curve, means)
+            plot_curves(
+                series, ax=tuple(panels), xlabel="x  [mm]", ylabel="irradiance E", legend="lower right"
+            )
+            if top is not grid[0, 0]:
+                panels[0].get_legend().remove()
+                panels[0].set_ylabel(panels[1].set_ylabel("").get_text())
+            _draw_zones(panels[0], of)
+            _draw_section(top, of)
+            top.set_title(_title(of))
+            top.set_xlim(MM * of.edges[[0, -1]])
+        grid[0, 0].set_ylabel("from the lamp, z  [m]")
+        page.align_ylabels(grid[:, 0])
 
 
-def _title(outcome: Outcome) -> str:
-    of = shadow_of(outcome.result.scene)
-    what = f"cylinder of {2e3 * of.thickness:.3g} mm" if of.occluder == "cylinder" else "edge"
+def _title(of: Shadow) -> str:
+    what = f"cylinder of {2 * MM * of.thickness:.3g} mm" if of.occluder == "cylinder" else "edge"
     return f"{what}, at {of.gap:.3g} m of {of.distance:.3g} m"
 
 
-def _column(result: tp.Result):
-    from transport.viz.shadows import ShadowColumn
-
-    of, radiance = shadow_of(result.scene), result.scene.sources[0].emission.radiance
+def seen_along(of: Shadow, x: np.ndarray) -> np.ndarray:
+    """E / L at x, the mean along the shadow [sr]."""
     nodes, weight = legendre_nodes(shadows.ALONG)
-
-    def curve(x: np.ndarray) -> np.ndarray:
-        """E along x, its mean along the shadow."""
-        y = of.along[1] * nodes
-        seen = shadows.lit_projected_solid_angle(of.strip, x[:, None], y, of.radius, of.distance)
-        return radiance * seen @ weight / 2
-
-    def seen(x: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Share of the lamp's area that is seen from x at the heights z, (z, x); by lines from 128 of its strips."""
-        end = of.radius * np.cos(np.pi * (np.arange(128) + 0.5) / 128)
-        weight = of.radius**2 - end**2  # width times length of a strip
-        z = z[:, None, None]
-        tall = np.maximum(np.hypot(x[:, None] - end, z), np.finfo(float).tiny)
-        along = np.clip(((x[:, None] - end) * -end + z * of.gap) / tall**2, 0.0, 1.0)
-        aside = end + along * (x[:, None] - end)
-        if of.occluder == "edge":
-            hidden = (z > of.gap) & (end + (x[:, None] - end) * (of.gap / np.maximum(z, of.gap)) < 0)
-        else:
-            hidden = np.hypot(aside, along * z - of.gap) < of.thickness
-        return (~hidden) @ weight / weight.sum()
-
-    return ShadowColumn(
-        edges=of.edges,
-        estimates=result["meter"].irradiance,
-        expected=radiance * of.means(of.edges),
-        curve=curve,
-        seen=seen,
-        zones=of.zones,
-        lamp=of.radius,
-        gap=of.gap,
-        distance=of.distance,
-        thickness=of.thickness,
+    seen = shadows.lit_projected_solid_angle(
+        of.strip, x[:, None], of.along[1] * nodes, of.radius, of.distance
     )
+    return seen @ weight / 2
+
+
+def seen_share(of: Shadow, x: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Share of the lamp's area that is seen from x at the heights z, (z, x); by lines from 128 of its strips."""
+    end = of.radius * np.cos(np.pi * (np.arange(128) + 0.5) / 128)
+    weight = of.radius**2 - end**2  # width times length of a strip
+    z = z[:, None, None]
+    tall = np.maximum(np.hypot(x[:, None] - end, z), np.finfo(float).tiny)
+    along = np.clip(((x[:, None] - end) * -end + z * of.gap) / tall**2, 0.0, 1.0)
+    aside = end + along * (x[:, None] - end)
+    if of.occluder == "edge":
+        hidden = (z > of.gap) & (end + (x[:, None] - end) * (of.gap / np.maximum(z, of.gap)) < 0)
+    else:
+        hidden = np.hypot(aside, along * z - of.gap) < of.thickness
+    return (~hidden) @ weight / weight.sum()
+
+
+def _draw_zones(axes, of: Shadow) -> None:
+    from transport.viz.style import MUTED
+
+    axes.set_ylim(-0.04 * axes.get_ylim()[1], 1.15 * axes.get_ylim()[1])
+    for name, low, high in of.zones:
+        if name in SHADES:
+            axes.axvspan(MM * low, MM * high, color=SHADES[name], lw=0, zorder=0)
+        style = {"ha": "center", "va": "top", "fontsize": 15, "color": MUTED}
+        place = MM * (low + high) / 2, 0.985, name.replace(" ", "\n")
+        axes.text(*place, transform=axes.get_xaxis_transform(), **style)
+
+
+def _draw_section(axes, of: Shadow) -> None:
+    """The lamp above, the screen below; shaded by the share of the lamp that is seen, with rays to the zones' borders."""
+    from transport.viz.style import INK, ORANGE
+
+    left, right = of.edges[[0, -1]]
+    x, z = np.linspace(left, right, 300), np.linspace(0, of.distance, 160)
+    grey = {"cmap": "gray", "vmin": -0.22, "vmax": 1, "shading": "nearest", "rasterized": True}
+    axes.pcolormesh(MM * x, z, seen_share(of, x, z), **grey)
+    axes.plot(MM * of.radius * np.array([-1, 1]), [0, 0], color=ORANGE, lw=9, solid_capstyle="butt")
+    axes.text(0, 0.045 * of.distance, "lamp", color=INK, ha="center", va="top", fontsize=16)
+    if of.occluder == "edge":
+        axes.plot([MM * left, 0], [of.gap] * 2, color=INK, lw=6, solid_capstyle="butt")
+    else:
+        turn = np.linspace(0, 2 * np.pi, 200)
+        axes.fill(MM * of.thickness * np.cos(turn), of.gap + of.thickness * np.sin(turn), color=INK, zorder=3)
+    ends = np.array([-1.0, 1.0]) * of.radius
+    for border in of.borders:  # to the rim of the lamp that is seen just there, past the obstacle
+        across = border + (ends - border) * (1 - of.gap / of.distance)
+        slant = np.hypot(1, (ends - border) / of.distance)
+        end = ends[np.argmin(np.abs(np.abs(across) / slant - of.thickness))]
+        axes.plot([MM * border, MM * end], [of.distance, 0], color=ORANGE, lw=1.6, zorder=2)
+    axes.plot(MM * np.array([left, right]), [of.distance] * 2, color=INK, lw=5)
+    axes.set_ylim(1.02 * of.distance, -0.04 * of.distance)
+    axes.grid(False)
+
+
+draw = figures(shadows=draw_shadows)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

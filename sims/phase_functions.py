@@ -27,11 +27,20 @@ number would fail in the "sky"; a mixture without its shares would fail at the "
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, draw_rows, furthest
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    furthest,
+    main,
+    of_scene,
+    rows_figure,
+)
 from transport.statistics.quadrature import legendre_nodes
 from transport.theory import phases
 from transport.verification.experiment import Outcome
@@ -64,9 +73,7 @@ def scene(reading: str = "points", grains: str = "both", g: float = FORWARD) -> 
     grains: "small" (Rayleigh), "large" (Henyey and Greenstein, mean cosine g) or "both", mixed with
     a third kind that scatters back.
     """
-    for name, value, known in (("reading", reading, READINGS), ("grains", grains, GRAINS)):
-        if value not in known:
-            raise tp.SceneError(f"phase_functions: {name} must be one of {', '.join(known)}, got {value!r}")
+    check_choices("phase_functions", reading=(reading, READINGS), grains=(grains, GRAINS))
     fog = tp.Medium(scattering=DEPTHS[reading] / (2 * RADIUS), phase=_phase(grains, g))
     points = [tp.PointDetector(tuple(DISTANCE * _way(angle)), _point(angle)) for angle in ANGLES]
     bins = tp.Positions(u=tuple(np.radians(EDGES)))
@@ -79,11 +86,8 @@ def scene(reading: str = "points", grains: str = "both", g: float = FORWARD) -> 
 
 
 def _phase(grains: str, g: float) -> tp.Rayleigh | tp.HenyeyGreenstein | tp.Mixture:
-    kinds = {
-        "small": tp.Rayleigh(),
-        "large": tp.HenyeyGreenstein(g),
-        "backward": tp.HenyeyGreenstein(BACKWARD),
-    }
+    large, backward = tp.HenyeyGreenstein(g), tp.HenyeyGreenstein(BACKWARD)
+    kinds = {"small": tp.Rayleigh(), "large": large, "backward": backward}
     if grains != "both":
         return kinds[grains]
     return tp.Mixture({phase: MIXED[kind] for kind, phase in kinds.items()})
@@ -91,13 +95,8 @@ def _phase(grains: str, g: float) -> tp.Rayleigh | tp.HenyeyGreenstein | tp.Mixt
 
 def _way(angle: float) -> np.ndarray:
     """The direction at so many degrees from the beam, off all planes of the axes."""
-    return np.array(
-        [
-            0.6 * math.sin(math.radians(angle)),
-            0.8 * math.sin(math.radians(angle)),
-            math.cos(math.radians(angle)),
-        ]
-    )
+    theta = math.radians(angle)
+    return np.array([0.6 * math.sin(theta), 0.8 * math.sin(theta), math.cos(theta)])
 
 
 def _point(angle: float) -> str:
@@ -115,7 +114,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     }
 
 
-def exact(reading: str = "points", grains: str = "both", g: float = FORWARD) -> dict[str, float]:
+@of_scene(scene)
+def exact(reading: str, grains: str, g: float) -> dict[str, float]:
     sigma = DEPTHS[reading] / (2 * RADIUS)
     nodes, weights = legendre_nodes(NODES)
     places, lengths = RADIUS * nodes, RADIUS * weights  # along the beam, from the middle of the ball
@@ -125,14 +125,11 @@ def exact(reading: str = "points", grains: str = "both", g: float = FORWARD) -> 
         for angle in ANGLES:
             ways = DISTANCE * _way(angle) - np.outer(places, (0, 0, 1))
             r = np.linalg.norm(ways, axis=1)
-            rows[_brightness(angle)] = POWER * float(
-                (left * _density(ways[:, 2] / r, grains, g) / r**2).sum()
-            )
+            sent = left * _density(ways[:, 2] / r, grains, g) / r**2
+            rows[_brightness(angle)] = POWER * float(sent.sum())
         return rows
     rows = {}
-    for i, (high, low) in enumerate(
-        zip(np.cos(np.radians(EDGES[:-1])), np.cos(np.radians(EDGES[1:])), strict=True)
-    ):
+    for i, (high, low) in enumerate(pairwise(np.cos(np.radians(EDGES)))):
         mu, solid = (high + low) / 2 + (high - low) / 2 * nodes, math.pi * (high - low) * weights
         s = places[:, None]
         ways = np.sqrt(RADIUS**2 - s**2 * (1 - mu**2)) - s * mu
@@ -163,11 +160,8 @@ def verdict(outcomes: list[Outcome]) -> str:
     return f"{said}: {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    draw_rows(outcomes, path, "Light that is scattered once, by angle")
+draw = figures(rows=rows_figure("Light that is scattered once, by angle"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

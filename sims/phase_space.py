@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance, sharp
+from transport.sims import check_choices, constant, figures, main, of_scene, sentence, sharp, where
 from transport.theory import free_flight, phase_mixing
 from transport.verification.experiment import Outcome
 
@@ -85,8 +85,7 @@ def cases() -> list[dict[str, object]]:
 
 def scene(start: str = "cloud", length: float = 1.0, speed: float = 1.0) -> tp.Scene:
     """One of five starts.  length: of the box, the unit of all places [m];  speed: the unit of all velocities [m/s]."""
-    if start not in TIMES:
-        raise tp.SceneError(f"phase_space: start must be one of {', '.join(TIMES)}, got {start!r}")
+    check_choices("phase_space", start=(start, TIMES))
     times = [t * length / speed for t in TIMES[start]]
     if start == "cloud":
         counters = [
@@ -152,7 +151,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return rows
 
 
-def exact(start: str = "cloud", length: float = 1.0, speed: float = 1.0) -> dict[str, float]:
+@of_scene(scene)
+def exact(start: str, length: float, speed: float) -> dict[str, float]:
     rows = {}
     for k, time in enumerate(_names(start, length, speed)):
         read = _read(start, k, length, speed, expected(start, k, length, speed))
@@ -257,8 +257,7 @@ def verdict(outcomes: list[Outcome]) -> str:
                 said.append(
                     f"but n is {within.value:.4f} ± {within.error:.4f} in its filaments and 0 without"
                 )
-    words = "; ".join(said)
-    return f"{words[0].upper()}{words[1:]}."
+    return sentence(*said)
 
 
 def _kept(outcome: Outcome, quantity: str, names: list[str]) -> str:
@@ -268,42 +267,42 @@ def _kept(outcome: Outcome, quantity: str, names: list[str]) -> str:
     return f"{ratio.value:.4f} ± {ratio.error:.4f}"
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Position against velocity in time, a picture a start; beside the cloud's, as <name>_velocity, its mean velocity."""
+def draw_portrait(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Position against velocity in time."""
     from transport.viz.phase_space import phase_portraits
-    from transport.viz.profiles import profile
 
-    path, paths = Path(path), []
-    for outcome in outcomes:
-        start, length, speed = setting(outcome.result)
-        names = _names(start, length, speed)
-        density = outcome.result[start].density
-        paths.append(path.with_stem(f"{path.stem}_{start}") if paths else path)
-        phase_portraits(
-            {name: density[k] for k, name in enumerate(names)},
-            paths[-1],
-            exact={n: expected(start, k, length, speed)["picture"] for k, n in enumerate(names)},
-            contours=_contours(start, length, speed, names) if start in CLOUDS else None,
-            marks=_marks(length, speed, names) if start == "shear" else None,
-            power=0.5 if start in ("cloud", "point") else 1.0,
-            title=TITLES[start],
-            note=provenance([outcome]),
-        )
-        if start == "cloud":
-            paths.append(path.with_stem(f"{path.stem}_velocity"))
-            t = TIMES[start][1]
-            profile(
-                _slabs(t) * length,
-                outcome.result["slabs 1"].mean_vx,
-                paths[-1],
-                expected=expected(start, 1, length, speed)["u"],
-                guides={"x / t, as from a point": lambda x, t=t * length / speed: x / t},
-                xlabel="position x  [m]",
-                ylabel="mean velocity",
-                title=rf"A free cloud sorts its velocities: $u = x\,\sigma_v^2 t/\sigma^2$ at {names[1]}",
-                note=provenance([outcome]),
-            )
-    return paths
+    start, length, speed = (outcomes[0].given[name] for name in ("start", "length", "speed"))
+    names, density = _names(start, length, speed), outcomes[0].result[start].density
+    phase_portraits(
+        {name: density[k] for k, name in enumerate(names)},
+        path,
+        exact={n: expected(start, k, length, speed)["picture"] for k, n in enumerate(names)},
+        contours=_contours(start, length, speed, names) if start in CLOUDS else None,
+        marks=_marks(length, speed, names) if start == "shear" else None,
+        power=0.5 if start in ("cloud", "point") else 1.0,
+        title=TITLES[start],
+        note=note,
+    )
+
+
+def draw_velocity(outcomes: list[Outcome], **out: object) -> None:
+    """The mean velocity of the cloud by place."""
+    from transport.viz.curves import Series, plot_curves
+
+    length, speed, t = outcomes[0].given["length"], outcomes[0].given["speed"], TIMES["cloud"][1]
+    time = t * length / speed
+    plot_curves(
+        Series(
+            _slabs(t) * length,
+            outcomes[0].result["slabs 1"].mean_vx,
+            expected=expected("cloud", 1, length, speed)["u"],
+        ),
+        guides={"x / t, as from a point": lambda x: x / time},
+        xlabel="position x  [m]",
+        ylabel="mean velocity",
+        title=rf"A free cloud sorts its velocities: $u = x\,\sigma_v^2 t/\sigma^2$ at t = {time:.4g} s",
+        **out,
+    )
 
 
 def _contours(start: str, length: float, speed: float, names: list[str]) -> dict:
@@ -324,7 +323,9 @@ def _marks(length: float, speed: float, names: list[str]) -> dict:
     }
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+_portraits = {start: (draw_portrait, where(start=start)) for start in TIMES}
+draw = figures(**_portraits, velocity=(draw_velocity, where(start="cloud")))
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

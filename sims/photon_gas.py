@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, constant, figures, main, of_scene, where
 from transport.theory import effusion
 from transport.theory.solid_angles import bin_projected_solid_angles, bin_solid_angles
 from transport.verification.experiment import Outcome
@@ -58,14 +58,9 @@ def scene(
     stuff: str = "photons",
 ) -> tp.Scene:
     """A disk in a gas.  density [m^-3], by default about that of sunlight;  tilt: of a stream on the disk [rad]."""
-    if motion not in ("isotropic", "stream"):
-        raise tp.SceneError(f"photon_gas: motion must be 'isotropic' or 'stream', got {motion!r}")
-    if stuff not in STUFF:
-        raise tp.SceneError(f"photon_gas: stuff must be one of {', '.join(STUFF)}, got {stuff!r}")
-    patch, directions = (
-        tp.Disk(normal=(math.sin(tilt), 0, math.cos(tilt)), radius=RADIUS),
-        tp.Directions(mu=CELLS),
-    )
+    check_choices("photon_gas", motion=(motion, REACH), stuff=(stuff, STUFF))
+    patch = tp.Disk(normal=(math.sin(tilt), 0, math.cos(tilt)), radius=RADIUS)
+    directions = tp.Directions(mu=CELLS)
     detectors = [tp.Detector(patch, f"{stuff} on the {side}", side, directions) for side in ("front", "back")]
     reach = REACH[motion]
     sides = RADIUS * abs(math.cos(tilt)) + MARGIN, RADIUS + MARGIN, RADIUS * abs(math.sin(tilt)) + MARGIN
@@ -94,13 +89,8 @@ def _by_bin(quantity: str, values: tp.EstimateArray | np.ndarray) -> dict[str, o
     return {f"{quantity}, μ {edges[i]:.3f} to {edges[i + 1]:.3f}": values[i] for i in range(CELLS)}
 
 
-def exact(
-    density: float = 1e13,
-    speed: float = tp.speed_of_light,
-    motion: str = "isotropic",
-    tilt: float = 0.0,
-    stuff: str = "photons",
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(density: float, speed: float, motion: str, tilt: float, stuff: str) -> dict[str, float]:
     rows = {"fluence rate": effusion.fluence_rate(density, speed)}
     if motion == "stream":
         mu = math.cos(tilt)
@@ -124,39 +114,28 @@ def flux_densities(density: float, speed: float) -> np.ndarray:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    for outcome in outcomes:
-        if "one way, onto the front" in (row.name for row in outcome.rows):
-            share = outcome["one way, onto the front"].estimate / outcome["fluence rate"].estimate
-            return f"{share} of n v crosses one way, a quarter; each direction brings it with its cosine: n v cosθ."
+    for outcome in where(motion="isotropic")(outcomes):
+        share = outcome["one way, onto the front"].estimate / outcome["fluence rate"].estimate
+        return (
+            f"{share} of n v crosses one way, a quarter; each direction brings it with its cosine: n v cosθ."
+        )
     shares = [f"{o['net'].estimate / o['fluence rate'].estimate}" for o in outcomes]
     return f"A stream brings n v cosθ: over its fluence rate, {', '.join(shares)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    from transport.viz.comparisons import comparison
-    from transport.viz.profiles import profile
+def draw_gas(outcomes: list[Outcome], **out: object) -> None:
+    from transport.viz.curves import Series, plot_curves
 
-    outcome = outcomes[0]
-    front = outcome.result[outcome.result.scene.detectors[0].name]
-    emission = outcome.result.scene.sources[0].emission
-    note = provenance(outcomes)
-    if emission.direction is not None:
-        table = {f"{row.name}, {o.title}": (row.estimate, row.exact) for o in outcomes for row in o.rows}
-        comparison(table, path, title="A stream on a tilted patch", note=note)
-        return
-    profile(
-        front.flux_density.coords["mu"],
-        front.flux_density,
-        path,
-        exact=lambda mu: effusion.radiance(emission.density, emission.speed) * mu,
-        xlabel="μ = cosθ",
-        ylabel="flux density",
-        title="An isotropic gas crosses a patch: n v cosθ / 4π a steradian",
-        note=note,
-    )
+    result = outcomes[0].result
+    flux, emission = result[result.scene.detectors[0].name].flux_density, result.scene.sources[0].emission
+    level = effusion.radiance(emission.density, emission.speed)
+    title = "An isotropic gas crosses a patch: n v cosθ / 4π a steradian"
+    series = Series(flux.coords["mu"], flux, lambda mu: level * mu)
+    plot_curves(series, xlabel="μ = cosθ", ylabel="flux density", title=title, **out)
+
+
+draw = figures(gas=(draw_gas, where(motion="isotropic")))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

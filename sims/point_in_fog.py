@@ -36,7 +36,17 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    furthest,
+    main,
+    of_scene,
+    provenance,
+    sentence,
+    where,
+)
 from transport.theory import point_source, random_flights
 from transport.verification.experiment import Outcome
 
@@ -71,8 +81,7 @@ def scene(
     albedo: of the steady fog, above 0 and below 1;  mean_free_path [m];  g: mean cosine of scattering, for
     "clock".
     """
-    if subject not in ("steady", "clock"):
-        raise tp.SceneError(f"point_in_fog: subject must be steady or clock, got {subject!r}")
+    check_choices("point_in_fog", subject=(subject, ("steady", "clock")))
     if not 0 < albedo < 1:
         must = "albedo must be above 0 and below 1, so that light is scattered and ends"
         raise tp.SceneError(f"point_in_fog: {must}, got {albedo!r}")
@@ -151,9 +160,8 @@ def setting(result: tp.Result) -> tuple[float, float]:
     return 1 / medium.scattering, medium.phase.g
 
 
-def exact(
-    subject: str = "steady", albedo: float = 0.8, mean_free_path: float = 1.0, g: float = 0.0
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(subject: str, albedo: float, mean_free_path: float, g: float) -> dict[str, float]:
     length = mean_free_path
     if subject == "steady":
         fog = 1 / length, albedo
@@ -191,9 +199,8 @@ def _quarter(time: float, index: int) -> str:
 def verdict(outcomes: list[Outcome]) -> str:
     said = []
     for outcome in outcomes:
-        last = outcome.rows[-1].name
-        if last == _within():
-            albedo = outcome.parameters.get("albedo", 0.8)
+        if outcome.given["subject"] == "steady":
+            albedo = outcome.given["albedo"]
             near, far = (outcome[f"{_shell(i)}, by track"] for i in (0, len(SHELLS) - 2))
             direct = [_straight_share(i, albedo) for i in (0, len(SHELLS) - 2)]
             said.append(
@@ -202,13 +209,9 @@ def verdict(outcomes: list[Outcome]) -> str:
             )
         else:
             first, end = (outcome[_spread(t)].estimate for t in (TIMES[0], TIMES[-1]))
-            _, g = setting(outcome.result)
-            said.append(
-                f"with g = {g:g} ⟨r²⟩ grows from {first} to {end} in {TIMES[-1] / TIMES[0]:g} times the time"
-            )
-    worst = max((abs(row.z) for o in outcomes for row in o.rows if math.isfinite(row.z)), default=0.0)
-    words = "; ".join(said)
-    return f"{words[0].upper()}{words[1:]}; the furthest reading is {worst:.1f} standard errors off."
+            grows = f"⟨r²⟩ grows from {first} to {end} in {TIMES[-1] / TIMES[0]:g} times the time"
+            said.append(f"with g = {outcome.given['g']:g} {grows}")
+    return sentence(*said, furthest(outcomes))
 
 
 def _straight_share(index: int, albedo: float) -> float:
@@ -217,46 +220,25 @@ def _straight_share(index: int, albedo: float) -> float:
     return float(point_source.shell_means(edges)[0] / point_source.shell_means(edges, 1.0, albedo)[0])
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """The fluence rate by distance; beside it <name>_spread, ⟨r²⟩ in time, and <name>_pulse, the burst along x."""
-    path, paths = Path(path), []
-    steady = [o for o in outcomes if ESTIMATORS[0] in o.result]
-    clocks = [o for o in outcomes if ESTIMATORS[0] not in o.result]
-    pulses = [o for o in clocks if setting(o.result)[1] == 0]
-    for function, shown in ((draw_fluence, steady), (draw_spread, clocks), (draw_pulse, pulses)):
-        if shown:
-            word = function.__name__.removeprefix("draw_")
-            paths.append(path.with_stem(f"{path.stem}_{word}") if paths else path)
-            function(shown, paths[-1])
-    return paths
-
-
-def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
+def draw_fluence(outcomes: list[Outcome], path: Path, note: str) -> None:
     """Of the lowest albedo: by distance, with what comes straight, and diffusion.
 
     Each shell's mean stands where the exact fluence rate has that value.
     """
-    from transport.viz.profiles import profile
+    from transport.viz.curves import Series, plot_curves
 
-    outcome = min(outcomes, key=lambda o: o.parameters.get("albedo", 0.8))
-    albedo, length = (outcome.parameters.get(n, d) for n, d in (("albedo", 0.8), ("mean_free_path", 1.0)))
-    scale = 1 / length**2
-    guides = {
-        "light that comes straight, alone": lambda r: scale * point_source.uncollided(r),
-        "diffusion theory": lambda r: scale * point_source.diffusion(r, albedo),
-    }
-    means, fine = (
-        point_source.shell_means(SHELLS, 1.0, albedo),
-        np.geomspace(SHELLS[1] / 10, SHELLS[-1], 1000),
-    )
-    curve = np.log(point_source.fluence_rate(fine, 1.0, albedo))
-    profile(
-        np.interp(-np.log(means), -curve, fine),
-        outcome.result["track"].fluence_rate,
+    outcome = min(outcomes, key=lambda o: o.given["albedo"])
+    albedo, scale = outcome.given["albedo"], 1 / outcome.given["mean_free_path"] ** 2
+    fine = np.geomspace(SHELLS[1] / 10, SHELLS[-1], 1000)
+    means, curve = point_source.shell_means(SHELLS, 1.0, albedo), point_source.fluence_rate(fine, 1.0, albedo)
+    places = np.interp(-np.log(means), -np.log(curve), fine)
+    plot_curves(
+        Series(places, outcome.result["track"].fluence_rate, (fine, scale * curve), scale * means),
         path,
-        exact=lambda r: scale * point_source.fluence_rate(r, 1.0, albedo),
-        expected=scale * means,
-        guides=guides,
+        guides={
+            "light that comes straight, alone": lambda r: scale * point_source.uncollided(r),
+            "diffusion theory": lambda r: scale * point_source.diffusion(r, albedo),
+        },
         xlabel="distance from the source  [mean free paths]",
         ylabel="fluence rate per watt",
         title=f"A point of light in fog of albedo {albedo:g}",
@@ -266,49 +248,49 @@ def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
     )
 
 
-def draw_spread(outcomes: list[Outcome], path: Path) -> None:
+def draw_spread(outcomes: list[Outcome], **out: object) -> None:
     """⟨r²⟩ in time: straight flight at first, diffusion in the end."""
-    from transport.viz.families import Family, families
+    from transport.viz.curves import Series, plot_curves
 
-    fine, members, guides = np.geomspace(TIMES[0] / 2, 2 * TIMES[-1], 200), {}, {}
+    fine, series = np.geomspace(TIMES[0] / 2, 2 * TIMES[-1], 200), {}
     for outcome in outcomes:
-        length, g = setting(outcome.result)
+        area, g = outcome.given["mean_free_path"] ** 2, outcome.given["g"]
         rows = [outcome[_spread(t)] for t in TIMES]
-        curve = fine, length**2 * random_flights.mean_square_displacement(fine, g)
-        members[f"g = {g:g}"] = Family(TIMES, [r.estimate for r in rows], [r.exact for r in rows], curve)
-        guides[f"diffusion, 2 t/(1 - g), g = {g:g}"] = fine, 2 * length**2 * fine / (1 - g)
-    families(
-        members,
-        path,
+        curve = fine, area * random_flights.mean_square_displacement(fine, g)
+        guide = {f"diffusion, 2 t/(1 - g), g = {g:g}": (fine, 2 * area * fine / (1 - g))}
+        both = [r.estimate for r in rows], curve, [r.exact for r in rows]
+        series[f"g = {g:g}"] = Series(TIMES, *both, guides=guide)
+    plot_curves(
+        series,
         xlabel="time  [mean free times]",
         ylabel=r"mean square displacement $\langle r^2\rangle$",
         title="Light in fog: straight flight first, diffusion in the end",
+        log_x=True,
         log_y=True,
-        guides=guides,
-        note=provenance(outcomes),
+        **out,
     )
 
 
-def draw_pulse(outcomes: list[Outcome], path: Path) -> None:
+def draw_pulse(outcomes: list[Outcome], path: Path, note: str) -> None:
     """The burst along x, at several times."""
-    from transport.viz.catalogue import Entry, catalogue
+    from transport.viz.curves import Series, plot_curves
 
-    outcome, entries = outcomes[0], {}
+    result, series, group = outcomes[0].result, {}, BINS // 25
     for t in PULSES:
-        group = BINS // 25
-        number = outcome.result[_counter(t)].number
-        edges = _bins(t)[::group]
-        widths = constant(outcome.result, (edges[1] - edges[0]), "1")
+        number, edges = result[_counter(t)].number, _bins(t)[::group]
+        widths = constant(result, (edges[1] - edges[0]), "1")
         shares = [number[i : i + group].sum() / widths for i in range(0, BINS, group)]
         expected = random_flights.plane_pulse_shares(edges, t) / np.diff(edges)
-        entries[f"t = {t:g}"] = Entry(edges, shares, lambda x, t=t: _up_to_front(x, t), expected)
-    catalogue(
-        entries,
+        fine = np.linspace(-t, t, 301)
+        curve = fine, [_up_to_front(x, t) for x in fine]
+        series[f"t = {t:g}"] = Series(edges, shares, curve, expected)
+    plot_curves(
+        series,
         path,
         xlabel="x  [mean free paths]",
         ylabel="share of the particles per mean free path",
         title="A burst in fog along one axis after t mean free times: a front, then a bell",
-        note=provenance([outcome]),
+        note=provenance(outcomes[:1]),
     )
 
 
@@ -317,7 +299,12 @@ def _up_to_front(x: float, time: float) -> float:
     return float(random_flights.plane_pulse(x, time)) if abs(x) < time else math.nan
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+draw = figures(
+    fluence=(draw_fluence, where(subject="steady")),
+    spread=(draw_spread, where(subject="clock")),
+    pulse=(draw_pulse, where(subject="clock", g=0)),
+)
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

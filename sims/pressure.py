@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, constant, figures, main, of_scene, rows_figure
 from transport.theory import effusion
 from transport.verification.experiment import Outcome
 
@@ -29,11 +29,7 @@ question = "How hard do light and gas press on a mirror, on a black wall, and in
 particles = 400_000
 
 ROOM = tp.Box(size=(1.0, 1.0, 1.0))
-DEPTH, RADIUS, MARGIN = (
-    1.0,
-    0.5,
-    0.01,
-)  # m: of the room, of the wall in a stream, of gas beyond what can matter
+DEPTH, RADIUS, MARGIN = 1.0, 0.5, 0.01  # m: of the room, of the wall in a stream, of gas beyond what matters
 WALLS = {"mirror": tp.Mirror(), "diffuse": tp.Diffuse(1.0), "black": tp.Black()}
 FLIGHTS = 4  # through the room while the clock runs, where nothing is absorbed
 FASTEST = 9.0  # standard deviations of a velocity
@@ -59,13 +55,8 @@ def scene(
 ) -> tp.Scene:
     """A wall that is pressed.  tilt: of it in a stream [rad];  energy_density [J m^-3] of light, about twice sunlight's;
     density [m^-3] and temperature [K] of a gas, about those of air (a stream has no temperature)."""
-    for name, value, choices in (
-        ("stuff", stuff, ("light", "gas")),
-        ("motion", motion, ("isotropic", "stream")),
-        ("wall", wall, WALLS),
-    ):
-        if value not in choices:
-            raise tp.SceneError(f"pressure: {name} must be one of {', '.join(choices)}, got {value!r}")
+    motions = ("isotropic", "stream")
+    check_choices("pressure", stuff=(stuff, ("light", "gas")), motion=(motion, motions), wall=(wall, WALLS))
     if motion == "stream":
         if not 0 <= tilt < math.pi / 2:
             raise tp.SceneError(f"pressure: tilt must be from 0 to below 90 degrees, got {tilt!r} rad")
@@ -129,14 +120,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return rows
 
 
+@of_scene(scene)
 def exact(
-    stuff: str = "light",
-    motion: str = "isotropic",
-    wall: str = "mirror",
-    tilt: float = 0.0,
-    energy_density: float = 1e-5,
-    density: float = 2.5e25,
-    temperature: float = 300.0,
+    stuff: str, motion: str, wall: str, tilt: float, energy_density: float, density: float, temperature: float
 ) -> dict[str, float]:
     if motion == "stream":
         momentum_flux = energy_density if stuff == "light" else density * MASS * SPEED**2
@@ -164,27 +150,13 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def _words(outcome: Outcome) -> str:
     """The case in a few words."""
-    found = outcome.result.scene
-    stuff = "light" if found.measured_in == "watts" else "gas"
-    is_stream = len(found.surfaces) == 1
-    wall = next(name for name, material in WALLS.items() if material == found.surface("wall").material)
-    tilt = math.acos(min(found.surface("wall").shape.normal[2], 1.0)) if is_stream else 0.0
-    tilted = f" at {math.degrees(tilt):.3g}°" if tilt > 0 else ""
-    return f"{stuff}{' beam' if is_stream else ''}, {wall}{tilted}"
+    of = outcome.given
+    tilted = f" at {math.degrees(of['tilt']):.3g}°" if of["tilt"] > 0 else ""
+    return f"{of['stuff']}{' beam' if of['motion'] == 'stream' else ''}, {of['wall']}{tilted}"
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    from transport.viz.comparisons import comparison
-
-    table = {
-        f"{row.name}\n{_words(outcome)}": (row.estimate, row.exact)
-        for outcome in outcomes
-        for row in outcome.rows
-    }
-    comparison(table, path, title="Light and gas press on walls", note=provenance(outcomes))
+draw = figures(rows=rows_figure("Light and gas press on walls", lambda row, o: f"{row.name}\n{_words(o)}"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

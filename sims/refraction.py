@@ -28,14 +28,25 @@ is lit, and all that passes is added up, as much as a slab lit everywhere lets t
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance, sharp
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    grouped,
+    main,
+    of_scene,
+    rows_figure,
+    sentence,
+    sharp,
+    where,
+)
 from transport.theory import fresnel, solid_angles
-from transport.theory import fresnel as theory
 from transport.verification.experiment import Outcome
 
 law = (
@@ -59,11 +70,8 @@ LEAST = 1.01  # index: with less the meter in the glass would be seen from besid
 
 MIRRORED, REFRACTED, SUM = "mirrored", "refracted, in Snell's direction", "mirrored + refracted"
 DIFFUSE, CROSSED = "reflected of equal radiance", "let through of equal radiance"
-PASSED, RETURNED, ESCAPED = (
-    "let through by the plate",
-    "reflected by the plate",
-    "a lamp's power that escapes",
-)
+PASSED, RETURNED = "let through by the plate", "reflected by the plate"
+ESCAPED = "a lamp's power that escapes"
 NOTHING, TOTAL = (f"radiance {what} beyond the critical angle" for what in ("in glass", "reflected"))
 
 
@@ -79,9 +87,7 @@ def scene(show: str = "sky", index: float = 1.5, angle: float = 0.5, side: str =
 
     angle: between a beam and the normal [rad];  side: from which beams come, "air" or "glass".
     """
-    for name, value, known in (("show", show, SHOWS), ("side", side, SIDES)):
-        if value not in known:
-            raise tp.SceneError(f"refraction: {name} must be one of {', '.join(known)}, got {value!r}")
+    check_choices("refraction", show=(show, SHOWS), side=(side, SIDES))
     if not LEAST <= index < math.inf:
         raise tp.SceneError(f"refraction: index must be {LEAST} or more, got {index}; glass has 1.5")
     if not 0 <= angle < math.pi / 2:
@@ -161,9 +167,8 @@ def _way(angle: float, up: int) -> tuple[float, float, float]:
 
 def _cones(angle: float, index: float, side: str) -> list[tp.Detector]:
     """Round the directions of the mirrored and the refracted beam, where there is one."""
-    before, behind, up, ratio = (
-        ("front", "back", 1, index) if side == "air" else ("back", "front", -1, 1 / index)
-    )
+    from_air = "front", "back", 1, index
+    before, behind, up, ratio = from_air if side == "air" else ("back", "front", -1, 1 / index)
     mirrored, sine = tp.Directions.cone(_way(angle, up), CONE), math.sin(angle) / ratio
     refracted = tp.Directions.cone(_way(math.asin(sine), -up), CONE) if sine < 1 else None
     return [
@@ -253,10 +258,8 @@ def _read_beam(result: tp.Result) -> dict[str, tp.Estimate]:
     cone = constant(result, solid_angles.cap_solid_angle(CONE), "sr")
     is_total = refracted.detector.directions is None
     passed = refracted.flux_out if is_total else refracted.intensity_out[0] * cone
-    back, total = (
-        mirrored.intensity_out[0] * cone / emitted,
-        (mirrored.flux_out + refracted.flux_out) / emitted,
-    )
+    back = mirrored.intensity_out[0] * cone / emitted
+    total = (mirrored.flux_out + refracted.flux_out) / emitted
     return {
         MIRRORED: sharp(back, of=back) if is_total else back,
         REFRACTED: passed / emitted,
@@ -264,7 +267,8 @@ def _read_beam(result: tp.Result) -> dict[str, tp.Estimate]:
     }
 
 
-def exact(show: str = "sky", index: float = 1.5, angle: float = 0.5, side: str = "air") -> dict[str, float]:
+@of_scene(scene)
+def exact(show: str, index: float, angle: float, side: str) -> dict[str, float]:
     ratio = index if side == "air" else 1 / index
     match show:
         case "sky" | "glow":
@@ -276,9 +280,9 @@ def exact(show: str = "sky", index: float = 1.5, angle: float = 0.5, side: str =
             share = float(fresnel.reflectance(math.cos(angle), ratio))
             return {MIRRORED: share, REFRACTED: 1 - share, SUM: 1.0}
         case "lamp":
-            return {ESCAPED: theory.escape_from_point(index)}
+            return {ESCAPED: fresnel.escape_from_point(index)}
         case "window":
-            passed = float(theory.means_in_air(theory.through_plate, AIR[[0, -1]], index)[0])
+            passed = float(fresnel.means_in_air(fresnel.through_plate, AIR[[0, -1]], index)[0])
             return {PASSED: passed, RETURNED: 1 - passed}
     passed = float(fresnel.plate_transmittance(math.cos(angle), index))
     return {PASSED: passed, RETURNED: 1 - passed}
@@ -288,9 +292,9 @@ def _exact_dome(show: str, index: float) -> dict[str, float]:
     air, within = edges(index)
     share = float(fresnel.diffuse_reflectance(index if show == "sky" else 1 / index))
     if show == "sky":
-        seen, end = index**2 * theory.means_in_glass(theory.through, within, index), {NOTHING: 0.0}
+        seen, end = index**2 * fresnel.means_in_glass(fresnel.through, within, index), {NOTHING: 0.0}
     else:
-        seen, end = theory.means_in_air(theory.through, air, index) / index**2, {TOTAL: RADIANCE}
+        seen, end = fresnel.means_in_air(fresnel.through, air, index) / index**2, {TOTAL: RADIANCE}
     rows = {name: RADIANCE * seen[k] for k, name in _seen_names(index, show).items()}
     return {DIFFUSE: share, CROSSED: 1 - share} | rows | {_kept(k): 1.0 for k in SHOWN} | end
 
@@ -308,44 +312,107 @@ SAID = {
 
 def verdict(outcomes: list[Outcome]) -> str:
     """A clause for each thing that was shown."""
-    found, clauses = {show_of(o.result): o for o in reversed(outcomes)}, []
+    found, clauses = grouped(outcomes, "show"), []
     for show, (words, name) in SAID.items():
         if show in found:
-            row = next((r for r in found[show].rows if r.name.startswith(name)), found[show].rows[0])
+            rows = found[show][0].rows
+            row = next((r for r in rows if r.name.startswith(name)), rows[0])
             clauses.append(words.format(row.estimate))
-    return f"{clauses[0][0].upper()}{'; '.join(clauses)[1:]}."
+    return sentence(*clauses)
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Radiance on both sides by direction; as <name>_shares beams and plates, as <name>_laws what is left."""
-    from transport.viz import boundaries
-    from transport.viz.comparisons import comparison
+def draw_lobes(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Radiance that leaves both sides of the boundary by direction, of equal radiance from one of them."""
+    from transport.viz.lobes import lobes
 
-    by_show = {show: [o for o in outcomes if show_of(o.result) == show] for show in SHOWS}
-    index, path, paths = index_of(outcomes[0].result), Path(path), []
-    common = {"title": f"Air and glass, n = {index:g}", "note": provenance(outcomes)}
+    panels = {DOMES[outcome.given["show"]]: _panel(outcome) for outcome in outcomes}
+    unit = r"radiance  [$\mathrm{W\,m^{-2}\,sr^{-1}}$]"
+    lobes(panels, path, unit, f"Air and glass, n = {outcomes[0].given['index']:g}", note)
 
-    def place(name: str) -> Path:
-        paths.append(path.with_stem(f"{path.stem}_{name}") if paths else path)
-        return paths[-1]
 
-    if domes := by_show["sky"] + by_show["glow"]:
-        leaving = {show_of(o.result): [o.result[f"in {side}"].radiance_out for side in SIDES] for o in domes}
-        boundaries.lobes_of_boundary(leaving, index, RADIANCE, place("lobes"), **common)
-    if by_show["fan"] + by_show["plate"]:
-        fans = {_side(o.result): [row.estimate for row in o.rows] for o in by_show["fan"]}
-        angles = {side: fan_angles(index, side) for side in fans}
-        plates = {o.parameters.get("angle", 0.5): o[PASSED].estimate for o in by_show["plate"]}
-        boundaries.shares_by_angle(fans, angles, plates, index, place("shares"), **common)
-    if rest := [o for show in ("beam", "window", "lamp") for o in by_show[show]]:
-        table = {
-            f"{row.name}\n{show_of(o.result)}": (row.estimate, row.exact) for o in rest for row in o.rows
-        }
-        comparison(table, place("laws"), **common)
-    return paths
+DOMES = {"sky": "Light from the air: L' = (1 − R) n² L", "glow": "Light from the glass: L = (1 − R) L'/n²"}
+
+
+def _panel(outcome: Outcome) -> object:
+    """What leaves, to the left and to the right of both normals; all azimuths are in one bin."""
+    from transport.viz.lobes import Lobe, Panel
+
+    index, from_air = outcome.given["index"], outcome.given["show"] == "sky"
+
+    def law(side: str, angle: np.ndarray) -> np.ndarray:
+        """Radiance that leaves on this side."""
+        share = fresnel.reflectance(np.abs(np.cos(angle)), index if side == "air" else 1 / index)
+        if (side == "air") == from_air:
+            return RADIANCE * share
+        return RADIANCE * (1 - share) * (index**2 if from_air else 1 / index**2)
+
+    found = []
+    for side, normal in (("air", 0.0), ("glass", math.pi)):
+        leaving = outcome.result[f"in {side}"].radiance_out
+        words, edges = "reflected" if (side == "air") == from_air else "let through", leaving.coords["theta"]
+        value, error = (np.concatenate([part[::-1], part]) for part in (leaving.value, leaving.error))
+        edges = normal + np.concatenate([-edges[:0:-1], edges])
+        found.append(Lobe(words, edges, value, error, partial(law, side)))
+    limit, low = critical(index), -math.pi / 2 if from_air else math.pi / 2
+    rays = {math.pi + sign * limit: f"{math.degrees(limit):.1f}°" for sign in (-1, 1)}
+    arc = (f"L = {RADIANCE:g} that arrives", RADIANCE, low, low + math.pi)
+    order = sorted(found, key=lambda lobe: lobe.label)
+    return Panel(order, rays, media=("air", f"glass,\nn = {index:.4g}"), arc=arc)
+
+
+def draw_shares(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """What one boundary reflects, and what a plate lets through, by the angle of incidence."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
+
+    index, panels = outcomes[0].given["index"], {}
+
+    def mu(degrees: np.ndarray) -> np.ndarray:
+        return np.cos(np.radians(degrees))
+
+    for outcome in where(show="fan")(outcomes):
+        side, ratio = outcome.given["side"], index if outcome.given["side"] == "air" else 1 / index
+        reflected = Series(
+            np.degrees(fan_angles(index, side)),
+            [row.estimate for row in outcome.rows],
+            lambda degrees, ratio=ratio: fresnel.reflectance(mu(degrees), ratio),
+        )
+        panels.setdefault("Reflected by one boundary", {})[f"from {side}"] = reflected
+    if plates := where(show="plate")(outcomes):
+        angles, passed = (
+            [math.degrees(o.given["angle"]) for o in plates],
+            [o[PASSED].estimate for o in plates],
+        )
+        series = Series(angles, passed, lambda degrees: fresnel.plate_transmittance(mu(degrees), index))
+        panels["Let through by a plate"] = {"(1 − R)/(1 + R)": series}
+    guides = {
+        "Reflected by one boundary": {
+            f"from air, R{name}": lambda degrees, which=which: getattr(
+                fresnel.reflectances(mu(degrees), index), which
+            )
+            for name, which in (("ₛ", "s"), ("ₚ", "p"))
+        },
+        "Let through by a plate": {
+            "if it stayed polarised": lambda degrees: fresnel.plate_transmittance(mu(degrees), index, True)
+        },
+    }
+    with figure((9.6 * len(panels) + 0.6, 10.4), f"Air and glass, n = {index:g}", note, path) as page:
+        grid = page.subplots(2, len(panels), sharex="col", height_ratios=(2.6, 1), squeeze=False)
+        for column, (title, series) in zip(grid.T, panels.items(), strict=True):
+            words = {"xlabel": "angle of incidence  [deg]", "ylabel": "share of the light"}
+            plot_curves(series, ax=tuple(column), guides=guides[title], span=(0, 90), legend="best", **words)
+            column[0].set_title(title)
+
+
+draw = figures(
+    lobes=(draw_lobes, where(show=("sky", "glow"))),
+    shares=(draw_shares, where(show=("fan", "plate"))),
+    laws=(
+        rows_figure("Air and glass", lambda row, o: f"{row.name}\n{o.given['show']}"),
+        where(show=("beam", "window", "lamp")),
+    ),
+)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

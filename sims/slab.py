@@ -23,12 +23,13 @@ counted by a meter for `events=0`.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, constant, figures, furthest, main, of_scene, sentence
 from transport.theory import ordinates
 from transport.verification.experiment import Outcome
 
@@ -43,23 +44,13 @@ PHASES = ("henyey-greenstein", "rayleigh")
 INCIDENCES = ("beam", "lambertian")
 BINS, GROUP = 30, 6  # of cosine a side, and how many of them a row of the table holds
 EDGES = np.linspace(0, 1, BINS + 1)
-DEFAULTS = {"tau": 2.0, "albedo": 0.9, "g": 0.75, "mu0": 1.0, "incidence": "beam"}
 STEEPEST = 0.95  # |g|; a sharper peak takes theory minutes
 LEAST = 1e-4  # share that passes straight; less is no row
-BACK, ON, STAYS, STRAIGHT, SCATTERED = (
-    "reflected R",
-    "transmitted T, with the unscattered",
-    "absorbed",
-    "transmitted unscattered",
-    "transmitted scattered",
-)
+BACK, ON, STAYS = "reflected R", "transmitted T, with the unscattered", "absorbed"
+STRAIGHT, SCATTERED = "transmitted unscattered", "transmitted scattered"
 PATH = "mean path / thickness"
 SHOWN = 4  # slabs in the figure of radiance
-DEEPEST, OCTAVES, STEPS = (
-    16.0,
-    8,
-    2,
-)  # of the curves: depth, how often it is halved, and exact points an octave
+DEEPEST, OCTAVES, STEPS = 16.0, 8, 2  # of the curves: depth, how often it is halved, exact points an octave
 
 
 def cases() -> list[dict[str, object]]:
@@ -92,8 +83,7 @@ def scene(
     g: mean cosine of Henyey-Greenstein scattering, 0 if isotropic;  mu0: cosine of the beam's incidence;
     incidence: of a "beam" or "lambertian";  phase: "henyey-greenstein", or "rayleigh", which has no g.
     """
-    _check_choice("incidence", incidence, INCIDENCES)
-    _check_choice("phase", phase, PHASES)
+    check_choices("slab", incidence=(incidence, INCIDENCES), phase=(phase, PHASES))
     if not 0 < mu0 <= 1:
         raise tp.SceneError(f"slab: mu0 must be above 0 and at most 1, the cosine of incidence, got {mu0}")
     if not (0 < tau < math.inf and 0 <= albedo <= 1):
@@ -106,11 +96,8 @@ def scene(
         raise tp.SceneError(f"slab: thickness must be above 0, got {thickness} m")
     extinction = tau / thickness
     henyey = tp.HenyeyGreenstein(g) if g else tp.Isotropic()
-    fog = tp.Medium(
-        absorption=(1 - albedo) * extinction,
-        scattering=albedo * extinction,
-        phase=tp.Rayleigh() if phase == "rayleigh" else henyey,
-    )
+    kind = tp.Rayleigh() if phase == "rayleigh" else henyey
+    fog = tp.Medium(absorption=(1 - albedo) * extinction, scattering=albedo * extinction, phase=kind)
     body = tp.Slab(center=(0, 0, -thickness / 2), thickness=thickness)
     paths = fog if _has_known_path(albedo, incidence) else None
     bottom, bins = tp.Plane(center=(0, 0, -thickness), normal=(0, 0, -1)), tp.Directions(mu=BINS)
@@ -126,11 +113,6 @@ def scene(
 def _has_known_path(albedo: float, incidence: str) -> bool:
     """Whether the mean path of what leaves is the mean chord: of Lambertian light that nothing absorbs."""
     return albedo == 1 and incidence == "lambertian"
-
-
-def _check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise tp.SceneError(f"slab: {name} must be one of {', '.join(known)}, got {value!r}")
 
 
 def _source(incidence: str, mu0: float, height: float) -> tp.Source:
@@ -186,14 +168,15 @@ def _bin(way: str, first: int) -> str:
     return f"{way}, μ {EDGES[first]:.1f} to {EDGES[first + GROUP]:.1f}"
 
 
-def exact(**parameters: object) -> dict[str, float]:
-    light, given = light_of(**parameters), DEFAULTS | parameters
+@of_scene(scene)
+def exact(tau: float, albedo: float, g: float, mu0: float, incidence: str, phase: str) -> dict[str, float]:
+    light = light_of(tau=tau, albedo=albedo, g=g, mu0=mu0, incidence=incidence, phase=phase)
     rows = {BACK: light.reflected, ON: light.transmitted}
-    if given["albedo"] < 1:
+    if albedo < 1:
         rows[STAYS] = light.absorbed
-    if _has_known_path(given["albedo"], given["incidence"]):
+    if _has_known_path(albedo, incidence):
         rows[PATH] = 2.0  # 4 V/S
-    if _passes_straight(given["tau"], given["mu0"] if given["incidence"] == "beam" else 1.0):
+    if _passes_straight(tau, mu0 if incidence == "beam" else 1.0):
         rows |= {STRAIGHT: light.unscattered_on, SCATTERED: light.transmitted_diffuse}
     edges = EDGES[::GROUP]
     for way, shares in (("back", light.reflected_in(edges)), ("scattered on", light.transmitted_in(edges))):
@@ -201,91 +184,67 @@ def exact(**parameters: object) -> dict[str, float]:
     return rows
 
 
-def light_of(tau: float = 2.0, **parameters: object) -> ordinates.Light:
+@of_scene(scene)
+def light_of(tau: float, albedo: float, g: float, mu0: float, incidence: str, phase: str) -> ordinates.Light:
     """What leaves the slab of these parameters, by discrete ordinates."""
-    return ordinates.slab(tau, *_optics(**parameters))
+    return ordinates.slab(tau, *_optics(albedo, g, mu0, incidence, phase))
 
 
-def _optics(
-    albedo: float = 0.9,
-    g: float = 0.75,
-    mu0: float = 1.0,
-    incidence: str = "beam",
-    phase: str = "henyey-greenstein",
-    **_: float,
-) -> tuple[float, tuple[float, ...], float | None]:
+def _optics(albedo: float, g: float, mu0: float, incidence: str, phase: str) -> tuple:
     """Albedo, moments of the phase function, and the cosine of incidence."""
     moments = ordinates.RAYLEIGH if phase == "rayleigh" else ordinates.henyey_greenstein(g)
     return albedo, moments, mu0 if incidence == "beam" else None
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    scores = [row.z for o in outcomes for row in o.rows if math.isfinite(row.z)]
-    said = ", ".join(f"{o[BACK].estimate} back and {o[ON].estimate} on ({o.title})" for o in outcomes[:1])
-    furthest = (
-        f"the furthest of {len(scores)} shares is {np.abs(scores).max(initial=0):.1f} standard errors off"
-    )
-    return f"A slab sends {said}; {furthest}."
-
-
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Shares against depth where there are several slabs of a kind; the radiance of each kind by angle."""
-    path, kinds = Path(path), {}
-    for outcome in outcomes:
-        kinds.setdefault(_kind(outcome), []).append(outcome)
-    paths = []
-    for found in sorted(kinds.values(), key=len, reverse=True)[:1]:
-        if len(found) > 1:
-            paths.append(path)
-            draw_shares(found, path)
-    paths.append(path.with_stem(f"{path.stem}_radiance") if paths else path)
-    draw_radiance(outcomes, paths[-1])
-    return paths
+    first = outcomes[0]
+    said = f"A slab sends {first[BACK].estimate} back and {first[ON].estimate} on ({first.title})"
+    return sentence(said, furthest(outcomes))
 
 
 def _kind(outcome: Outcome) -> tuple:
-    return tuple(sorted((k, v) for k, v in outcome.parameters.items() if k != "tau"))
+    return tuple(outcome.given[name] for name in ("albedo", "g", "mu0", "incidence", "phase"))
 
 
-def draw_shares(outcomes: list[Outcome], path: Path) -> None:
+def _kinds(outcomes: list[Outcome]) -> dict[tuple, list[Outcome]]:
+    """The slabs that differ in depth alone."""
+    kinds: dict[tuple, list[Outcome]] = {}
+    for outcome in outcomes:
+        kinds.setdefault(_kind(outcome), []).append(outcome)
+    return kinds
+
+
+def _alike(outcomes: list[Outcome]) -> list[Outcome]:
+    """The most slabs of one kind, if they are several."""
+    found = max(_kinds(outcomes).values(), key=len)
+    return found if len(found) > 1 else []
+
+
+def draw_shares(outcomes: list[Outcome], **out: object) -> None:
     """What returns, passes and stays against the depth."""
-    from transport.viz.families import Family, families
+    from transport.viz.curves import Series, plot_curves
 
-    parameters = {k: v for k, v in outcomes[0].parameters.items() if k != "tau"}
-    depths, lights = _curve(parameters)
-    names = {BACK: "reflected", ON: "transmitted", STRAIGHT: "unscattered"} | {STAYS: "absorbed"}
-    values = {BACK: "reflected", ON: "transmitted", STRAIGHT: "unscattered_on", STAYS: "absorbed"}
-    members = {}
-    for name, words in names.items():
-        shown = [o for o in outcomes if name in {row.name for row in o.rows}]
-        if shown:
-            places = [(DEFAULTS | o.parameters)["tau"] for o in shown]
-            curve = _smooth(depths, [getattr(light, values[name]) for light in lights])
-            rows = [o[name] for o in shown]
-            members[words] = Family(
-                places, [row.estimate for row in rows], [row.exact for row in rows], curve
+    depths, lights = curve_points(*_optics(*_kind(outcomes[0])))
+    series = {}
+    for name, words in {
+        BACK: "reflected",
+        ON: "transmitted",
+        STRAIGHT: "unscattered",
+        STAYS: "absorbed",
+    }.items():
+        if shown := [o for o in outcomes if name in o]:
+            rows, known = [o[name] for o in shown], {STRAIGHT: "unscattered_on"}.get(name, words)
+            both = (
+                [row.estimate for row in rows],
+                smooth(depths, [getattr(light, known) for light in lights]),
+                [row.exact for row in rows],
             )
-    families(
-        members,
-        path,
-        xlabel="optical depth τ",
-        ylabel="share of the light",
-        title=f"A slab of fog: {_described(outcomes[0])}",
-        note=provenance(outcomes),
-    )
+            series[words] = Series([o.given["tau"] for o in shown], *both)
+    title = f"A slab of fog: {_described(outcomes[0])}"
+    plot_curves(series, xlabel="optical depth τ", ylabel="share of the light", title=title, log_x=True, **out)
 
 
-def _curve(parameters: dict[str, object]) -> tuple[np.ndarray, list[ordinates.Light]]:
-    """Depths, rising, and the slabs of these depths."""
-    found = {}
-    for step in range(STEPS):
-        deepest = DEEPEST / 2 ** (step / STEPS)
-        lights = ordinates.halved_slabs(deepest, OCTAVES, *_optics(**parameters))
-        found |= {deepest / 2 ** (OCTAVES - k): light for k, light in enumerate(lights)}
-    return np.array(sorted(found)), [found[depth] for depth in sorted(found)]
-
-
-def _smooth(depths: np.ndarray, shares: list[float]) -> tuple[np.ndarray, np.ndarray]:
+def smooth(depths: np.ndarray, shares: list[float]) -> tuple[np.ndarray, np.ndarray]:
     """A curve through exact points, even in the logarithm of the depth; within 6e-4 of the exact one."""
     from scipy.interpolate import CubicSpline
 
@@ -293,38 +252,60 @@ def _smooth(depths: np.ndarray, shares: list[float]) -> tuple[np.ndarray, np.nda
     return fine, CubicSpline(np.log(depths), shares)(np.log(fine))
 
 
-def draw_radiance(outcomes: list[Outcome], path: Path) -> None:
-    """Radiance by angle of up to four slabs."""
-    from transport.viz.polar_radiance import Lobes, polar_radiance
+def curve_points(*optics: object) -> tuple[np.ndarray, list[ordinates.Light]]:
+    """Depths, rising, and the slabs of these depths."""
+    found = {}
+    for step in range(STEPS):
+        deepest = DEEPEST / 2 ** (step / STEPS)
+        lights = ordinates.halved_slabs(deepest, OCTAVES, *optics)
+        found |= {deepest / 2 ** (OCTAVES - k): light for k, light in enumerate(lights)}
+    return np.array(sorted(found)), [found[depth] for depth in sorted(found)]
 
-    members = {}
-    for outcome in list({_kind(o): o for o in reversed(outcomes)}.values())[::-1][:SHOWN]:
-        light, mu = light_of(**outcome.parameters), (EDGES[1:] + EDGES[:-1]) / 2
-        projected = math.pi * np.diff(EDGES**2) / math.pi  # of each bin, over that of a hemisphere
-        members[_label(outcome)] = Lobes(
-            mu,
-            shares_back(outcome.result) / projected,
-            shares_on(outcome.result) / projected,
-            light.reflected_in(EDGES) / projected,
-            light.transmitted_in(EDGES) / projected,
-            lambda fine, light=light: math.pi * light.reflected_radiance(fine),
-            lambda fine, light=light: math.pi * light.transmitted_radiance(fine),
+
+def draw_radiance(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Radiance by angle of up to four slabs: of what passes, scattered, at negative cosines."""
+    from transport.viz.curves import Series, plot_curves
+
+    series, mu = {}, (EDGES[1:] + EDGES[:-1]) / 2
+    projected, fine = np.diff(EDGES**2), np.linspace(1e-3, 1, 400)  # of each bin, over that of a hemisphere
+    for outcome in [found[0] for found in _kinds(outcomes).values()][:SHOWN]:
+        light = light_of(**outcome.parameters)
+        sides = shares_on(outcome.result), shares_back(outcome.result)
+        both = [
+            _mirrored(*(getattr(side, name) / projected for side in sides)) for name in ("value", "error")
+        ]
+        means = [each(EDGES) / projected for each in (light.transmitted_in, light.reflected_in)]
+        laws = [math.pi * each(fine) for each in (light.transmitted_radiance, light.reflected_radiance)]
+        x, curve = _mirrored(-mu, mu), (_mirrored(-fine, fine, [math.nan]), _mirrored(*laws, [math.nan]))
+        series[f"τ = {outcome.given['tau']:g}, {_described(outcome)}"] = Series(
+            x, tuple(both), curve, _mirrored(*means)
         )
-    polar_radiance(members, path, title="Radiance of a slab of fog, by angle", note=provenance(outcomes))
+    plot_curves(
+        series,
+        path,
+        xlabel="cosine μ:  passes, scattered < 0 < comes back",
+        ylabel="π L / irradiance",
+        title="Radiance of a slab of fog, by angle",
+        legend="right",
+        log_y=True,
+        note=note,
+    )
 
 
-def _label(outcome: Outcome) -> str:
-    return f"τ = {(DEFAULTS | outcome.parameters)['tau']:g}, {_described(outcome)}"
+def _mirrored(on: np.ndarray, back: np.ndarray, between: Sequence[float] = ()) -> np.ndarray:
+    """Both sides from straight on to straight back."""
+    return np.concatenate([on[::-1], between, back])
 
 
 def _described(outcome: Outcome) -> str:
-    p = DEFAULTS | outcome.parameters
-    scatters = "Rayleigh" if p.get("phase") == "rayleigh" else f"g = {p['g']:g}"
-    falls = "Lambertian" if p["incidence"] == "lambertian" else f"μ₀ = {p['mu0']:g}"
-    return f"a = {p['albedo']:g}, {scatters}, {falls}"
+    of = outcome.given
+    scatters = "Rayleigh" if of["phase"] == "rayleigh" else f"g = {of['g']:g}"
+    falls = "Lambertian" if of["incidence"] == "lambertian" else f"μ₀ = {of['mu0']:g}"
+    return f"a = {of['albedo']:g}, {scatters}, {falls}"
+
+
+draw = figures(shares=(draw_shares, _alike), radiance=draw_radiance)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import provenance
+from transport.sims import figures, main, of_scene, rows_figure
 from transport.theory import emitters
 from transport.verification.experiment import Outcome
 
@@ -67,14 +67,15 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {POWER: result["meter"].flux_in, RADIANCE: result["meter"].radiance[0]}
 
 
-def exact(planet: str = "Earth", given: str = "distance", zenith_angle: float = 0.0) -> dict[str, float]:
+@of_scene(scene)
+def exact(planet: str, given: str, zenith_angle: float) -> dict[str, float]:
     radiance, distance = emitters.surface_radiance(emitters.POWER, emitters.AREA), _distance(planet, given)
     power = emitters.sphere_irradiance(radiance, RADIUS, distance, math.cos(zenith_angle))
     return {POWER: float(power), RADIANCE: radiance}
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    found = {(o.parameters["planet"], o.parameters["given"]): o for o in outcomes}
+    found = {(o.given["planet"], o.given["given"]): o for o in outcomes}
     powers = [f"{o[POWER].estimate} ({planet}, by {given})" for (planet, given), o in found.items()]
     said = f"A square metre receives {', '.join(powers)}."
     if {("Earth", "solid angle"), ("Earth", "distance")} <= found.keys():
@@ -88,19 +89,13 @@ def verdict(outcomes: list[Outcome]) -> str:
     return said
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    from transport.viz.comparisons import comparison
-
-    table = {
-        f"{row.name}\n{o.parameters['planet']}, by {o.parameters['given']}": (row.estimate, row.exact)
-        for name in (POWER, RADIANCE)
-        for o in outcomes
-        for row in (o[name],)
-    }
-    comparison(table, path, title="The sun at the Earth and on Mars", note=provenance(outcomes))
+draw = figures(
+    rows=rows_figure(
+        "The sun at the Earth and on Mars",
+        lambda row, o: f"{row.name}\n{o.given['planet']}, by {o.given['given']}",
+    )
+)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -9,7 +9,7 @@ Beams.  Between an aperture 1, an optic and an aperture 2 lies one beam, and it 
 aperture 1, ∬ cosθ₁ dω₁ dA₁ over the rays that reach 2, and in those of aperture 2 over the rays that come from 1.  A
 diffuse source at 1 draws rays uniformly in the first, one at 2 in the second; what each brings to the other, over L, is
 T.  Were the optic's map not one that conserves throughput, the two would differ: a lens that maps tangents is seen to
-(tests/test_throughput.py).  And what falls on the optic leaves it, history by history.
+(tests/sims/test_throughput.py).  And what falls on the optic leaves it, history by history.
 
 Exact values.  Aperture 2 is large enough for all that comes from 1 (its radius is taken from traced rays; the flat
 mirror's alone is not, and there the image of 1 serves), so that T is that between aperture 1 and the optic's rim, two
@@ -31,10 +31,20 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance, sharp
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    main,
+    of_scene,
+    provenance,
+    rows_figure,
+    sharp,
+    where,
+)
 from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import Rays, reach_at
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, Row
 
 law = "T in = T out, T = ∬ cosθ dω dA; R = L T (Straubel 1902; Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Do mirrors and lenses keep the number of rays, and does a sensor read radiance times throughput?"
@@ -82,8 +92,7 @@ def scene(
 
     size: radius of aperture 1 [m];  index: of the ball's glass;  distance: of the wall from the hole [m].
     """
-    if show not in SHOWS:
-        raise tp.SceneError(f"throughput: show must be one of {', '.join(SHOWS)}, got {show!r}")
+    check_choices("throughput", show=(show, SHOWS))
     shine = tp.Lambertian(radiance=radiance)
     if show == "sensor":
         return _sensors(distance, shine)
@@ -220,9 +229,8 @@ def sensor_throughput(distance: float) -> float:
     return float(etendue.disks_throughput(HOLE, SENSOR, distance))
 
 
-def exact(
-    show: str = "lens", size: float = 0.01, radiance: float = 100.0, index: float = 1.5, distance: float = 0.5
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(show: str, size: float, radiance: float, index: float) -> dict[str, float]:
     if show == "sensor":
         return {READ.format(z): radiance for z in BEHIND}
     rays = beam_of(show, size, index).throughput
@@ -251,46 +259,56 @@ def _portraits(beam: Beam) -> list[tp.Detector]:
 def verdict(outcomes: list[Outcome]) -> str:
     """How far the two measures of a beam are apart, and what the sensors read."""
     sentences = []
-    beams = [o for o in outcomes if "one" in o.result]
-    if beams:
+    if beams := where(show=SHOWS[:-1])(outcomes):
         scores = [abs((o[T_1].estimate / o[T_2].estimate).z(1.0)) for o in beams]
-        names = ", ".join(str(o.parameters.get("show", "lens")) for o in beams)
-        words = f"at most {max(scores):.1f} standard errors apart"
+        names, words = (
+            ", ".join(o.given["show"] for o in beams),
+            f"at most {max(scores):.1f} standard errors apart",
+        )
         sentences.append(f"By way of {names} rays count alike from both ends, {words}.")
-    read = [row.estimate.value / row.exact for o in outcomes if o not in beams for row in o.rows]
-    if read:
+    if read := [row.estimate.value / row.exact for o in where(show="sensor")(outcomes) for row in o.rows]:
         sentences.append(
             f"R/T is {min(read):.4f} to {max(read):.4f} L for every distance of wall and sensor."
         )
     return " ".join(sentences)
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """The lens' beam in phase space at four places; beside it, as <name>_laws, all rows against exact values."""
-    from transport.viz.beams import beam_portraits
-    from transport.viz.comparisons import comparison
+def draw_portraits(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The lens' beam in phase space at four places: its shape changes, its area and the radiance within do not."""
+    from transport.viz.style import PURPLE, SEQUENTIAL, SKY, figure, outlined
 
-    path, paths = Path(path), []
-    for outcome in [o for o in outcomes if PLANES[0] in o.result][:1]:
-        panels = {name: _portrait(outcome, name) for name in PLANES}
-        beam_portraits(panels, path, note=provenance([outcome]))
-        paths.append(path)
-    paths.append(path.with_stem(path.stem + "_laws") if paths else path)
-    table = {
-        f"{row.name}\n{_shown(o)}": (row.estimate, row.exact)
-        for o in outcomes
-        for row in o.rows
-        if row.name != KEPT
-    }
-    title = "Throughput in and out of optics, and what a sensor reads"
-    comparison(table, paths[-1], title=title, note=provenance(outcomes))
-    return paths
+    title, cm = "A beam through a lens: another shape, the same area, the same radiance", 100.0
+    with figure((5.0 * len(PLANES) + 1.8, 7.2), title, provenance(outcomes[:1]), path) as page:
+        panels = page.subplots(1, len(PLANES))
+        for axes, plane in zip(panels, PLANES, strict=True):
+            x, p, shares, outlines = _portrait(outcomes[0], plane)
+            mesh = axes.pcolormesh(cm * x, p, shares.T, vmin=0, vmax=1.25, cmap=SEQUENTIAL, rasterized=True)
+            for (words, outline, area), colour, line in zip(
+                outlines, (SKY, PURPLE), ("-", "--"), strict=False
+            ):
+                closed = np.concatenate([outline, outline[:1]])
+                axes.plot(cm * closed[:, 0], closed[:, 1], line, color=colour, lw=2.4)
+                place = {"transform": axes.transAxes, "ha": "center", "path_effects": outlined()}
+                low = line == "-"
+                axes.text(
+                    0.5,
+                    0.03 if low else 0.97,
+                    f"{words}{1e3 * area:.3f} mm",
+                    color=colour,
+                    va="bottom" if low else "top",
+                    **place,
+                )
+            axes.set(
+                title=plane, xlabel="place x  [cm]", xlim=cm * x[[0, -1]], ylim=p[[0, -1]], facecolor="black"
+            )
+            axes.grid(False)
+        panels[0].set_ylabel("direction cosine p")
+        bar = page.colorbar(mesh, ax=panels, extend="max", aspect=30)
+        bar.set_label("radiance / that of the source")
 
 
-def _portrait(outcome: Outcome, plane: str):
-    """Radiance over that of the source by x and p_x, and the outline of traced rays."""
-    from transport.viz.beams import Portrait
-
+def _portrait(outcome: Outcome, plane: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, list]:
+    """Edges of x and p_x, radiance over that of the source in these bins, and outlines of traced rays with their areas."""
     reading, source = outcome.result[plane], outcome.result.scene.sources[0]
     shares = reading.radiance.value / source.emission.radiance
     cosines, places = np.sin(reading.radiance.coords["theta"]), reading.radiance.coords["u"]
@@ -298,25 +316,29 @@ def _portrait(outcome: Outcome, plane: str):
     of_x_and_p = np.concatenate([shares[::-1, ::-1, 2], shares[::-1, :, 0]], axis=1)
     height, edges = reading.detector.shape.center[2], np.concatenate([-cosines[:0:-1], cosines])
     rays = etendue.meridional_outline(source.shape.radius, source.shape.center[2], RIM, 0.0)
-
-    def outlined(bent: Rays) -> tuple[np.ndarray, float]:
-        there = optical_paths.to_plane(bent, height)
+    bends = {"area ": None}
+    if height > 0:
+        bends = {"area ": optical_paths.bend, "if the lens mapped tangents:\n": optical_paths.bend_tangents}
+    outlines = []
+    for words, bend in bends.items():
+        there = optical_paths.to_plane(bend(rays, 0.0, FOCAL) if bend else rays, height)
         outline = np.stack([there.points[:, 0], there.directions[:, 0]], axis=-1)
-        return outline, etendue.outlined_area(*outline.T)
-
-    if height < 0:
-        return Portrait(-places[::-1], edges, of_x_and_p, *outlined(rays))
-    right, wrong = (bend(rays, 0.0, FOCAL) for bend in (optical_paths.bend, optical_paths.bend_tangents))
-    other = ("if the lens mapped tangents", *outlined(wrong))
-    return Portrait(-places[::-1], edges, of_x_and_p, *outlined(right), other)
+        outlines.append((words, outline, etendue.outlined_area(*outline.T)))
+    return -places[::-1], edges, of_x_and_p, outlines
 
 
-def _shown(outcome: Outcome) -> str:
-    show = str(outcome.parameters.get("show", "lens"))
-    return show if show != "sensor" else f"wall at {outcome.parameters.get('distance', 0.5):g} m"
+def _label(row: Row, outcome: Outcome) -> str:
+    show, distance = outcome.given["show"], outcome.given["distance"]
+    return f"{row.name}\n{f'wall at {distance:g} m' if show == 'sensor' else show}"
+
+
+draw = figures(
+    portraits=(draw_portraits, where(show="lens")),
+    laws=rows_figure(
+        "Throughput in and out of optics, and what a sensor reads", _label, lambda row: row.name != KEPT
+    ),
+)
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -20,13 +20,10 @@ needed for 4e-4 of W; short ones reach 1e-4 with 1e8 in seconds.
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
-
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import constant, figures, furthest, holding, main, of_scene, sentence, where
 from transport.theory import clausing
 from transport.theory.round_view_factors import base_to_base
 from transport.verification.experiment import Outcome
@@ -62,11 +59,8 @@ def scene(length: float = 2.0, radius: float = 1.0, albedo: float = 1.0, detail:
     entrance = tp.Disk(radius=radius)
     exit_ = tp.Disk(center=(0, 0, height), normal=(0, 0, -1), radius=radius)
     wall = tp.Cylinder(center=(0, 0, height / 2), radius=radius, height=height)
-    detectors = [
-        tp.Detector(exit_, "exit"),
-        tp.Detector(entrance, "entrance"),
-        tp.Detector("wall", side="back"),
-    ]
+    ends = tp.Detector(exit_, "exit"), tp.Detector(entrance, "entrance")
+    detectors = [*ends, tp.Detector("wall", side="back")]
     if length <= STRAIGHT:
         detectors.append(tp.Detector(exit_, "direct", events=0))
     if detail:
@@ -85,7 +79,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     }
     if "direct" in result:
         rows[DIRECT] = result["direct"].flux_in / emitted
-    if _albedo(result) < 1:
+    if result.scene.surface("wall").material.albedo < 1:
         rows[LOST] = result.ledger["absorbed"] / emitted
     if "profile" in result:
         rows |= {HALF: incident(result)[: BINS // 2].mean(), LAST: incident(result)[-1]}
@@ -98,19 +92,10 @@ def incident(result: tp.Result) -> tp.EstimateArray:
     return result["profile"].irradiance / constant(result, entering, "W m^-2")
 
 
-def _albedo(result: tp.Result) -> float:
-    return result.scene.surface("wall").material.albedo
-
-
-def exact(
-    length: float = 2.0, radius: float = 1.0, albedo: float = 1.0, detail: bool = True
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(length: float, albedo: float, detail: bool) -> dict[str, float]:
     tube = clausing.solved_tube(float(length), float(albedo))
-    rows = {
-        THROUGH: tube.transmission,
-        BACK: tube.reflection,
-        HITS: tube.mean_hits,
-    }
+    rows = {THROUGH: tube.transmission, BACK: tube.reflection, HITS: tube.mean_hits}
     if length <= STRAIGHT:
         rows[DIRECT] = float(base_to_base(1.0, length))
     if albedo < 1:
@@ -127,87 +112,58 @@ def edges(length: float) -> np.ndarray:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    said = [f"{o[THROUGH].estimate} at {_length(o):g} radii{_shade(o)}" for o in outcomes]
-    furthest = max(abs(row.z) for o in outcomes for row in o.rows if not math.isnan(row.z))
-    return (
-        f"A tube lets through {', '.join(said)}; the furthest of all is {furthest:.1f} standard errors off."
-    )
+    said = [f"{o[THROUGH].estimate} at {o.given['length']:g} radii{_shade(o)}" for o in outcomes]
+    return sentence(f"A tube lets through {', '.join(said)}", furthest(outcomes))
 
 
 def _shade(outcome: Outcome) -> str:
-    albedo = _albedo(outcome.result)
+    albedo = outcome.given["albedo"]
     return "" if albedo == 1 else f", albedo {albedo:g}"
 
 
-def _length(outcome: Outcome) -> float:
-    return float(outcome.parameters.get("length", 2.0))
+def _by_length(outcomes: list[Outcome]) -> list[Outcome]:
+    """Those whose wall takes nothing, if there are several or nothing else is drawn."""
+    white = sorted(where(albedo=1)(outcomes), key=lambda o: o.given["length"])
+    return white if len(white) > 1 or not holding("profile")(outcomes) else []
 
 
-def _white(outcomes: list[Outcome]) -> list[Outcome]:
-    """Those whose wall takes nothing, by length."""
-    return sorted((o for o in outcomes if _albedo(o.result) == 1), key=_length)
-
-
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """What falls on the wall by depth; beside it, as <name>_lengths, the transmission by length."""
-    path, paths = Path(path), []
-    detailed = [o for o in outcomes if "profile" in o.result]
-    if detailed:
-        paths.append(path)
-        draw_walls(detailed, path)
-    if len(_white(outcomes)) > 1 or not detailed:
-        paths.append(path.with_stem(f"{path.stem}_lengths") if paths else path)
-        draw_lengths(_white(outcomes) or outcomes, paths[-1])
-    return paths
-
-
-def draw_walls(outcomes: list[Outcome], path: Path) -> None:
+def draw_walls(outcomes: list[Outcome], **out: object) -> None:
     """H by depth over length, a curve a tube."""
-    from transport.viz.catalogue import Entry, catalogue
+    from transport.viz.curves import Series, plot_curves
 
-    entries = {}
+    series, shares, fine = {}, np.linspace(0, 1, BINS + 1), np.linspace(0, 1, 301)
     for outcome in outcomes:
-        tube = clausing.solved_tube(_length(outcome), _albedo(outcome.result))
-        entries[f"l = {tube.length:g} R{_shade(outcome)}"] = Entry(
-            np.linspace(0, 1, BINS + 1),
-            incident(outcome.result),
-            lambda share, tube=tube: tube.incident_at(share * tube.length),
-            tube.mean_incident(edges(tube.length)),
+        tube = clausing.solved_tube(float(outcome.given["length"]), float(outcome.given["albedo"]))
+        curve = fine, [tube.incident_at(share * tube.length) for share in fine]
+        series[f"l = {tube.length:g} R{_shade(outcome)}"] = Series(
+            shares, incident(outcome.result), curve, tube.mean_incident(edges(tube.length))
         )
-    catalogue(
-        entries,
-        path,
-        xlabel="depth / length of the tube",
-        ylabel="falls on the wall / enters, per area",
-        title="A diffuse-walled tube: what its wall receives",
-        note=provenance(outcomes),
-    )
+    ylabel, title = "falls on the wall / enters, per area", "A diffuse-walled tube: what its wall receives"
+    plot_curves(series, xlabel="depth / length of the tube", ylabel=ylabel, title=title, **out)
 
 
-def draw_lengths(outcomes: list[Outcome], path: Path) -> None:
+def draw_lengths(outcomes: list[Outcome], **out: object) -> None:
     """W by length, beside the long tube's law and the two resistances added."""
-    from transport.viz.profiles import profile
+    from transport.viz.curves import Series, plot_curves
 
-    lengths, albedo = np.array([_length(o) for o in outcomes]), _albedo(outcomes[0].result)
+    lengths, albedo = np.array([float(o.given["length"]) for o in outcomes]), outcomes[0].given["albedo"]
     nodes = np.geomspace(0.8 * lengths.min(), min(1.25 * lengths.max(), clausing.MAX_LENGTH), 100)
-    solved = np.log([clausing.transmission(length, albedo) for length in nodes])
-    profile(
-        lengths,
-        [o[THROUGH].estimate for o in outcomes],
-        path,
-        exact=lambda length: np.exp(np.interp(np.log(length), np.log(nodes), solved)),
-        expected=[o[THROUGH].exact for o in outcomes],
+    curve = nodes, [clausing.transmission(length, albedo) for length in nodes]
+    through = [o[THROUGH].estimate for o in outcomes]
+    plot_curves(
+        Series(lengths, through, curve, expected=[o[THROUGH].exact for o in outcomes]),
         guides={"8R/3l": clausing.long_tube, "1/(1 + 3l/8R)": clausing.dushman},
         xlabel="length / radius",
         ylabel="transmission W",
         title="What gets through a diffuse-walled tube",
         log_x=True,
         log_y=True,
-        note=provenance(outcomes),
+        **out,
     )
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+draw = figures(walls=(draw_walls, holding("profile")), lengths=(draw_lengths, _by_length))
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

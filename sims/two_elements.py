@@ -28,9 +28,18 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance, sharp
+from transport.sims import (
+    check_choices,
+    constant,
+    figures,
+    main,
+    of_scene,
+    rows_figure,
+    sharp,
+    where,
+)
 from transport.theory import enclosures, etendue
-from transport.verification.experiment import Outcome
+from transport.verification.experiment import Outcome, Row
 
 law = "L₁ dω₁ dA₁ cosθ₁ = L₂ dω₂ dA₂ cosθ₂; T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂; mean chord 4V/S (Hanrahan 2001; Cauchy 1850)"
 question = "Do rays that join two elements carry the same radiance at both ends?"
@@ -76,10 +85,7 @@ def scene(
     size_1, size_2: half sides of the squares of "first law", radii of the disks [m], scale of the body;  tilt_1,
     tilt_2: of the squares, about axes at right angles to one another [rad].
     """
-    if show not in SHOWS:
-        raise tp.SceneError(f"two_elements: show must be one of {', '.join(SHOWS)}, got {show!r}")
-    if body not in BODIES:
-        raise tp.SceneError(f"two_elements: body must be one of {', '.join(BODIES)}, got {body!r}")
+    check_choices("two_elements", show=(show, SHOWS), body=(body, BODIES))
     shine = tp.Lambertian(radiance=radiance)
     if show == "first law":
         return _tilted_squares(size_1, size_2, tilt_1, tilt_2, distance, shine)
@@ -219,15 +225,16 @@ def throughput_of(one: tp.Rectangle, two: tp.Rectangle) -> float:
     return etendue.tilted_throughput(one.center, sides_of(one), two.center, sides_of(two))
 
 
+@of_scene(scene)
 def exact(
-    show: str = "first law",
-    size_1: float = 0.1,
-    size_2: float = 0.1,
-    tilt_1: float = 0.0,
-    tilt_2: float = 0.0,
-    distance: float = 1.0,
-    radiance: float = 100.0,
-    body: str = "sphere",
+    show: str,
+    size_1: float,
+    size_2: float,
+    tilt_1: float,
+    tilt_2: float,
+    distance: float,
+    radiance: float,
+    body: str,
 ) -> dict[str, float]:
     if show == "chord":
         shape = _body(body, size_1)
@@ -255,10 +262,7 @@ def verdict(outcomes: list[Outcome]) -> str:
             sentences.append(f"The same rays give {row[L1].estimate} at dA₁ and {row[L2].estimate} at dA₂.")
     alike = _alike(outcomes)[1:]  # but the largest, which are no elements any more
     if len(alike) > 1:
-        sizes, biases = (
-            [o.result["dA1"].detector.shape.radius for o in alike],
-            [o[BIAS].estimate.value for o in alike],
-        )
+        sizes, biases = [o.given["size_1"] for o in alike], [o[BIAS].estimate.value for o in alike]
         slope = np.polyfit(np.log(sizes), np.log(np.abs(biases)), 1)[0]
         sentences.append(f"The bias of finite elements falls as (a/r)^{slope:.3f}.")
     named = {THERE: "Uniform random lines count", AT_2: "Rays from dA₁ count", CHORD: "The mean chord is"}
@@ -271,57 +275,51 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def _alike(outcomes: list[Outcome]) -> list[Outcome]:
     """Cases of two facing disks of one size, which the bias's fall is read from."""
-    facing = [o for o in outcomes if "plane via dA1" in o.result]
-    return [o for o in facing if o.result["dA1"].area == o.result["dA2"].area]
+    return [o for o in where(show="throughput")(outcomes) if o.given["size_1"] == o.given["size_2"]]
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """The bias of elements against their size; beside it, as <name>_laws, the laws against exact values."""
-    from transport.viz.comparisons import comparison
-    from transport.viz.profiles import profile
+def draw_bias(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The bias of elements against their size."""
+    from transport.viz.curves import Series, plot_curves
 
-    path, alike = Path(path), _alike(outcomes)
-    paths = [path]
-    if len(alike) > 1:
-        ratios = [
-            o.result["dA1"].detector.shape.radius / o.result["dA2"].detector.shape.center[2] for o in alike
-        ]
-        profile(
-            ratios,
-            [-1 * o[BIAS].estimate for o in alike],
-            path,
-            exact=lambda ratio: -etendue.disks_bias(ratio, ratio),
-            guides={"2 (a/r)²": lambda ratio: 2 * ratio**2, "falls with a/r only": lambda ratio: ratio},
-            xlabel="radius of both disks over their distance, a/r",
-            ylabel="1 − L by the middles / L",
-            title="Finite elements: what their middles get wrong falls as (a/r)²",
-            log_x=True,
-            log_y=True,
-            note=f"{provenance(alike)}, the same random numbers in each",
-        )
-        paths.append(path.with_stem(path.stem + "_laws"))
-    shown = [(o, row) for o in outcomes for row in o.rows if len(alike) < 2 or o not in alike]
-    rows = {
-        f"{row.name}\n{_shown(o)}": (row.estimate, row.exact)
-        for o, row in shown
-        if row.name not in (SAME, WHOLE)
-    }
-    comparison(rows, paths[-1], title="Rays that join two elements", note=provenance(outcomes))
-    return paths
+    ratios = [o.given["size_1"] / o.given["distance"] for o in outcomes]
+    biases = [-1 * o[BIAS].estimate for o in outcomes]
+    plot_curves(
+        Series(ratios, biases, lambda ratio: -etendue.disks_bias(ratio, ratio)),
+        path,
+        guides={"2 (a/r)²": lambda ratio: 2 * ratio**2, "falls with a/r only": lambda ratio: ratio},
+        xlabel="radius of both disks over their distance, a/r",
+        ylabel="1 − L by the middles / L",
+        title="Finite elements: what their middles get wrong falls as (a/r)²",
+        log_x=True,
+        log_y=True,
+        note=f"{note}, the same random numbers in each",
+    )
 
 
-def _shown(outcome: Outcome) -> str:
-    """What the case shows, in a few words."""
-    of = outcome.parameters
-    if of.get("show", "first law") == "chord":
-        return str(of.get("body", "sphere"))
-    if of.get("show", "first law") == "first law":
-        one, two = (f"{math.degrees(of.get(name, 0.0)):.3g}°" for name in ("tilt_1", "tilt_2"))
-        return f"{one}, {two}, a = {of.get('size_1', 0.1):g}, {of.get('size_2', 0.1):g} m"
-    return f"disks of {of.get('size_1', 0.1):g} m and {of.get('size_2', 0.1):g} m"
+def _several(outcomes: list[Outcome]) -> list[Outcome]:
+    return found if len(found := _alike(outcomes)) > 1 else []
+
+
+def _others(outcomes: list[Outcome]) -> list[Outcome]:
+    return [o for o in outcomes if o not in _several(outcomes)]
+
+
+def _label(row: Row, outcome: Outcome) -> str:
+    """A row, and what the case shows in a few words."""
+    of = outcome.given
+    words = f"disks of {of['size_1']:g} m and {of['size_2']:g} m"
+    if of["show"] == "chord":
+        words = str(of["body"])
+    if of["show"] == "first law":
+        one, two = (f"{math.degrees(of[name]):.3g}°" for name in ("tilt_1", "tilt_2"))
+        words = f"{one}, {two}, a = {of['size_1']:g}, {of['size_2']:g} m"
+    return f"{row.name}\n{words}"
+
+
+_laws = rows_figure("Rays that join two elements", _label, lambda row: row.name not in (SAME, WHOLE))
+draw = figures(bias=(draw_bias, _several), laws=(_laws, _others))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import draw_rows, furthest
+from transport.sims import check_choices, figures, furthest, main, of_scene, rows_figure
 from transport.theory import fresnel
 from transport.verification.experiment import Outcome
 
@@ -39,8 +39,7 @@ def cases() -> list[dict[str, str]]:
 
 def scene(incidence: str = "grazing", index: float = GLASS) -> tp.Scene:
     """A beam between two panes.  incidence: "steep" or "grazing";  index: of the panes, the gap has 1."""
-    if incidence not in ANGLES:
-        raise tp.SceneError(f"two_panes: incidence must be steep or grazing, got {incidence!r}")
+    check_choices("two_panes", incidence=(incidence, ANGLES))
     angle = ANGLES[incidence]
     panes = [
         tp.Surface(tp.Plane(center=(0, 0, -z), normal=(0, 0, z)), tp.Dielectric(index), name)
@@ -72,7 +71,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {_left(k): result[_meter(k)].flux_in for k in counts}
 
 
-def exact(incidence: str = "grazing", index: float = GLASS) -> dict[str, float]:
+@of_scene(scene)
+def exact(incidence: str, index: float) -> dict[str, float]:
     share = float(fresnel.reflectance(math.cos(ANGLES[incidence]), index))
     return {_left(k): POWER * share**k for k in AFTER[incidence]}
 
@@ -87,11 +87,8 @@ def verdict(outcomes: list[Outcome]) -> str:
     return f"Of 1 W {said}: {furthest(outcomes)}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
-    draw_rows(outcomes, path, "What is left of light between two panes of glass")
+draw = figures(rows=rows_figure("What is left of light between two panes of glass"))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

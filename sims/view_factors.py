@@ -38,7 +38,17 @@ import numpy as np
 
 import transport as tp
 from transport.analysis.view_factors import view_factor_from_run, view_factor_scene
-from transport.sims import provenance
+from transport.sims import (
+    check_choices,
+    figures,
+    furthest,
+    grouped,
+    main,
+    of_scene,
+    rows_figure,
+    sentence,
+    where,
+)
 from transport.theory import occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
@@ -94,9 +104,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return {FACTOR: view_factor_from_run(result)}
 
 
-def exact(
-    pair: str = "disks", ratio: float = 1.0, size: float = 1.0, obstacle: float = 0.5
-) -> dict[str, float]:
+@of_scene(scene)
+def exact(pair: str, ratio: float, size: float, obstacle: float) -> dict[str, float]:
     return {FACTOR: float(_known(pair).exact(ratio, size, obstacle))}
 
 
@@ -109,8 +118,7 @@ class Pair(NamedTuple):
 
 
 def _known(pair: str) -> Pair:
-    if pair not in PAIRS:
-        raise tp.SceneError(f"view_factors: pair must be one of {', '.join(PAIRS)}, got {pair!r}")
+    check_choices("view_factors", pair=(pair, PAIRS))
     return PAIRS[pair]
 
 
@@ -283,64 +291,52 @@ CURVES = ("disks", "rectangles", "corner", "balls", "tube, end to wall", "tube, 
 
 def verdict(outcomes: list[Outcome]) -> str:
     rows = [outcome[FACTOR] for outcome in outcomes]
-    scores = [abs(row.z) for row in rows if not math.isnan(row.z)]
-    least, most = (f"{extreme(row.estimate.value for row in rows):.3g}" for extreme in (min, max))
-    furthest = f"the furthest {max(scores):.1f} standard errors off" if scores else "none with a known error"
-    kinds = len({outcome.parameters.get("pair", "disks") for outcome in outcomes})
     if len(rows) == 1:
         return f"The view factor is {rows[0].estimate}, exact {rows[0].exact:.6g}."
-    return f"{len(rows)} view factors, pairs of {kinds} kinds, from {least} to {most}, agree; {furthest}."
+    least, most = (f"{extreme(row.estimate.value for row in rows):.3g}" for extreme in (min, max))
+    kinds = len(grouped(outcomes, "pair"))
+    found = f"{len(rows)} view factors, pairs of {kinds} kinds, from {least} to {most}, agree"
+    return sentence(found, furthest(outcomes))
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """View factors along the ratios; beside it, as <name>_others, the rest against exact values."""
-    from transport.viz.catalogue import Entry, catalogue
-    from transport.viz.comparisons import comparison
+def draw_curves(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """View factors along the ratios."""
+    from transport.viz.curves import Series, plot_curves
 
-    path, paths = Path(path), []
-    on_curves = {pair: [o for o in outcomes if _is_plain(o, pair)] for pair in CURVES}
-    series = {
-        f"{pair}: {PAIRS[pair].ratio}": Entry(
-            [o.parameters["ratio"] for o in found],
-            [o[FACTOR].estimate for o in found],
-            lambda x, pair=pair: PAIRS[pair].exact(x, 1.0, 0.5),
+    series, errors = {}, [o[FACTOR].estimate.relative_error for o in outcomes]
+    for pair, found in grouped(outcomes, "pair").items():
+        ratios = [o.given["ratio"] for o in found]
+        fine = np.geomspace(min(ratios), max(ratios), 301)
+        curve = fine, [PAIRS[pair].exact(x, 1.0, 0.5) for x in fine]
+        series[f"{pair}: {PAIRS[pair].ratio}"] = Series(
+            ratios, [o[FACTOR].estimate for o in found], curve, [o[FACTOR].exact for o in found]
         )
-        for pair, found in on_curves.items()
-        if len(found) > 1
-    }
-    if series:
-        paths.append(path)
-        note = f"{provenance(outcomes)}; relative standard errors {_span(series.values())}"
-        title = "View factors over six decades: points counted, lines exact"
-        catalogue(
-            series,
-            path,
-            "ratio of lengths, as named beside each pair",
-            "view factor F₁₂",
-            title,
-            note,
-            log_x=True,
-            log_y=True,
-        )
-    shown = [o for o in outcomes if not any(len(found) > 1 and o in found for found in on_curves.values())]
-    if shown:
-        paths.append(path.with_stem(f"{path.stem}_others") if paths else path)
-        rows = {o.title.replace("pair=", ""): (o[FACTOR].estimate, o[FACTOR].exact) for o in shown}
-        comparison(rows, paths[-1], title="View factors, obstacles among them", note=provenance(shown))
-    return paths
+    plot_curves(
+        series,
+        path,
+        xlabel="ratio of lengths, as named beside each pair",
+        ylabel="view factor F₁₂",
+        title="View factors over six decades: points counted, lines exact",
+        note=f"{note}; relative standard errors {np.nanmin(errors):.0e} to {np.nanmax(errors):.0e}",
+        log_x=True,
+        log_y=True,
+    )
 
 
-def _is_plain(outcome: Outcome, pair: str) -> bool:
-    """Whether an outcome is a point on the curve of the pair."""
-    return outcome.parameters.keys() == {"pair", "ratio"} and outcome.parameters["pair"] == pair
+def _on_curves(outcomes: list[Outcome]) -> list[Outcome]:
+    """Those of pairs of equal sizes at several ratios."""
+    plain = [o for o in where(pair=CURVES, size=1.0)(outcomes) if "obstacle" not in o.parameters]
+    return [o for found in grouped(plain, "pair").values() if len(found) > 1 for o in found]
 
 
-def _span(series) -> str:
-    errors = np.concatenate([[estimate.relative_error for estimate in entry.estimates] for entry in series])
-    return f"{np.nanmin(errors):.0e} to {np.nanmax(errors):.0e}"
+def _others(outcomes: list[Outcome]) -> list[Outcome]:
+    drawn = _on_curves(outcomes)
+    return [o for o in outcomes if o not in drawn]
+
+
+_rows = rows_figure("View factors, obstacles among them", lambda row, o: o.title.replace("pair=", ""))
+draw = figures(curves=(draw_curves, _on_curves), others=(_rows, _others))
 
 
 if __name__ == "__main__":
-    from transport.sims import print_table
-
-    print_table(__file__)
+    main(__file__)

@@ -31,6 +31,7 @@ Aimed sources send out only the rays that are wanted here; that is what the warn
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -38,7 +39,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, provenance
+from transport.sims import check_choices, constant, figures, main, where
 from transport.theory import emitters, view_factors
 from transport.theory.etendue import DEPTH, Eye
 from transport.verification.experiment import Outcome
@@ -84,8 +85,7 @@ def scene(
     distance: from the wall to the pupil, from the panel to the nearer meter;  size: the wall's diameter, the panel's
     side;  pupil, cell: radii of the pupil and of the retina's middle cell [m].
     """
-    if show not in SHOWS:
-        raise tp.SceneError(f"wall_distance: show must be one of {', '.join(SHOWS)}, got {show!r}")
+    check_choices("wall_distance", show=(show, SHOWS))
     shine = tp.Lambertian(radiance=radiance)
     if show == "panel":
         return _panel(distance, size, shine)
@@ -128,12 +128,8 @@ def eye_of(scene: tp.Scene) -> Eye:
     return Eye(wall.radius, pupil.center[2], pupil.radius, cell, len(scene.surfaces) > 0)
 
 
-def is_panel(result: tp.Result) -> bool:
-    return NEAR in result
-
-
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
-    if is_panel(result):
+    if NEAR in result:
         return _read_panel(result)
     eye, radiance = eye_of(result.scene), result.scene.sources[0].emission.radiance
     rows = {AT_PUPIL: result["pupil"].irradiance}
@@ -181,12 +177,11 @@ def verdict(outcomes: list[Outcome]) -> str:
     said = []
     for words, of_kind in _kinds(outcomes).items():
         if filled := [o for o in of_kind if any(row.exact == 1 for row in o.rows)]:
-            furthest = max(abs(row.z) for o in filled for row in o.rows if row.exact == 1)
+            off = max(abs(row.z) for o in filled for row in o.rows if row.exact == 1)
             said.append(
-                f"With a {words} the wall is as bright {_span(filled)}, R = L T to {furthest:.1f} standard errors"
-                f"{_fall(filled)}."
+                f"With a {words} the wall is as bright {_span(filled)}, R = L T to {off:.1f} standard errors{_fall(filled)}."
             )
-    for outcome in sorted((o for o in outcomes if is_panel(o.result)), key=_sides)[-1:]:
+    for outcome in sorted(where(show="panel")(outcomes), key=_sides)[-1:]:
         e, omega, radiance = (outcome[name].estimate for name in RATIOS)
         said.append(
             f"From {2 * _sides(outcome):.3g} sides instead of {_sides(outcome):.3g} a panel gives 1/{1 / e.value:.4g} of E,"
@@ -197,20 +192,18 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def _kinds(outcomes: list[Outcome]) -> dict[str, list[Outcome]]:
     """Those of an eye, by what is in its pupil."""
-    kinds: dict[str, list[Outcome]] = {"bare pupil": [], "lens": []}
-    for outcome in outcomes:
-        if not is_panel(outcome.result):
-            kinds["lens" if eye_of(outcome.result.scene).has_lens else "bare pupil"].append(outcome)
+    kinds = {"bare pupil": where(show="pupil")(outcomes), "lens": where(show="lens")(outcomes)}
     return {words: found for words, found in kinds.items() if found}
 
 
 def _away(outcome: Outcome) -> float:
     """Distance of the wall [m]."""
-    return eye_of(outcome.result.scene).distance
+    return outcome.given["distance"]
 
 
 def _span(outcomes: list[Outcome]) -> str:
-    first, *_, last = sorted([_away(o) for o in outcomes] * 2)
+    places = [_away(o) for o in outcomes]
+    first, last = min(places), max(places)
     return f"at {first:g} m" if first == last else f"from {first:g} m to {last:g} m"
 
 
@@ -221,65 +214,66 @@ def _fall(outcomes: list[Outcome]) -> str:
 
 
 def _sides(outcome: Outcome) -> float:
-    panel, near = outcome.result.scene.sources[0].shape, outcome.result.scene.detectors[0].shape
-    return near.center[2] / panel.width
+    """Distance of the nearer meter from the panel [sides]."""
+    return _away(outcome) / outcome.given["size"]
 
 
-def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Brightness by distance; with "_retina" behind the name the pictures, with "_panel" and "_excess" the panel's ratios."""
-    panel, eye = ([o for o in outcomes if is_panel(o.result) == which] for which in (True, False))
-    pictures = {"brightness": (draw_brightness, eye), "retina": (draw_retina, eye)}
-    pictures |= {"panel": (draw_panel, panel), "excess": (draw_excess, panel)}
-    path, paths = Path(path), []
-    for word, (picture, found) in pictures.items():
-        if found:
-            paths.append(path.with_stem(f"{path.stem}_{word}") if paths else path)
-            picture(found, paths[-1])
-    return paths
-
-
-def draw_brightness(outcomes: list[Outcome], path: Path) -> None:
+def draw_brightness(outcomes: list[Outcome], **out: object) -> None:
     """R / L T of the middle cell, which stays, and the irradiance at the pupil, which does not."""
-    from transport.viz.families import families
+    from transport.viz.curves import plot_curves
 
-    name, members, marks, kinds = BRIGHTNESS.format("middle cell"), {}, {}, _kinds(outcomes)
+    name, series, marks, kinds = BRIGHTNESS.format("middle cell"), {}, {}, _kinds(outcomes)
     d = _beyond([_away(o) for o in outcomes])
     for words, found in kinds.items():
         eye = eye_of(found[0].result.scene)
         marks[f"{words}: too small"] = eye.furthest
         middle = [replace(eye, distance=x).brightness(0.0, eye.cell) for x in d]
-        known = [o for o in found if any(row.name == name for row in o.rows)]
-        if known:
-            members[f"brightness R/(L T), {words}"] = _family(known, name, 1.0, (d, np.array(middle, float)))
+        if known := [o for o in found if name in o]:
+            series[f"brightness R/(L T), {words}"] = _series(known, name, 1.0, (d, np.array(middle, float)))
     arriving = emitters.mean_disk_irradiance(1 / math.pi, eye.wall, eye.pupil, d)
-    unit = math.pi * found[0].result.scene.sources[0].emission.radiance
-    members["irradiance at the pupil / π L"] = _family(found, AT_PUPIL, unit, (d, arriving))
-    axes = {"xlabel": "distance of the wall  [m]", "ylabel": "reading", "log_y": True, "marks": marks}
-    title = "A wall is as bright from further away"
-    families(members, path, title=title, note=provenance(outcomes), **axes)
+    unit = math.pi * found[0].given["radiance"]
+    series["irradiance at the pupil / π L"] = _series(found, AT_PUPIL, unit, (d, arriving))
+    axes = {"xlabel": "distance of the wall  [m]", "ylabel": "reading", "log_x": True, "log_y": True}
+    plot_curves(series, marks=marks, title="A wall is as bright from further away", **axes, **out)
 
 
-def _family(outcomes: list[Outcome], name: str, unit: float, curve: tuple[np.ndarray, np.ndarray]) -> object:
+def _series(outcomes: list[Outcome], name: str, unit: float, curve: tuple[np.ndarray, np.ndarray]) -> object:
     """A row of several outcomes by the distance, over a unit of its own."""
-    from transport.viz.families import Family
+    from transport.viz.curves import Series
 
     estimates = [o[name].estimate / constant(o.result, unit, str(o[name].estimate.unit)) for o in outcomes]
-    return Family([_away(o) for o in outcomes], estimates, [o[name].exact / unit for o in outcomes], curve)
+    return Series([_away(o) for o in outcomes], estimates, curve, [o[name].exact / unit for o in outcomes])
 
 
-def draw_retina(outcomes: list[Outcome], path: Path) -> None:
-    """What each pixel of the retina reads, R/T, by a bare pupil and by a lens."""
-    from transport.viz.retina import retinas
+def draw_retina(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """What each pixel of the retina reads, R/T, in one scale of grey, a row a kind of pupil, a column a distance."""
+    from matplotlib.patches import Circle
 
-    kinds = _kinds(outcomes)
-    rows = {w: {f"{_away(o):g} m": _picture(o.result) for o in found} for w, found in kinds.items()}
-    radiance, cell = (f(outcomes[0].result.scene) for f in (lambda s: s.sources[0].emission.radiance, eye_of))
-    cell = 1e3 * cell.cell  # mm
-    sizes = {"half_width": cell * RINGS[-1], "cell": cell, "top": 1.1 * radiance}
-    words = {"quantity": "R/T", "unit": "W m^-2 sr^-1", "note": provenance(outcomes)}
-    retinas(
-        rows, path, title="The wall's image shrinks, and fades only where it is too small", **sizes, **words
-    )
+    from transport.viz.style import ORANGE, figure, with_unit
+
+    kinds, places = _kinds(outcomes), list(dict.fromkeys(map(_away, outcomes)))
+    cell, of = 1e3 * outcomes[0].given["cell"], outcomes[0].given  # mm
+    style = {"cmap": "gray", "vmin": 0, "vmax": 1.1 * of["radiance"], "origin": "lower"}
+    title, size = "The wall's image shrinks, and fades only where it is too small", (len(places), len(kinds))
+    with figure((2.4 + 3.5 * size[0], 1.9 + 3.6 * size[1]), title, note, path) as page:
+        grid = page.subplots(len(kinds), len(places), squeeze=False, sharex=True, sharey=True)
+        for line, (words, found) in zip(grid, kinds.items(), strict=True):
+            seen = {_away(o): _picture(o.result) for o in found}
+            for axes, place in zip(line, places, strict=True):
+                if place not in seen:
+                    axes.set_axis_off()
+                    continue
+                extent = cell * RINGS[-1] * np.array([-1, 1, -1, 1])
+                shown = axes.imshow(np.transpose(seen[place]), extent=extent, **style)
+                axes.add_patch(Circle((0, 0), cell, fill=False, color=ORANGE, lw=2))
+                axes.grid(False)
+            line[0].set_ylabel(f"{words}\n[mm]")
+        for axes, place in zip(grid[0], places, strict=True):
+            axes.set_title(f"{place:g} m")
+        for axes in grid[-1]:
+            axes.set_xlabel("[mm]")
+        bar = page.colorbar(shown, ax=grid, shrink=0.85, pad=0.015)
+        bar.set_label(with_unit("R/T", "W m^-2 sr^-1"))
 
 
 def _picture(result: tp.Result) -> np.ndarray:
@@ -290,51 +284,44 @@ def _picture(result: tp.Result) -> np.ndarray:
     return result["picture"].irradiance.value / seen
 
 
-def draw_panel(outcomes: list[Outcome], path: Path) -> None:
+def draw_panel(outcomes: list[Outcome], **out: object) -> None:
     """Ratios at twice the distance, from near to far."""
     d = _beyond([_sides(o) for o in outcomes])
     words = "irradiance, E(2d)/E(d)", "solid angle, Ω(2d)/Ω(d)", "radiance, L(2d)/L(d)"
     curves = emitters.doubled_irradiance(1.0, d), emitters.doubled_solid_angle(1.0, d), np.ones_like(d)
     title = "Twice as far from a square panel: a quarter of E and of Ω, the same L"
-    laws = dict(zip(words, zip(RATIOS, curves, strict=True), strict=True))
+    laws = {label: (name, (d, curve)) for label, name, curve in zip(words, RATIOS, curves, strict=True)}
     _panel_chart(
-        outcomes, path, d, laws, lambda x: x, title=title, ylabel="at 2d over at d", levels={"1/4": 0.25}
+        outcomes, laws, lambda x: x, title=title, ylabel="at 2d over at d", levels={"1/4": 0.25}, **out
     )
 
 
-def draw_excess(outcomes: list[Outcome], path: Path) -> None:
+def draw_excess(outcomes: list[Outcome], **out: object) -> None:
     """How much more than a quarter, beside what it tends to far away."""
     d = _beyond([_sides(o) for o in outcomes])
     curves = 4 * emitters.doubled_irradiance(1.0, d) - 1, 4 * emitters.doubled_solid_angle(1.0, d) - 1
     words = "irradiance, 4 E(2d)/E(d) − 1", "solid angle, 4 Ω(2d)/Ω(d) − 1"
-    laws = dict(zip(words, zip(RATIOS[:2], curves, strict=True), strict=True))
+    laws = {label: (name, (d, curve)) for label, name, curve in zip(words, RATIOS[:2], curves, strict=True)}
     guides = {"far away: (a/2d)²": (d, emitters.far_irradiance_excess(1.0, d))}
     guides["far away: 3/4 (a/2d)²"] = d, emitters.far_solid_angle_excess(1.0, d)
-    title, ylabel = "How far away must one be for a quarter?", "more than a quarter, by a share of"
-    _panel_chart(
-        outcomes,
-        path,
-        d,
-        laws,
-        lambda x: 4.0 * x - 1.0,
-        title=title,
-        ylabel=ylabel,
-        guides=guides,
-        log_y=True,
-    )
+    out |= {
+        "title": "How far away must one be for a quarter?",
+        "ylabel": "more than a quarter, by a share of",
+    }
+    _panel_chart(outcomes, laws, lambda x: 4.0 * x - 1.0, guides=guides, log_y=True, **out)
 
 
-def _panel_chart(outcomes, path, d, laws, shown, **named) -> None:
+def _panel_chart(outcomes: list[Outcome], laws: dict, shown: Callable, **named: object) -> None:
     """laws: label -> (row, curve along d);  shown: what is drawn of a ratio."""
-    from transport.viz.families import Family, families
+    from transport.viz.curves import Series, plot_curves
 
-    members = {}
+    series = {}
     for label, (name, curve) in laws.items():
         rows = [outcome[name] for outcome in outcomes]
-        both = [shown(row.estimate) for row in rows], [shown(row.exact) for row in rows]
-        members[label] = Family([_sides(o) for o in outcomes], *both, (d, curve))
+        both = [shown(row.estimate) for row in rows], curve, [shown(row.exact) for row in rows]
+        series[label] = Series([_sides(o) for o in outcomes], *both)
     marks, xlabel = {"five sides": 5.0}, "distance d  [sides of the panel]"
-    families(members, path, xlabel=xlabel, marks=marks, note=provenance(outcomes), **named)
+    plot_curves(series, xlabel=xlabel, marks=marks, log_x=True, **named)
 
 
 def _beyond(places: list[float]) -> np.ndarray:
@@ -342,7 +329,14 @@ def _beyond(places: list[float]) -> np.ndarray:
     return np.geomspace(min(places) / 1.5, 1.5 * max(places), 97)
 
 
-if __name__ == "__main__":
-    from transport.sims import print_table
+EYES = where(show=("pupil", "lens"))
+draw = figures(
+    brightness=(draw_brightness, EYES),
+    retina=(draw_retina, EYES),
+    panel=(draw_panel, where(show="panel")),
+    excess=(draw_excess, where(show="panel")),
+)
 
-    print_table(__file__)
+
+if __name__ == "__main__":
+    main(__file__)

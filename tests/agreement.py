@@ -38,6 +38,20 @@ def assert_agrees(estimate: AnyEstimate, exact: float | np.ndarray, false_alarm:
     )
 
 
+def agrees(estimate: AnyEstimate, exact: float | np.ndarray, false_alarm: float = 1e-5) -> bool:
+    """Whether `assert_agrees` passes."""
+    try:
+        assert_agrees(estimate, exact, false_alarm)
+    except AssertionError:
+        return False
+    return True
+
+
+def assert_rejected(estimate: AnyEstimate, wrong: float | np.ndarray, false_alarm: float = 1e-5) -> None:
+    """Fail unless `assert_agrees` fails: it tells this value from a wrong one."""
+    assert not agrees(estimate, wrong, false_alarm), f"{estimate} is not told from {wrong}"
+
+
 def smallest_bias(
     estimate: AnyEstimate, false_alarm: float = 1e-5, power: float = 0.95
 ) -> float | np.ndarray:

@@ -12,14 +12,8 @@ from tests.ctrl_c import pressing_ctrl_c
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
 
 ROOT = Path(__file__).resolve().parents[1]
-# The first compiles all passes and looks at their machine code; beside it, in the second of two workers, what needs none of
-# them: else both would compile the same.  Then what takes longest, so that the two end together.
-COMPILING, MEANWHILE = (
-    ("test_vectorised.py",),
-    ("test_ordinates.py", "test_half_space_theory.py", "test_charts.py", "test_microfacets.py"),
-)
-LONGEST = ("test_plain_python.py", "test_sims.py", "test_fuzz.py", "test_error_bars.py")
-FIRST = (*COMPILING, *MEANWHILE, *LONGEST)
+# Files that take longest: they begin first, so that the workers end together.
+LONGEST = ("test_machine_code.py", "test_plain_python.py", "test_sims.py", "test_fuzz.py")
 
 
 settings.register_profile("suite", derandomize=True, deadline=None)
@@ -52,8 +46,25 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    places = {name: place for place, name in enumerate(FIRST)}
-    items.sort(key=lambda item: places.get(item.path.name, len(FIRST)))
+    places = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path.name, len(LONGEST)))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node):
+    """Tell a worker whether the whole suite is run."""
+    node.workerinput["runs_all"] = node.config.args_source is pytest.Config.ArgsSource.TESTPATHS
+
+
+def pytest_sessionstart(session):
+    """Compile all passes before the tests of a whole run, each worker its share: else several would compile the same."""
+    given = getattr(session.config, "workerinput", {})
+    if given.get("runs_all"):
+        from transport.engine.registry import PASSES
+
+        rank = int(given["workerid"].removeprefix("gw"))
+        for name in list(PASSES)[rank :: given["workercount"]]:
+            PASSES[name].entry  # noqa: B018
 
 
 @pytest.fixture

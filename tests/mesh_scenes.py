@@ -8,7 +8,6 @@ CUBE = Mesh.box(size=2.0)
 BALL = Mesh.sphere(radius=2.0, center=(1, -2, 3), triangles=500)
 TENT = Mesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], faces=[(0, 1, 3), (1, 2, 3), (2, 0, 3)])
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-ONE = [(0, 1, 2)]
 
 
 def mesh(vertices, faces):

@@ -1,10 +1,6 @@
-"""What point detectors look at in tests: a lamp, fog, filled bodies; and how their readings are asked for."""
+"""Scenes of point detectors: a lamp, fog, filled bodies, and the readings of points among them."""
 
 from __future__ import annotations
-
-import math
-
-import pytest
 
 import transport as tp
 
@@ -18,18 +14,8 @@ def filled(shape, medium, material=T):
 
 
 def seen(sources, places, surfaces=(), particles=1000, seed=1, tracking=None, extra=(), **options):
-    """Readings at these places, as they are named by their number; the result last."""
+    """Fluence rates at these places, whose detectors are p0, p1, ...; the result last."""
     points = [tp.PointDetector(place, f"p{k}") for k, place in enumerate(places)]
     scene = tp.Scene(sources, surfaces, [*points, *extra], **options)
     result = tp.simulate(scene, particles=particles, seed=seed, threads=1, progress=False, tracking=tracking)
     return *(result[point.name].fluence_rate for point in points), result
-
-
-def straight(distance, depth=0.0, power=2.0):
-    """From a point source: power exp(-tau) / (4 pi r^2)."""
-    return power * math.exp(-depth) / (4 * math.pi * distance**2)
-
-
-def assert_is(estimate, exact):
-    assert estimate.exact
-    assert estimate.value == pytest.approx(exact, rel=1e-12, abs=0)

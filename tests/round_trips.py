@@ -11,7 +11,7 @@ import jsonschema
 import numpy as np
 
 import transport as tp
-from tests import backward_scenes, expected_scenes, media_scenes, plain_scenes, point_scenes, volume_scenes
+from tests import backward_scenes, expected_scenes, media_scenes, plain_scenes
 from tests.fuzz.properties import are_the_same
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import ANALOG, Method
@@ -20,7 +20,7 @@ from transport.io.json.schema import schema
 from transport.run.programs import program_for
 from transport.verification.experiment import cases_of, experiment, experiment_names
 
-MODULES = (plain_scenes, media_scenes, backward_scenes, expected_scenes, point_scenes, volume_scenes)
+MODULES = (plain_scenes, media_scenes, backward_scenes, expected_scenes)
 
 
 def scenes_of_tests() -> Iterator[tuple[str, tp.Scene]]:

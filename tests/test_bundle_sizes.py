@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from tests import test_grid, test_histories, test_reproducible, test_reproducible_media
-from tests.hard import test_points
+from tests import test_grid, test_reproducible, test_reproducible_media
+from tests.detectors import test_histories
+from tests.hard import test_hard_points
 
 ROOT = Path(__file__).resolve().parents[1]
 DIGESTS = {
@@ -22,7 +23,7 @@ DIGESTS = {
     # Where a copy lies in the bank, and when it is taken up, is nothing to it.
     "forced copies": lambda: test_reproducible_media.digest("forced"),
     "split copies": lambda: test_reproducible_media.digest("split"),
-    "shadow rays": test_points.digest,
+    "shadow rays": test_hard_points.digest,
 }
 
 

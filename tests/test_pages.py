@@ -71,7 +71,7 @@ def test_a_page_holds_the_area_the_length_and_the_colours_of_what_is_drawn(plott
 
 
 @pytest.mark.parametrize("style, kind, measure, whole", [
-    ("surface", "triangles", area, 6.0), ("wireframe", "lines", length, 24.0), ("points", "points", len, 24),
+    ("surface", "triangles", area, 6.0), ("wireframe", "lines", length, 12.0), ("points", "points", len, 8),
 ])  # fmt: skip
 def test_a_box_is_its_faces_its_edges_or_its_corners(style, kind, measure, whole, tmp_path):
     plotter = pv.Plotter(off_screen=True)

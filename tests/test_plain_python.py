@@ -91,4 +91,4 @@ def test_every_pass_is_run(plain):
         for m in pkgutil.iter_modules([f"{engine.__path__[0]}/passes"])
     ]
     passes = {p.name for module in modules for p in vars(module).values() if isinstance(p, Pass)}
-    assert passes - set(plain["passes"]) == {"record_tracks"}  # of pictures: see test_tracks.py
+    assert passes - set(plain["passes"]) == {"record_tracks"}  # of pictures: see detectors/test_tracks.py

@@ -114,8 +114,8 @@ def commands():
 
 @pytest.mark.parametrize("command", commands())
 def test_a_command_of_the_pages_is_one(command):
-    """Its names, options and values are taken; `run sun` itself is run by tests/test_sims.py and by .ci/run."""
-    from tests.test_help import parsed
+    """Its names, options and values are taken; `run sun` itself is run by tests/sims/test_sims.py and by .ci/run."""
+    from tests.cli.test_output import parsed
 
     parsed(command.replace(" SIM", " sun").replace(" COMMAND", " run"))
 

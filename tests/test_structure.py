@@ -31,7 +31,7 @@ IMPORTERS_OF_COMPUTED_NAMES = (
 READERS_OF_THEORY = ("theory", "verification", "viz", "sims")  # theory judges results, and computes none
 FOLDERS = {"transport": LIBRARY, "transport.sims": ROOT / "sims", "transport.viz": ROOT / "viz"}
 HEAVY = ("numba", "llvmlite", "scipy.stats", "matplotlib", "pyvista", "xarray", "rich", "typer")
-COMPILED = ("engine/", "physics/", "cli/bench/yardstick")  # the only places that know Numba
+COMPILED = ("engine/", "physics/", "analysis/replay")  # the only places that know Numba
 FOLDERS_OF_MACHINES = [
     "home", "root", "tmp", "usr", "opt", "work", "workspace", "mnt", "media", "srv", "var", "Users", "Volumes",
 ]  # fmt: skip
@@ -230,7 +230,7 @@ def test_importing_a_user_object_or_a_theory_loads_no_numba():
 
 def test_user_objects_do_not_import_numba_nor_at_once_the_engine():
     assert offences(user_files(), lambda name: within(name, "numba", "llvmlite")) == []
-    inner = ("transport.engine", "transport.physics", "transport.cli.bench.yardstick")
+    inner = ("transport.engine", "transport.physics", "transport.analysis.replay")
     assert offences(user_files(), lambda name: within(name, *inner), at_once=True) == []
 
 

@@ -1,39 +1,31 @@
-"""Pictures of results: one function a figure, each takes results, writes a file and returns its path."""
+"""Pictures of results.
+
+Every function takes results, returns the figure (or the axes that it was given as `ax=`), and writes a file only where a
+path is given.  `plot_curves` and `plot_map` draw any series and any map; `figure` makes pages of several panels.
+"""
 
 if __name__ == "viz":
     raise ImportError("'viz' is a part of transport now: import transport.viz")
 
 
-from transport.viz.cameras import seen
 from transport.viz.comparisons import comparison
 from transport.viz.convergence import convergence
-from transport.viz.cuts import radiance_cuts
-from transport.viz.irradiance import irradiance_map
-from transport.viz.phase_density import phase_density
+from transport.viz.curves import Series, plot_curves
+from transport.viz.directions import polar_curves
+from transport.viz.maps import plot_map, plot_maps
 from transport.viz.phase_space import phase_portraits
 from transport.viz.power_flow import power_flow
-from transport.viz.prisms import Starts, prisms
-from transport.viz.profiles import profile
-from transport.viz.radiance import radiance_map
-from transport.viz.resolution import Resolved, resolutions
-from transport.viz.tradeoff import Curve, Tradeoff, tradeoff
+from transport.viz.style import figure
 
 __all__ = [
-    "Curve",
-    "Resolved",
-    "Starts",
-    "Tradeoff",
+    "Series",
     "comparison",
     "convergence",
-    "irradiance_map",
-    "phase_density",
+    "figure",
     "phase_portraits",
+    "plot_curves",
+    "plot_map",
+    "plot_maps",
+    "polar_curves",
     "power_flow",
-    "prisms",
-    "profile",
-    "radiance_cuts",
-    "radiance_map",
-    "resolutions",
-    "seen",
-    "tradeoff",
 ]

@@ -1,4 +1,7 @@
-"""Estimates against exact values, a row a quantity: relative difference, score, and both numbers."""
+"""Estimates against exact values, a row per quantity: relative difference, score, and both numbers.
+
+>>> comparison({"irradiance": (result["meter"].irradiance, 18.4)}, "rows.png", title="All rows")  # doctest: +SKIP
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,11 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from transport import Estimate
-from transport.viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure_at
+from transport.viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure
 from transport.viz.wording import estimate_text, raised
 
 FURTHEST = 6.0  # a score beyond is an arrow at the edge
@@ -22,22 +26,41 @@ Rows = list[tuple[Estimate, float]]
 
 def comparison(
     table: Mapping[str, tuple[Estimate, float]],
-    path: str | os.PathLike,
+    path: str | os.PathLike | None = None,
     title: str | None = None,
     note: str | None = None,
-) -> str | os.PathLike:
-    """Draw estimate / exact - 1 with bars of two standard errors, a row a quantity; returns the path.
+) -> Figure:
+    """Draw estimate / exact - 1 with bars of two standard errors, a row per quantity, and beside it z.
 
-    table: name -> (estimate, exact value).  Beside it stands z, the score through Student's t, with the
-    band of two; it also serves quantities whose exact value is 0, which have no relative difference.
-    Raises ValueError for an empty table.
+    Parameters
+    ----------
+    table : mapping of str to (Estimate, float)
+        Estimate and exact value by the name of the quantity.
+    path : str or os.PathLike, optional
+        File to write [default: none].
+    title, note : str, optional
+        Headline, and provenance in small type, such as particles and seed.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        For an empty table.
+
+    Notes
+    -----
+    z is the score through Student's t, with the band of two; it also serves quantities whose exact value is 0, which
+    have no relative difference.
     """
     if not table:
         raise ValueError("comparison: the table must have a row, got none")
     rows = [(estimate, float(exact)) for estimate, exact in table.values()]
     height = 2.4 + 0.85 * len(rows) + (0.6 if title else 0)
-    with figure_at(path, (18, height), title, note) as figure:
-        left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.7, 1))
+    with figure((18, height), title, note, path) as page:
+        left, right = page.subplots(1, 2, sharey=True, width_ratios=(1.7, 1))
         _draw_differences(left, rows)
         _draw_scores(right, rows)
         for row, (estimate, exact) in enumerate(rows):
@@ -45,7 +68,7 @@ def comparison(
             right.text(1.05, row, words, transform=right.get_yaxis_transform(), va="center", fontsize=17)
         left.set_yticks(range(len(rows)), [raised(name) for name in table], fontsize=19)
         left.set_ylim(len(rows) - 0.5, -0.5)
-    return path
+    return page
 
 
 def _draw_differences(axes: Axes, rows: Rows) -> None:

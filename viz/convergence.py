@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.figure import Figure
 from scipy.special import gammaincinv
 
 from transport import Estimate
 from transport.statistics.batches import standard_error, student_quantile, weighted_mean
-from transport.viz.style import BLUE, INK, MUTED, PALE, SKY, VERMILLION, figure_at, with_unit
+from transport.viz.style import BLUE, INK, MUTED, PALE, SKY, VERMILLION, figure, tick_log, with_unit
 from transport.viz.wording import as_it_stands
 
 FIRST = 3  # batches, from which on there is a band
@@ -32,13 +32,13 @@ class Course(NamedTuple):
 def convergence(
     result: object,
     quantity: str | Estimate,
-    path: str | os.PathLike,
+    path: str | os.PathLike | None = None,
     exact: float | None = None,
     name: str | None = None,
     title: str | None = None,
     note: str | None = None,
-) -> str | os.PathLike:
-    """Draw the running mean over batches with its band, and below its standard error beside N^(-1/2); returns the path.
+) -> Figure:
+    """Draw the running mean over batches with its band, and below its standard error beside N^(-1/2).
 
     quantity: "meter.irradiance", or an Estimate of this run such as result["meter"].radiance[3], whose words are `name`.  The band has the width of two
     standard errors of so few batches, by Student's t, so that it covers with 95.4 %.  Above stand the seconds at the run's mean
@@ -52,19 +52,19 @@ def convergence(
         else "estimate"
     )
     course = course_of(estimate)
-    with figure_at(path, (13.5, 10.4), title, note) as figure:
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.3, 1))
+    with figure((13.5, 10.4), title, note, path) as page:
+        upper, lower = page.subplots(2, 1, sharex=True, height_ratios=(1.3, 1))
         _draw_means(upper, course, exact)
         upper.set_ylabel(with_unit(name, estimate.unit))
         _draw_errors(lower, course, estimate.value, estimate.unit)
         lower.set_xscale("log")
         lower.set_xlim(course.particles[0] / 1.06, course.particles[-1] * 1.06)
-        _tick(lower)
+        tick_log(lower.xaxis)
         lower.set_xlabel("particles, batch by batch")
         if result.cost is not None:
             _draw_seconds(upper, result.cost.seconds / course.particles[-1])
-        figure.draw_without_rendering()  # so that the layout knows how wide the ticks' numbers come out
-    return path
+        page.draw_without_rendering()  # so that the layout knows how wide the ticks' numbers come out
+    return page
 
 
 def course_of(estimate: Estimate) -> Course:
@@ -114,9 +114,7 @@ def _draw_errors(axes: Axes, course: Course, value: float, unit: object) -> None
     axes.plot(n, told, "o-", color=BLUE, mec="white", mew=0.8, label="of the batches so far")
     axes.set_yscale("log")
     axes.set_ylim(0.7 * min(told[told > 0].min(), low[2:].min()), 1.3 * max(told.max(), high.max()))
-    axes.yaxis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    tick_log(axes.yaxis)
     axes.set_ylabel("std. error  [%]" if is_relative else with_unit("standard error", unit))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), ncol=3, fontsize=16)
 
@@ -127,25 +125,12 @@ def strays(batches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return tuple(np.sqrt(2 * gammaincinv(dof / 2, p) / dof) for p in (1 - TWO, TWO))
 
 
-def _tick(axes: Axes) -> None:
-    axes.xaxis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda n, _: _count(n)))
-    axes.xaxis.set_minor_formatter(NullFormatter())
-
-
 def _draw_seconds(axes: Axes, each: float) -> None:
     """Seconds along the top, at the mean rate of the run."""
     top = axes.secondary_xaxis("top", functions=(lambda n: n * each, lambda seconds: seconds / each))
-    top.xaxis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
-    top.xaxis.set_major_formatter(FuncFormatter(lambda seconds, _: f"{seconds:.3g}"))
-    top.xaxis.set_minor_formatter(NullFormatter())
+    tick_log(top.xaxis)
     top.set_xlabel("seconds, at the run's mean rate", color=MUTED, fontsize=16, labelpad=8)
     top.tick_params(colors=MUTED)
-
-
-def _count(number: float) -> str:
-    """20 000, 2e6: as short as it is read."""
-    return f"{number:_.0f}".replace("_", " ") if number < 1e6 else f"{number:.3g}".replace("e+0", "e")
 
 
 def _estimate(result: object, quantity: str | Estimate) -> Estimate:

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from transport.analysis.binning import BinsAgainstNoise
@@ -22,7 +23,7 @@ from transport.viz.style import (
     SKY,
     TRACKING_MARKS,
     Mark,
-    figure_at,
+    figure,
 )
 
 SHAPES = {"o": "●", "s": "■", "^": "▲", "D": "◆", "v": "▼", "P": "✚"}
@@ -33,19 +34,19 @@ Look = tuple[str, str, str | tuple]  # colour, marker, line
 
 def cost_diagram(
     cost: CostOfAccuracy,
-    path: str | os.PathLike,
+    path: str | os.PathLike | None = None,
     bins: BinsAgainstNoise | None = None,
     title: str | None = None,
     note: str | None = None,
-) -> str | os.PathLike:
+) -> Figure:
     """Draw the error of each way to estimate against seconds: true (filled) and claimed (open).
 
     Parameters
     ----------
     cost : CostOfAccuracy
         What `transport.cost_of_accuracy` measured.
-    path : str or os.PathLike
-        File to write; its folder is made.
+    path : str or os.PathLike, optional
+        File to write [default: none].
     bins : BinsAgainstNoise, optional
         For a second panel, noise and blur against the number of bins.
     title, note : str, optional
@@ -53,8 +54,7 @@ def cost_diagram(
 
     Returns
     -------
-    str or os.PathLike
-        `path`.
+    Figure
 
     Raises
     ------
@@ -79,14 +79,14 @@ def cost_diagram(
         f"{cost.machine}, {cost.threads} thread{'s' if cost.threads > 1 else ''}, {time.strftime('%Y-%m-%d')}"
     )
     note = small if note is None else f"{note}, {small}"
-    with figure_at(path, (15.5 if bins is None else 24, 10), title, note) as figure:
+    with figure((15.5 if bins is None else 24, 10), title, note, path) as page:
         if bins is None:
-            axes = figure.subplots()
+            axes = page.subplots()
         else:
-            axes, beside = figure.subplots(1, 2, width_ratios=(15, 8))
+            axes, beside = page.subplots(1, 2, width_ratios=(15, 8))
             _draw_bins(beside, bins)
         _draw_ways(axes, cost, shown)
-    return path
+    return page
 
 
 def _draw_ways(axes: Axes, cost: CostOfAccuracy, shown: list[MethodCost]) -> None:

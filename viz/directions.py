@@ -1,17 +1,25 @@
-"""Bins of directions as polar angles and azimuths, and what an ideal run would find in each."""
+"""Bins of directions as polar angles and azimuths, what an ideal run would find in each, and curves along polar angle.
+
+>>> L = result["sky"].radiance  # doctest: +SKIP
+>>> bins = direction_bins(L)  # doctest: +SKIP
+>>> plot_curves(polar_curves({"at 1 m": L}, {"at 1 m": law}), xlabel=POLAR_ANGLE, means=True)  # doctest: +SKIP
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from transport import EstimateArray
+from transport.viz.curves import FINE, Series
 
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of theta and phi [rad]
 
+POLAR_ANGLE = "polar angle θ  [°]"
+SPREAD = 0.6  # of a bin, over which the points of several curves stand side by side
 POLAR, AZIMUTHAL = 512, 32  # points a bin for its mean: a jump inside the bin is met to 1/512 of its height
 
 
@@ -83,3 +91,60 @@ def direction_bins(radiance: EstimateArray) -> DirectionBins:
 
     fields = (radiance.value, radiance.error, radiance.reason == "no score", radiance.is_doubtful)
     return DirectionBins(theta[upwards], phi, *map(arranged, fields), radiance.unit)
+
+
+def polar_curves(
+    seen: Mapping[str, EstimateArray], exact: Mapping[str, Callable[[np.ndarray], np.ndarray]] | None = None
+) -> dict[str, Series]:
+    """Radiance at several places along polar angle [deg], side by side within each bin so that none hides another.
+
+    Parameters
+    ----------
+    seen : mapping of str to EstimateArray
+        Radiance with the axis mu or theta, and phi of one bin at most.
+    exact : mapping of str to callable, optional
+        The exact radiance of some of them, a function of an array theta [rad]; it may jump.
+
+    Returns
+    -------
+    dict of str to Series
+
+    Raises
+    ------
+    ValueError
+        For several bins of azimuth, and for an exact radiance that belongs to none of them.
+    """
+    exact = exact or {}
+    if strangers := exact.keys() - seen.keys():
+        raise ValueError(f"polar_curves: exact names {sorted(strangers)}; the curves are {list(seen)}")
+    found = {}
+    for rank, (label, radiance) in enumerate(seen.items()):
+        if len(radiance.coords.get("phi", ())) > 2:
+            raise ValueError("polar_curves: each curve must have one bin of phi; take one by radiance[:, i]")
+        law = exact.get(label)
+        aside = SPREAD * ((rank + 0.5) / len(seen) - 0.5)
+        found[label] = polar_series(radiance, law and (lambda theta, phi, law=law: law(theta)), aside=aside)
+    return found
+
+
+def polar_series(
+    radiance: EstimateArray, exact: Radiance | None = None, column: int = 0, sign: int = 1, aside: float = 0.0
+) -> Series:
+    """The bins of one azimuth along polar angle [deg], each point at the angle that halves its projected solid angle.
+
+    column: of bins of azimuth;  sign: -1 for angles to the left;  aside: shift of the points as a share of their bins.
+    """
+    bins = direction_bins(radiance)
+    if "phi" in radiance.dims:
+        radiance = radiance[tuple(column if name == "phi" else slice(None) for name in radiance.dims)]
+    as_given = slice(None, None, -1 if "mu" in radiance.dims else 1)
+    places = bins.angles + aside * np.diff(bins.theta)
+    curve = means = None
+    if exact is not None:
+        low, high = bins.theta[[0, -1]]
+        theta = np.union1d(np.linspace(low, high, FINE), np.geomspace(max(low, 1e-4 * high), high, FINE))
+        phi = np.full(theta.shape, bins.phi[column : column + 2].mean())
+        curve = sign * np.degrees(theta), np.broadcast_to(exact(theta, phi), theta.shape)
+        means = bins.expected(exact, column)[as_given]
+    x, places = (sign * np.degrees(angles)[as_given] for angles in (bins.theta, places))
+    return Series(x, radiance, curve, means, places)

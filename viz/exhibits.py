@@ -15,12 +15,9 @@ from transport.analysis.tracks import Tracks
 from transport.results.result import Result
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.viz.cameras import seen
 from transport.viz.convergence import convergence
-from transport.viz.irradiance import irradiance_map
-from transport.viz.phase_density import phase_density
+from transport.viz.maps import plot_map
 from transport.viz.power_flow import power_flow
-from transport.viz.radiance import radiance_map
 from transport.viz.showroom import EYES, METERS, glossy_plate, showroom
 
 TO_GLASS = -1.7  # rad, azimuth at which the floor's meter sees the glass ball
@@ -58,22 +55,7 @@ class Exhibit:
 
 
 def _map(name: str, title: str, **how: object) -> Draw:
-    return lambda result, tracks, path, note: irradiance_map(
-        result[name], path, title=title, note=note, **how
-    )
-
-
-def _sky(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
-    radiance = result["sky"].radiance
-    return radiance_map(
-        radiance, path, title="Where light on the floor comes from", azimuth=TO_GLASS, note=note, decades=3
-    )
-
-
-def _phase(name: str, title: str, decades: float | None = None) -> Draw:
-    return lambda result, tracks, path, note: phase_density(
-        result[name], path, decades=decades, title=title, note=note
-    )
+    return lambda result, tracks, path, note: plot_map(result[name], path, title=title, note=note, **how)
 
 
 def _settling(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
@@ -87,21 +69,17 @@ def _flow(result: Result, tracks: Tracks | None, path: Path, note: str) -> objec
     return power_flow(result, path, title="Where the power of the lamp went", note=note)
 
 
-def _seen(name: str, title: str) -> Draw:
-    return lambda result, tracks, path, note: seen(result[name], path, 3.0, title, note)
-
-
 def _solid(title: str, result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
-    from transport.viz.scene_view import scene_view
+    from transport.viz.scene import draw_scene
 
-    return scene_view(result.scene, path, result, tracks, title=title, quantity="irradiance")
+    return draw_scene(result.scene, result, tracks, path, title=title, quantity="irradiance")
 
 
 def _lobe(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
     from transport.viz.lobes_in_place import add_lobe
-    from transport.viz.scene_view import scene_plotter
+    from transport.viz.scene import draw_scene
 
-    plotter = scene_plotter(result.scene, tracks=tracks)
+    plotter = draw_scene(result.scene, tracks=tracks)
     add_lobe(plotter, result["plate"], "radiance_out", size=0.6)
     plotter.screenshot(path, return_img=False)
     plotter.close()
@@ -131,20 +109,20 @@ EXHIBITS = (
         "irradiance_map",
         "Light on the floor: shadows of a mirror ball and of fog, and the light that a glass ball gathers; beside it the"
         " relative standard error of every bin, and a cut through the focus with bars of two standard errors.",
-        _map("floor", "Light on the floor", decades=2),
+        _map("floor", "Light on the floor", quantity="irradiance", decades=2, cut=True),
     ),
     Exhibit(
         "fluence_map",
         "Fluence rate in a slice through the room, by cells, with the relative standard error of each; within the mirror"
         " ball, where nothing comes, no error is known, and it is hatched.",
-        _map("slice", "Fluence rate in a slice of the room", quantity="fluence_rate", decades=2),
+        _map("slice", "Fluence rate in a slice of the room", quantity="fluence_rate", decades=2, cut=True),
     ),
     Exhibit(
         "radiance_map",
         "What comes to a patch of the floor by direction, drawn from above, over three decades: the lamp,"
         " through the glass ball and past it, and"
         " the walls; dim directions have few counts, as the map of errors tells, and what nothing came from is hatched.",
-        _sky,
+        _map("sky", "Where light on the floor comes from", quantity="radiance", decades=3, cut=TO_GLASS),
     ),
     Exhibit(
         "power_flow",
@@ -162,7 +140,7 @@ EXHIBITS = (
         "phase_density",
         "Position against velocity of a water bag between mirrors, which winds into filaments of one and the same density;"
         " below, relative standard errors: one in the root of the counts, and hatched where nothing was.",
-        _phase("waterbag", "A water bag winds into filaments"),
+        _map("waterbag", "A water bag winds into filaments", quantity="density"),
         sim="phase_space",
         parameters={"start": "waterbag"},
         particles=4_000_000,
@@ -171,7 +149,7 @@ EXHIBITS = (
         "camera_picture",
         "The room as a camera sees it, by histories that start at its pinhole, over three decades of radiance; the"
         " errors beside it show what is dear: what the glass ball lights, with single bright pixels round about, and the fog.",
-        _seen("view", "The room, by histories that start at the camera"),
+        _map("view", "The room, by histories that start at the camera", decades=3),
         particles=12_000_000,
         looks=EYES,
     ),
@@ -180,7 +158,7 @@ EXHIBITS = (
         "Radiance from all directions at a place in the room, seen from there, with its relative standard"
         " error: polar angle from above, azimuth growing to the left; where the room is open nothing comes,"
         " and no error is known (hatched).",
-        _seen("around", "All directions at a place in the room"),
+        _map("around", "All directions at a place in the room", decades=3),
         particles=12_000_000,
         looks=EYES,
     ),

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from transport.viz.style import INK, MUTED, PALETTE, figure_at
+from transport.viz.style import INK, MUTED, PALETTE, figure
 
 FINE = 1441  # points of an exact line
 GLASS = "#e3eef6"  # of the half below a boundary
@@ -63,12 +63,12 @@ class Panel(NamedTuple):
 
 def lobes(
     panels: Mapping[str, Panel],
-    path: str | os.PathLike,
+    path: str | os.PathLike | None,
     label: str,
     title: str | None = None,
     note: str | None = None,
-) -> str | os.PathLike:
-    """Draw lobes, a panel a point: wedges are bins, bars two standard errors, lines exact; returns the path.
+) -> Figure:
+    """Draw lobes, a panel per point: wedges are bins, bars two standard errors, lines exact.
 
     label: of the radius, with its unit.  Raises ValueError for no panels.
     """
@@ -78,17 +78,17 @@ def lobes(
     rows = [list(panels.items())[k : k + columns] for k in range(0, len(panels), columns)]
     heights = [ROUND * max(_share(panel) for _, panel in row) + MARGIN for row in rows]
     width, height = CELL * columns, sum(heights) + 1.6
-    with figure_at(path, (width, height), title, note, "none") as figure:
+    with figure((width, height), title, note, path, "none") as page:
         top = height - 0.7
         for row, tall in zip(rows, heights, strict=True):
             for x, (name, panel) in enumerate(row):
                 low = top - MARGIN / 2 - ROUND * (0.5 + _share(panel) / 2)
                 box = (CELL * (x + 0.5) - ROUND / 2) / width, low / height, ROUND / width, ROUND / height
-                axes = figure.add_axes(box, projection="polar")
+                axes = page.add_axes(box, projection="polar")
                 _draw_panel(axes, panel, name, label)
             top -= tall
-        _explain(figure)
-    return path
+        _explain(page)
+    return page
 
 
 def _share(panel: Panel) -> float:

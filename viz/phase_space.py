@@ -12,9 +12,9 @@ from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 
 from transport import EstimateArray
-from transport.viz.style import INK, PALE, figure_at, outlined, with_unit
+from transport.viz.maps import bins_of, draw_field, draw_values
+from transport.viz.style import DIVERGING, INK, SEQUENTIAL, figure, outlined, with_unit
 
-DENSITY, SCORE = "inferno", "RdBu_r"
 FURTHEST = 4.0  # standard errors at the ends of the scale
 CERTAIN = 0.1  # relative error up to which a bin's score is drawn: with fewer counts it is not a normal one
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)  # contours, of the largest value
@@ -24,7 +24,7 @@ PANEL, BAR = (4.7, 4.2), 1.9  # inches
 
 def phase_portraits(
     panels: Mapping[str, EstimateArray],
-    path: str | os.PathLike,
+    path: str | os.PathLike | None = None,
     exact: Mapping[str, np.ndarray] | None = None,
     contours: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] | None = None,
     marks: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
@@ -33,8 +33,8 @@ def phase_portraits(
     ylabel: str = "velocity  [m/s]",
     title: str | None = None,
     note: str | None = None,
-) -> str | os.PathLike:
-    """Draw densities in phase space side by side, one a label, all on one scale; returns the path.
+) -> Figure:
+    """Draw densities in phase space side by side, one per label, all on one scale.
 
     panels: label -> density with two axes, the first across and the second upwards, such as x and vx.
     exact: label -> means of the exact density over the same bins; below each panel its score z is drawn, grey where the
@@ -47,27 +47,26 @@ def phase_portraits(
     _check(panels, exact or {})
     rows = 2 if exact else 1
     size = PANEL[0] * len(panels) + BAR, PANEL[1] * rows + 0.8 + (0.7 if title else 0)
-    with figure_at(path, size, title, note) as figure:
-        axes = figure.subplots(rows, len(panels), sharex=True, sharey=True, squeeze=False)
-        _draw_densities(figure, axes[0], panels, power)
+    with figure(size, title, note, path) as page:
+        axes = page.subplots(rows, len(panels), sharex=True, sharey=True, squeeze=False)
+        _draw_densities(page, axes[0], panels, power)
         for each, (label, density) in zip(axes[0], panels.items(), strict=True):
             _draw_over(each, density, (contours or {}).get(label), (marks or {}).get(label, {}))
         if exact:
-            _draw_scores(figure, axes[1], panels, exact)
-        for each in axes[-1]:
-            each.set_xlabel(xlabel)
-        for each in axes[:, 0]:
-            each.set_ylabel(ylabel)
-    return path
+            _draw_scores(page, axes[1], panels, exact)
+        for each in axes.flat:
+            each.set(xlabel=xlabel, ylabel=ylabel)
+            each.label_outer()
+    return page
 
 
 def _draw_densities(figure: Figure, row: np.ndarray, panels: Mapping, power: float) -> None:
     top = max(np.nanmax(each.value, initial=0.0) for each in panels.values())
     norm = PowerNorm(power, vmin=0.0, vmax=top if top > 0 else 1.0)
     for axes, (label, each) in zip(row, panels.items(), strict=True):
-        _map(axes, each, each.value, norm, DENSITY)
+        draw_values(axes, bins_of(each), norm)
         axes.set_title(label)
-    _bar(figure, row, norm, DENSITY, with_unit("density", next(iter(panels.values())).unit))
+    _bar(figure, row, norm, SEQUENTIAL, with_unit("density", next(iter(panels.values())).unit))
 
 
 def _draw_over(axes: Axes, bins: EstimateArray, density: Callable | None, marks: Mapping) -> None:
@@ -87,33 +86,22 @@ def _draw_over(axes: Axes, bins: EstimateArray, density: Callable | None, marks:
 def _draw_scores(figure: Figure, row: np.ndarray, panels: Mapping, exact: Mapping) -> None:
     norm = Normalize(-FURTHEST, FURTHEST)
     for axes, (label, each) in zip(row, panels.items(), strict=True):
-        axes.set_facecolor(PALE)
         if label not in exact:
             continue
-        z = scores(each, exact[label])
-        _map(axes, each, z, norm, SCORE)
+        z, bins = scores(each, exact[label]), bins_of(each)
+        draw_field(axes, bins, bins.arranged(z), norm, DIVERGING)
         told = np.isfinite(z)
         words = (
             f"rms {np.sqrt(np.mean(z[told] ** 2)):.3f} in {told.sum()} bins" if told.any() else "no bin told"
         )
         axes.set_title(words, fontsize=18)
-    _bar(figure, row, norm, SCORE, "z  [standard errors]", extend="both")
+    _bar(figure, row, norm, DIVERGING, "z  [standard errors]", extend="both")
 
 
 def scores(estimates: EstimateArray, exact: np.ndarray) -> np.ndarray:
     """z of each bin; nan where the error is unknown, or above a tenth of the exact value."""
     certain = estimates.error <= CERTAIN * np.abs(exact)
     return np.where(certain, estimates.z(exact), np.nan)
-
-
-def _map(axes: Axes, bins: EstimateArray, field: np.ndarray, norm: Normalize, colours: str) -> None:
-    across, up = bins.coords.values()
-    field = np.ma.masked_invalid(field.T)
-    axes.pcolormesh(across, up, field, norm=norm, cmap=colours, rasterized=True)
-    axes.grid(False)
-    axes.tick_params(pad=8)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(True)
 
 
 def _bar(figure: Figure, row: np.ndarray, norm: Normalize, colours: str, label: str, **options: str) -> None:

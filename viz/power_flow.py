@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
 from transport import Estimate
-from transport.viz.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION, axes_at, figure_at
+from transport.viz.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION, figure
 from transport.viz.wording import as_it_stands, estimate_text
 
 WORDS = {  # ledger entry -> how it reads, and its colour
@@ -39,12 +40,12 @@ class End(NamedTuple):
 
 def power_flow(
     result: object,
-    path: str | os.PathLike,
+    path: str | os.PathLike | None = None,
     most: int = 9,
     title: str | None = None,
     note: str | None = None,
-) -> str | os.PathLike:
-    """Draw `result.ledger` as a flow whose widths are to scale, each end with its number, error and share; returns the path.
+) -> Figure:
+    """Draw `result.ledger` as a flow whose widths are to scale, each end with its number, error and share.
 
     Surfaces and media that absorbed stand one by one, up to `most` ends in all, the least of them together.  Parts thinner than a
     line are drawn as one.  What roulette has gained is said in words: it is no part of what was emitted.
@@ -61,8 +62,8 @@ def power_flow(
     places = _places(heights)
     tall = max(places[-1][2] if places else 0.0, WHOLE + 1.0)
     above = 1.2 if title else 0.4
-    with figure_at(path, (WIDTH, tall + above + 0.6), title, note, "none") as figure:
-        axes = axes_at(figure, 0, 0.6, WIDTH, tall)
+    with figure((WIDTH, tall + above + 0.6), title, note, path, "none") as page:
+        axes = page.add_axes((0, 0.6 / (tall + above + 0.6), 1, tall / (tall + above + 0.6)))
         axes.set_axis_off()
         axes.set(xlim=(0, 1), ylim=(-tall, 0))
         start = 0.5 * (sum(heights) - tall)
@@ -72,7 +73,7 @@ def power_flow(
             _draw_band(axes, (start - height, start), (-bottom, -top), end.colour)
             _say(axes, RIGHT + THICK + 0.012, -0.5 * (bottom + top), end.words, _told(end.amount, emitted))
             start -= height
-    return path
+    return page
 
 
 def ends_of(result: object, most: int = 9) -> list[End]:

@@ -1,6 +1,9 @@
-"""How every chart looks: type sizes for a lecture hall, the palette of Okabe and Ito, units in mathtext.
+"""How every chart looks: type sizes for a lecture hall, one palette, one sequential and one diverging colour map, units in mathtext.
 
-Figures are made without pyplot, so that no state is shared and no display is asked for.
+Figures are made without pyplot, so that no state is shared and no display is needed:
+
+>>> with figure((8, 6), "Title", "384 particles, seed 1", path="picture.png") as page:  # doctest: +SKIP
+...     page.subplots().plot([0, 1], [0, 1], color=ESTIMATOR_COLOURS["analog"])
 """
 
 from __future__ import annotations
@@ -12,10 +15,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 from matplotlib import patheffects
-from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, MaxNLocator, NullLocator
 
 Mark = tuple[str, str | tuple]  # marker, line style
 
@@ -34,6 +39,7 @@ TRACKING_MARKS: dict[str, Mark] = {
 }
 INK, MUTED, PALE = "#1a1a1a", "#6b6b6b", "#d9d9d9"
 WITHIN_TWO = "#dcebf5"  # the band of two standard errors
+SEQUENTIAL, DIVERGING = "inferno", "RdBu_r"  # colour maps of amounts, and of differences from the middle
 HATCHING = "////"
 
 POINTS = {"capsize": 4, "lw": 2.2, "mec": "white", "mew": 0.8}
@@ -69,35 +75,45 @@ STYLE = {
 
 
 @contextmanager
-def figure_at(
-    path: str | os.PathLike,
+def figure(
     size: tuple[float, float],
-    title: str | None,
-    note: str | None,
+    title: str | None = None,
+    note: str | None = None,
+    path: str | os.PathLike | None = None,
     layout: str = "constrained",
 ) -> Iterator[Figure]:
-    """A figure of this size [inches] to draw on, written to `path` at the end; its folder is made.
+    """Make a figure to draw on, and write it at the end if a path is given.
 
-    layout: "constrained" places the axes, "none" leaves that to the caller.
+    Parameters
+    ----------
+    size : tuple of float
+        Width and height [inches].
+    title, note : str, optional
+        Headline, and provenance in small type, such as particles and seed.
+    path : str or os.PathLike, optional
+        File to write; its folder is made [default: no file, the figure is the caller's].
+    layout : str, default "constrained"
+        How axes are placed; "none" leaves that to the caller.
+
+    Yields
+    ------
+    matplotlib.figure.Figure
     """
     with ONE_AT_A_TIME, matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=size, dpi=RESOLUTION, layout=layout)
-        FigureCanvasAgg(figure)
+        made = Figure(figsize=size, dpi=RESOLUTION, layout=layout)
+        FigureCanvasAgg(made)
         if layout == "constrained":
-            figure.get_layout_engine().set(w_pad=0.12, h_pad=0.12)
+            made.get_layout_engine().set(w_pad=0.12, h_pad=0.12)
         if title:
-            figure.suptitle(title, fontsize=24, fontweight="bold")
+            made.suptitle(title, fontsize=24, fontweight="bold")
         if note:
-            figure.supxlabel(note, fontsize=14, color=MUTED, x=0.99, ha="right")
-        yield figure
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
-
-
-def axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
-    """Axes at a place in inches: the panels keep their sizes, whatever their labels are."""
-    across, up = figure.get_size_inches()
-    return figure.add_axes((left / across, bottom / up, width / across, height / up))
+            made.supxlabel(note, fontsize=14, color=MUTED, x=0.99, ha="right")
+        yield made
+        if path is None:
+            made.draw_without_rendering()  # labels take their sizes from these settings when they are first drawn
+        else:
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            made.savefig(path)
 
 
 def unit_label(unit: object) -> str:
@@ -115,6 +131,44 @@ def with_unit(words: str, unit: object) -> str:
     """The words with the unit in brackets behind them, or alone for a dimensionless quantity."""
     label = unit_label(unit)
     return f"{words}  [{label}]" if label else words
+
+
+def look(rank: int) -> tuple[str, str]:
+    """Colour and marker of the series of this rank in a figure."""
+    return PALETTE[rank % len(PALETTE)], MARKERS[rank % len(MARKERS)]
+
+
+def tick_log(axis: Axis, decades: float = 2.5) -> None:
+    """Label a logarithmic axis at 1, 2, 5, ... in plain numbers over few decades, and at powers of ten over more."""
+    low, high = sorted(axis.get_view_interval())
+    if not 0 < low < high <= low * 10**decades:
+        axis.set_major_locator(LogLocator(10, numticks=12))
+        axis.set_major_formatter(LogFormatterMathtext())
+        return
+    axis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
+    axis.set_minor_locator(NullLocator())
+
+
+def plain(number: float) -> str:
+    """A number as a tick says it: 20 000, 2e6, 0.5."""
+    if 1e4 <= number < 1e6:
+        return f"{number:_.0f}".replace("_", " ")
+    return f"{number:g}".replace("e+0", "e").replace("e+", "e")
+
+
+class FewTicks(MaxNLocator):
+    """At most five round numbers, fewer where the axis is too short for their labels; of an angle parts of a turn."""
+
+    def __init__(self, is_angle: bool = False) -> None:
+        super().__init__(5, steps=[1, 1.5, 3, 4.5, 6, 9, 10] if is_angle else [1, 2, 5, 10])
+        self.size = matplotlib.rcParams["font.size"]
+
+    def __call__(self) -> np.ndarray:
+        box, in_points = self.axis.axes.bbox, 72 / self.axis.figure.dpi
+        length = box.width / 2.6 if self.axis.axis_name == "x" else box.height / 2.0
+        self.set_params(nbins=min(5, max(1, int(length * in_points / self.size))))
+        return super().__call__()
 
 
 def outlined(width: float = 3.0) -> list[patheffects.AbstractPathEffect]:

@@ -7,7 +7,7 @@ A conservative slab of optical depth 1 to 100, isotropic scattering, one thread;
 
 import time
 
-from transport.cli.bench.benchmarks import slab_scene
+from tests.bench.speed import slab_scene
 from transport.simulate import simulate
 
 WORK = 2e7  # collisions of each run, about

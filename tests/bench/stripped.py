@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import transport
-from transport.cli.effects.prices import base_room
+from tests.bench.prices import base_room
 from transport.compile.compiler import compile_scene
 from transport.engine.program import build_program
 from transport.engine.registry import LANE_FIELDS, MODULES, Pass

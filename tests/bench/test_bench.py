@@ -5,7 +5,7 @@ pytest -m bench tests/bench
 
 import pytest
 
-from transport.cli.bench.benchmarks import bench
+from tests.bench.speed import bench
 
 pytestmark = pytest.mark.bench
 

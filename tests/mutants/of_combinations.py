@@ -3,8 +3,8 @@
 from tests.mutants.fault import Fault
 
 AIMED = "test_aimed_in_time::test_the_fluence_of_an_aimed_flash_is_on_the_way_that_it_has_flown"
-FADES = "test_volume_in_media::test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one"
-SEEN = "test_azimuths::test_a_lamp_is_seen_at_its_own_azimuth"
+FADES = "detectors/test_volume_detectors::test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one"
+SEEN = "detectors/test_surface_detectors::test_a_lamp_is_seen_at_its_own_azimuth"
 SHARP = "test_sharp_laws::test_every_row_agrees_with_its_closed_form"
 DENSITY = "test_sampling::test_densities_of_phase_functions_in_the_engine_are_those_of_theory"
 CLOCKS, VOLUMES, CELLS = (
@@ -95,14 +95,16 @@ FAULTS = (
         "nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]",
         "nx, ny, nz = b.nx[k], b.ny[k], b.nz[k]",
         "directions seen from within a curved shape in the frame of its outside",
-        ("test_azimuths::test_on_curved_shapes_e_v_is_along_the_axis_and_e_u_on_its_right",),
+        (
+            "detectors/test_surface_detectors::test_on_curved_shapes_e_v_is_along_the_axis_and_e_u_on_its_right",
+        ),
     ),
     Fault(
         REFINED,
         "                    u = m.handed * u\n                    u, v = math.sqrt",
         "                    u, v = math.sqrt",
         "places on a disk that are mirrored from behind",
-        ("test_azimuths::test_a_place_on_a_flat_shape_has_the_same_bin_from_either_side",),
+        ("detectors/test_surface_detectors::test_a_place_on_a_flat_shape_has_the_same_bin_from_either_side",),
     ),
     Fault(
         CELLS,
@@ -116,21 +118,21 @@ FAULTS = (
         "math.pi * (b - a) * (a + b), np",
         "math.pi * (b - a) * (b + b), np",
         "rings whose area is that of their outer edge",
-        ("test_volume_rings::test_the_rings_add_up_to_the_whole",),
+        ("detectors/test_volume_detectors::test_the_rings_add_up_to_the_whole",),
     ),
     Fault(
         CELLS,
         "(-half_chord(radii[ring], q) - across)",
         "(-half_chord(radii[ring - 1], q) - across)",
         "rays that go on to the wrong ring on their way to the axis",
-        ("test_volume_rings::test_paths_through_rings_are_exact",),
+        ("detectors/test_volume_detectors::test_paths_through_rings_are_exact",),
     ),
     Fault(
         CELLS,
         "        leaves = leaves if q <= radius else -math.inf\n",
         "",
         "rays beside a cylinder, along its axis, that count as inside",
-        ("test_volume_rings::test_a_ray_along_the_axis_stays_in_its_ring",),
+        ("detectors/test_volume_detectors::test_a_ray_along_the_axis_stays_in_its_ring",),
     ),
     Fault(
         CELLS,
@@ -144,7 +146,9 @@ FAULTS = (
         "m = number_along(b.z[k] - table.cz, table.per_z, table.nz)\n            keep",
         "m = number_along(b.z[k] - table.cz, table.per_z, table.ny)\n            keep",
         "the number of voxels along y for that along z, where collisions are counted",
-        ("test_volume_in_media::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",),
+        (
+            "detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",
+        ),
     ),
     Fault(
         "engine/passes/variance_reduction.py",
@@ -158,35 +162,39 @@ FAULTS = (
         "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.copy_path[k])",
         "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.copy_path[k])",
         "forced copies that roulette compares with the whole history",
-        ("test_forced_flights::test_what_was_forced_is_not_rouletted_for_being_light",),
+        ("engine/test_flight_passes::test_forced_copies_are_not_killed_by_roulette_for_their_small_weight",),
     ),
     Fault(
         "engine/passes/emission.py",
         "        b.z[k] += b.start[k] * b.uz[k]\n",
         "",
         "aimed births that are counted beside their source",
-        ("test_emission::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
+        ("detectors/test_aimed_births::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
         "near = max(0.0, max(near_x, max(near_y, near_z)))",
         "near = max(near_x, max(near_y, near_z))",
         "what glows behind a point seen before it",
-        ("test_point_straight::test_a_glowing_box_is_seen_from_inside_from_close_by_and_from_afar",),
+        (
+            "detectors/test_point_detectors::test_a_glowing_box_is_seen_from_inside_from_close_by_and_from_afar",
+        ),
     ),
     Fault(
         "engine/passes/backward.py",
         "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length",
         "track = b.weight[k] * mean * length",
         "a glow whose light does not fade on the way to a camera",
-        ("test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
+        ("detectors/test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
     ),
     Fault(
         "engine/passes/detectors.py",
         "momentum = slowest / b.speed[k] if is_light != 0 else v",
         "momentum = v",
         "the momentum of matter for that of light",
-        ("test_fields_at_meters::test_light_of_each_speed_presses_by_its_energy_over_its_own_speed",),
+        (
+            "detectors/test_surface_detectors::test_light_of_each_speed_presses_by_its_energy_over_its_own_speed",
+        ),
     ),
     Fault(
         "engine/passes/collisions.py",

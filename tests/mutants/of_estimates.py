@@ -4,7 +4,7 @@ from tests.mutants.fault import Fault
 
 STATISTICS, READINGS = "statistics/batches.py", "results/detectors.py"
 MEDIA, EMITTERS, ADJOINT = "compile/media.py", "compile/sources.py", "compile/adjoint.py"
-BACKWARD = "test_backward::test_either_way_tells_the_same"
+BACKWARD = "detectors/test_backward::test_either_way_tells_the_same"
 
 FAULTS = (
     Fault(
@@ -89,7 +89,7 @@ FAULTS = (
         "detectors[a:b, 0] * HIGH_UNIT + detectors[a:b, 1] * LOW_UNIT",
         "detectors[a:b, 0].astype(np.float32) * np.float32(HIGH_UNIT) + detectors[a:b, 1] * LOW_UNIT",
         "sums in single precision",
-        ("hard/test_cases::test_it_is_right_where_the_naive_way_is_not",),
+        ("hard/test_hard_numbers::test_a_hard_case_is_right_where_the_naive_way_is_not",),
     ),
     Fault(
         "statistics/batches.py",
@@ -124,28 +124,32 @@ FAULTS = (
         "lambda tally: tally.exitance - tally.irradiance",
         "lambda tally: tally.irradiance - tally.exitance",
         "the sign of the net flux",
-        ("test_planted_faults::test_a_stream_without_its_cosine_is_rejected",),
+        ("sims/test_planted_faults::test_a_stream_without_its_cosine_is_rejected",),
     ),
     Fault(
         READINGS,
         "np.diff(binned[0].edges ** 4) / 4.0",
         "np.diff(binned[0].edges ** 3) / 3.0",
         "phase density without the speed of what crosses",
-        ("test_fields_at_meters",),
+        ("detectors/test_surface_detectors::test_phase_density_is_flux_over_what_crosses_of_it",),
     ),
     Fault(
         READINGS,
         '("slant in", "slant out")',
         '("slant in",)',
         "fluence of one direction of crossing only",
-        ("test_fields_at_meters",),
+        (
+            "detectors/test_surface_detectors::test_a_crossing_brings_one_over_its_cosine_and_beyond_the_grazing_cut_its_mean",
+        ),
     ),
     Fault(
         READINGS,
         '("momentum in", "momentum out"),',
         '("momentum in",),',
         "no recoil",
-        ("test_fields_at_meters",),
+        (
+            "detectors/test_surface_detectors::test_light_from_all_sides_has_its_fluence_and_presses_with_a_third_of_its_energy_density",
+        ),
     ),
     Fault(
         "results/solid_angles.py",
@@ -153,7 +157,7 @@ FAULTS = (
         "middle = cosines[1:]",
         "radiance over the cosine at a bin's edge",
         (
-            "test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
+            "sims/test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
         ),
     ),
     Fault(
@@ -161,70 +165,74 @@ FAULTS = (
         "return plain, plain / 4.0",
         "return plain, plain / 2.0",
         "a sphere's mean cosine over its lit half only",
-        ("test_fields_at_meters",),
+        ("detectors/test_surface_detectors::test_light_from_below_is_in_the_worlds_lower_bins_of_a_ball",),
     ),
     Fault(
         "results/volumes.py",
         '"volume": lambda: Measure(self.volumes, "m^3", cells)',
         '"volume": lambda: Measure(np.mean(self.volumes), "m^3")',
         "shells divided by their mean volume",
-        ("test_volume_in_vacuum",),
+        (
+            "detectors/test_volume_detectors::test_in_a_uniform_field_the_fluence_rate_is_4_pi_radiance_in_each_cell",
+        ),
     ),
     Fault(
         "results/points.py",
         "Measure(self.plan.space.size**2,",
         "Measure(self.plan.space.size,",
         "fluence per length instead of per area",
-        ("test_point_straight::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",),
+        (
+            "detectors/test_point_detectors::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",
+        ),
     ),
     Fault(
         "results/backward.py",
         "return means * (gain[first:past] if np.ndim(gain) else gain)",
         "return means",
         "pixels that are not divided by their solid angle",
-        ("test_cameras",),
+        ("detectors/test_cameras",),
     ),
     Fault(
         "results/backward.py",
         "values = 4 * math.pi * means[:, 0]",
         "values = 2 * math.pi * means[:, 0]",
         "a hemisphere for the sphere round a point",
-        ("test_cameras",),
+        ("detectors/test_cameras",),
     ),
     Fault(
         "results/batches.py",
         'kept["weight"] *= np.maximum(kept["below"] / below, 1.0)',
         'kept["weight"] *= 1.0',
         "samples that are thinned out and do not stand for more",
-        ("test_snapshots::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
+        ("detectors/test_phase_space::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
     ),
     Fault(
         READINGS,
         "read(batch, a + shift, b + shift) / much",
         "read(batch, a + shift, b + shift)",
         "expected crossings in their own unit",
-        ("test_expected::test_a_speck_takes_its_share_of_a_point_to_rounding",),
+        ("detectors/test_expected::test_a_speck_takes_its_share_of_a_point_to_rounding",),
     ),
     Fault(
         "scene/cameras.py",
         "half = math.tan(self.field_of_view / 2)",
         "half = math.tan(self.field_of_view) / 2",
         "a field of view by the wrong half",
-        ("test_cameras",),
+        ("detectors/test_cameras",),
     ),
     Fault(
         "scene/cameras.py",
         "corner = np.arctan(u * v / np.sqrt(1 + u * u + v * v))",
         "corner = np.arctan(u * v)",
         "the solid angle of a pixel without its slant",
-        ("test_cameras",),
+        ("detectors/test_cameras",),
     ),
     Fault(
         "scene/emissions.py",
         "return math.pi * self.radiance * shape.area",
         "return 2 * math.pi * self.radiance * shape.area",
         "the power of a Lambertian source by the plain solid angle",
-        ("test_planted_faults::test_a_forgotten_pi_is_rejected",),
+        ("sims/test_planted_faults::test_a_forgotten_pi_is_rejected",),
     ),
     Fault(
         ADJOINT,
@@ -245,7 +253,9 @@ FAULTS = (
         "(np.arange(POINT_ROWS) - POINT_MIDDLE + 1)",
         "(np.arange(POINT_ROWS) - POINT_MIDDLE)",
         "scores of a point one row of exponents off",
-        ("test_point_straight::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",),
+        (
+            "detectors/test_point_detectors::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",
+        ),
     ),
     Fault(
         MEDIA,
@@ -273,21 +283,23 @@ FAULTS = (
         "face.area * max(0.0, side * dot(face.normal, source.emission.direction))",
         "face.area * abs(side * dot(face.normal, source.emission.direction))",
         "a beam that also leaves from the far side of a box",
-        ("test_which_side",),
+        (
+            "detectors/test_surface_detectors::test_a_beam_leaves_a_box_by_the_faces_that_look_along_it_and_none_of_it_is_within",
+        ),
     ),
     Fault(
         EMITTERS,
         "side=-1.0 if source.is_back else 1.0)",
         "side=1.0)",
         "light from the front of a source that emits from its back",
-        ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
+        ("detectors/test_aimed_births::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
         "scene/emissions.py",
         '"isotropic": 0.25 / math.pi}',
         '"isotropic": 0.5 / math.pi}',
         "a hemisphere for the sphere that a point lights",
-        ("test_emission::test_all_power_reaches_a_target_all_round",),
+        ("detectors/test_aimed_births::test_all_power_reaches_a_target_all_round",),
     ),
     Fault(
         "compile/speeds.py",
@@ -301,6 +313,6 @@ FAULTS = (
         "kept[k], other[k] = left[k], donor",
         "kept[k], other[k] = 1 - left[k], donor",
         "an alias table that keeps what it should give",
-        ("test_scattering",),
+        ("physics/test_scattering",),
     ),
 )

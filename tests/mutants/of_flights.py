@@ -4,7 +4,7 @@ from tests.mutants.fault import Fault
 
 BIRTHS, OPTICS = "engine/passes/emission.py", "engine/passes/optics.py"
 COLLISIONS, CLOCKS = "engine/passes/collisions.py", "engine/passes/velocities.py"
-FURNACE = "test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
+FURNACE = "sims/test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
 
 FAULTS = (
     Fault(
@@ -26,7 +26,7 @@ FAULTS = (
         "r = math.sqrt(inner2 + p * (outer2 - inner2))",
         "r = math.sqrt(inner2) + p * (math.sqrt(outer2) - math.sqrt(inner2))",
         "births on a disk without the Jacobian r",
-        ("test_emission::test_what_reaches_the_target_is_the_closed_form",),
+        ("detectors/test_aimed_births::test_what_reaches_the_target_is_the_closed_form",),
     ),
     Fault(
         BIRTHS,
@@ -55,7 +55,7 @@ FAULTS = (
         "mu, sine = 1.0 - u, math.sqrt(u * (2.0 - u))",
         "flat Lambertian sources that emit evenly",
         (
-            "test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
+            "sims/test_planted_faults::test_bins_divided_by_solid_angle_instead_of_projected_solid_angle_are_rejected",
         ),
     ),
     Fault(
@@ -101,21 +101,21 @@ FAULTS = (
         "= uniform(w0, w1), short_uniform(w2), uniform(w3, w2)",
         "= uniform(w0, w1), short_uniform(w2), uniform(w0, w1)",
         "roulette decided by the number that the direction is made of",
-        ("test_wall_numbers",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "engine/passes/landing.py",
         "b.nx[k] + s * ox, b.ny[k] + s * oy, b.nz[k] + s * oz",
         "b.nx[k] - s * ox, b.ny[k] - s * oy, b.nz[k] - s * oz",
         "normals of spheres that point inwards",
-        ("test_wall_numbers",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "engine/passes/landing.py",
         "d = s * row.radius",
         "d = s * o",
         "points that are not put back onto their sphere",
-        ("test_wall_numbers",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         CLOCKS,
@@ -143,49 +143,57 @@ FAULTS = (
         "after = before * exp_negative(-depth)",
         "after = before * exp_negative(-2.0 * depth)",
         "absorption counted twice along the way",
-        ("test_absorption_in_flight",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         COLLISIONS,
         "return before * exp_negative(-depth)",
         "return before * exp_negative(-2.0 * depth)",
         "absorption counted twice on ways beside thin ones",
-        ("test_absorption_in_flight",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "engine/passes/collisions.py",
         "depth * depth * (0.5 - depth / 6.0)",
         "depth * depth * (1.0 - depth / 6.0)",
         "a wrong term in the series of what a thin way absorbs",
-        ("hard/test_thin_absorbers",),
+        (
+            "hard/test_hard_media::test_weak_absorption_is_known_to_all_digits",
+            "hard/test_hard_media::test_absorption_below_the_last_place_of_a_weight_is_right_in_the_mean",
+        ),
     ),
     Fault(
         "engine/passes/collisions.py",
         "(1 if excess > 0.0 else -1)",
         "(-1 if excess > 0.0 else 1)",
         "what a thin way leaves rounded the wrong way",
-        ("hard/test_thin_absorbers",),
+        (
+            "hard/test_hard_media::test_weak_absorption_is_known_to_all_digits",
+            "hard/test_hard_media::test_absorption_below_the_last_place_of_a_weight_is_right_in_the_mean",
+        ),
     ),
     Fault(
         "engine/tally.py",
         "side = 1 if mu < HALF_CUT else -1",
         "side = 1",
         "all crossings beyond the grazing cut counted on one side",
-        ("test_grazing",),
+        (
+            "detectors/test_surface_detectors::test_half_of_what_grazes_from_a_constant_radiance_is_below_the_root_of_one_half",
+        ),
     ),
     Fault(
         COLLISIONS,
         "fresh = u / survival",
         "fresh = u",
         "a number used twice: for absorption and for the angle",
-        ("test_absorption_in_flight",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         COLLISIONS,
         "path = depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE",
         "path = depth / b.mfp[k] + 2.0 * COLLISION_CLEARANCE",
         "a mean free path for its inverse",
-        ("test_free_paths",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         COLLISIONS,
@@ -199,7 +207,7 @@ FAULTS = (
         "new = w / count if splits else w",
         "new = w",
         "splitting that does not divide the weight",
-        ("test_copies",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "engine/passes/variance_reduction.py",
@@ -213,14 +221,14 @@ FAULTS = (
         "uint64(0xBF58476D1CE4E5B9) + uint64(place)",
         "uint64(0xBF58476D1CE4E5B9)",
         "copies of one history that share their random numbers",
-        ("test_copies",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "engine/passes/variance_reduction.py",
         "caught, rest = -w * share, w + w * share",
         "caught, rest = -w * share, w",
         "forced collisions whose weight is also left in the flight",
-        ("test_forced_flights",),
+        ("engine/test_flight_passes",),
     ),
     Fault(
         "engine/passes/voxels.py",
@@ -241,13 +249,13 @@ FAULTS = (
         "(near * near / near_cosine if near > 0.0 else 0.0)",
         "0.0",
         "one of two faces of a box left out of a density",
-        ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
+        ("detectors/test_aimed_births::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
         "engine/passes/aims.py",
         "total_low += low\n        heaviest",
         "heaviest",
         "a ledger that leaves out the last digits of what was born",
-        ("test_emission::test_all_power_reaches_a_target_all_round",),
+        ("detectors/test_aimed_births::test_all_power_reaches_a_target_all_round",),
     ),
 )

@@ -11,6 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+import pytest
+
 from tests.mutants import kernels
 from tests.mutants.fault import ROOT, Fault
 
@@ -65,18 +67,21 @@ class Copy:
                 shutil.rmtree(own)
         return Outcome(fault, failed, time.perf_counter() - begun)
 
-    def failed(self, nodes: Iterable[str]) -> str | None:
-        """The first of these tests that fails; None where all pass.  Raises RuntimeError where they do not even run."""
+    def failed(self, nodes: Iterable[str], patience: float | None = PATIENCE) -> str | None:
+        """The first of these tests of the default suite that fails; None where all pass, or where all are slow.
+
+        Raises RuntimeError where they do not even run.
+        """
         command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-rfE"]
         surroundings = os.environ | {"PYTHONPATH": str(self.root)}
         try:
             run = subprocess.run(
                 [*command, *nodes], cwd=self.root, env=surroundings, capture_output=True, text=True,
-                timeout=PATIENCE, check=False,
+                timeout=patience, check=False,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             return ENDLESS
-        if run.returncode == 0:
+        if run.returncode in (0, pytest.ExitCode.NO_TESTS_COLLECTED):
             return None
         names = [
             line.split(" - ")[0].split(" ", 1)[1]

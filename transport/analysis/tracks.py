@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from transport.compile.methods import coerce_method
-from transport.io.html.charts import BAR_COLOUR
-from transport.io.html.elements import escaped, framed, heading, plain_typeset, side_by_side, table, typeset
+from transport.io.html.elements import escaped, framed, heading, side_by_side, table, typeset
+from transport.io.html.pictures import image
 from transport.run.settings import checked_integer, coerce_tracking
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
@@ -196,10 +196,10 @@ def _record_flights(scene: Scene, particles: int, seed: int, tracking: Tracking 
 # Numbers of flights, and the paths of some particles as lines projected along one axis.
 
 MAX_DRAWN_FLIGHTS = 400  # in the picture
-SIZE, LEFT = 200, 6  # pixels
+SIZE = 2.6, 2.6  # inches
+COLOUR = "#3b8ec2"
 MIN_RELATIVE_EXTENT = 0.02  # of the largest extent, below which an axis is not shown
 CLIPPED_SHARE = 0.01  # share of the points at either end that may lie outside the picture
-OPACITY_STEPS = 4  # of opacity, by weight
 
 
 def tracks_html(tracks: Tracks) -> str:
@@ -223,38 +223,28 @@ def tracks_html(tracks: Tracks) -> str:
 
 
 def _flight_picture(tracks: Tracks) -> str:
-    """The first flights, projected along one axis."""
+    """The first flights, projected along one axis; the paler, the smaller the weight."""
     count = min(len(tracks), MAX_DRAWN_FLIGHTS)
-    starts = tracks.starts[:count]
+    starts, weights = tracks.starts[:count], tracks.weights[:count]
     finite = np.isfinite(tracks.lengths[:count])
     within = np.concatenate([starts, tracks.ends(0.0)[:count][finite]])
     low, high = np.quantile(within, [CLIPPED_SHARE, 1 - CLIPPED_SHARE], axis=0)
     span = float((high - low).max()) or 1.0
     ends = tracks.ends(0.25 * span)[:count]
-    across, up = _picture_axes(high - low)
-    middle, scale = 0.5 * (low + high)[[across, up]], SIZE / (1.25 * span)
-    here, there = (_pixels(points[:, [across, up]], middle, scale) for points in (starts, ends))
-    shares = np.clip(tracks.weights[:count] / max(tracks.weights[:count].max(), 1e-300), 0, 1)
-    steps = np.ceil(shares * OPACITY_STEPS).astype(int)
-    paths = [
-        f'<path d="{_svg_lines(here[steps == step], there[steps == step])}"'
-        f' opacity="{0.15 + 0.5 * step / OPACITY_STEPS:.2f}"/>'
-        for step in range(1, OPACITY_STEPS + 1)
-        if (steps == step).any()
-    ]
-    axes = "xyz"[across], "xyz"[up]
-    label = plain_typeset(f"{axes[0]} to the right, {axes[1]} up, {1.25 * span:.3g} m across")
-    return (
-        f'<svg width="{SIZE + 2 * LEFT}" height="{SIZE + 20}" role="img" fill="currentColor" font-size="11"'
-        f' viewBox="0 0 {SIZE + 2 * LEFT} {SIZE + 20}"><title>the first {count} flights, paler for smaller'
-        f' weight</title><svg x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}"'
-        f' style="overflow:hidden"><g fill="none" stroke="{BAR_COLOUR}"'
-        f' stroke-width="0.8">{"".join(paths)}</g>'
-        "</svg>"
-        f'<rect x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" fill="none" stroke="currentColor"'
-        ' opacity=".35"/>'
-        f'<text x="{LEFT}" y="{SIZE + 14}">{label}</text></svg>'
-    )
+    plane = list(_picture_axes(high - low))
+    middle, reach = 0.5 * (low + high)[plane], 0.625 * span
+    opacities = 0.15 + 0.5 * np.clip(weights / max(weights.max(), 1e-300), 0, 1)
+
+    def draw(figure) -> None:
+        from matplotlib.collections import LineCollection
+
+        axes = figure.subplots()
+        lines = np.stack([starts[:, plane], ends[:, plane]], axis=1)
+        axes.add_collection(LineCollection(lines, colors=COLOUR, alpha=opacities, linewidths=0.8))
+        axes.set(xlim=middle[0] + reach * np.array([-1, 1]), ylim=middle[1] + reach * np.array([-1, 1]))
+        axes.set(xlabel=f"{'xyz'[plane[0]]} [m]", ylabel=f"{'xyz'[plane[1]]} [m]", aspect="equal")
+
+    return image(draw, SIZE, f"the first {count} flights, paler for smaller weight")
 
 
 def _picture_axes(extents: np.ndarray) -> tuple[int, int]:
@@ -262,15 +252,3 @@ def _picture_axes(extents: np.ndarray) -> tuple[int, int]:
     if extents[2] < MIN_RELATIVE_EXTENT * extents.max():
         return 0, 1
     return (0 if extents[0] >= extents[1] else 1), 2
-
-
-def _pixels(points: np.ndarray, middle: np.ndarray, scale: float) -> np.ndarray:
-    """Positions in pixels, with the second axis upwards."""
-    return SIZE / 2 + (points - middle) * scale * np.array([1.0, -1.0])
-
-
-def _svg_lines(here: np.ndarray, there: np.ndarray) -> str:
-    return "".join(
-        f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}"
-        for (a, b), (c, d) in zip(here.tolist(), there.tolist(), strict=True)
-    )

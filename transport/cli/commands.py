@@ -1,4 +1,4 @@
-"""The command `transport`: run, list, verify and checks; the other commands are in files by topic."""
+"""The command `transport`: run, list, verify, checks and bench; the other commands are in files by topic."""
 
 import sys
 from pathlib import Path
@@ -8,17 +8,9 @@ import typer
 from typer.core import TyperGroup
 
 from transport import __version__
-from transport.cli.console import (
-    INTERRUPTED,
-    INVALID,
-    TEXT_WIDTH,
-    print_json,
-    print_rich,
-    print_to_stderr,
-    report_errors,
-)
+from transport.cli.cost import cost
+from transport.cli.effects import effects
 from transport.cli.files import merge, show
-from transport.cli.measure import bench, cost, effects
 from transport.cli.options import (
     Batches,
     Checkpoint,
@@ -41,15 +33,26 @@ from transport.cli.options import (
     parse_tracking,
     whole_number,
 )
-from transport.cli.printout import (
-    draw_picture,
-    print_checks,
-    print_menu,
+from transport.cli.output import (
+    INTERRUPTED,
+    INVALID,
+    TEXT_WIDTH,
+    print_json,
+    print_labelled,
+    print_pictures,
+    print_rich,
+    print_to_stderr,
+    report_errors,
+)
+from transport.cli.run import (
+    checked_experiment,
+    draw_experiment,
+    is_complete,
+    outcomes_record,
     print_run,
     report_unsaved,
     text_of,
 )
-from transport.cli.run import checked_experiment, is_complete, outcomes_record
 from transport.cli.show import docs, gallery, schema, view
 from transport.cli.verify import verify_hard, verify_laws, verify_long
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
@@ -107,6 +110,29 @@ def menu(
         raise typer.Exit
     if context.invoked_subcommand is None:
         print_menu()
+
+
+def print_menu(with_commands: bool = True) -> None:
+    """Print the experiments grouped by question."""
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for name in experiment_names():
+        module = experiment(name)
+        groups.setdefault(text_of(module, "question"), []).append((name, text_of(module, "law")))
+    if with_commands:
+        print_rich("transport: Monte Carlo transport and radiometry with standard errors", style="bold")
+        print_rich("")
+    width = max((len(name) for group in groups.values() for name, _ in group), default=0)
+    for question, sims in groups.items():
+        print_rich(question, style="bold")
+        for name, law in sims:
+            print_labelled(f"  {name:{width}}  ", law, style="cyan")
+    if with_commands:
+        example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
+        print_rich("")
+        print_rich(
+            f"Start with: transport run {example}. Other commands: view, gallery, list, verify, cost,"
+            " effects; see transport --help"
+        )
 
 
 @app.command()
@@ -202,7 +228,7 @@ def run(
         outcomes = print_run(module, pending)
         wants_picture = out is not None or not sim.endswith(".json")
     if wants_picture and not no_picture and is_complete(outcomes):
-        draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
+        print_pictures(*draw_experiment(module, outcomes, Path("out") if out is None else out), quiet=json)
     is_saved = report_unsaved(outcomes)
     if resume is not None and save is None and checkpoint is None:
         print_to_stderr(
@@ -287,9 +313,27 @@ def checks(json: Json = False) -> None:
     """
     if json:
         print_json([check.record() for check in CHECKS])
-    else:
-        print_checks()
+        return
+    for check in CHECKS:
+        print_rich(check.name, style="bold")
+        print_labelled("  detects  ", check.detects, style="cyan")
+        if check.cannot_detect:
+            print_labelled("  misses   ", check.cannot_detect, style="cyan")
 
 
-for command in (cost, show, merge, view, effects, gallery, bench, schema, docs):
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def bench() -> None:
+    """Print where the benchmarks are.
+
+    \b
+    Examples:
+      transport bench
+    """
+    print_rich(
+        "The benchmarks are in a clone of the project, beside its tests: python -m tests.bench lists and runs"
+        " them.  What each effect of a scene costs: transport effects SIM."
+    )
+
+
+for command in (cost, show, merge, view, effects, gallery, schema, docs):
     app.command()(command)

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from transport.cli.console import print_json, print_labelled, print_rich
 from transport.cli.options import Json
+from transport.cli.output import print_json, print_labelled, print_rich
 from transport.cli.run import bins_record, estimate_record, number_record
 from transport.results.report import run_line
 from transport.results.result import Result

@@ -7,8 +7,8 @@ from pathlib import Path
 from time import perf_counter
 
 from transport.analysis.tracks import tracks
-from transport.cli.console import NO_BREAK_SPACE, print_json, print_labelled, print_to_stderr
-from transport.cli.costs import costs_of_case, draw_costs
+from transport.cli.cost import costs_of_case, draw_costs
+from transport.cli.output import NO_BREAK_SPACE, print_json, print_labelled, print_to_stderr
 from transport.cli.run import (
     case_warnings,
     checked_experiment,

@@ -1,16 +1,42 @@
-"""An experiment on the command line: requirements, verdict, picture, and its outcomes as data."""
+"""An experiment on the command line: requirements, verdict, picture, and a run as text and JSON."""
 
-from collections.abc import Callable
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
+from rich.table import Table
+from rich.text import Text
+
+from transport.analysis.effects import Treatment, treatment_of
 from transport.cli.laws import row_name, z_score
+from transport.cli.output import (
+    NO_BREAK_SPACE,
+    estimate_cell,
+    exact_cell,
+    print_labelled,
+    print_rich,
+    print_to_stderr,
+    table_of,
+    unit_cell,
+    z_cell,
+)
 from transport.results.record import total_cost
+from transport.results.report import cost_lines, method_lines, tracking_lines
+from transport.results.result import Result
+from transport.scene.scene import Scene
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.validation import SceneError, missing_package
-from transport.verification.experiment import Outcome, attribute_errors, experiment_name
+from transport.verification.experiment import (
+    Outcome,
+    Row,
+    attribute_errors,
+    experiment_name,
+    run_settings_of,
+)
 
 MAX_NAMED_CASES = 3  # largest number of cases that a warning names
 
@@ -25,6 +51,16 @@ def checked_experiment(module: ModuleType) -> ModuleType:
             f"{module.__name__}: no function {' and '.join(missing)}; an experiment module must define it"
         )
     return module
+
+
+def experiment_treatment(module: ModuleType, scene: Scene) -> Treatment:
+    """Return the treatment of a scene with the default settings of its experiment."""
+    return treatment_of(scene, **run_settings_of(module))
+
+
+def text_of(module: ModuleType, name: str) -> str:
+    """Return a text of the experiment on one line; empty if it has none."""
+    return " ".join(str(getattr(module, name, "")).split())
 
 
 def is_complete(outcomes: list[Outcome]) -> bool:
@@ -61,6 +97,98 @@ def draw_to(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str
         if lack is None:
             raise
         return [], lack
+
+
+# ---- A run as text.
+
+
+def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
+    """Print law and question, table and ledger of each case when it ends, then verdict, cost and warnings."""
+    outcomes = []
+    for outcome in pending:
+        if not outcomes:
+            print_rich(experiment_name(module), style="bold")
+            for label in filter(partial(text_of, module), ("about", "law", "question")):
+                print_labelled(label, text_of(module, label))
+        outcomes.append(outcome)
+        print_rich("")
+        if outcome.title:
+            print_rich(outcome.title, style="bold cyan")
+        print_rich(case_table(outcome))
+        if outcome.bins:
+            print_labelled("in bins", f"{bins_line(outcome)}; --json lists them")
+        print_labelled("ledger", ledger_line(outcome.result))
+    print_rich("")
+    is_whole = is_complete(outcomes)
+    if verdict := verdict_on(module, outcomes):
+        print_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
+    lines = dict.fromkeys(
+        (*_estimator_lines(outcomes), *(line for o in outcomes for line in tracking_lines(o.result)))
+    )
+    kept = sum(outcome.result.particles for outcome in outcomes)
+    whole = SimpleNamespace(cost=total_cost([outcome.result.cost for outcome in outcomes]), particles=kept)
+    for line in (*lines, *cost_lines(whole)):
+        label, _, text = line.partition(": ")
+        print_labelled(label, text)
+    for warning in case_warnings(outcomes):
+        print_labelled("warning", warning, style="bold yellow")
+    return outcomes
+
+
+def _estimator_lines(outcomes: list[Outcome]) -> Iterator[str]:
+    """Yield the estimator of each case, or, if pilots chose for several cases, the cases per estimator."""
+    if len(outcomes) == 1 or all(outcome.result.choice is None for outcome in outcomes):
+        yield from (line for outcome in outcomes for line in method_lines(outcome.result))
+        return
+    counts = Counter(outcome.result.plan.method.title for outcome in outcomes)
+    choices = "; ".join(f"{title} in {count} of {len(outcomes)} cases" for title, count in counts.items())
+    yield f"estimator: chosen by pilots: {choices} (--json gives each)"
+
+
+def case_table(outcome: Outcome) -> Table:
+    """Return a table of estimates ± one standard error, with exact values and z if any is known."""
+    is_judged = not all(math.isnan(row.exact) for row in outcome.rows)
+
+    def cells(row: Row) -> Iterator[str | Text]:
+        yield from (row.name, estimate_cell(row.estimate), unit_cell(row.estimate))
+        if is_judged:
+            yield from (exact_cell(row.exact, row.estimate), z_cell(z_score(row.estimate, row.exact)))
+
+    heads = ("quantity~", "estimate ± error>", "unit", *(("exact>", "z>") if is_judged else ()))
+    return table_of(heads, map(cells, outcome.rows))
+
+
+def ledger_line(result: Result) -> str:
+    """Return "emitted 100 W (exact) = absorbed ... + escaped ..." without entries that are exactly zero.
+
+    Spaces within an entry do not break, so that lines wrap between entries.
+    """
+    emitted, *parts = (
+        f"{name} {estimate}".replace(" ", NO_BREAK_SPACE)
+        for name, estimate in result._own_ledger.items()
+        if name == "emitted" or not (estimate.exact and estimate.value == 0)
+    )
+    return f"{emitted} = {f' +{NO_BREAK_SPACE}'.join(parts) or 0}"
+
+
+def bins_line(outcome: Outcome) -> str:
+    """Return the names of the binned quantities with their axes and numbers of bins."""
+    parts = []
+    for name, array in outcome.bins.items():
+        axes = ", ".join(f"{dim} {bins}" for dim, bins in zip(array.dims, array.shape, strict=True))
+        parts.append(f"{name} ({axes})".replace(" ", NO_BREAK_SPACE))
+    return ", ".join(parts)
+
+
+def report_unsaved(outcomes: Iterable[Outcome]) -> bool:
+    """Return whether all runs were saved; print failures to standard error."""
+    lines = dict.fromkeys(line for outcome in outcomes for line in outcome.not_saved)
+    for line in lines:
+        print_to_stderr(line, style="bold red")
+    return not lines
+
+
+# ---- A run as JSON.
 
 
 def outcomes_record(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:

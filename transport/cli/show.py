@@ -11,12 +11,10 @@ from typing import Annotated
 import typer
 
 from transport.analysis.tracks import Tracks, tracks
-from transport.cli.console import print_json, print_rich
-from transport.cli.effects.treatment import experiment_treatment
 from transport.cli.gallery import GallerySettings, build_gallery
 from transport.cli.options import Json, Seed, Set, Sim, Threads, named_values, whole_number
-from transport.cli.printout import print_pictures
-from transport.cli.run import checked_experiment, draw_to
+from transport.cli.output import print_json, print_pictures, print_rich
+from transport.cli.run import checked_experiment, draw_to, experiment_treatment
 from transport.results.result import Result
 from transport.scene.scene import Scene
 from transport.simulate import simulate
@@ -132,7 +130,7 @@ def make_view(
 
 def open_window(view: View) -> None:
     """Open an interactive window of the scene, and wait until it is closed."""
-    plotter = _viz("scene_view").scene_plotter(view.scene, view.result, view.tracks, off_screen=False)
+    plotter = _viz("scene").draw_scene(view.scene, view.result, view.tracks, off_screen=False)
     plotter.show(title=view.title)
 
 
@@ -196,7 +194,7 @@ def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
     if scene.duration is None:
         return None
     with optional_packages("view"):
-        film = _viz("flying").filmed(scene)
+        film = _viz("movie").filmed(scene)
     try:
         compiles = experiment_treatment(module, film).plan is not None
     except SceneError:
@@ -205,7 +203,7 @@ def _with_snapshots(module: ModuleType, scene: Scene) -> Scene | None:
 
 
 def _write_picture(view: View, path: Path) -> object:
-    return _viz("scene_view").scene_view(view.scene, path, view.result, view.tracks, title=view.title)
+    return _viz("scene").draw_scene(view.scene, view.result, view.tracks, path, title=view.title)
 
 
 def _write_page(view: View, path: Path) -> object:
@@ -213,7 +211,7 @@ def _write_page(view: View, path: Path) -> object:
 
 
 def _write_vtk(view: View, path: Path) -> object:
-    blocks = _viz("scene_view").scene_blocks(view.scene, view.result, view.tracks)
+    blocks = _viz("scene").scene_blocks(view.scene, view.result, view.tracks)
     path.open("wb").close()  # raises OSError; the VTK writer would only print
     blocks.save(path)
     return path
@@ -286,7 +284,7 @@ def view(
         print_rich(seen.title, style="bold")
         if seen.note:
             print_rich(f"{'tracks':<12}{seen.note}")
-        print_pictures(paths, "", quiet=False)
+        print_pictures(paths, "")
 
 
 def gallery(

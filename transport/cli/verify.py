@@ -16,10 +16,20 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from transport.cli.console import exit_status, print_json, print_rich, print_to_stderr
 from transport.cli.laws import LAWS_FALSE_ALARM, POWER, Law, laws_of
+from transport.cli.output import (
+    estimate_cell,
+    exact_cell,
+    exit_status,
+    print_json,
+    print_rich,
+    print_to_stderr,
+    state_cell,
+    table_of,
+    unit_cell,
+    z_cell,
+)
 from transport.cli.run import checked_experiment, is_complete
-from transport.cli.tables import bias_text, estimate_cell, law_tables, state_cell, table_of, z_cell
 from transport.results.record import Cost, total_cost
 from transport.run.settings import MAX_PARTICLES, checked_integer
 from transport.statistics.estimates import Estimate
@@ -129,7 +139,7 @@ def _run_case(case: Case) -> CaseResult:
 
 def hard_table(rows: list[JudgedCase]) -> Table:
     """Return a table of found, exact and naive values."""
-    return table_of(["case", "found>", "exact>", "off>", "naive formula", "gives>", ""], map(_cells, rows))
+    return table_of(["case~", "found>", "exact>", "off>", "naive formula~", "gives>", ""], map(_cells, rows))
 
 
 def _cells(row: JudgedCase) -> tuple[str | Text, ...]:
@@ -230,6 +240,34 @@ def law_record(law: Law, rate: float) -> dict[str, object]:
         "smallest_bias": law.smallest_bias(rate),
         "holds": law.holds(rate),
     }
+
+
+def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
+    """Yield for each law a title (formula, source, experiment) and a table of its rows."""
+    for (sim, law, source), group in groupby(laws, key=lambda law: (law.sim, law.law, law.source)):
+        yield Text.assemble((law, "bold"), f" ({source}) " if source else " ", (sim, "cyan"))
+        heads = "quantity~", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", ""
+        yield table_of(heads, (_law_cells(row, false_alarm) for row in group))
+        yield Text()
+
+
+def _law_cells(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
+    """Return the cells of a law's row."""
+    unit, exact = unit_cell(law.estimate), exact_cell(law.exact, law.estimate)
+    bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
+    numbers = estimate_cell(law.estimate), unit, exact, z_cell(law.z), bias
+    return law.quantity, *numbers, state_cell(law.holds(false_alarm))
+
+
+def bias_text(bias: float, exact: float, unit: str) -> str:
+    """Return a relative bias in percent or as a number; with its unit if the exact value is 0."""
+    if math.isnan(bias):
+        return "unknown"
+    if bias == 0:
+        return "any"
+    if exact == 0:
+        return f"{bias:.1e} {unit}".strip()
+    return f"{100 * bias:.2g} %" if 1e-5 <= bias < 10 else f"{bias:.1e}"
 
 
 # ---- `transport verify --long`.

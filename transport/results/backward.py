@@ -302,7 +302,7 @@ class ViewReading(Tally):
         Notes
         -----
         Columns of an EnvironmentMap are in the order of `radiance`, by increasing azimuth.  Seen from inside,
-        azimuth increases to the left: draw the columns in reverse order, as `transport.viz.seen` does.
+        azimuth increases to the left: draw the columns in reverse order, as `transport.viz.plot_map` does.
         """
         return self._top_row_first(self.radiance.value)
 

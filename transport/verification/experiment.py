@@ -26,7 +26,7 @@ import inspect
 import math
 import pkgutil
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -72,7 +72,8 @@ class Row:
 class Outcome:
     """One case of an experiment: its parameters, the run, and its table.
 
-    notes: warnings besides those of the run;  bins: measured arrays, by name.
+    notes: warnings besides those of the run;  bins: measured arrays, by name;  given: the parameters, and
+    the defaults of the scene's others.
     """
 
     parameters: dict[str, object]
@@ -80,10 +81,15 @@ class Outcome:
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
     bins: Mapping[str, EstimateArray] = field(default_factory=dict)
+    given: Mapping[str, object] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Row:
         """Row of that name."""
         return next(row for row in self.rows if row.name == name)
+
+    def __contains__(self, name: str) -> bool:
+        """Whether there is a row of that name."""
+        return any(row.name == name for row in self.rows)
 
     @property
     def warnings(self) -> list[str]:
@@ -184,6 +190,12 @@ def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, 
     return [case for i, case in enumerate(merged) if case not in merged[:i]]
 
 
+def defaults_of(function: Callable[..., object]) -> dict[str, object]:
+    """Default values of a function's parameters."""
+    known = inspect.signature(function).parameters.values()
+    return {each.name: each.default for each in known if each.default is not inspect.Parameter.empty}
+
+
 def scene_of(module: ModuleType, parameters: dict[str, object], settings: dict[str, object]) -> Scene:
     """Scene with these parameters. Raises SceneError if the experiment's code fails."""
     with attribute_errors(module, settings):
@@ -244,7 +256,8 @@ def iterate_outcomes(
         notes += () if failure is None else (f"{NOT_SAVED}: {failure}",)
         with attribute_errors(module):
             bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
-        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins)
+        given = defaults_of(module.scene) | parameters
+        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins, given)
         if not result.is_complete:
             return
 

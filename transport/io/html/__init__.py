@@ -1,1 +1,1 @@
-"""HTML of objects for notebooks: small tables and pictures, built as strings without other packages."""
+"""HTML of objects for notebooks: a table, and where matplotlib is installed a small picture."""

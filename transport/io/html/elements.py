@@ -31,7 +31,7 @@ def typeset(text: object) -> str:
 
 
 def plain_typeset(text: object) -> str:
-    """Typeset without HTML elements, for text in an SVG: exponents are superscript characters."""
+    """Typeset without HTML elements: exponents are superscript characters."""
     plain = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010{_raised(int(hit[1]))}", escaped(text))
     plain = _EXPONENT.sub(lambda hit: _raised(hit[1] or hit[2]), plain)
     return _MINUS.sub("−", plain)
@@ -68,7 +68,7 @@ STYLE = (
     "margin:.3em 0}"
     "div.tp .tp-r{display:flex;flex-wrap:wrap;gap:.4em 2.2em;align-items:flex-start}"
     "div.tp details{margin:.15em 0}div.tp summary{cursor:pointer}"
-    "div.tp svg{display:inline-block;vertical-align:middle;overflow:visible;font-family:inherit}"
+    "div.tp img{display:block;max-width:100%;margin:.3em 0}"
     "</style>"
 )
 

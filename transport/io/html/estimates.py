@@ -2,29 +2,59 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.io.html.charts import axis_label, bar_chart, bar_thumbnail, bin_range_text
 from transport.io.html.elements import (
     code,
     escaped,
     framed,
     heading,
     muted,
+    plain_typeset,
     side_by_side,
     table,
     typeset,
     warning_boxes,
 )
-from transport.io.html.maps import map_thumbnail, value_and_error_maps
+from transport.io.html.pictures import array_image
 from transport.results.phase_space import SnapshotReading
+from transport.statistics.axes import axis_symbol, axis_unit
 from transport.statistics.estimates import Estimate, EstimateArray
 
 if TYPE_CHECKING:
     from transport.results.tally import Tally
 
+
+# ---- Labels of axes and positions of bins, in a few words.
+
+
+def axis_label(name: str) -> str:
+    """The label of an axis, with its unit if it has one: "φ [°]", "time [s]"."""
+    unit = "°" if _is_angle(name) else axis_unit(name, {}) or "1"
+    return plain_typeset(axis_symbol(name)) + (f" [{plain_typeset(unit)}]" if unit != "1" else "")
+
+
+def position_text(name: str, place: float) -> str:
+    """A position on the axis as a number; angles in degrees."""
+    number = math.degrees(place) if _is_angle(name) else float(place)
+    return plain_typeset(f"{number + 0.0:.4g}")
+
+
+def _is_angle(name: str) -> bool:
+    return axis_unit(name, {}) == "rad"
+
+
+def bin_range_text(name: str, edges: np.ndarray, number: int, bins: int) -> str:
+    """The range of a bin, "0.5 … 0.6", or its instant."""
+    if len(edges) == bins:
+        return position_text(name, edges[number])
+    return f"{position_text(name, edges[number])} … {position_text(name, edges[number + 1])}"
+
+
+# ---- Estimates and arrays.
 
 MAX_LISTED_BINS = 8  # bins that are all listed
 
@@ -32,7 +62,7 @@ MAX_LISTED_BINS = 8  # bins that are all listed
 def estimate_html(estimate: Estimate) -> str:
     """The estimate in one line."""
     batches = "" if estimate.exact else f" {muted(f'{estimate.batches} batches')}"
-    return framed(f"<span>{typeset(estimate)}</span>{batches}")
+    return framed(_in_line(estimate), batches)
 
 
 def array_html(array: EstimateArray) -> str:
@@ -42,23 +72,13 @@ def array_html(array: EstimateArray) -> str:
     return framed(
         heading(type(array).__name__, array_summary(array)),
         seen,
-        side_by_side(_array_picture(cut), _bins_table(cut)),
+        side_by_side("" if cut is None else array_image(cut), _bins_table(cut)),
     )
 
 
 def array_summary(array: EstimateArray) -> str:
     """The axes and the range of an array, as in its text."""
     return f"<span>{typeset(repr(array).strip('<>').partition(' ')[2])}</span>"
-
-
-def array_thumbnail(array: EstimateArray) -> str:
-    """A picture as high as a line of text; "" if all values are zero."""
-    cut, _ = _largest_slice(array)
-    if cut is None or not np.nan_to_num(cut.value).any():
-        return ""
-    if len(cut.dims) == 1:
-        return bar_thumbnail(cut.value, cut.coords[cut.dims[0]])
-    return map_thumbnail(cut.value, cut.dims, [cut.coords[name] for name in cut.dims])
 
 
 def _largest_slice(array: EstimateArray) -> tuple[EstimateArray | None, str]:
@@ -79,15 +99,6 @@ def _largest_slice(array: EstimateArray) -> tuple[EstimateArray | None, str]:
         if array.shape[axis] > 1
     ]
     return array[index], " and ".join(where)
-
-
-def _array_picture(cut: EstimateArray | None) -> str:
-    if cut is None or not np.isfinite(cut.value).any():
-        return ""
-    edges = [cut.coords[name] for name in cut.dims]
-    if len(cut.dims) == 1:
-        return bar_chart(cut.value, cut.error, cut.dims[0], edges[0], str(cut.unit))
-    return value_and_error_maps(cut.value, cut.relative_error, cut.dims, edges, str(cut.unit))
 
 
 def _bins_table(cut: EstimateArray | None) -> str:
@@ -135,7 +146,7 @@ def _bin_label(array: EstimateArray, axis: int, number: int) -> str:
     return bin_range_text(array.dims[axis], array.coords[array.dims[axis]], number, array.shape[axis])
 
 
-# ---- The reading of a detector in a notebook: a row per quantity.
+# ---- The reading of a detector in a notebook: a row per quantity, and a picture of the main one.
 
 # numbers (bins times batches) of one quantity, above which other quantities are only named
 MAX_NUMBERS = 1 << 22
@@ -145,37 +156,43 @@ def reading_html(reading: Tally) -> str:
     """The reading, with the reason for a missing score if it is known."""
     note = reading.diagnosis.note
     boxes = warning_boxes([note.what] if note else [])
-    return framed(heading(escaped(reading.heading)), boxes, quantities_table(reading))
+    return framed(heading(escaped(reading.heading)), boxes, reading_parts(reading, has_picture=True))
 
 
-def quantities_table(reading: Tally) -> str:
-    """A row per available quantity; with very many bins only for those that are already computed."""
-    rows, named, is_heavy = [], [], False
+def reading_parts(reading: Tally, has_picture: bool) -> str:
+    """A picture, and a row per available quantity; with very many bins only for those already computed."""
+    rows, named, arrays, is_heavy = [], [], {}, False
     for name in reading.available:
         if is_heavy and name not in vars(reading):
             named.append(name)
             continue
         quantity = getattr(reading, name)
-        rows.append([_name_with_tooltip(reading, name), *_cells(quantity)])
-        is_heavy = is_heavy or _number_count(quantity) > MAX_NUMBERS
+        if isinstance(quantity, EstimateArray):
+            arrays[name] = quantity
+            is_heavy = is_heavy or quantity.value.size * quantity.batches > MAX_NUMBERS
+        text = array_summary(quantity) if name in arrays else _in_line(quantity)
+        rows.append([_name_with_tooltip(reading, name), text])
     more = f"not computed for so many bins unless read: {', '.join(map(code, named))}" if named else ""
-    return (table(rows) if rows else "") + (f"<div>{muted(more)}</div>" if more else "")
+    picture = _main_picture(reading, arrays, is_heavy) if has_picture and arrays else ""
+    return picture + (table(rows) if rows else "") + (f"<div>{muted(more)}</div>" if more else "")
 
 
-def _cells(quantity: Estimate | EstimateArray) -> tuple[str, str]:
-    """The text of a quantity, and its picture if it is an array."""
-    if isinstance(quantity, EstimateArray):
-        return array_summary(quantity), array_thumbnail(quantity)
-    return f"<span>{typeset(quantity)}</span>", ""
+def _main_picture(reading: Tally, arrays: dict[str, EstimateArray], is_heavy: bool) -> str:
+    """The quantity by bin that this kind of detector is made for; of very many bins the one that is known."""
+    known = next(iter(arrays))
+    name = known if is_heavy else next((name for name, _ in reading.binned() if name in arrays), known)
+    cut, where = _largest_slice(arrays[name])
+    note = f"<div>{muted(f'where {where}')}</div>" if where else ""
+    return "" if cut is None else note + array_image(cut, name.replace("_", " "))
+
+
+def _in_line(estimate: Estimate) -> str:
+    return f"<span>{typeset(estimate)}</span>"
 
 
 def _name_with_tooltip(reading: Tally, name: str) -> str:
     """The name, with its meaning as a tooltip."""
     return f'<span title="{escaped(getattr(type(reading), name).summary)}">{code(name)}</span>'
-
-
-def _number_count(quantity: Estimate | EstimateArray) -> int:
-    return quantity.value.size * quantity.batches if isinstance(quantity, EstimateArray) else 1
 
 
 def sample_html(reading: SnapshotReading) -> str:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from transport.io.html.charts import BAR_COLOUR
 from transport.io.html.elements import details, escaped, framed, heading, muted, table, typeset, warning_boxes
-from transport.io.html.estimates import quantities_table
+from transport.io.html.estimates import reading_parts
 from transport.results.report import (
     cost_lines,
     error_bar_line,
@@ -23,7 +22,7 @@ from transport.scene.phase_space import Snapshot
 if TYPE_CHECKING:
     from transport.results.result import Ledger, Result
 
-MAX_UNFOLDED_DETECTORS = 2  # number of detectors up to which they are shown unfolded
+MAX_UNFOLDED_DETECTORS = 2  # number of detectors up to which they are shown unfolded, with pictures
 
 
 def result_html(result: Result) -> str:
@@ -51,13 +50,13 @@ def ledger_html(ledger: Ledger) -> str:
 
 
 def ledger_table(ledger: Ledger) -> str:
-    """A row per entry, with a bar for its share of the emitted power."""
+    """A row per entry, with its share of the emitted power."""
     emitted = ledger["emitted"].value
     return table(
         [
             ("&emsp;" if is_part else "") + escaped(name),
             f"<span>{typeset(estimate)}</span>",
-            _share_bar(estimate.value / emitted if emitted else math.nan),
+            _share_cell(estimate.value / emitted if emitted else math.nan),
         ]
         for name, estimate, is_part in printed_entries(ledger)
     )
@@ -69,14 +68,9 @@ def _detector_section(result: Result, detector: object, is_open: bool) -> str:
     if isinstance(detector, Snapshot):
         return f"<div>{title}</div>"
     prices = "".join(f"<div>{muted(typeset(line))}</div>" for line in price_lines(result, detector.name))
-    return details(title, quantities_table(reading) + prices, is_open)
+    return details(title, reading_parts(reading, has_picture=is_open) + prices, is_open)
 
 
-def _share_bar(share: float) -> str:
-    """A bar of 100 pixels for a share of the whole."""
-    if not 0 <= share <= 1:
-        return ""
-    return (
-        f'<svg width="100" height="9" role="img" fill="{BAR_COLOUR}"><title>{100 * share:.3g} %</title>'
-        f'<rect width="100" height="9" opacity=".16"/><rect width="{100 * share:.2f}" height="9"/></svg>'
-    )
+def _share_cell(share: float) -> str:
+    """A share of the whole in percent; empty if there is none."""
+    return ">" + muted(f"{100 * share:.3g} %") if 0 <= share <= 1 else ""

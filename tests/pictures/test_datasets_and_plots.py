@@ -1,0 +1,262 @@
+"""`to_dataset()` and `plot()` of every kind of tally: the numbers, the sizes of the bins, the axes of the picture."""
+
+from __future__ import annotations
+
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+
+import transport as tp
+
+matplotlib.use("Agg")
+from matplotlib import pyplot
+
+U = (-1.0, -0.8, 0.1, 1.0)  # bins of unlike sizes
+FOG = tp.Medium(scattering=0.2, absorption=0.3)
+
+
+@pytest.fixture(scope="module")
+def forward():
+    """A lamp over a floor in fog that absorbs, with a clock; a detector of each kind."""
+    lamp = tp.Source(
+        tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.2),
+        tp.Lambertian(energy=2.0),
+        pulse=tp.Instant(),
+    )
+    floor = tp.Surface(tp.Rectangle(normal=(0, 0, 1), width=2, height=2), tp.Diffuse(0.5), name="floor")
+    disk = tp.Disk(center=(0, 0, 0.5), normal=(0, 0, 1), radius=0.3)
+    box = tp.Box(center=(0, 0, 0.5), size=(1, 1, 1))
+    detectors = [
+        tp.Detector("floor", positions=tp.Positions(u=U, v=3), times=2),
+        tp.Detector(disk, "up", directions=tp.Directions(theta=(0, 0.3, 0.7, np.pi / 2))),
+        tp.Detector(disk, "all", positions=tp.Positions(u=2), directions=tp.Directions(mu=2, phi=3)),
+        tp.Detector(disk, "plain"),
+        tp.VolumeDetector(box, "box", cells=(3, 1, 2)),
+        tp.VolumeDetector(tp.Sphere(center=(0, 0, 0.5), radius=0.4), "ball", cells=(0.1, 0.2, 0.4)),
+        tp.PhaseSpace(name="cloud", time=(1e-9, 2e-9), x=(-1, -0.2, 0, 1)),
+        tp.Snapshot(name="shot", time=1e-9, particles=50),
+    ]
+    scene = tp.Scene(lamp, floor, detectors, medium=FOG, duration=5e-9)
+    return tp.simulate(scene, 20_000, seed=1, threads=2, progress=False)
+
+
+@pytest.fixture(scope="module")
+def backward():
+    lamp = tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.4), tp.Lambertian(radiance=2.0))
+    floor = tp.Surface(tp.Rectangle(normal=(0, 0, 1), width=2, height=2), tp.Diffuse(0.5), name="floor")
+    around = tp.EnvironmentMap(position=(0, 0.2, 0.5), name="around", theta=(0, 0.2, 1, np.pi), phi=4)
+    view = tp.Camera(position=(0, -2, 1), look_at=(0, 0, 0), pixels=(6, 4), name="view")
+    patch = tp.Detector("floor", "patch", positions=tp.Positions(u=U, v=2))
+    scene = tp.Scene(lamp, floor, [around, view, patch])
+    return tp.simulate(scene, 40_000, seed=1, threads=2, progress=False, estimator="backward")
+
+
+@pytest.fixture(scope="module")
+def steady():
+    lamp = tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))
+    disk = tp.Surface(tp.Disk(radius=1), tp.Diffuse(0.5), name="disk")
+    dot = tp.PointDetector(name="dot", position=(0.4, 0.1, 0.2))
+    scene = tp.Scene(lamp, disk, [tp.Detector("disk", positions=tp.Positions(u=3, v=4)), dot])
+    return tp.simulate(scene, 5_000, seed=1, threads=2, progress=False)
+
+
+# Datasets
+
+
+@pytest.mark.parametrize("name", ["forward", "backward", "steady"])
+def test_a_dataset_is_what_a_saved_run_holds_and_the_sizes_of_bins(name, request, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    result, path = request.getfixturevalue(name), tmp_path / "run.nc"
+    result.save(path)
+    for detector in result.scene.detectors:
+        data = result[detector.name].to_dataset()
+        with xarray.open_dataset(path, engine="h5netcdf", group=detector.name) as saved:
+            sizes = [name for name in data.coords if str(name).startswith("bin_")]
+            xarray.testing.assert_identical(data.drop_vars(sizes), saved.load())
+
+
+@pytest.mark.parametrize(
+    ("run", "name", "density", "size", "whole"),
+    [
+        ("forward", "floor", "irradiance", "bin_area", "flux_in"),
+        ("forward", "floor", "flux_in", "bin_time", "energy_in"),
+        ("forward", "up", "radiance", "bin_projected_solid_angle", "irradiance"),
+        ("forward", "up", "flux_density", "bin_solid_angle", "irradiance"),
+        ("forward", "ball", "absorbed_density", "bin_volume", "absorbed_power"),
+        ("forward", "cloud", "density", "bin_extent", "number"),
+        ("backward", "around", "radiance", "bin_solid_angle", "fluence_rate"),
+        ("backward", "patch", "irradiance", "bin_area", "flux_in"),
+    ],
+)
+def test_a_density_times_the_sizes_of_its_bins_is_its_integral(run, name, density, size, whole, request):
+    data = request.getfixturevalue(run)[name].to_dataset()
+    assert data[size].attrs["units"] and data[density].attrs["units"]
+    kept = [dim for dim in data[density].dims if dim not in data[size].dims or dim in data[whole].dims]
+    parts = data[density] * data[size]
+    summed = parts.sum([dim for dim in data[density].dims if dim not in kept])
+    np.testing.assert_allclose(summed, data[whole], rtol=1e-12)
+    widths = data[size].values
+    assert not np.allclose(widths, widths.flat[0]) or name == "floor"  # a plain sum would be wrong
+
+
+def test_chosen_quantities_have_their_bins_alone(forward):
+    data = forward["all"].to_dataset("irradiance", "radiance")
+    assert [name for name in data if not name.endswith("_doubtful")] == [
+        "irradiance", "irradiance_error", "radiance", "radiance_error",
+    ]  # fmt: skip
+    assert data.radiance.dims == ("u", "mu", "phi") and data.u.attrs["units"] == "m"
+    only = forward["all"].to_dataset("irradiance")
+    assert set(only.dims) == {"u", "v"} & set(only.dims) and "bin_area" in only.coords
+    with pytest.raises(tp.SceneError, match="radiance needs directions"):
+        forward["plain"].to_dataset("radiance")
+    with pytest.raises(tp.SceneError, match="did you mean 'irradiance'"):
+        forward["plain"].to_dataset("iradiance")
+
+
+def test_a_dataset_leaves_no_quantities_in_a_tally_that_were_not_read(forward):
+    tally = forward._read(forward.scene.detectors[0])
+    read = tally.exitance
+    tally.to_dataset()
+    assert vars(tally)["exitance"] is read and "irradiance" not in vars(tally)
+
+
+def test_available_quantities_are_those_that_can_be_read(forward, backward, steady):
+    for result in (forward, backward, steady):
+        for detector in result.scene.detectors:
+            tally = result[detector.name]
+            for name in tally.known:
+                if name in tally.available:
+                    getattr(tally, name)
+                else:
+                    with pytest.raises(tp.SceneError):
+                        getattr(tally, name)
+    assert "energy_in" in forward["plain"].available and "radiance" not in forward["plain"].available
+
+
+def test_a_sample_has_no_quantity_to_convert(forward):
+    with pytest.raises(tp.SceneError, match=r"Snapshot 'shot': no quantity 'weights'; it is a sample"):
+        forward["shot"].to_dataset("weights")
+    assert "weights" in forward["shot"].to_dataset()
+
+
+# Pictures
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    yield
+    pyplot.close("all")
+
+
+def test_one_axis_is_drawn_as_steps_and_points_with_bars_of_two_errors(forward):
+    axes = forward["up"].plot()
+    radiance = forward["up"].radiance
+    assert axes.get_xlabel() == "polar angle θ [°]" and axes.get_ylabel().startswith("radiance  [")
+    (steps,) = axes.patches
+    np.testing.assert_array_equal(steps.get_data().values, radiance.value)
+    np.testing.assert_allclose(steps.get_data().edges, np.degrees(radiance.coords["theta"]))
+    (bars,) = axes.containers
+    segments = np.array(bars.lines[2][0].get_segments())
+    known = np.isfinite(radiance.error)
+    np.testing.assert_allclose(np.diff(segments[:, :, 1])[:, 0], 4 * radiance.error[known])
+
+
+@pytest.mark.parametrize(
+    ("run", "name", "quantity", "labels", "is_transposed", "inverted"),
+    [
+        ("backward", "patch", "irradiance", ("u [m]", "v [m]"), True, (False, False)),
+        ("backward", "view", "radiance", ("", ""), False, (False, False)),
+        (
+            "backward",
+            "around",
+            "radiance",
+            ("azimuth φ [°], seen from inside", "polar angle θ [°]"),
+            False,
+            (True, True),
+        ),
+        ("forward", "box", "fluence_rate", ("x [m]", "z [m]"), True, (False, False)),
+    ],
+)
+def test_a_map_has_its_bins_where_they_are(run, name, quantity, labels, is_transposed, inverted, request):
+    tally = request.getfixturevalue(run)[name]
+    axes = tally.plot(quantity)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == labels
+    assert (axes.xaxis_inverted(), axes.yaxis_inverted()) == inverted
+    array = getattr(tally, quantity)
+    value = np.squeeze(array.value)
+    value = value.T if is_transposed else value
+    (drawn,) = [each for each in (*axes.images, *axes.collections) if each.get_array() is not None]
+    np.testing.assert_array_equal(np.ma.filled(drawn.get_array(), np.nan).reshape(value.shape), value)
+    beside = axes.figure.axes[1]
+    assert len(axes.figure.axes) == 2 and beside.get_xlabel() == labels[0]
+    assert beside.child_axes[0].get_ylabel() == "relative standard error  [%]"
+
+
+def test_a_disk_is_drawn_round(steady):
+    axes = steady["disk"].plot()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("along $e_u$ [m]", "along $e_v$ [m]")
+    (mesh,) = axes.collections
+    assert np.hypot(*mesh.get_coordinates().reshape(-1, 2).T).max() == pytest.approx(1.0)
+
+
+def test_a_picture_is_drawn_where_it_is_asked_for(forward):
+    _, axes = pyplot.subplots()
+    radiance = forward["all"].radiance[0]
+    radiance = radiance if len(radiance.dims) == 2 else radiance[0]
+    assert radiance.plot(axes, label="L") is axes
+    assert axes.child_axes[0].get_ylabel().startswith("L  [")  # its bar
+
+
+def test_decades_set_a_logarithmic_scale(backward):
+    axes = backward["around"].radiance.sum("phi").plot(decades=2)
+    low, high = axes.get_ylim()
+    assert axes.get_yscale() == "log" and 100 <= high / low < 1000
+
+
+def test_what_cannot_be_drawn_is_refused(forward, steady):
+    with pytest.raises(
+        ValueError, match=r"3 axes of bins \(u, mu, phi\); index it, or average it as in [.]mean"
+    ):
+        forward["all"].plot("radiance")
+    with pytest.raises(ValueError, match="flux_in of 'plain' has no bins"):
+        forward["plain"].plot("flux_in")
+    for tally in (steady["dot"], forward["shot"]):
+        with pytest.raises(ValueError, match=f"{tally.name!r} has no quantity with bins"):
+            tally.plot()
+
+
+def test_without_matplotlib_the_command_that_installs_it_is_named(forward, monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("transport.viz")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(tp.SceneError, match=r"plot: matplotlib is not installed; pip install"):
+        forward["up"].plot()
+    with pytest.raises(tp.SceneError, match=r"plot: matplotlib is not installed; pip install"):
+        forward["up"].radiance.plot()
+
+
+@pytest.mark.parametrize("name", ["plan", "particles", "fluxin", 3, ["flux_in"]])
+def test_what_is_no_quantity_is_refused_by_name(name):
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=2, height=2), tp.Black(), "floor")
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    meter = tp.Detector("floor", positions=tp.Positions(u=2))
+    reading = tp.simulate(tp.Scene(lamp, floor, meter), 100, seed=1, progress=False)["floor"]
+    with pytest.raises(tp.SceneError, match="Detector 'floor': no quantity"):
+        reading.to_dataset(name)
+    with pytest.raises(tp.SceneError, match="Detector 'floor': no quantity"):
+        reading.plot(name)
+    for wrong in (0, -1, float("nan"), float("inf"), "a"):
+        with pytest.raises(ValueError, match="plot: decades must be"):
+            reading.plot("irradiance", decades=wrong)
+    with pytest.raises(ValueError, match="plot: axes must be Axes"):
+        reading.plot("irradiance", axes=3)
+
+
+def test_a_misspelt_quantity_is_compared_with_those_that_the_scene_has():
+    """`fluence` is nearer, but it needs a clock."""
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    scene = tp.Scene(lamp, (), tp.VolumeDetector(tp.Box(size=1.0), "box"))
+    with pytest.raises(AttributeError, match="did you mean 'fluence_rate'"):
+        _ = tp.simulate(scene, particles=100, progress=False)["box"].flence

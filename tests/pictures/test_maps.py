@@ -1,0 +1,507 @@
+"""Maps by the numbers that they show: where a bin lies, its relative error, which row a cut takes, how far a scale reaches."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+import transport as tp
+from tests.drawing import assert_drawn, estimates, points_of, reading, words
+from tests.synthetic import EVEN_RUN
+from transport.statistics.estimates import EstimateArray
+from transport.viz.directions import direction_bins
+from transport.viz.maps import bins_of, draw_values, plot_map, plot_maps, value_norm
+
+pytestmark = pytest.mark.filterwarnings("error")  # such as a layout that collapsed
+
+TURN = np.linspace(0, 2 * math.pi, 13)
+MU = np.linspace(0, 1, 9)
+RIM = math.atan(0.5)
+ERRORS = "relative standard error  [%]"
+
+
+def simulated(sources, detectors, surfaces=(), particles=20_000, seed=1):
+    return tp.simulate(tp.Scene(sources, surfaces, detectors), particles, seed=seed, progress=False)
+
+
+@pytest.fixture(scope="module")
+def result():
+    """A lamp over a grey floor, with a disk and a tube beside it, all with bins of place."""
+    lamp = tp.Disk(center=(0.3, 0, 1), normal=(0, 0, -1), radius=0.2)
+    floor = tp.Surface(tp.Rectangle(width=2.0, height=1.0), tp.Diffuse(0.5), "floor")
+    disk = tp.Disk(center=(0, 0, 0.5), radius=0.5)
+    tube = tp.Cylinder(center=(0, 0, 0.5), radius=0.9, height=0.5)
+    meters = [
+        tp.Detector("floor", positions=tp.Positions(u=8, v=4)),
+        tp.Detector("floor", "rows", positions=tp.Positions(u=8)),
+        tp.Detector(disk, "round", positions=tp.Positions(u=3, v=8)),
+        tp.Detector(tube, "tube", side="back", positions=tp.Positions(u=4, v=6)),
+    ]
+    return simulated(tp.Source(lamp, tp.Lambertian(power=10.0)), meters, floor)
+
+
+def mesh_of(axes):
+    """The cells of a round map."""
+    (mesh,) = [each for each in axes.collections if isinstance(each, QuadMesh)]
+    return mesh
+
+
+def brightest(mesh):
+    """The middle of the corners of the cells of the largest value."""
+    corners = mesh.get_coordinates()
+    cells = np.ma.filled(mesh.get_array().reshape(len(corners) - 1, -1), -1.0)
+    rows, columns = np.nonzero(cells == cells.max())
+    return corners[rows.min() : rows.max() + 2, columns.min() : columns.max() + 2].mean(axis=(0, 1))
+
+
+# By place
+
+
+def test_a_map_shows_the_values_their_relative_errors_and_a_cut(tmp_path, result):
+    path, floor = tmp_path / "new" / "map.png", result["floor"].irradiance
+    exact = np.arange(32.0).reshape(8, 4)
+    page = plot_map(result["floor"], path, exact=exact, cut=-0.2, title="Light", note="small print")
+    assert_drawn(page, path)
+    values, errors, cut = page.axes
+    np.testing.assert_array_equal(values.images[0].get_array(), floor.value.T)
+    np.testing.assert_allclose(values.images[0].get_extent(), (-1, 1, -0.5, 0.5))
+    percent, known = errors.images[0].get_array(), np.isfinite(floor.relative_error.T)
+    np.testing.assert_allclose(percent[known], 100 * floor.relative_error.T[known])
+    ((x, y, bars),) = points_of(cut)
+    told = np.isfinite(floor.error[:, 1])
+    np.testing.assert_allclose(x, (-0.875 + 0.25 * np.arange(8))[told])
+    np.testing.assert_allclose(y, floor.value[told, 1])
+    np.testing.assert_allclose(bars, 2 * floor.error[told, 1])
+    np.testing.assert_array_equal(cut.patches[0].get_data().values, exact[:, 1])
+    said = words(page)
+    for part in ("u [m]", "v [m]", "small print", ERRORS, "Light", "at v = −0.125 m"):
+        assert part in said, part
+    assert r"irradiance  [$\mathrm{W\,m^{-2}}$]" in said
+
+
+def test_a_map_and_its_cut_are_logarithmic_together(result):
+    values, _, cut = plot_map(result["floor"], decades=2, cut=True).axes
+    norm, (low, high) = values.images[0].norm, cut.get_ylim()
+    assert cut.get_yscale() == "log"
+    assert low == norm.vmin and high >= norm.vmax == 100 * low
+
+
+def test_a_disk_is_drawn_round_and_cut_from_rim_to_rim(result):
+    page, round_one = plot_map(result["round"], cut=2), result["round"].irradiance
+    mesh = mesh_of(page.axes[0])
+    assert np.hypot(*mesh.get_coordinates().reshape(-1, 2).T).max() == pytest.approx(0.5)
+    np.testing.assert_allclose(mesh.get_array().reshape(-1, 3)[::30], round_one.value.T)
+    (ahead, value, _), (behind, opposite, _) = points_of(page.axes[2])
+    assert (ahead > 0).all() and (behind < 0).all()
+    np.testing.assert_allclose(value, round_one.value[:, 2])
+    np.testing.assert_allclose(opposite, round_one.value[:, 6])
+
+
+def test_a_disk_is_drawn_from_e_u_towards_e_v():
+    values = np.ones((3, 8))
+    values[1, 2] = 9.0
+    array = estimates(values, ("u", "v"), ([0, 1, 2, 3], np.linspace(0, 2 * math.pi, 9)))
+    mesh = mesh_of(plot_map(reading(array, tp.Disk(radius=3.0)), quantity="glow").axes[0])
+    x, y = brightest(mesh)
+    assert math.atan2(y, x) == pytest.approx(math.radians(112.5), abs=0.02) and 1.4 < math.hypot(x, y) < 1.6
+
+
+def spots(bright, shape=None, error=0.02):
+    """4 by 5 bins that are 1 ± 0.02, but for some: {(u, v): (value, relative error)}."""
+    values, errors = np.ones((4, 5)), np.full((4, 5), error)
+    for place, (value, relative) in bright.items():
+        values[place], errors[place] = value, relative
+    edges = (np.arange(5.0), np.arange(6.0) if shape is None else np.linspace(0, 2 * math.pi, 6))
+    array = estimates(values, ("u", "v"), edges, relative=errors, counts=np.full((4, 5), 320))
+    return reading(array, shape or tp.Rectangle(width=4, height=5))
+
+
+@pytest.mark.parametrize(
+    ("bright", "row"),
+    [
+        pytest.param({(2, 4): (9.0, 0.02)}, 4, id="above"),
+        pytest.param({(2, 0): (9.0, 0.02)}, 0, id="below"),
+        pytest.param({(2, 4): (math.nan, 0.02), (1, 3): (2.0, 0.02)}, 3, id="beside one that is not known"),
+        pytest.param({(2, 0): (2.0, 0.02), (1, 3): (2.0, 0.02)}, 3, id="of two the one nearer the middle"),
+        pytest.param({}, 2, id="nowhere"),
+        pytest.param({(0, 1): (9.0, 0.02)} | {(u, 3): (2.0, 0.02) for u in range(4)}, 1, id="a small spot"),
+        pytest.param({(0, 4): (9.0, 0.95), (1, 1): (2.0, 0.02)}, 1, id="beside a single large score"),
+    ],
+)  # fmt: skip
+def test_a_cut_runs_through_the_brightest_spot_and_is_marked(bright, row):
+    page = plot_map(spots(bright), quantity="irradiance", cut=True)
+    np.testing.assert_allclose(page.axes[0].lines[0].get_ydata(), row + 0.5)
+
+
+def test_a_cut_without_any_known_error_runs_through_the_greatest_value():
+    page = plot_map(spots({(2, 4): (9.0, 0.0)}, error=0.0), quantity="irradiance", cut=True)
+    np.testing.assert_allclose(page.axes[0].lines[0].get_ydata(), 4.5)
+
+
+@pytest.mark.parametrize(
+    ("bright", "sector"),
+    [({(2, 3): (9.0, 0.02)}, 3), ({}, 0), ({(0, 2): (9.0, 0.95), (3, 1): (2.0, 0.02)}, 1)],
+)
+def test_a_cut_of_a_disk_starts_in_the_brightest_sector(bright, sector):
+    (x, y) = plot_map(spots(bright, tp.Disk(radius=4.0)), quantity="E", cut=True).axes[0].lines[0].get_data()
+    assert math.degrees(math.atan2(y[-1], x[-1])) % 360 == pytest.approx(72 * sector + 36)
+
+
+def test_a_tube_is_unrolled_with_its_azimuth_across_in_degrees(result):
+    bins = bins_of(result["tube"], "irradiance")
+    assert [bins.across.unit, bins.up.unit] == ["°", "m"]
+    np.testing.assert_allclose(bins.across.edges, np.linspace(0, 360, 7))
+    np.testing.assert_array_equal(bins.value, result["tube"].irradiance.value)
+
+
+def test_bins_along_one_coordinate_are_a_curve(result):
+    (axes,) = plot_map(result["rows"]).axes
+    np.testing.assert_allclose(points_of(axes)[0][1], result["rows"].irradiance.value)
+
+
+def cells(*shape, dims=("x", "y", "z")):
+    """Cells whose values are their numbers."""
+    values = 1.0 + np.arange(math.prod(shape)).reshape(shape)
+    return estimates(values, dims, [np.linspace(0, 1, n + 1) for n in shape], relative=0.01)
+
+
+@pytest.mark.parametrize(
+    ("shape", "at", "taken"),
+    [
+        ((3, 4, 5), {}, np.s_[:, :, 2]),
+        ((3, 4, 5), {"y": 1}, np.s_[:, 1, :]),
+        ((3, 1, 5), {}, np.s_[:, 0, :]),
+    ],
+)
+def test_of_cells_in_space_one_layer_is_drawn(shape, at, taken):
+    array = cells(*shape)
+    np.testing.assert_allclose(bins_of(array, at=at).value, array.value[taken].T)
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda result: plot_map(result["floor"], quantity="flux_in"), "has no bins"),
+        (lambda result: plot_map(result["floor"], exact=np.zeros(3)), r"bins \(8, 4\)"),
+        (lambda result: plot_map(result["floor"], at={"z": 1}), r"no axes \['z'\]"),
+        (lambda result: plot_map(result["floor"], at={"u": 1, "v": 1}), "leave an axis out"),
+        (lambda result: plot_map(result["floor"], cut=0.7), "cut must be -0.5 to 0.5"),
+        (lambda result: plot_map(cells(2, 3, 4, dims=("mu", "u", "v"))), r"write at=\{'mu': 0\}"),
+        (lambda result: plot_maps({}), "at least one panel"),
+        (
+            lambda result: plot_map(
+                estimates([[-3.0, 1.0]] * 2, ("x", "y"), ([0, 1, 2], [0, 1, 2])), decades=2
+            ),
+            "no place for -3; leave decades out",
+        ),
+        (
+            lambda result: plot_map(seen(disk, phi=np.array([0.0, 1.0, 2.0])), cut=3.0),
+            "cut must be 0 to 2",
+        ),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_with_the_cure(result, draw, message):
+    with pytest.raises(ValueError, match=message):
+        draw(result)
+
+
+# Scales, instants, and figures of one's own
+
+
+def test_a_scale_of_decades_begins_so_far_below_the_greatest_and_hatches_what_has_no_score():
+    array = estimates([[0.0, 0.5], [1e3, 20.0]], ("x", "y"), ([0, 1, 2], [0, 1, 2]), relative=0.01)
+    norm = value_norm(bins_of(array), 2.0)
+    assert (norm.vmin, norm.vmax) == pytest.approx((10.0, 1e3), rel=1e-9)
+    drawn = plot_map(array, ax=Figure().subplots(), decades=2).images[0].get_array()
+    np.testing.assert_allclose(np.ma.filled(drawn, -1), [[-1, 1e3], [norm.vmin, 20.0]])
+    nothing = estimates(np.zeros((2, 2)), ("x", "y"), ([0, 1, 2], [0, 1, 2]))
+    assert value_norm(bins_of(nothing), 2.0).vmax == 1.0
+
+
+def test_errors_are_drawn_over_two_decades_at_the_most():
+    relative = np.array([[1e-6, 0.02], [0.5, 3.0]])
+    array = estimates(np.ones((2, 2)), ("x", "y"), ([0, 1, 2], [0, 1, 2]), relative=relative)
+    norm = plot_map(array).axes[1].images[0].norm
+    assert isinstance(norm, LogNorm) and (norm.vmin, norm.vmax) == pytest.approx((1.0, 100.0))
+
+
+def clouds(dims=("time", "x", "vx"), scale=1):
+    """Counts over phase space at three instants, with a corner that nothing comes to."""
+    shape = tuple({"time": 3, "x": 5, "vx": 4}[name] for name in dims)
+    counts = scale * np.random.default_rng(5).poisson(4.0, size=(32, *shape))
+    counts[..., 0] = 0
+    coords = {name: np.linspace(-1, 1, n + 1) for name, n in zip(dims, shape, strict=True)}
+    coords |= {"time": np.array([0.0, 1.0, 8.0])} if "time" in dims else {}
+    return EstimateArray(counts, EVEN_RUN, "m^-2 s", dims, coords, counts=counts.sum(axis=0))
+
+
+@pytest.mark.parametrize("decades", [None, 2.0])
+def test_instants_are_columns_of_maps_above_their_errors_on_one_scale(tmp_path, decades):
+    density = clouds()
+    page = plot_map(density, tmp_path / "a.png", decades=decades, label="density")
+    assert_drawn(page, tmp_path / "a.png")
+    upper, lower = np.array(page.axes[:6]).reshape(2, 3)
+    assert len({axes.images[0].norm for axes in upper}) == 1
+    for time in range(3):
+        above, below = upper[time].images[0].get_array(), lower[time].images[0].get_array()
+        np.testing.assert_array_equal(np.ma.filled(above, 0)[1:], density[time].value.T[1:])
+        np.testing.assert_allclose(below[1:], 100 * density[time].relative_error.T[1:])
+        assert np.ma.getmaskarray(below)[0].all()
+        assert np.ma.getmaskarray(above)[0].all() == (decades is not None)
+    said = words(page)
+    assert {"t = 0 s", "t = 8 s", "no score", ERRORS, "x [m]"} <= set(said.splitlines())
+    assert r"density  [$\mathrm{s\,m^{-2}}$]" in said and r"velocity vₓ [$\mathrm{m\,s^{-1}}$]" in said
+
+
+def test_instants_beside_one_axis_stand_apart_by_their_names_and_alone_at_their_times():
+    axes = plot_map(clouds(("time", "x"))).axes[0]
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["t = 0 s", "t = 1 s", "t = 8 s"]
+    np.testing.assert_allclose(axes.get_xlim(), (-0.5, 2.5))  # 1 s and 8 s are neighbours
+    assert "time" not in axes.get_xlabel()
+    (line,) = plot_map(clouds(("time", "x")).sum("x")).axes
+    assert list(points_of(line)[0][0]) == [0.0, 1.0, 8.0] and not line.patches
+
+
+def test_media_are_named_and_no_numbers_on_a_line():
+    paths = estimates([1.0, 2.0], ("medium",), ([0.0, 1.0],), "m")
+    (axes,) = plot_map(paths).axes
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["medium 0", "medium 1"]
+
+
+def test_labels_of_a_narrow_map_do_not_overlap():
+    array = cells(6, 60, dims=("r", "z"))
+    array = estimates(
+        array.value, ("r", "z"), (np.linspace(0, 0.1, 7), np.linspace(-0.2, 0.18, 61)), relative=0.02
+    )
+    page = plot_map(array, cut=True)
+    page.draw_without_rendering()
+    for axes in page.axes[:2]:
+        low, high = axes.get_xlim()
+        shown = [label for label in axes.get_xticklabels() if low <= label.get_position()[0] <= high]
+        boxes = sorted((label.get_window_extent() for label in shown), key=lambda box: box.x0)
+        assert len(boxes) >= 2
+        assert all(left.x1 < right.x0 for left, right in zip(boxes, boxes[1:], strict=False))
+
+
+def test_a_map_alone_hatches_doubtful_bins_and_writes_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    array = estimates(np.ones((2, 2)), ("x", "y"), ([0, 1, 2], [0, 1, 2]))
+    axes = Figure().subplots()
+    assert plot_map(array, ax=axes, bar=False) is axes
+    assert not axes.child_axes and not axes.patches and not list(tmp_path.iterdir())
+    bins = replace(bins_of(array), doubtful=np.array([[False, True], [False, False]]))
+    draw_values(axes, bins, value_norm(bins), is_alone=True)
+    (hatched,) = axes.patches
+    assert hatched.get_hatch()
+    np.testing.assert_array_equal(hatched.get_path().vertices[:, 0].mean(), 1.4)  # of 1, 2, 2, 1, 1
+
+
+# By direction
+
+
+def disk(theta, phi=0.0):
+    """Radiance of a disk of half its distance's radius, seen from its axis."""
+    return np.where(theta < RIM, 100.0, 0.0)
+
+
+def lobe(theta, phi):
+    """A smooth radiance that depends on both angles."""
+    return 1 + np.exp(-8 * (1 - np.cos(theta) * 0.8 - 0.6 * np.sin(theta) * np.cos(phi)))
+
+
+def seen(law, polar="mu", edges=MU, phi=TURN, seed=1):
+    """What a detector with these bins would count of an exact radiance, with the noise of its counts."""
+    coords, shape = {polar: edges, "phi": phi}, (32, len(edges) - 1, len(phi) - 1)
+    bins = direction_bins(EstimateArray(np.zeros(shape), EVEN_RUN, "1", (polar, "phi"), coords))
+    means = np.stack([bins.expected(law, column) for column in range(len(phi) - 1)], axis=1)
+    means = means[::-1] if polar == "mu" else means
+    counts = np.random.default_rng(seed).poisson(np.broadcast_to(means, shape))
+    unit = "W m^-2 sr^-1"
+    return EstimateArray(counts, EVEN_RUN, unit, (polar, "phi"), coords, counts=counts.sum(axis=0))
+
+
+@pytest.mark.parametrize(
+    ("polar", "edges", "law"),
+    [
+        pytest.param("mu", MU, lobe, id="lobe by mu"),
+        pytest.param("theta", np.linspace(0, math.pi / 2, 10), disk, id="disk by theta"),
+        pytest.param("theta", np.linspace(0, 1.2 * RIM, 7), disk, id="disk in a cone"),
+    ],
+)
+def test_a_plan_of_directions_is_drawn_with_units(tmp_path, polar, edges, law):
+    path, L = tmp_path / "map.png", seen(law, polar, edges)
+    page = plot_map(
+        L, path, label="radiance L", exact=law, cut=0.0, title="Law", note="384 particles, seed 1"
+    )
+    assert_drawn(page, path)
+    said = words(page)
+    for part in (
+        r"\mathrm{W\,m^{-2}\,sr^{-1}}", ERRORS, "[°]", "Law", "384 particles, seed 1", "φ = 0° to 30°", "exact, bin mean",
+    ):  # fmt: skip
+        assert part in said, part
+    assert ("no score" in said) == np.isnan(L.error).any()
+    if edges[-1] > 1.5 or polar == "mu":
+        assert {"30°", "60°", "θ = 90°", "seen from\nin front"} <= {
+            text.get_text() for text in page.axes[0].texts
+        }
+
+
+@pytest.mark.parametrize("gap", ["nothing scored", "one batch scored", "not a number", "exact", "no noise"])
+def test_a_map_survives_bins_without_a_value_or_an_error(gap):
+    values = np.random.default_rng(3).poisson(5.0, size=(32, 8, 12)).astype(float)
+    if gap == "nothing scored":
+        values[...] = 0
+    elif gap == "one batch scored":
+        values[1:, 3] = 0
+    elif gap == "not a number":
+        values[:, 2, 4], values[:, 7] = np.nan, np.nan
+    elif gap == "no noise":
+        values[...] = 2.0
+    coords = {"mu": MU, "phi": TURN}
+    L = EstimateArray(values, EVEN_RUN, "W m^-2 sr^-1", ("mu", "phi"), coords, exact=gap == "exact")
+    assert_drawn(plot_map(L, exact=lobe, cut=True))
+
+
+def test_a_plan_has_each_direction_in_its_place_and_both_halves_of_its_cut():
+    """Brightest at theta 30 to 60, phi 120 to 180 degrees: up and to the left; the cut through it goes on at 300 degrees."""
+    values = np.arange(1.0, 19.0).reshape(3, 6)
+    values[1, 2], values[2, 4] = 1000.0, 0.0
+    L = estimates(values, ("theta", "phi"), (np.linspace(0, math.pi / 2, 4), np.linspace(0, 2 * math.pi, 7)))
+    exact = lambda theta, phi: np.where(phi < math.pi, 1000.0, 10.0)  # noqa: E731
+    values_map, _, cut = plot_map(L, exact=exact, cut=math.radians(150), decades=2).axes
+    mesh = mesh_of(values_map)
+    x, y = brightest(mesh)
+    assert math.degrees(math.atan2(y, x)) == pytest.approx(150, abs=1) and 40 < math.hypot(x, y) < 46
+    assert (mesh.norm.vmin, mesh.norm.vmax) == pytest.approx((10.0, 1000.0))
+    assert np.ma.getmaskarray(mesh.get_array()).any()  # nothing was counted there: hatched, not dark
+    (here, value, bars), (there, opposite, _) = points_of(cut)
+    assert (here > 0).all() and (there < 0).all()
+    np.testing.assert_allclose(value, values[:, 2])
+    np.testing.assert_allclose(bars, np.minimum(2 * L.error[:, 2], 0.9 * value))
+    np.testing.assert_allclose(opposite, values[:, 5])
+    lines = {
+        float(np.sign(line.get_xdata()[-1])): line.get_ydata()[-1]
+        for line in cut.lines
+        if len(line.get_xdata()) > 9
+    }
+    assert lines == {1.0: 1000.0, -1.0: 10.0}
+
+
+def test_a_plan_without_azimuth_or_with_axes_exchanged_is_drawn():
+    page = plot_map(seen(disk, phi=TURN[[0, -1]]), exact=disk, frame="plan", cut=True)
+    assert "all azimuths" in words(page)
+    turned = seen(lobe)
+    coords = {"phi": TURN, "mu": MU}
+    turned = EstimateArray(turned.values.transpose(0, 2, 1), EVEN_RUN, turned.unit, ("phi", "mu"), coords)
+    np.testing.assert_allclose(direction_bins(turned).value, direction_bins(seen(lobe)).value)
+    np.testing.assert_allclose(bins_of(turned).value, bins_of(seen(lobe)).value)
+
+
+def test_bins_of_directions_refuse_other_axes_and_more_than_a_hemisphere():
+    grid = estimates(np.ones((2, 2)), ("u", "v"), ([0, 1, 2], [0, 1, 2]))
+    with pytest.raises(ValueError, match="mu or theta"):
+        direction_bins(grid)
+    with pytest.raises(ValueError, match="one hemisphere"):
+        direction_bins(estimates(np.ones(2), ("mu",), ([-1, 0, 1],)))
+
+
+def test_a_bin_across_a_rim_holds_its_share_of_projected_solid_angle():
+    bins = direction_bins(seen(disk))
+    expected, squares = bins.expected(disk, 0), np.sin(bins.theta) ** 2
+    share = np.clip((math.sin(RIM) ** 2 - squares[:-1]) / np.diff(squares), 0, 1)
+    np.testing.assert_allclose(expected, 100 * share, atol=100 / 512)
+    # Shares of angle, without the cosine, are another law that this would catch.
+    wrong = np.clip((RIM - bins.theta[:-1]) / np.diff(bins.theta), 0, 1)
+    assert np.abs(expected - 100 * wrong).max() > 1
+
+
+@pytest.mark.parametrize(("azimuth", "row"), [(0.0, 0), (0.6, 1), (math.pi, 6), (-0.1, 11), (2 * math.pi, 0)])
+def test_an_azimuth_finds_its_bin_across_the_full_turn(azimuth, row):
+    bins = seen(lobe)
+    marker = plot_map(bins, cut=azimuth).axes[0].lines
+    ends = next(line for line in marker if line.get_linestyle() == "--" and len(line.get_xdata()) == 2)
+    angle = math.degrees(math.atan2(ends.get_ydata()[1], ends.get_xdata()[1]))
+    assert angle % 360 == pytest.approx(30 * row + 15)
+
+
+# Instruments, and on which side a lamp is
+
+
+def sight(dark=False):
+    """An image of 6 by 8 pixels, to one of which nothing came."""
+    counts = np.random.default_rng(8).poisson(9.0, size=(32, 6, 8)).astype(float)
+    counts[:, 2, 3] = 0
+    coords = {"v": np.linspace(-0.3, 0.3, 7), "u": np.linspace(-0.4, 0.4, 9)}
+    return EstimateArray(
+        counts * (not dark), EVEN_RUN, "W m^-2 sr^-1", ("v", "u"), coords, counts=counts.sum(axis=0)
+    )
+
+
+def test_a_picture_is_dark_where_nothing_came_from_and_stands_beside_its_errors():
+    image = sight()
+    left, right = (axes.images[0].get_array() for axes in plot_map(image, decades=2).axes)
+    lit = image.value > 0
+    np.testing.assert_allclose(left[lit], image.value[lit])
+    assert not np.ma.getmaskarray(left).any() and left[~lit] == left.min()
+    np.testing.assert_allclose(right[lit], 100 * image.relative_error[lit])
+    assert np.ma.getmaskarray(right)[~lit].all()
+    assert_drawn(plot_map(sight(dark=True), decades=2))
+
+
+def test_a_map_of_all_directions_has_the_zenith_on_top_and_bins_as_wide_as_they_are():
+    values = np.ones((2, 3))
+    values[0, 1] = 5.0
+    L = estimates(values, ("theta", "phi"), ([0.0, 0.5, math.pi], [0.0, 4.0, 5.0, 2 * math.pi]))
+    axes = plot_map(L, decades=2).axes[0]
+    (drawn,) = axes.images
+    x, y = drawn._Ax, drawn._Ay  # edges of an image with unlike bins
+    np.testing.assert_allclose((x[1:3].mean(), y[:2].mean()), np.degrees([4.5, 0.25]))
+    np.testing.assert_allclose(axes.get_ylim(), (180, 0))
+    assert axes.xaxis_inverted()
+
+
+def test_a_lamp_is_on_the_same_side_of_a_map_as_of_the_cameras_picture():
+    """At (2, 2, 0), seen from the origin along +y: to the right of the middle, and of the azimuth of +y."""
+    lamp = tp.Source(tp.Sphere(center=(2, 2, 0), radius=0.4), tp.Lambertian(radiance=3.0))
+    here = {"position": (0, 0, 0)}
+    camera = tp.Camera(name="view", direction=(0, 1, 0), field_of_view=2.0, pixels=(24, 16), **here)
+    around = tp.EnvironmentMap(name="around", theta=18, phi=32, **here)
+    for instrument, ahead in ((camera, 0.0), (around, 90.0)):
+        found = simulated([lamp], [instrument], particles=50_000, seed=2)[instrument.name]
+        page = plot_map(found, decades=2)
+        page.draw_without_rendering()
+        axes, bins = page.axes[0], bins_of(found)
+        place = bins.across.middles[bins.value.max(axis=0) == bins.value.max()].mean()
+        x, middle = axes.transData.transform([(place, 0), (ahead, 0)])[:, 0]
+        assert x > middle + 1, f"{instrument.name}: {x:.0f} against {middle:.0f}"
+
+
+def test_a_lamp_at_the_side_of_u_is_on_the_right_of_a_floors_plans_by_place_and_by_direction():
+    """Both are seen from in front, so that they can stand side by side."""
+    lamp = tp.Source(tp.Sphere(center=(1, 0, 1), radius=0.2), tp.Lambertian(radiance=3.0))
+    meters = [
+        tp.Detector(tp.Rectangle(width=2.0, height=2.0), "places", positions=tp.Positions(u=8, v=8)),
+        tp.Detector(tp.Disk(radius=0.2), "directions", directions=tp.Directions(theta=9, phi=16)),
+    ]
+    found = simulated([lamp], meters, particles=50_000, seed=3)
+    by_place = plot_map(found["places"]).axes[0].images[0].get_array().mean(axis=0)
+    assert by_place.argmax() > 5
+    mesh = mesh_of(plot_map(found["directions"], quantity="radiance").axes[0])
+    assert brightest(mesh)[0] > 20
+
+
+def test_a_lamp_above_a_ball_lights_the_top_of_its_map():
+    """The ball is seen from outside: the pole is on top and azimuth grows to the right."""
+    lamp = tp.Source(tp.Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))
+    ball = tp.Detector(tp.Sphere(radius=1.0), "ball", positions=tp.Positions(u=6, v=8))
+    page = plot_map(simulated([lamp], [ball], particles=50_000, seed=4)["ball"], quantity="irradiance")
+    axes = page.axes[0]
+    pole, floor = axes.transData.transform([(0, 0), (0, 180)])[:, 1]
+    assert pole > floor
+    assert axes.get_xlim()[0] < axes.get_xlim()[1]

@@ -1,0 +1,611 @@
+"""Bodies of media: which there are and which of them hold a place; which go together; what closes a body of open surfaces."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.refusals import assert_refused
+from transport.geometry.line_crossings import crossings
+from transport.geometry.shape import Shape
+from transport.scene.bodies import (
+    bodies_on_sides,
+    body_bits_at,
+    has_media,
+    media_at,
+    points_below_surface,
+    points_in_body,
+    scene_bodies,
+    scene_media,
+)
+
+T, M, V = tp.Transparent(), tp.Medium, tp.Vacuum()
+LAMP = tp.Source(tp.Point(position=(1, 1.1, 1.2)), tp.Isotropic(power=1))
+AFAR = tp.Source(tp.Point(position=(1, 1.1, 500)), tp.Isotropic(power=1))
+GRID = tp.Grid(box=tp.Box(size=2), scattering=np.arange(24.0).reshape(2, 3, 4))
+
+
+def filled(shape: Shape, medium, material=T, **named):
+    return tp.Surface(shape, material, inside=medium, **named)
+
+
+def corner(size):
+    """A cube with a corner in the origin."""
+    return tp.Box(center=(size / 2,) * 3, size=size)
+
+
+def can(medium, material=T, center=(0, 0, 0), radius=1.0, outside=None):
+    """A cylinder with two lids, of which the lower one looks down."""
+    x, y, z = center
+    rim = tp.Cylinder(center=center, radius=radius, height=2 * radius)
+    lids = [tp.Disk(center=(x, y, z + s * radius), normal=(0, 0, s), radius=radius) for s in (1, -1)]
+    return [tp.Surface(shape, material, inside=medium, outside=outside) for shape in (rim, *lids)]
+
+
+def cap_and_disk(medium, material):
+    """Half a ball and its flat side, on z = 0.9 of the unit sphere."""
+    flat = tp.Disk(center=(0, 0, 0.9), normal=(0, 0, -1), radius=math.sqrt(1 - 0.81))
+    return [tp.Surface(s, material, inside=medium) for s in (tp.Sphere(radius=1, mu_min=0.9), flat)]
+
+
+def stack(thicknesses, unit=1.0, shift=0.0):
+    """Slabs on one another, each of its own medium, from z = shift downwards."""
+    z, surfaces = shift, []
+    for k, thickness in enumerate(np.array(thicknesses) * unit):
+        shape = tp.Slab(center=(0, 0, z - thickness / 2), thickness=thickness)
+        surfaces.append(filled(shape, M((k + 1) / unit)))
+        z -= thickness
+    return surfaces
+
+
+# ---- which bodies there are ----
+
+
+def test_nested_boxes_that_share_faces():
+    """The cubes of (0, 10), (0, 50) and (0, 100) m: the innermost counts, in whatever order they are written."""
+    sizes = {10.0: M(1), 50.0: V, 100.0: M(3)}
+    for order in ((10, 50, 100), (100, 50, 10), (50, 100, 10)):
+        scene = tp.Scene(LAMP, [filled(corner(size), sizes[size]) for size in order])
+        assert [body.medium for body in scene_bodies(scene)] == [M(1), V, M(3)]
+        sizes_of = [scene.surfaces[body.surfaces[0]].shape.size[0] for body in scene_bodies(scene)]
+        assert sizes_of == [10, 50, 100]
+        for x, medium, bits in ((5, M(1), 7), (20, V, 6), (70, M(3), 4), (101, V, 0), (-1, V, 0)):
+            assert scene.medium_at((x, 5, 5)) == medium
+            assert body_bits_at(scene, [(x, 5, 5)]).tolist() == [bits]
+        assert set(scene_media(scene)) == {V, M(1), M(3)} and scene_media(scene)[0] == V
+        shared = [(0.0, 5, 5)] * 2
+        assert body_bits_at(scene, shared, [(1, 0, 0), (-1, 0, 0)]).tolist() == [7, 0]
+
+
+def test_each_kind_of_body_holds_what_its_inequality_says():
+    """20000 places about five bodies beside one another; the walls of meshes are told by their winding number."""
+    up = np.array([1.0, 2.0, -0.5]) / math.sqrt(5.25)
+    ball = tp.Mesh.sphere(center=(4, 0, 0), radius=1, triangles=320)
+    surfaces = [
+        filled(tp.Sphere(radius=1.2), M(1)),
+        filled(tp.Box(center=(0, 4, 0), size=(1, 2, 3)), M(2)),
+        filled(ball, M(3)),
+        *can(M(4), center=(-4, 0, 0)),
+        filled(tp.Plane(center=7 * up, normal=-up), M(5)),
+        filled(tp.Slab(center=-7 * up, normal=up, thickness=2), M(6)),
+    ]
+    scene = tp.Scene(AFAR, surfaces)
+    r = np.random.default_rng(3).uniform(-8, 8, (20_000, 3))
+    x, y, z = r.T
+    expected = {
+        M(1): x * x + y * y + z * z < 1.44,
+        M(2): (abs(x) < 0.5) & (abs(y - 4) < 1) & (abs(z) < 1.5),
+        M(3): ((ball.vertices[ball.faces[:, 0]][None] - r[:, None]) * ball.normals).sum(axis=2).min(axis=1)
+        > 0,
+        M(4): ((x + 4) ** 2 + y * y < 1) & (abs(z) < 1),
+        M(5): r @ up > 7,
+        M(6): abs(r @ up + 7) < 1,
+    }
+    found = np.array(media_at(scene, r))
+    for medium, is_there in expected.items():
+        assert is_there.sum() > 10 and ((found == medium) == is_there).all(), medium
+    assert (found == V).sum() == len(r) - sum(is_there.sum() for is_there in expected.values())
+
+
+def test_a_body_of_open_surfaces_with_a_bubble_and_a_twin():
+    """Two cans of one medium are two bodies; one holds a bubble, a third can, whose walls name vacuum."""
+    glass = M(index=1.5)
+    wall = tp.Dielectric(1.5)
+    bubble = can(V, tp.Dielectric(1, 1.5), radius=0.4)
+    scene = tp.Scene(AFAR, [*can(glass, wall), *bubble, *can(glass, wall, center=(5, 0, 0))])
+    bodies = scene_bodies(scene)
+    assert [body.medium for body in bodies] == [V, glass, glass]
+    assert [body.surfaces for body in bodies] == [(3, 4, 5), (0, 1, 2), (6, 7, 8)]
+    places = [(0, 0, 0), (0.3, 0, -0.3), (0.5, 0, 0), (0, 0, -0.99), (0, 0, 1.01), (5, 0.9, 0.9), (5, 0, 1.1)]
+    assert media_at(scene, places) == [V, V, glass, glass, V, glass, V]
+    assert bodies_on_sides(scene)[0] == ((), (1,)) and bodies_on_sides(scene)[3] == ((), (0,))
+
+
+def test_what_is_named_outside_and_surrounds_a_body_is_no_body():
+    haze, plane = M(0.1, 2), tp.Surface(tp.Plane(), T, back=M(1), front=V)
+    scenes = [tp.Scene(LAMP, can(M(1), outside=V)), tp.Scene(LAMP, plane)]
+    scenes.append(tp.Scene(LAMP, can(M(1), outside=haze), medium=haze))
+    for scene in scenes:
+        assert [body.medium for body in scene_bodies(scene)] == [M(1)]
+    assert scenes[2].medium_at((0, 0, 9)) == haze and bodies_on_sides(scenes[1]) == [((), (0,))]
+
+
+@pytest.mark.parametrize("kind", ["mesh", "can", "lens", "shell"])
+def test_places_under_the_skin_of_a_body_are_within_it(kind):
+    """By how far each is looked at: those beside the skin, 1e-6 further out, are not."""
+    surfaces = {
+        "mesh": [filled(tp.Mesh.sphere(radius=1), M(1))],
+        "can": can(M(1)),
+        "lens": cap_and_disk(M(1), T),
+        "shell": can(M(1)) + [tp.Surface(surface.shape, T, outside=M(1)) for surface in can(V, radius=0.5)],
+    }[kind]
+    scene = tp.Scene(AFAR, surfaces)
+    [body] = scene_bodies(scene)
+    places = points_below_surface(scene, body)
+    assert len(places) >= 60 and points_in_body(scene, body, places).all()
+    middle = np.array([0, 0, 0.95 if kind == "lens" else 0])
+    assert not points_in_body(scene, body, middle + (places - middle) * (1 + 1e-6))[: len(places) // 2].any()
+
+
+def test_sides_of_surfaces_say_which_bodies_they_bound():
+    scene = tp.Scene(LAMP, [tp.Surface(tp.Plane(), T, back=M(1), front=M(2)), filled(corner(1), V)])
+    assert scene_bodies(scene)[0].medium == V  # it lies in front of the plane
+    media = [body.medium for body in scene_bodies(scene)]
+    front, back = bodies_on_sides(scene)[0]
+    assert [media[k] for k in front] == [M(2)] and [media[k] for k in back] == [M(1)]
+    assert bodies_on_sides(scene)[1] == ((), (0,))
+    assert scene.medium_at((0, 0, 2)) == M(2) and scene.medium_at((0, 0, -2)) == M(1)
+
+
+def test_crossing_each_surface_leads_from_the_bodies_behind_to_those_ahead():
+    """Along 300 lines: bits that change by what bodies_on_sides says are those that hold the place, in every gap."""
+    shapes = [corner(100), corner(50), corner(10), tp.Sphere(center=(75, 75, 75), radius=20)]
+    surfaces = [filled(shape, M(k + 1)) for k, shape in enumerate(shapes)]
+    surfaces += [*can(M(9), center=(-20, 0, 0), radius=5), filled(tp.Plane(center=(0, 0, -30)), M(10))]
+    scene, rng = tp.Scene(LAMP, surfaces), np.random.default_rng(5)
+    sides = [[sum(1 << k for k in side) for side in pair] for pair in bodies_on_sides(scene)]
+    u = rng.normal(size=(300, 3))
+    u /= np.linalg.norm(u, axis=1)[:, None]
+    o = rng.uniform(-40, 110, (300, 3))
+    found = [crossings(surface.shape, o, u) for surface in surfaces]
+    for line in range(len(o)):
+        events = sorted(
+            (distance, number, way)
+            for number, f in enumerate(found)
+            for distance, way in zip(f.distances[line], f.sides[line], strict=True)
+            if distance > 0
+        )
+        bits = int(body_bits_at(scene, o[line])[0])
+        ends = [distance for distance, _, _ in [*events, (1e4, 0, 0)]][1:]
+        for (distance, number, way), end in zip(events, ends, strict=True):
+            front, back = sides[number]
+            bits = (bits & ~back) | front if way > 0 else (bits & ~front) | back
+            if end - distance > 1e-9:
+                place = o[line] + (distance + end) / 2 * u[line]
+                assert bits == body_bits_at(scene, place)[0]
+
+
+def test_whether_a_scene_has_media():
+    assert not has_media(tp.Scene(LAMP))
+    assert not has_media(tp.Scene(LAMP, filled(corner(1), V), medium=V))
+    assert not has_media(tp.Scene(LAMP, filled(corner(1), M(phase=tp.Rayleigh()))))
+    assert not has_media(tp.Scene(AFAR, tp.Surface(corner(1), tp.Dielectric(1.5))))
+    for medium in (M(1), M(0, 1), M(index=1.0000001), M(emission=1)):
+        material = tp.Dielectric(medium.index) if medium.index != 1 else T
+        assert has_media(tp.Scene(AFAR, filled(corner(1), medium, material)))
+    assert has_media(tp.Scene(LAMP, medium=M(1)))
+
+
+def test_a_position_is_three_numbers():
+    assert_refused(lambda: tp.Scene(LAMP).medium_at((1, 2)), "position must be three finite numbers")
+
+
+# ---- which bodies go together ----
+
+
+def pair(one, other):
+    return lambda: tp.Scene(AFAR, [filled(one, M(1), name="one"), filled(other, M(2))])
+
+
+BUILT = {
+    "slab": lambda: tp.Scene(LAMP, filled(tp.Slab(thickness=2.0), M(1, 2))),
+    "half space of glass": lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), tp.Dielectric(1.5))),
+    "two boxes side by side": lambda: tp.Scene(LAMP, [filled(tp.Box(size=1), M(1)), filled(tp.Box(center=(1, 0, 0), size=1), M(2))]),
+    "box on a half space": lambda: tp.Scene(LAMP, [filled(tp.Plane(), M(1)), filled(tp.Box(center=(0, 0, 0.5), size=1), M(2))]),
+    "ball on a slab": lambda: tp.Scene(LAMP, [filled(tp.Slab(thickness=1), M(1)), filled(tp.Sphere(center=(0, 0, 1), radius=0.5), M(2))]),
+    "ball touching its box": lambda: tp.Scene(LAMP, [filled(tp.Box(size=1), M(1)), filled(tp.Sphere(radius=0.5), M(2))]),
+    "panes of two glasses": lambda: tp.Scene(
+        AFAR,
+        [
+            filled(tp.Slab(thickness=1), M(1, index=1.3)), filled(tp.Slab(center=(0, 0, 1), thickness=1), M(1, index=1.5)),
+            *(tp.Surface(tp.Plane(center=(0, 0, z)), tp.Dielectric(*pair)) for z, pair in ((-0.5, (1, 1.3)), (0.5, (1.3, 1.5)), (1.5, (1.5, 1)))),
+        ],
+    ),
+    "balls side by side": pair(tp.Sphere(radius=1), tp.Sphere(center=(2, 0, 0), radius=1)),
+    "panes that all but touch": lambda: tp.Scene(AFAR, [filled(tp.Slab(center=(0, 0, z), thickness=1), M(index=1.5), tp.Dielectric(1.5)) for z in (0, 1 + 1e-12)]),
+    "mesh of water and a ball of glass": lambda: tp.Scene(
+        AFAR,
+        [
+            filled(tp.Mesh.sphere(radius=1), M(index=1.3), tp.Dielectric(1.3)),
+            filled(tp.Sphere(center=(3, 0, 0), radius=1), M(index=1.5), tp.Dielectric(1.5)),
+        ],
+    ),
+    "water in black walls": lambda: tp.Scene(LAMP, filled(corner(3), M(index=1.33), tp.Black())),
+    "haze all round": lambda: tp.Scene(LAMP, medium=M(0.1, 1)),
+    "haze in white walls": lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=3), tp.Diffuse(1)), medium=M(1)),
+    "rod that names the water of its tank": lambda: tp.Scene(AFAR, [filled(tp.Box(size=6), M(1)), *(tp.Surface(part.shape, T, inside=M(2), outside=M(1)) for part in can(M(2)))]),
+    "layer of planes": lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=(0, 0, 1)), T, back=M(1)), tp.Surface(tp.Plane(), T, front=M(1), back=V)]),
+    "gap between half spaces": lambda: tp.Scene(
+        AFAR, [tp.Surface(tp.Plane(center=(0, 0, -1)), T, back=M(1)), tp.Surface(tp.Plane(center=(0, 0, 1), normal=(0, 0, -1)), T, back=M(1))]
+    ),
+    "grid": lambda: tp.Scene(LAMP, filled(GRID.box, GRID)),
+    "grid in a ball": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=1), GRID)),
+    "grid in walls": lambda: tp.Scene(LAMP, filled(GRID.box, GRID, tp.Diffuse(0.5))),
+    "mesh of fog with a drop": lambda: tp.Scene(AFAR, [filled(tp.Mesh.sphere(radius=1), M(2)), filled(tp.Sphere(radius=0.3), M(index=1.3), tp.Dielectric(1.3))]),
+    "can": lambda: tp.Scene(LAMP, can(M(1, 2))),
+    "can of glass": lambda: tp.Scene(AFAR, can(M(index=1.5), tp.Dielectric(1.5))),
+    "lens": lambda: tp.Scene(AFAR, cap_and_disk(M(index=1.5), tp.Dielectric(1.5))),
+    "dusty lens": lambda: tp.Scene(AFAR, cap_and_disk(M(index=1.5), tp.Mixture({tp.Dielectric(1.5): 0.9, tp.Black(): 0.1}))),
+    "bubble of open surfaces": lambda: tp.Scene(AFAR, [filled(tp.Box(size=5), M(index=1.5), tp.Dielectric(1.5)), *can(V, tp.Dielectric(1, 1.5))]),
+    "fog in black walls": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(0, 1), tp.Black())),
+    "fog all round in black walls": lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=3), tp.Black()), medium=M(0, 1)),
+    "white walls full of fog": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(1), tp.Diffuse(1))),
+    "gap of vacuum": lambda: tp.Scene(LAMP, [filled(tp.Slab(thickness=2), M(1)), filled(tp.Slab(thickness=1e-9), V)]),
+    "one fog in two balls": lambda: tp.Scene(LAMP, [filled(tp.Sphere(center=(x, 0, 0), radius=1), M(1)) for x in (0, 1)]),
+    "sheet inside fog": lambda: tp.Scene(LAMP, tp.Surface(tp.Rectangle(width=1, height=1), tp.Mirror(0.5, 0.5)), medium=M(1)),
+    "glow": lambda: tp.Scene([], filled(tp.Box(size=5), M(1, emission=2), tp.Black())),
+    "glow in dull glass": lambda: tp.Scene([], filled(tp.Sphere(radius=1), M(1, index=1.5, emission=1), tp.Dielectric(1.5))),
+    "glow in fog": lambda: tp.Scene([], [filled(tp.Box(size=5), M(1)), filled(tp.Sphere(radius=1), M(1, emission=2))]),
+    "glass with a clock": lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, 9, index=1.4), tp.Dielectric(1.4)), duration=1e-9),
+    "particles": lambda: tp.Scene(tp.Source(tp.Point(), tp.Gas(number=1, speed=1)), filled(corner(1), M(1)), duration=1),
+    "lamp in dull glass": lambda: tp.Scene(LAMP, filled(corner(9), M(1e-3, index=1.5), tp.Dielectric(1.5))),
+    "62 slabs": lambda: tp.Scene(AFAR, stack([1.0] * 62)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("make", BUILT.values(), ids=BUILT)
+def test_media_that_fit_together_are_accepted(make):
+    scene = make()
+    hash(scene)
+    assert has_media(scene)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e11])
+@pytest.mark.parametrize("shift", [0.0, 0.1, -1e6])
+def test_stacks_touch_whatever_their_unit_and_place(unit, shift):
+    """Layers of 0.1, 0.2, ... whose faces differ by roundings touch; each middle is in its own medium."""
+    thicknesses = np.random.default_rng(2).uniform(0.05, 3, 12).round(2)
+    surfaces = stack(thicknesses, unit, shift * unit)
+    source = tp.Source(tp.Point(position=(0, 0, (shift + 1) * unit)), tp.Isotropic(power=1))
+    scene = tp.Scene(source, surfaces)
+    middles = [surface.shape.center for surface in surfaces]
+    assert media_at(scene, np.array(middles)) == [surface.inside for surface in surfaces]
+
+
+# ---- what is refused ----
+
+CUT = ["overlap in part", "Medium(absorption=1.0)", "Medium(absorption=2.0)", "put one wholly into the other"]
+
+
+UNFIT = {
+    "balls": (pair(tp.Sphere(radius=1), tp.Sphere(center=(1, 0, 0), radius=1)), ["Surface 'one' and surfaces[1]", *CUT]),
+    "boxes": (pair(tp.Box(size=1), tp.Box(center=(0.5, 0, 0), size=1)), CUT),
+    "crossed boxes": (pair(tp.Box(size=(1, 1, 9)), tp.Box(size=(9, 1, 1))), CUT),
+    "ball and box": (pair(tp.Box(size=2), tp.Sphere(center=(1.5, 1.5, 1.5), radius=1)), CUT),
+    "slab and box": (pair(tp.Slab(thickness=1), tp.Box(center=(0, 0, 0.5), size=1)), CUT),
+    "slab and ball": (pair(tp.Slab(normal=(1, 1, 0), thickness=1), tp.Sphere(radius=0.6)), CUT),
+    "slabs": (pair(tp.Slab(thickness=1), tp.Slab(normal=(0, 1, 1), thickness=1)), CUT),
+    "half spaces": (pair(tp.Plane(), tp.Plane(normal=(1, 0, 0))), CUT),
+    "half spaces face to face": (pair(tp.Plane(), tp.Plane(center=(0, 0, -1), normal=(0, 0, -1))), CUT),
+    "half space and box": (pair(tp.Plane(), tp.Box(size=1)), CUT),
+    "mesh and ball": (pair(tp.Mesh.sphere(radius=1), tp.Sphere(center=(1, 0, 0), radius=1)), CUT),
+    "meshes": (pair(tp.Mesh.sphere(radius=1), tp.Mesh.box(center=(1, 0, 0), size=1)), CUT),
+    "mesh and half space": (pair(tp.Mesh.sphere(radius=1), tp.Plane(center=(0, 0, 0.7))), CUT),
+    "can and ball": (lambda: tp.Scene(AFAR, [*can(M(1)), filled(tp.Sphere(center=(1, 0, 0), radius=0.5), M(2))]), ["surfaces[0], surfaces[1] and surfaces[2]", "surfaces[3]", *CUT]),
+    "one region twice": (pair(tp.Sphere(radius=1), tp.Sphere(radius=1)), ["one region of two media", "leave one out"]),
+    "glass behind a pane that lets all pass": (
+        lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), name="sea")),
+        ["Surface 'sea'", "Dielectric", "Medium(absorption=1.0, index=1.5) behind", "Vacuum() in front", "write Dielectric(1.5, 1)"],
+    ),
+    "glass behind half a mirror": (lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), tp.Mirror(0.5, 0.5))), ["material", "Mirror", "write Dielectric(1.5, 1)"]),
+    "glasses side by side": (
+        lambda: tp.Scene(AFAR, [filled(tp.Box(size=1), M(index=1.5), T), filled(tp.Box(center=(1, 0, 0), size=1), M(index=1.4), T)]),
+        ["surfaces[", "must be a Dielectric", "Vacuum() in front"],
+    ),
+    "glass says another index": (
+        lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.33), tp.Dielectric(1.5))),
+        ["surfaces[0]", "index_inside=1.5", "contradicts", "index=1.33", "write Dielectric(1.33, 1)"],
+    ),
+    "glass says another index outside": (
+        lambda: tp.Scene(AFAR, [filled(tp.Sphere(radius=1), M(index=1.5), tp.Dielectric(1.5, 1.1))]),
+        ["contradicts the medium outside", "outside=Medium(index=1.1)", "write Dielectric(1.5, 1)"],
+    ),
+    "unnamed glass in fog": (
+        lambda: tp.Scene(AFAR, tp.Surface(tp.Sphere(radius=1), tp.Dielectric(1.5)), medium=M(1)),
+        ["contradicts the medium inside", "Medium(absorption=1.0) of index 1", "inside=Medium(index=1.5)"],
+    ),
+    "the last plane of a stack of layers, which says nothing of what is below": (
+        lambda: tp.Scene(
+            LAMP, [filled(tp.Plane(), M(1, index=1.4), tp.Dielectric(1.4)), tp.Surface(tp.Plane(center=(0, 0, -1)), tp.Dielectric(1, 1.4), "last")]
+        ),
+        ["Surface 'last'", "contradicts the medium back", "name the medium there, back=Vacuum()"],
+    ),
+    "turned glass": (lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), tp.Dielectric(1, 1.5))), ["contradicts", "write Dielectric(1.5, 1)"]),
+    "another medium outside": (
+        lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=1), T, inside=M(1), outside=M(2))),
+        ["surfaces[0]: outside must be the medium there, Vacuum()", "Medium(absorption=2.0)", "leave outside out"],
+    ),
+    "no medium outside in fog": (
+        lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=1), tp.Black(), outside=V), medium=M(1)),
+        ["outside must be the medium there, Medium(absorption=1.0)", "got Vacuum()"],
+    ),
+    "grid that is too small": (lambda: tp.Scene(LAMP, filled(tp.Box(size=2.1), GRID)), ["surfaces[0]", "box of the Grid", "Surface(grid.box"]),
+    "grid without end": (lambda: tp.Scene(LAMP, filled(tp.Plane(), GRID)), ["surfaces[0]", "box of the Grid"]),
+    "grid all round": (lambda: tp.Scene(LAMP, medium=GRID), ["Scene: medium must fill all space", "Surface(grid.box"]),
+    "medium as a number": (lambda: tp.Scene(LAMP, medium=3), ["Scene: medium", "got 3", "Medium("]),
+    "fog without end": (lambda: tp.Scene(LAMP, medium=M(0, 1)), ["Scene: medium must absorb", "duration"]),
+    "glowing slab": (lambda: tp.Scene(LAMP, filled(tp.Slab(thickness=1), M(1, emission=1))), ["emission needs a Box or Sphere", "Slab("]),
+    "glow with a hole": (
+        lambda: tp.Scene(LAMP, [filled(tp.Box(size=4), M(1, emission=1)), filled(tp.Sphere(radius=0.1), V, name="hole")]),
+        ["must hold no other body", "Surface 'hole'"],
+    ),
+    "glow cut by its like": (lambda: tp.Scene(LAMP, [filled(tp.Sphere(center=(x, 0, 0), radius=1), M(1, emission=1)) for x in (0, 1)]), ["must hold no other body"]),
+    "glow all round": (lambda: tp.Scene(LAMP, medium=M(1, emission=1)), ["medium must not emit, because it is infinite", "give it to a body"]),
+    "nothing emits": (lambda: tp.Scene([], filled(corner(1), M(1))), ["at least one Source", "let a medium emit"]),
+    "glass of no medium with a clock": (lambda: tp.Scene(LAMP, tp.Surface(tp.Plane(), tp.Dielectric(1.5)), duration=1e-9), ["Dielectric", "1e-09 s", "inside=Medium(index=1.5)"]),
+    "glass for particles": (
+        lambda: tp.Scene(tp.Source(tp.Point(), tp.Gas(number=1, speed=1)), filled(corner(1), M(1, index=1.1), name="ice"), duration=1),
+        ["Surface 'ice'", "particles", "index=1.1"],
+    ),
+    "glow for particles": (lambda: tp.Scene(tp.Source(tp.Point(), tp.Gas(number=1, speed=1)), filled(corner(1), M(1, emission=3)), duration=1), ["particles", "emission=3"]),
+    "63 slabs": (lambda: tp.Scene(AFAR, stack([1.0] * 63)), ["at most 62 bodies", "got 63", "Grid(", "of (1, 1, 63) in a wide Box"]),
+    "layer with no end": (
+        lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=(0, 0, 1)), T, "top", back=M(1)), tp.Surface(tp.Plane(), T, "end", front=M(1))]),
+        ["Surface 'end'", "back must be named", "write back=Vacuum()"],
+    ),
+    "cube of half spaces": (
+        lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=c, normal=c), T, back=M(1)) for c in np.concatenate([np.eye(3), -np.eye(3)]).tolist()]),
+        ["half spaces that overlap", "Box(...).faces()"],
+    ),
+    "slab of half spaces": (
+        lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=c, normal=c), T, back=M(1)) for c in ((0, 0, 1), (0, 0, -1))]),
+        ["half spaces that overlap", "write Slab(...)"],
+    ),
+    "lamp in clear glass": (lambda: tp.Scene(LAMP, filled(corner(9), M(index=1.5), tp.Dielectric(1.5))), ["total internal reflection"]),
+    "glow in clear glass": (lambda: tp.Scene([], filled(tp.Sphere(radius=1), M(index=1.5, emission=1), tp.Dielectric(1.5))), ["total internal reflection", "the medium of surfaces[0]"]),
+    "glow in white walls": (lambda: tp.Scene([], filled(tp.Box(size=1), M(emission=1), tp.Diffuse(1))), ["nothing absorbs inside surfaces[0]"]),
+    "lamp that fills its white walls": (
+        lambda: tp.Scene(tp.Source(tp.Box(size=1), tp.Isotropic(power=1)), tp.Surface(tp.Box(size=1), tp.Diffuse(1))),
+        ["nothing absorbs inside surfaces[0]"],
+    ),
+    "white walls full of clear fog": (lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(0, 1), tp.Diffuse(1))), ["nothing absorbs inside"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "words"), UNFIT.values(), ids=UNFIT)
+def test_media_that_do_not_fit_together_are_refused(make, words):
+    assert_refused(make, words)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e11])
+def test_what_is_refused_does_not_depend_on_the_unit(unit):
+    balls = [filled(tp.Sphere(center=(x * unit, 0, 0), radius=unit), M(x + 1)) for x in (0, 1)]
+    assert_refused(lambda: tp.Scene(AFAR, balls), "overlap in part")
+    sea = filled(tp.Slab(thickness=unit), M(1 / unit, index=1.5))
+    assert_refused(lambda: tp.Scene(AFAR, sea), "write Dielectric")
+
+
+def test_checks_take_no_longer_than_a_second():
+    start = time.process_time()
+    ball, drop = (tp.Mesh.sphere(radius=r, triangles=20_000) for r in (1.0, 0.5))
+    tp.Scene(AFAR, [filled(ball, M(1)), filled(drop, M(2)), *stack([1.0] * 40, shift=-2)])
+    assert time.process_time() - start < 3
+
+
+# ---- what closes a body of open surfaces ----
+
+HAZE = M(1.0, 2.0)
+
+
+class Part(NamedTuple):
+    """A shape, and whether the body is in front of it."""
+
+    shape: Shape
+    is_front: bool = False
+
+
+def frame(rng) -> np.ndarray:
+    """Three unit vectors (rows) turned by chance."""
+    q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    return q
+
+
+def disk(rng, center, out, radius, inner=0.0) -> Part:
+    """A disk across `out`, which leads out of the body; its normal is along that or against it."""
+    sign = rng.choice([-1.0, 1.0])
+    return Part(tp.Disk(center=center, normal=sign * out, radius=radius, inner_radius=inner), sign < 0)
+
+
+def box(rng, size) -> list[Part]:
+    axes, half = frame(rng), size * rng.uniform(0.3, 1, 3) / 2
+    parts = []
+    for k, out in ((k, sign * axes[k]) for k in range(3) for sign in (-1, 1)):
+        sign, wide, high = rng.choice([-1.0, 1.0]), (k + 1) % 3, (k + 2) % 3
+        sides = {"width": 2 * half[wide], "height": 2 * half[high], "up": axes[high]}
+        parts.append(Part(tp.Rectangle(center=half[k] * out, normal=sign * out, **sides), sign < 0))
+    return parts
+
+
+def tin(rng, size) -> list[Part]:
+    axis, radius, height = frame(rng)[0], size * rng.uniform(0.1, 0.5), size * rng.uniform(0.1, 1)
+    lids = [disk(rng, s * height / 2 * axis, s * axis, radius) for s in (-1, 1)]
+    return [Part(tp.Cylinder(axis=axis, radius=radius, height=height)), *lids]
+
+
+def pipe(rng, size) -> list[Part]:
+    axis, inner = frame(rng)[0], 0.2 * size
+    outer, height = size * rng.uniform(0.3, 0.5), size * rng.uniform(0.2, 1)
+    walls = [Part(tp.Cylinder(axis=axis, radius=r, height=height), r == inner) for r in (inner, outer)]
+    return [*walls, *(disk(rng, s * height / 2 * axis, s * axis, outer, inner) for s in (-1, 1))]
+
+
+def bucket(rng, size) -> list[Part]:
+    axis, height, radii = frame(rng)[0], size * rng.uniform(0.2, 1), size * rng.uniform(0.1, 0.5, 2)
+    wall = tp.Cone(axis=axis, radius=radii[0], top_radius=radii[1], height=height)
+    lids = [disk(rng, s * height / 2 * axis, s * axis, r) for s, r in zip((-1, 1), radii, strict=True)]
+    return [Part(wall), *lids]
+
+
+def dish(rng, size) -> list[Part]:
+    axis, radius, focal_length = frame(rng)[0], size * rng.uniform(0.2, 0.5), size * rng.uniform(0.1, 0.5)
+    depth = radius * radius / (4 * focal_length)
+    wall = tp.Paraboloid(center=-depth / 2 * axis, axis=axis, radius=radius, focal_length=focal_length)
+    return [Part(wall), disk(rng, depth / 2 * axis, axis, radius)]
+
+
+def cap(rng, size) -> list[Part]:
+    axis, radius, mu = frame(rng)[0], size / 2, rng.uniform(-0.8, 0.8)
+    flat = disk(rng, mu * radius * axis, -axis, radius * math.sqrt(1 - mu * mu))
+    return [Part(tp.Sphere(radius=radius, axis=axis, mu_min=mu)), flat]
+
+
+def lens(rng, size) -> list[Part]:
+    axis, radius, mu = frame(rng)[0], size / 2, rng.uniform(0.2, 0.9)
+    return [
+        Part(tp.Sphere(center=-s * mu * radius * axis, radius=radius, axis=s * axis, mu_min=mu))
+        for s in (-1, 1)
+    ]
+
+
+def shards(rng, size) -> list[Part]:
+    """A ball of triangles in two meshes, of which one may be turned inside out."""
+    ball = tp.Mesh.sphere(radius=size / 2, triangles=20)
+    is_one = (ball.vertices[ball.faces].mean(axis=1) @ frame(rng)[0]) > size * rng.uniform(-0.2, 0.2)
+    turned = rng.random() < 0.5
+    one, other = (tp.Mesh(vertices=ball.vertices, faces=ball.faces[chosen]) for chosen in (is_one, ~is_one))
+    return [Part(one.flipped() if turned else one, turned), Part(other)]
+
+
+KINDS = [box, tin, pipe, bucket, dish, cap, lens, shards]
+BODIES = [(kind, seed) for kind in KINDS for seed in range(1 if kind is shards else 3)]
+MATERIALS = [T, tp.Diffuse(0.5), tp.Black(), tp.Mirror(0.5, 0.25)]
+
+
+def surfaces(parts: list[Part], medium, bare: int | None = None, material=T) -> list[tp.Surface]:
+    """The surfaces of a body, of which one may name no medium."""
+    made = []
+    for k, (shape, is_front) in enumerate(parts):
+        named = {} if k == bare else {"front" if is_front else "back": medium}
+        made.append(tp.Surface(shape, material if k == bare else T, f"part {k}", **named))
+    return made
+
+
+def neighbours(rng, size) -> list[tp.Surface]:
+    """A ball within every body, what lies far about it, and bodies beside it that touch one another."""
+    beside = tp.Box(center=(0, 0, 2 * size), size=size)
+    return [
+        filled(tp.Sphere(radius=0.01 * size), M(3.0)),
+        filled(tp.Box(size=9 * size), M(0.1)),
+        filled(beside, M(4.0)),
+        filled(tp.Box(center=(size, 0, 2 * size), size=size), M(5.0)),
+        *(tp.Surface(face, T, back=M(6.0)) for face in tp.Box(center=(-size, 0, 2 * size), size=size).faces().values()),
+        *can(M(6.0), center=(0, 0, -2 * size), radius=size / 4),
+        tp.Surface(tp.Rectangle(center=(0, 0, 3 * size), width=size, height=size), T, "bare beside"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "seed"), BODIES, ids=lambda value: getattr(value, "__name__", value))
+def test_whole_bodies_are_accepted_and_each_part_without_its_medium_is_named(kind, seed):
+    """Each of a body's parts in turn without media, its normal either way; alone, and among nested and touching bodies."""
+    rng = np.random.default_rng([seed, KINDS.index(kind)])
+    size = 10.0 ** rng.integers(-6, 7)
+    parts = kind(rng, size)
+    lamp = tp.Source(tp.Point(position=(0, 0, 6 * size)), tp.Isotropic(power=1))
+    for others in ([], neighbours(rng, size)):
+        order = rng.permutation(len(parts) + len(others))
+        tp.Scene(lamp, [[*surfaces(parts, HAZE), *others][k] for k in order])
+        for bare, (_, is_front) in enumerate(parts):
+            open_body = [*surfaces(parts, HAZE, bare, MATERIALS[rng.integers(len(MATERIALS))]), *others]
+            words = f"give Surface 'part {bare}' {'front' if is_front else 'back'}={HAZE!r}"
+            assert_refused(lambda each=open_body, o=order: tp.Scene(lamp, [each[k] for k in o]), words)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_the_place_that_a_refusal_names_is_on_the_surface_that_it_names(kind):
+    rng = np.random.default_rng(KINDS.index(kind))
+    parts = kind(rng, 1.0)
+    for bare, (shape, _) in enumerate(parts):
+        with pytest.raises(tp.SceneError) as caught:
+            tp.Scene(LAMP, surfaces(parts, HAZE, bare))
+        place = [float(x) for x in re.search(r"at \((.*?)\)", str(caught.value))[1].split(", ")]
+        assert shape.distance(tuple(place)) < 1e-5
+
+
+def test_a_hemisphere_on_a_disk_that_names_nothing():
+    dome = tp.Surface(tp.Sphere(radius=1, mu_min=0), T, "cap", inside=HAZE)
+    for z, side in ((1, "front"), (-1, "back")):
+        floor = tp.Disk(normal=(0, 0, z), radius=1)
+        words = f"bounded by Surface 'cap' ... got None; give Surface 'd' {side}=Medium"
+        assert_refused(lambda floor=floor: tp.Scene(LAMP, [dome, tp.Surface(floor, T, "d")]), words)
+        tp.Scene(LAMP, [dome, tp.Surface(floor, T, "d", **{side: HAZE})])
+
+
+@pytest.mark.parametrize(
+    "across", [tp.Plane(), tp.Plane(normal=(0, 0, -1)), tp.Box(center=(0, 0, -2), size=4)]
+)
+@pytest.mark.parametrize("inside", [None, HAZE])
+def test_a_dome_on_a_plane_or_a_box_wants_a_floor_of_its_own(across, inside):
+    """Also where the plane has the same medium below it: the fog of a dome that is left through it would go along."""
+    dome = tp.Surface(tp.Sphere(radius=1, mu_min=0), T, "dome", inside=HAZE)
+    if inside is not None and isinstance(across, tp.Plane) and across.normal[2] < 0:
+        across = tp.Plane()
+    ground = tp.Surface(across, T, "ground", inside=inside)
+    words = "'dome': back must ... 'ground' does not bound the body there; put a Transparent() Disk"
+    assert_refused(lambda: tp.Scene(LAMP, [dome, ground]), words)
+    floor = tp.Surface(tp.Disk(normal=(0, 0, -1), radius=1), T, inside=HAZE)
+    scene = tp.Scene(LAMP, [dome, ground, floor])
+    assert media_at(scene, [(0, 0, 0.5), (0, 0, -0.5), (2, 0, 0.5)]) == [HAZE, inside or V, V]
+
+
+NOT_CLOSED = {
+    "can without a lid": (can(HAZE)[:2], ["surfaces[", "back must bound a closed body", "to nothing", "close the gaps"]),
+    "can with a turned lid": ([*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), radius=1), HAZE)], ["surfaces[2]: back", "reverse its normal, or write front instead of back"]),
+    "can with a lid that is too small": ([*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=0.9), HAZE)], ["back must bound", "close the gaps"]),
+    "can with a lid that is too large": ([*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1.1), HAZE)], ["back must bound", "close the gaps"]),
+    "can with a lid of another medium": ([*can(HAZE)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1), M(7.0), name="lid")], ["Medium(absorption=7.0)"]),
+    "fog round a can that nothing else has": (can(None, outside=HAZE), ["front must bound a closed body"]),
+    "a sheet with a medium": (filled(tp.Rectangle(width=1, height=1), HAZE), ["back must bound a closed body", "close the gaps"]),
+    "a ball of triangles that is turned inside out": (filled(tp.Mesh.sphere(radius=1).flipped(), HAZE), ["reverse its normal"]),
+    "two cans on one another": ([*can(HAZE), *can(HAZE, center=(0, 0, 2))], ["surfaces[1] and surfaces[5] must not lie back to back", "leave both out"]),
+    "a small can on a large one": ([*can(HAZE), *can(HAZE, center=(0, 0, 1.5), radius=0.5)], ["back to back", "a hole"]),
+    "two cans that overlap": ([*can(HAZE), *can(HAZE, center=(0, 0, 1))], ["overlap or are nested, make them one"]),
+    "a can in a can": ([*can(HAZE), *can(HAZE, radius=0.5)], ["overlap or are nested, make them one"]),
+    "a flask whose walls say what is inside only": (
+        [*can(HAZE, radius=4), *can(V, radius=3), *can(HAZE, radius=2), *can(V, radius=1)], ["surfaces[6]: front must be Vacuum()", "give surfaces[6] front=Vacuum()"]
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("parts", "words"), NOT_CLOSED.values(), ids=NOT_CLOSED)
+def test_what_does_not_close_a_body_is_refused(parts, words):
+    assert_refused(lambda: tp.Scene(LAMP, parts), words)
+
+
+def test_what_a_back_to_back_refusal_asks_for_is_one_body():
+    low, high = can(HAZE), can(HAZE, center=(0, 0, 2))
+    scene = tp.Scene(LAMP, [low[0], low[2], high[0], high[1]])
+    assert media_at(scene, [(0, 0, 0.99), (0, 0, 1.01), (0, 0, 3.1)]) == [HAZE, HAZE, V]
+
+
+def test_a_flask_whose_walls_name_both_of_their_sides():
+    """Glass, a gap, glass and what is in it: each medium's surfaces take turns along any line."""
+    sides = [(4, HAZE, None), (3, V, HAZE), (2, HAZE, V), (1, V, HAZE)]
+    flask = [part for radius, *media in sides for part in can(media[0], radius=radius, outside=media[1])]
+    scene = tp.Scene(tp.Source(tp.Point(position=(0, 0, 9)), tp.Isotropic(power=1)), flask)
+    assert media_at(scene, [(0, 0, z) for z in (0.5, 1.5, 2.5, 3.5, 4.5)]) == [V, HAZE, V, HAZE, V]

@@ -1,0 +1,885 @@
+"""Maps: a quantity over two axes of bins, beside it its relative standard error, and a cut where it is asked for.
+
+>>> plot_map(result["floor"], "floor.png", decades=2, cut=True, title="Light on the floor")  # doctest: +SKIP
+>>> plot_map(result["sky"], "sky.png", exact=law, cut=0.0)  # doctest: +SKIP
+
+Several maps on one scale, their errors below; or panels of a figure of one's own:
+
+>>> plot_maps({"at first": density[0], "later": density[1]}, "times.png")  # doctest: +SKIP
+>>> norm = value_norm([bins_of(each) for each in seen], decades=3)  # doctest: +SKIP
+>>> for axes, each in zip(row, seen):  # doctest: +SKIP
+...     plot_map(each, ax=axes, norm=norm, bar=False)
+>>> page.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=row)  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Patch, PathPatch
+from matplotlib.path import Path
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from transport import EstimateArray
+from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.solid import Sphere
+from transport.results.backward import ViewReading
+from transport.results.tally import Tally
+from transport.results.volumes import VolumeReading
+from transport.statistics.axes import axis_symbol, axis_unit
+from transport.viz.curves import TRUSTED, Series, plot_curves
+from transport.viz.directions import POLAR_ANGLE, Radiance, direction_bins, polar_series
+from transport.viz.style import (
+    HATCHING,
+    INK,
+    MUTED,
+    PALE,
+    SEQUENTIAL,
+    FewTicks,
+    figure,
+    look,
+    outlined,
+    tick_log,
+    unit_label,
+    with_unit,
+)
+from transport.viz.wording import unit_of_length
+
+ERROR_LABEL = "relative standard error  [%]"
+ERROR_DECADES = 2.0  # at most: what is nearly exact does not stretch the scale
+WORST = 100.0  # %, at the top of the scale of errors at the most
+WIDE = 5.0  # times the least error, from which on its scale is logarithmic
+PANEL, CUT = 5.0, 5.6  # inches: the longer side of a map, the width of a cut
+LOW = 4.0  # inches, of a map whose bar has a small label
+STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
+FINEST = 1.5  # deg, of an arc that is drawn as one cell
+MOST_COLUMNS = 6  # maps side by side
+LABELLED = math.radians(56)  # azimuth at which rings carry their angle, between the spokes
+COMPASS = ((0, "left", "center"), (90, "center", "bottom"), (180, "right", "center"), (270, "center", "top"))
+
+FLAT, DISK, PLAN, SKY, IMAGE = "flat", "disk", "plan", "sky", "image"  # how a map lies
+POLAR = ("mu", "theta")
+UPRIGHT = (*POLAR, "v")  # axes that stand upright if they come first
+CELLS = ("z", "y", "x")  # axes of which the middle bin is taken, in this order
+LISTED = ("time", "medium")  # axes that may be lists of places and not bins
+TURN = ("azimuth v", "rad")
+COORDINATES = {  # words and units of u and v on shapes where they are not both metres along sides
+    Disk: {"u": ("radius u", "m"), "v": TURN},
+    Sphere: {"u": ("polar angle u", "rad"), "v": TURN},
+}
+OF_REVOLVED = {"u": ("height u along the axis", "m"), "v": TURN}
+WORDS = {
+    "theta": "polar angle θ", "phi": "azimuth φ", "mu": "cosine μ",
+    "vx": "velocity vₓ", "vy": "velocity v_y", "vz": "velocity v_z",
+}  # fmt: skip
+NO_BINS: Mapping[str, int] = MappingProxyType({})
+
+Data = Tally | EstimateArray
+
+
+def plot_map(
+    data: Data,
+    path: str | os.PathLike | None = None,
+    *,
+    ax: Axes | Sequence[Axes] | None = None,
+    quantity: str | None = None,
+    at: Mapping[str, int] = NO_BINS,
+    label: str | None = None,
+    exact: np.ndarray | Radiance | None = None,
+    cut: bool | float = False,
+    decades: float | None = None,
+    norm: Normalize | None = None,
+    frame: str | None = None,
+    bar: bool = True,
+    title: str | None = None,
+    note: str | None = None,
+) -> Figure | Axes:
+    """Draw a quantity over two axes of bins, its relative standard error [%] beside it, and a cut.
+
+    Parameters
+    ----------
+    data : Tally or EstimateArray
+        `result["name"]` of a detector with bins, or one of its quantities.  Bins along one axis are drawn as a curve,
+        two axes at several instants as a column of maps per instant.
+    path : str or os.PathLike, optional
+        File to write [default: none].
+    ax : Axes, or sequence of them, optional
+        Where to draw: the values alone; values and errors; or values, errors and cut [default: a new figure].
+    quantity : str, optional
+        Of a tally, such as "fluence_rate" [default: the one that its kind of detector is made for].
+    at : mapping of str to int, optional
+        Bin to take along an axis, such as {"time": 3} [default: of three axes of cells the middle of one].
+    label : str, optional
+        Name of the quantity; the unit is added [default: `quantity`, or "estimate" of an array].
+    exact : ndarray or callable, optional
+        For the cut: means over the bins, shaped as the quantity; or of directions the exact radiance, a function of
+        arrays theta and phi [rad], which may jump.
+    cut : bool or float, default False
+        Whether there is a cut, through the brightest row of bins; or where it runs: the coordinate [SI unit] of a row
+        of bins, or the azimuth [rad] on a disk and of directions, where it goes on at the opposite azimuth.
+    decades : float, optional
+        Range of a logarithmic scale, below the greatest value [default: a linear scale].
+    norm : Normalize, optional
+        The scale, in place of `decades`, such as one that several panels share.
+    frame : str, optional
+        How the map lies: "flat", "disk", "plan" (a hemisphere of directions), "sky" (all directions, seen from
+        inside) or "image" [default: by the axes and the detector's shape].
+    bar : bool, default True
+        Whether there is a colour bar.
+    title, note : str, optional
+        Of a new figure.
+
+    Returns
+    -------
+    Figure or Axes
+        The new figure, or the axes of the values if `ax` is given.
+
+    Raises
+    ------
+    ValueError
+        For a quantity without bins, more than two axes of bins, `exact` of another shape, and a cut outside.
+
+    Notes
+    -----
+    Bins without a known error are hatched on grey in the map of errors, those with a doubtful one above their colour
+    (where there is no map of errors, in the map of values).  A plan of directions is seen from in front of the
+    surface, as is the map of the same surface by place; a sky is seen from inside, so that azimuth grows to the left.
+    The brightest row is that of the greatest value less its standard error, so that one large score of a rare
+    particle does not decide; of equal rows the one nearest the middle is taken, of equal azimuths the first.
+    """
+    chosen = _chosen(data, quantity, at, label, frame)
+    if chosen.listed:
+        panels = _by_instants(chosen.array, chosen.listed)
+        return plot_maps(panels, path, label=chosen.label, decades=decades, title=title, note=note)
+    if chosen.is_line:
+        where = ax if ax is None or isinstance(ax, Axes) else ax[0]
+        return _plot_line(chosen, path, where, exact, decades, title, note)
+    bins = _arranged(chosen)
+    if exact is not None and not callable(exact):
+        exact = bins.arranged(chosen.taken(np.asarray(exact, dtype=float)))
+    if ax is not None:
+        axes = [ax] if isinstance(ax, Axes) else list(ax)
+        _draw(axes, bins, exact, cut, decades, norm, bar)
+        return axes[0]
+    has_cut = cut is not False
+    with figure(suited_size(bins, has_cut, bool(title)), title, note, path) as page:
+        across = _panel(bins)[0]
+        ratios = (across, across, CUT) if has_cut else (across, across)
+        _draw(page.subplots(1, len(ratios), width_ratios=ratios), bins, exact, cut, decades, norm, bar)
+    return page
+
+
+def plot_maps(
+    panels: Mapping[str, Data],
+    path: str | os.PathLike | None = None,
+    *,
+    quantity: str | None = None,
+    at: Mapping[str, int] = NO_BINS,
+    label: str | None = None,
+    decades: float | None = None,
+    frame: str | None = None,
+    title: str | None = None,
+    note: str | None = None,
+) -> Figure:
+    """Draw several maps side by side on one scale, and their relative standard errors [%] below.
+
+    Parameters
+    ----------
+    panels : mapping of str to Tally or EstimateArray
+        What is drawn, by its heading.
+    path, quantity, at, label, decades, frame, title, note
+        As of `plot_map`.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        For no panels, and where `plot_map` raises it.
+    """
+    if not panels:
+        raise ValueError("plot_maps: at least one panel is needed, got none")
+    shown = {name: bins_of(each, quantity, at, label, frame) for name, each in panels.items()}
+    first = next(iter(shown.values()))
+    norm, worst = value_norm(shown.values(), decades), error_norm(shown.values())
+    across, up = _panel(first)
+    size = 1.0 * across * len(shown) + 3.0, 2 * up + 1.2 + (0.7 if title else 0)
+    with figure(size, title, note, path) as page:
+        grid = page.subplots(2, len(shown), sharex=True, sharey=True, squeeze=False)
+        for (upper, lower), (name, bins) in zip(grid.T, shown.items(), strict=True):
+            values = draw_values(upper, bins, norm)
+            errors = draw_errors(lower, bins, worst)
+            upper.set_title(name)
+            for axes in (upper, lower):
+                axes.label_outer()
+        _bar(values, grid[0], with_unit(first.label, first.unit), _beyond(shown.values(), norm))
+        _bar(errors, grid[1], ERROR_LABEL, _beyond_errors(shown.values(), worst))
+    return page
+
+
+# ---- What is drawn
+
+
+class Along(NamedTuple):
+    """An axis of a map: its name, edges of its bins in `unit`, of which there are `scale` in an SI unit, and its words.
+
+    names: what stands at the bins where the axis is a list of instants or of media; they are drawn equally wide.
+    """
+
+    name: str
+    edges: np.ndarray
+    words: str
+    unit: str
+    scale: float = 1.0
+    names: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """The words with the unit."""
+        return f"{self.words} [{self.unit}]" if self.unit else self.words
+
+    @property
+    def middles(self) -> np.ndarray:
+        """The middles of the bins."""
+        return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Bins:
+    """Bins over two coordinates as a map shows them; all fields are (up, across).
+
+    On a disk and in a plan of directions `across` is the distance from the middle, and `up` the azimuth.
+    """
+
+    across: Along
+    up: Along
+    value: np.ndarray
+    error: np.ndarray
+    unscored: np.ndarray
+    doubtful: np.ndarray
+    unit: object
+    label: str
+    frame: str
+    is_transposed: bool
+    source: EstimateArray
+
+    @property
+    def is_round(self) -> bool:
+        """Whether the bins are rings and sectors."""
+        return self.frame in (DISK, PLAN)
+
+    @property
+    def is_to_scale(self) -> bool:
+        """Whether both coordinates are drawn to one scale."""
+        if self.is_round or self.frame == IMAGE:
+            return True
+        alike = self.up.unit == self.across.unit and not (self.up.names or self.across.names)
+        return alike and 1 / STRETCHED <= self.stretch <= STRETCHED
+
+    @property
+    def stretch(self) -> float:
+        """Height over width."""
+        return float(np.ptp(self.up.edges) / np.ptp(self.across.edges))
+
+    @property
+    def percent(self) -> np.ndarray:
+        """Relative standard errors [%], nan where there is none: no score, no error, or a value of 0."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            percent = np.where(self.error == 0, 0.0, 100 * self.error / np.abs(self.value))
+        return np.where(np.isfinite(percent), percent, np.nan)
+
+    @property
+    def outlines(self) -> tuple[np.ndarray, np.ndarray]:
+        """x and y of the corners of the bins, (up + 1, across + 1); azimuths are cut so fine that they look round."""
+        if not self.is_round:
+            return np.meshgrid(self.across.edges, self.up.edges)
+        turn, times = self.up.edges, self.arcs
+        fine = np.interp(np.arange((len(turn) - 1) * times + 1) / times, np.arange(len(turn)), turn)
+        phi = np.radians(fine)[:, None]
+        return self.across.edges * np.cos(phi), self.across.edges * np.sin(phi)
+
+    @property
+    def arcs(self) -> int:
+        """Cells that a bin is drawn as, along its azimuth."""
+        return max(1, math.ceil(np.diff(self.up.edges).max() / FINEST)) if self.is_round else 1
+
+    def drawn(self, field: np.ndarray) -> np.ndarray:
+        """A field (up, across) by the cells between `outlines`."""
+        return np.repeat(field, self.arcs, axis=0)
+
+    def arranged(self, field: np.ndarray) -> np.ndarray:
+        """A field of the array as (up, across)."""
+        return field.T if self.is_transposed else field
+
+
+def bins_of(
+    data: Data,
+    quantity: str | None = None,
+    at: Mapping[str, int] = NO_BINS,
+    label: str | None = None,
+    frame: str | None = None,
+) -> Bins:
+    """The two axes of bins that `plot_map` draws of the same arguments.  Raises ValueError if they are not two."""
+    chosen = _chosen(data, quantity, at, label, frame)
+    if chosen.listed or chosen.is_line:
+        raise ValueError(
+            f"plot: a map has two axes of bins, got {chosen.array.dims}; take one of {chosen.listed}"
+        )
+    return _arranged(chosen)
+
+
+def is_line(data: Data, quantity: str | None = None) -> bool:
+    """Whether `plot_map` draws a curve, along one axis of bins."""
+    return _chosen(data, quantity, NO_BINS, None, None).is_line
+
+
+class Chosen(NamedTuple):
+    """A quantity with its axes of bins: index: which bins of the data they are;  listed: its axis of instants, if it is one too many."""
+
+    array: EstimateArray
+    index: tuple[int | slice, ...]
+    bins: tuple[int, ...]
+    label: str
+    shape: object
+    frame: str | None
+    listed: str | None = None
+
+    @property
+    def is_line(self) -> bool:
+        """Whether only one axis is left."""
+        return len(self.array.dims) == 1 and self.frame is None
+
+    def taken(self, field: np.ndarray) -> np.ndarray:
+        """Of numbers for all bins those that are drawn.  Raises ValueError for another shape."""
+        if field.shape != self.bins:
+            raise ValueError(f"plot_map: exact must have the bins {self.bins}, got {field.shape}")
+        return field[self.index]
+
+
+def _chosen(
+    data: Data, quantity: str | None, at: Mapping[str, int], label: str | None, frame: str | None
+) -> Chosen:
+    """The bins to draw: one of the axes that `at` names, of three axes of cells, and of axes with a single bin."""
+    shape = None
+    if isinstance(data, EstimateArray):
+        array, label, whose = data, label or "estimate", "the array"
+    else:
+        name = quantity or main_quantity(data)
+        array, whose = data.named(name), f"{name} of {data.name!r}"
+        label = label or name.replace("_", " ")
+        shape = None if isinstance(data, VolumeReading) else getattr(data, "shape", None)
+        if isinstance(data, ViewReading):
+            frame = frame or (SKY if "theta" in array.dims else IMAGE)
+        if not isinstance(array, EstimateArray):
+            raise ValueError(f"plot: {whose} has no bins, it is {array}")
+    if strangers := set(at) - set(array.dims):
+        raise ValueError(f"plot: {whose} has no axes {sorted(strangers)}; there are {array.dims}")
+    bins = dict(zip(array.dims, array.shape, strict=True))
+    is_plan = frame == PLAN
+    free = [name for name in bins if name not in at]
+    left = [name for name in free if bins[name] > 1 or is_plan] or free[:1]
+    at = {name: 0 for name in bins if name not in left} | dict(at)
+    listed = next((name for name in left if len(left) == 3 and _is_list(array, name)), None)
+    while len(left) > 2 and listed is None:
+        middle = next((name for name in CELLS if name in left), None)
+        if middle is None:
+            cure = f"index it, or average it as in .mean({left[-1]!r}), to leave one or two"
+            example = f"; or write at={{{left[0]!r}: 0}} of plot_map"
+            raise ValueError(
+                f"plot: {whose} has {len(left)} axes of bins ({', '.join(left)}); {cure}{example}"
+            )
+        at[middle] = bins[middle] // 2
+        left.remove(middle)
+    index = tuple(at.get(name, slice(None)) if name not in left else slice(None) for name in array.dims)
+    shown = array[index]
+    if not isinstance(shown, EstimateArray):
+        raise ValueError(f"plot: {whose} at {dict(at)} is one bin, {shown}; leave an axis out of at=")
+    return Chosen(shown, index, array.shape, label, shape, frame, listed)
+
+
+def main_quantity(tally: Tally) -> str:
+    """The first quantity in which findings about bins are searched, or else the first one with bins.
+
+    Raises ValueError if there is none.
+    """
+    for name, _ in tally.binned():
+        return name
+    for name in tally.available:
+        if isinstance(getattr(tally, name), EstimateArray):
+            return name
+    cure = "give the detector bins, such as positions=, directions=, cells= or times=, or print it"
+    raise ValueError(f"plot: {tally.title} has no quantity with bins; {cure}")
+
+
+def _is_list(array: EstimateArray, name: str) -> bool:
+    """Whether an axis is a list, of instants or of media, and no bins."""
+    return name in LISTED and len(array.coords[name]) == array.shape[array.dims.index(name)]
+
+
+def _by_instants(array: EstimateArray, listed: str) -> dict[str, EstimateArray]:
+    """Heading -> the array at that instant, of up to MOST_COLUMNS of them evenly."""
+    names, axis = _names(array, listed), array.dims.index(listed)
+    columns = np.linspace(0, len(names) - 1, min(MOST_COLUMNS, len(names))).round().astype(int).tolist()
+    return {names[k]: array[tuple(k if d == axis else slice(None) for d in range(3))] for k in columns}
+
+
+def _names(array: EstimateArray, listed: str) -> tuple[str, ...]:
+    """What stands at the places of a list."""
+    if listed == "medium":
+        return tuple(f"medium {place:.0f}" for place in array.coords[listed])
+    return tuple(f"t = {place:.4g} s" for place in array.coords[listed])
+
+
+def alongs(array: EstimateArray, shape: object = None) -> list[Along]:
+    """The axes of an array with angles in degrees, and all lengths in the unit of the longest."""
+    words = _words_of(shape)
+    units = {
+        name: words[name][1] if name in words else axis_unit(name, array.axis_units) for name in array.dims
+    }
+    if shape is not None:
+        units = {name: unit or "m" for name, unit in units.items()}
+    lengths = [np.abs(array.coords[name]).max() for name in array.dims if units[name] == "m"]
+    metre, length = unit_of_length(max(lengths, default=1.0))
+    suited = {"m": (1 / metre, length), "rad": (180 / math.pi, "°")}
+    found = []
+    for name, unit in units.items():
+        if _is_list(array, name):
+            names = _names(array, name)
+            found.append(Along(name, np.arange(len(names) + 1) - 0.5, "", "", names=names))
+            continue
+        scale, unit = suited.get(unit, (1.0, unit_label(unit or "1")))
+        say = words[name][0] if name in words else WORDS.get(name, axis_symbol(name))
+        found.append(Along(name, array.coords[name] * scale, say, unit, scale))
+    return found
+
+
+def _words_of(shape: object) -> Mapping[str, tuple[str, str]]:
+    """Words and units of u and v on a disk or a curved shape; nothing where they are lengths along sides."""
+    if shape is None or isinstance(shape, Rectangle) or not shape.coordinates():
+        return {}
+    return next((words for kind, words in COORDINATES.items() if isinstance(shape, kind)), OF_REVOLVED)
+
+
+def _arranged(chosen: Chosen) -> Bins:
+    """The bins as they lie."""
+    array, shape, names = chosen.array, chosen.shape, chosen.array.dims
+    frame = chosen.frame or _frame(array, shape)
+    if frame == PLAN:
+        found = direction_bins(array)
+        across = Along("theta", np.degrees(found.theta), WORDS["theta"], "°", 180 / math.pi)
+        up = Along("phi", np.degrees(found.phi), WORDS["phi"], "°", 180 / math.pi)
+        fields = (each.T for each in (found.value, found.error, found.unscored, found.doubtful))
+        return Bins(across, up, *fields, array.unit, chosen.label, frame, names[-1] == "phi", array)
+    first, second = alongs(array, shape)
+    is_unrolled = shape is not None and bool(_words_of(shape)) and frame == FLAT
+    is_transposed = not (is_unrolled and names == ("u", "v")) and names[0] not in UPRIGHT
+    up, across = (second, first) if is_transposed else (first, second)
+    fields = (array.value, array.error, array.reason == "no score", array.is_doubtful)
+    fields = (each.T if is_transposed else each for each in fields)
+    return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array)
+
+
+def _frame(array: EstimateArray, shape: object) -> str:
+    names = array.dims
+    if set(names) == {"theta", "phi"} or set(names) == {"mu", "phi"}:
+        polar = names[0] if names[0] in POLAR else names[1]
+        edges = array.coords[polar]
+        theta = np.arccos(np.clip(edges, -1, 1)) if polar == "mu" else edges
+        if theta.max() <= math.pi / 2 + 1e-9:
+            return PLAN
+        return SKY if names == ("theta", "phi") else FLAT
+    if names == ("v", "u"):
+        return IMAGE
+    return DISK if isinstance(shape, Disk) and names == ("u", "v") else FLAT
+
+
+# ---- Scales
+
+
+def value_norm(bins: Bins | Iterable[Bins], decades: float | None = None) -> Normalize:
+    """The scale of maps: from 0 (or the least, below it) to the greatest value that is well known, or so many decades down from there.
+
+    Raises ValueError for decades of negative values.
+    """
+    bins = [bins] if isinstance(bins, Bins) else list(bins)
+    value, error = (np.concatenate([getattr(b, name).ravel() for b in bins]) for name in ("value", "error"))
+    trusted = value[error <= TRUSTED * np.abs(value)]
+    shown = trusted if trusted.size else value[np.isfinite(value)]
+    low, high = min(0.0, shown.min(initial=0.0)), shown.max(initial=0.0)
+    if decades is None:
+        return Normalize(low, high if high > low else low + 1)
+    if low < 0:
+        raise ValueError(f"decades: a logarithmic scale has no place for {low:.4g}; leave decades out")
+    high = high or value[value > 0].max(initial=0.0) or 1.0
+    return LogNorm(high * 10.0**-decades, high)
+
+
+def error_norm(bins: Bins | Iterable[Bins]) -> Normalize:
+    """From the least relative error [%] to the greatest over decades where they differ much, from 0 where they do not."""
+    bins = [bins] if isinstance(bins, Bins) else list(bins)
+    percent = np.concatenate([np.clip(each.percent, None, WORST).ravel() for each in bins])
+    positive = percent[percent > 0]
+    low, high = (positive.min(), positive.max()) if positive.size else (0.0, 1.0)
+    if not high > WIDE * low > 0:
+        return Normalize(0, high)
+    return LogNorm(max(low, high * 10.0**-ERROR_DECADES), high)
+
+
+def _on_scale(bins: Bins, norm: Normalize) -> np.ndarray:
+    """The values; on a logarithmic scale what is fainter at its darkest end, and nan for what has no logarithm.
+
+    A picture is dark where nothing came from.
+    """
+    if not isinstance(norm, LogNorm):
+        return bins.value
+    is_shown = bins.value >= 0 if bins.frame in (IMAGE, SKY) else bins.value > 0
+    return np.where(is_shown, np.maximum(bins.value, norm.vmin), np.nan)
+
+
+def _beyond(bins: Iterable[Bins], norm: Normalize) -> str:
+    return _ends_beyond([each.value for each in bins], norm)
+
+
+def _beyond_errors(bins: Iterable[Bins], norm: Normalize) -> str:
+    """As `_beyond`; that an exact bin has no error is below every scale."""
+    return _ends_beyond([each.percent[~(each.percent == 0)] for each in bins], norm)
+
+
+def _ends_beyond(fields: Iterable[np.ndarray], norm: Normalize) -> str:
+    """The ends of a scale that some values lie beyond, as `extend` of a colour bar."""
+    values = np.concatenate([each.ravel() for each in fields])
+    finite = values[np.isfinite(values)]
+    ends = (
+        finite.min(initial=norm.vmax) < norm.vmin * (1 - 1e-9),
+        finite.max(initial=norm.vmin) > norm.vmax * (1 + 1e-9),
+    )
+    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
+
+
+# ---- Drawing
+
+
+def _draw(
+    axes: Sequence[Axes],
+    bins: Bins,
+    exact: np.ndarray | Radiance | None,
+    cut: bool | float,
+    decades: float | None,
+    norm: Normalize | None,
+    bar: bool,
+) -> None:
+    """Values, errors where there are two axes or more, and the cut where there are three."""
+    norm = norm or value_norm(bins, decades)
+    values = draw_values(axes[0], bins, norm, is_alone=len(axes) == 1)
+    if bar:
+        _bar(values, axes[0], with_unit(bins.label, bins.unit), _beyond([bins], norm), bins)
+    if len(axes) > 1:
+        worst = error_norm(bins)
+        errors = draw_errors(axes[1], bins, worst)
+        if bar:
+            _bar(errors, axes[1], ERROR_LABEL, _beyond_errors([bins], worst), bins)
+    if cut is not False:
+        sides = _sides(bins, cut)
+        _mark(axes[0], bins, sides)
+        if len(axes) > 2:
+            _draw_cut(axes[2], bins, sides, exact, norm)
+
+
+def draw_values(axes: Axes, bins: Bins, norm: Normalize, is_alone: bool = False) -> ScalarMappable:
+    """Colour bins by their values; those with a doubtful error are hatched where no map of errors stands beside."""
+    field = _on_scale(bins, norm)
+    drawn = draw_field(axes, bins, field, norm)
+    if is_alone:
+        _hatch(axes, bins, bins.doubtful & np.isfinite(field))
+    return drawn
+
+
+def draw_errors(axes: Axes, bins: Bins, norm: Normalize) -> ScalarMappable:
+    """Colour bins by their relative standard error [%], and explain which are hatched."""
+    percent = bins.percent
+    field = np.maximum(percent, norm.vmin) if isinstance(norm, LogNorm) else percent
+    drawn = draw_field(axes, bins, field, norm)
+    gaps = np.isnan(percent)
+    doubtful = bins.doubtful & ~gaps
+    _hatch(axes, bins, doubtful)
+    why = [("no score" if bins.unscored[gaps].all() else "not known")] if gaps.any() else []
+    if why := why + ["doubtful"] * bool(doubtful.any()):
+        key = Patch(facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0, label=", ".join(why))
+        place = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderpad": 0.2, "handletextpad": 0.5}
+        axes.legend(handles=[key], fontsize="small", **place)
+    return drawn
+
+
+def draw_field(
+    axes: Axes, bins: Bins, field: np.ndarray, norm: Normalize, colours: str = SEQUENTIAL
+) -> ScalarMappable:
+    """Colour the bins by a field (up, across); where it is nan they are hatched grey."""
+    axes.grid(False)
+    shown = np.ma.masked_invalid(bins.drawn(field))
+    x, y = bins.outlines
+    if np.isnan(field).any():
+        # One hatched face below all bins: hatching each of them takes seconds.
+        rim = [np.concatenate([c[0], c[:, -1], c[-1, ::-1], c[::-1, 0]]) for c in (x, y)]
+        axes.fill(*rim, facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0, zorder=-5)
+    look_of = {"norm": norm, "cmap": colours}
+    if bins.is_round:
+        drawn = axes.pcolormesh(x, y, shown, rasterized=True, **look_of)
+    else:
+        drawn = axes.pcolorfast(bins.across.edges, bins.up.edges, shown, **look_of)
+    if bins.frame == PLAN:
+        _furnish_plan(axes, bins)
+    elif bins.frame == DISK:
+        unit = bins.across.unit
+        axes.set(xlabel=rf"along $e_u$ [{unit}]", ylabel=rf"along $e_v$ [{unit}]", aspect="equal")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(FewTicks())
+    else:
+        _furnish_flat(axes, bins)
+    return drawn
+
+
+def _furnish_flat(axes: Axes, bins: Bins) -> None:
+    """Ticks, labels and directions of both axes."""
+    across, up = bins.across, bins.up
+    if bins.frame == IMAGE:
+        axes.set(xticks=[], yticks=[], aspect="equal")
+        return
+    from_inside = ", seen from inside" if bins.frame == SKY else ""
+    axes.set(xlabel=across.label + from_inside, ylabel=up.label)
+    axes.xaxis.set_inverted(up.name in POLAR and across.name == "phi")
+    axes.yaxis.set_inverted(up.name == "theta" or up.words.startswith("polar angle"))
+    for axis, along in ((axes.xaxis, across), (axes.yaxis, up)):
+        if along.names:
+            axis.set_ticks(range(len(along.names)), along.names)
+            lines = axes.axvline if axis is axes.xaxis else axes.axhline
+            for between in along.edges[1:-1]:
+                lines(between, color="white", lw=3)
+        else:
+            axis.set_major_locator(FewTicks(along.unit == "°"))
+    axes.tick_params(pad=6)
+    if bins.is_to_scale:
+        axes.set_aspect("equal")
+
+
+def _furnish_plan(axes: Axes, bins: Bins) -> None:
+    """Rings of polar angle, spokes of azimuth, and their labels."""
+    rim, has_spokes = bins.across.edges.max(), len(bins.up.edges) > 2
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set(xlim=(-1.2 * rim, 1.2 * rim), ylim=(-1.2 * rim, 1.2 * rim))
+    if has_spokes:
+        for azimuth in range(0, 360, 45):
+            phi = math.radians(azimuth)
+            axes.plot([0, rim * math.cos(phi)], [0, rim * math.sin(phi)], color="white", lw=0.7, alpha=0.45)
+        for azimuth, across, up in COMPASS:
+            x, y = 1.1 * rim * math.cos(math.radians(azimuth)), 1.1 * rim * math.sin(math.radians(azimuth))
+            axes.text(x, y, f"φ = {azimuth}°" if azimuth == 90 else f"{azimuth}°", ha=across, va=up)
+    for angle in _rings(rim):
+        axes.add_patch(Circle((0, 0), angle, fill=False, ec="white", lw=1.0, alpha=0.7))
+        x, y = angle * math.cos(LABELLED), angle * math.sin(LABELLED)
+        axes.text(x, y, f"{angle:g}°", ha="center", va="center", color="white", path_effects=outlined())
+    axes.add_patch(Circle((0, 0), rim, fill=False, ec=INK, lw=1.8))
+    x, y = 1.03 * rim * math.cos(LABELLED), 1.03 * rim * math.sin(LABELLED)
+    axes.text(x, y, f"θ = {rim:.3g}°", ha="left", va="bottom")
+    if has_spokes:
+        corner = {"color": MUTED, "fontsize": "small", "ha": "left", "va": "bottom"}
+        axes.text(-1.2 * rim, -1.2 * rim, "seen from\nin front", **corner)
+
+
+def _rings(rim: float) -> list[float]:
+    """Polar angles of the rings inside the rim [deg]: 30 and 60, or round numbers for a narrower cone."""
+    if math.isclose(rim, 90):
+        return [30.0, 60.0]
+    angles = MaxNLocator(3, steps=[1, 2, 3, 5, 10]).tick_values(0, rim)
+    return [angle for angle in angles if 0 < angle < 0.9 * rim]
+
+
+def _hatch(axes: Axes, bins: Bins, those: np.ndarray) -> None:
+    """Hatch bins above their colours."""
+    if not those.any():
+        return
+    corners, those = np.stack(bins.outlines, axis=-1), bins.drawn(those)
+    ways = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1], corners[:-1, :-1]
+    outlines = np.stack([way[those] for way in ways], axis=1)
+    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+    # One path for all bins: hatching each of them takes seconds.
+    path = Path(outlines.reshape(-1, 2), np.tile(codes, len(outlines)))
+    axes.add_patch(PathPatch(path, facecolor="none", edgecolor=MUTED, linewidth=0, hatch=HATCHING, zorder=3))
+
+
+def _bar(
+    drawn: ScalarMappable, axes: Axes | np.ndarray, label: str, extend: str, bins: Bins | None = None
+) -> None:
+    """The colour bar beside a map, as tall as it is, or beside a row of maps."""
+    if isinstance(axes, Axes):
+        across, low = _panel(bins)[0], 0.08 if bins.frame == PLAN else 0.0
+        place = {"cax": axes.inset_axes((1 + 0.16 / across, low, 0.26 / across, 1 - 2 * low))}
+        bar = axes.figure.colorbar(drawn, extend=extend, **place)
+    else:
+        bar = axes[0].figure.colorbar(drawn, ax=list(axes), extend=extend, pad=0.015, aspect=18)
+    bar.set_label(label, fontsize="small" if bins and _panel(bins)[1] < LOW else None)
+    if isinstance(drawn.norm, LogNorm):
+        tick_log(bar.ax.yaxis)
+    else:
+        bar.locator = MaxNLocator(5)
+        bar.update_ticks()
+
+
+# ---- Sizes
+
+
+def _panel(bins: Bins) -> tuple[float, float]:
+    """Width and height of a map [inches]."""
+    if bins.frame == PLAN:
+        return 1.1 * PANEL, 1.1 * PANEL
+    if bins.is_round or not bins.is_to_scale:
+        return PANEL, PANEL
+    return (PANEL, PANEL * bins.stretch) if bins.stretch <= 1 else (PANEL / bins.stretch, PANEL)
+
+
+def suited_size(bins: Bins, has_cut: bool = False, has_title: bool = False) -> tuple[float, float]:
+    """Width and height of a figure of values, errors and cut [inches]."""
+    across, up = _panel(bins)
+    height = max(up + 1.6, 5.8 if has_cut else 4.2) + 0.7 * has_title
+    return 2 * (across + 1.9) + (CUT + 0.6) * has_cut, height
+
+
+# ---- Cuts
+
+
+class Side(NamedTuple):
+    """A row of bins (an azimuth of a round map) that a cut runs along, to the right (+1) or the left (-1)."""
+
+    row: int
+    sign: int
+
+
+def _sides(bins: Bins, cut: bool | float) -> list[Side]:
+    """The row of a cut; of a round map the azimuth, and the opposite one where there is one."""
+    up, row = bins.up, _brightest_row(bins) if cut is True else None
+    if row is None:
+        row = _row_at(bins, cut * up.scale)
+        if row is None:
+            low, high = up.edges[[0, -1]] / up.scale
+            raise ValueError(f"plot_map: cut must be {low:.4g} to {high:.4g}, got {cut!r}")
+    if not bins.is_round or len(up.edges) == 2:
+        return [Side(row, 1)]
+    opposite = _row_at(bins, up.middles[row] + 180)
+    return [Side(row, 1)] if opposite is None else [Side(row, 1), Side(opposite, -1)]
+
+
+def _row_at(bins: Bins, place: float) -> int | None:
+    """Which row holds this coordinate, or None where none does."""
+    edges = bins.up.edges
+    if bins.is_round:
+        place = edges[0] + np.mod(place - edges[0] + 1e-9, 360)
+    row = int(np.searchsorted(edges, place, side="right")) - 1
+    row -= place == edges[-1]
+    return row if 0 <= row < len(edges) - 1 else None
+
+
+def _brightest_row(bins: Bins) -> int:
+    # Take one standard error off, so that a bin with a single large score does not win.
+    sure = bins.value - bins.error
+    if not np.isfinite(sure).any():
+        sure = bins.value
+    peaks = np.where(np.isfinite(sure), sure, -np.inf).max(axis=1)
+    start = 0 if bins.is_round else len(peaks) // 2
+    return min(np.flatnonzero(peaks == peaks.max()).tolist(), key=lambda row: abs(row - start))
+
+
+def _mark(axes: Axes, bins: Bins, sides: Sequence[Side]) -> None:
+    """Where the cut runs."""
+    style = {"color": "white", "lw": 1.8, "ls": (0, (4, 3)), "path_effects": outlined()}
+    for rank, side in enumerate(sides):
+        middle = bins.up.middles[side.row]
+        if not bins.is_round:
+            axes.axhline(middle, **style)
+        elif len(bins.up.edges) > 2:
+            reach, (colour, marker) = bins.across.edges[[0, -1]], look(rank)
+            x, y = reach * math.cos(math.radians(middle)), reach * math.sin(math.radians(middle))
+            axes.plot(x, y, **style)
+            axes.plot(x[-1], y[-1], marker, ms=13, color=colour, mec="white", clip_on=False)
+
+
+def _draw_cut(
+    axes: Axes, bins: Bins, sides: Sequence[Side], exact: np.ndarray | Radiance | None, norm: Normalize
+) -> None:
+    """Points along the rows of the cut before what is exact, on the scale of the map."""
+    series = {_side_label(bins, side): _cut_series(bins, side, exact) for side in sides}
+    xlabel = POLAR_ANGLE if bins.frame == PLAN else bins.across.label
+    is_log, named = isinstance(norm, LogNorm), with_unit(bins.label, bins.unit)
+    ylabel = bins.label if bins.frame == PLAN else named
+    plot_curves(series, ax=axes, xlabel=xlabel, ylabel=ylabel, log_y=is_log, means=True, legend="above")
+    if is_log:
+        axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
+    axes.xaxis.set_major_locator(FewTicks(bins.across.unit == "°"))
+    if bins.is_round:
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{abs(x):g}"))
+
+
+def _cut_series(bins: Bins, side: Side, exact: np.ndarray | Radiance | None) -> Series:
+    if bins.frame == PLAN:
+        return polar_series(bins.source, exact, side.row, side.sign)
+    row, expected = side.row, None if exact is None else exact[side.row]
+    return Series(side.sign * bins.across.edges, (bins.value[row], bins.error[row]), expected=expected)
+
+
+def _side_label(bins: Bins, side: Side) -> str:
+    if len(bins.up.edges) == 2 and bins.is_round:
+        return "all azimuths"
+    if bins.up.names:
+        return bins.up.names[side.row]
+    low, high = bins.up.edges[side.row : side.row + 2]
+    if bins.is_round:
+        return f"{bins.up.words.split()[-1]} = {low:.4g}° to {high:.4g}°".replace("-", "−")
+    unit = "" if bins.up.unit == "°" else " "
+    return f"at {bins.up.words} = {bins.up.middles[side.row]:.3g}{unit}{bins.up.unit}".replace("-", "−")
+
+
+# ---- One axis
+
+
+def _plot_line(
+    chosen: Chosen,
+    path: str | os.PathLike | None,
+    ax: Axes | None,
+    exact: np.ndarray | None,
+    decades: float | None,
+    title: str | None,
+    note: str | None,
+) -> Figure | Axes:
+    """Bins along one axis as steps with points; a list of instants as points, of media by their names."""
+    array, (along,) = chosen.array, alongs(chosen.array, chosen.shape)
+    x, label = along.edges, along.label
+    if along.names:
+        x, label = along.middles, ""
+        if along.name == "time":
+            x, label = array.coords["time"], "time [s]"
+    expected = None if exact is None else chosen.taken(np.asarray(exact, dtype=float))
+    series = {chosen.label: Series(x, array, expected=expected)}
+    words = {"xlabel": label, "ylabel": chosen.label, "steps": True, "log_y": decades is not None}
+    made = plot_curves(series, path if ax is None else None, ax=ax, title=title, note=note, **words)
+    axes = made if ax is not None else made.axes[0]
+    if along.names and along.name != "time":
+        axes.set_xticks(x, along.names)
+        axes.set_xlim(along.edges[[0, -1]])
+    elif not along.names:
+        axes.xaxis.set_major_locator(FewTicks(along.unit == "°"))
+    if decades is not None:
+        top = array.value[array.error <= TRUSTED * np.abs(array.value)].max(initial=0.0)
+        top = top or np.nanmax(array.value, initial=0.0) or 1.0
+        axes.set_ylim(top * 10.0**-decades, max(1.5 * top, axes.get_ylim()[1]))
+    return made
