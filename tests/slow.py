@@ -1,18 +1,19 @@
 """Tables of cases of which only some run in the default suite."""
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import pytest
 
 SLOW = pytest.mark.slow
 
 
-def slow_but(is_quick: Callable[..., bool], cases: Iterable) -> list:
-    """The cases for parametrize: all but the quick ones, which every run has, are marked slow."""
+def quick(cases: Iterable[Any], *chosen: Any) -> list[Any]:
+    """The cases for parametrize: all but the chosen ones are marked slow."""
+    return [pytest.param(case, marks=() if case in chosen else SLOW) for case in cases]
+
+
+def slow_but(is_quick: Callable[..., bool], cases: Iterable[Any]) -> list[Any]:
+    """The cases for parametrize, values or rows of values: all but those for which `is_quick(*row)` are marked slow."""
     rows = (case if isinstance(case, tuple) else (case,) for case in cases)
     return [pytest.param(*row, marks=() if is_quick(*row) else SLOW) for row in rows]
-
-
-def mostly_slow(cases: Iterable, quick: Iterable) -> list:
-    """All cases for `parametrize`, marked slow but for the quick ones."""
-    return [case if case in quick else pytest.param(case, marks=SLOW) for case in cases]

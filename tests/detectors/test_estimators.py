@@ -16,7 +16,7 @@ from tests import backward_scenes, expected_scenes
 from tests.agreement import assert_agrees
 from tests.expected_scenes import WALLS, lamp, pane
 from tests.refusals import assert_refused
-from tests.slow import slow_but
+from tests.slow import quick
 from tests.test_reproducible import digest
 from transport.theory import emitters
 
@@ -50,7 +50,7 @@ def quantities(result, scene):
             yield reading.irradiance
 
 
-@pytest.mark.parametrize("name", slow_but(QUICK.__contains__, expected_scenes.SCENES))
+@pytest.mark.parametrize("name", quick(expected_scenes.SCENES, *QUICK))
 def test_expected_crossings_agree_with_counted_ones(name):
     scene = expected_scenes.SCENES[name]()
     counted, told = run(scene, 150_000, seed=1, estimator="analog"), expected(scene, 150_000, seed=2)
@@ -144,7 +144,7 @@ RADIANCE, INDEX = 7.0, 1.5
 BACKWARD_QUICK = ("occluded", "glass_ball", "forward_fog")
 
 
-@pytest.mark.parametrize("name", slow_but(BACKWARD_QUICK.__contains__, backward_scenes.SCENES))
+@pytest.mark.parametrize("name", quick(backward_scenes.SCENES, *BACKWARD_QUICK))
 def test_forward_and_backward_runs_agree(name):
     """Bin by bin, through Student's t; errors of both together are 1 to 3 % of irradiances, so that 5 to 15 % would show."""
     scene = backward_scenes.SCENES[name]()

@@ -14,7 +14,7 @@ from scipy.integrate import dblquad, quad
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread, smallest_bias
 from tests.point_scenes import FOG, LAMP, M, V, filled, seen
-from tests.slow import SLOW, slow_but
+from tests.slow import SLOW, quick
 from transport.compile import points
 from transport.compile.compiler import compile_scene
 from transport.scene.phase_functions import Phase
@@ -255,7 +255,7 @@ PHASES = {
 }
 
 
-@pytest.mark.parametrize("name", slow_but(("forwards", "table").__contains__, PHASES))
+@pytest.mark.parametrize("name", quick(PHASES, "forwards", "table"))
 def test_light_scattered_once_from_a_pencil_beam(name):
     """In a box so thin that light is scattered once at most: the integral along the beam of p(mu) / r^2."""
     sigma, phase = 1e-12, PHASES[name]
@@ -291,7 +291,7 @@ def test_a_speck_in_a_beam_scatters_by_its_phase_function(name):
 
 
 @BOTH
-@pytest.mark.parametrize("filling", slow_but("grid".__eq__, ["medium", "grid"]))
+@pytest.mark.parametrize("filling", quick(["medium", "grid"], "grid"))
 def test_it_agrees_with_a_small_volume_detector(filling, tracking):
     ball = tp.VolumeDetector(tp.Sphere(center=(0.4, 0.2, 0.3), radius=0.05), "ball")
     voxels, box = np.random.default_rng(3).uniform(0.2, 2.0, (3, 4, 5)), tp.Box(size=2.0)
@@ -305,7 +305,7 @@ def test_it_agrees_with_a_small_volume_detector(filling, tracking):
 
 
 @BOTH
-@pytest.mark.parametrize("g", slow_but(lambda g: g > 0, [0.6, -0.4]))
+@pytest.mark.parametrize("g", quick([0.6, -0.4], 0.6))
 def test_about_a_lamp_in_a_ball_of_fog_points_read_what_thin_shells_do(g, tracking):
     """Within the fog by detours, beyond it by flights; a cosine of the wrong sign or a lost exp(-tau) shows."""
     ball, radii = filled(tp.Sphere(radius=1.5), M(0.8, 1.2, tp.HenyeyGreenstein(g))), {"in": 0.8, "out": 2.0}

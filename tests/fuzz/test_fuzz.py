@@ -16,7 +16,7 @@ from tests.fuzz import properties
 from tests.fuzz.numbered import FAMILIES, world_of
 from tests.fuzz.snippets import written
 from tests.fuzz.worlds import worlds
-from tests.hard.slow import SLOW, quick
+from tests.slow import SLOW, quick
 
 few = settings(
     derandomize=True,

@@ -13,7 +13,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_follows, assert_z_spread
-from tests.hard.slow import quick
+from tests.slow import quick
 from transport.units import BOLTZMANN
 
 FALSE_ALARM = 1e-6

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.hard.slow import quick
+from tests.slow import quick
 from transport.compile import compiler, shapes, surfaces
 from transport.compile.compiler import compile_scene
 from transport.run.programs import program_for

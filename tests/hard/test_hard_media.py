@@ -14,7 +14,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from tests.hard.slow import SLOW, quick
+from tests.slow import SLOW, quick
 from transport.engine import tally
 from transport.theory import attenuation
 from transport.theory.turbid import solved

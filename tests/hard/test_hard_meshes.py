@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 
 import transport as tp
 from tests.agreement import assert_agrees
-from tests.hard.slow import quick
+from tests.slow import quick
 from transport.physics import facets
 from transport.theory.view_factors import parallel_rectangles
 

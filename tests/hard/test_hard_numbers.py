@@ -21,8 +21,8 @@ from numba import njit
 import transport as tp
 from tests.agreement import assert_agrees
 from tests.bench.random_stream import ORDERS, chunks
-from tests.hard.slow import SLOW, quick
 from tests.plain_scenes import SCENES
+from tests.slow import SLOW, quick
 from transport.physics.device import ARITHMETIC, EXACT
 from transport.physics.streams import random_words
 from transport.results.result import Result

@@ -28,8 +28,8 @@ from tests.grid_scenes import (
     plant_block,
     strewn,
 )
-from tests.hard.slow import SLOW, quick
 from tests.sampling import PASS
+from tests.slow import SLOW, quick
 from transport.compile.compiler import compile_scene
 from transport.engine import driver
 from transport.engine.bundle import LANES, empty_bundle

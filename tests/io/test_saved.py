@@ -15,7 +15,7 @@ import transport as tp
 from tests.media_scenes import TRACKINGS
 from tests.plain_scenes import SCENES, SMALL
 from tests.same_batches import assert_same
-from tests.slow import mostly_slow
+from tests.slow import quick
 from transport.io import resuming
 from transport.run import schedules
 from transport.run.provenance import this_origin
@@ -81,7 +81,7 @@ def small(particles=1_000, **how):
 # ---- a run that was killed, in parts, or extended ----
 
 
-@pytest.mark.parametrize("name", mostly_slow(LIMITS, ("random", "sobol", "snapshots")))
+@pytest.mark.parametrize("name", quick(LIMITS, "random", "sobol", "snapshots"))
 def test_a_run_is_loaded_and_resumed_as_if_it_had_not_been_killed(name, tmp_path, monkeypatch):
     whole, path = run(name), tmp_path / f"run{FILES[name]}"
     whole.save(path)
@@ -101,7 +101,7 @@ def test_a_run_is_loaded_and_resumed_as_if_it_had_not_been_killed(name, tmp_path
 
 
 @pytest.mark.parametrize(
-    "name", mostly_slow(("random", "few batches", "sobol", "snapshots", "backward"), ("sobol", "snapshots"))
+    "name", quick(("random", "few batches", "sobol", "snapshots", "backward"), "sobol", "snapshots")
 )
 def test_parts_are_together_the_whole(name, tmp_path):
     whole = run(name)
@@ -305,9 +305,7 @@ def extended(particles, **how):
 
 
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
-@pytest.mark.parametrize(
-    "steps", mostly_slow((SMALL_STEPS, LARGE_STEPS), (LARGE_STEPS,)), ids=["small", "large"]
-)
+@pytest.mark.parametrize("steps", quick((SMALL_STEPS, LARGE_STEPS), LARGE_STEPS), ids=["small", "large"])
 def test_batches_stay_bounded_however_often_a_run_is_resumed(steps, sampling, monkeypatch):
     """And errors are known as of more batches than were asked for, all alike."""
     monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)

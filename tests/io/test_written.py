@@ -25,7 +25,7 @@ from tests.round_trips import (
     read_again,
     scenes_of_tests,
 )
-from tests.slow import mostly_slow
+from tests.slow import quick
 from transport.io.json import codec
 from transport.io.json.codec import (
     MAX_LISTED_NUMBERS,
@@ -75,7 +75,7 @@ def test_a_scene_is_read_back_bit_by_bit(name):
 COMPILED = "plain_scenes.vessel", "plain_scenes.meshed", "media_scenes.cloud"
 
 
-@pytest.mark.parametrize("name", mostly_slow(COMPILED, COMPILED[:2]))
+@pytest.mark.parametrize("name", quick(COMPILED, *COMPILED[:2]))
 def test_a_scene_that_was_read_compiles_and_runs_the_same(name):
     """More: python -m tests.bench.written."""
     scene = SCENES[f"tests.{name}"]

@@ -23,7 +23,7 @@ import transport as tp
 from tests.bench.trust import judge_rooms, named_runs
 from tests.expected_scenes import SCENES
 from tests.html_pages import page
-from tests.slow import mostly_slow
+from tests.slow import quick
 from tests.specular_scenes import CASES
 from transport.cli.commands import app
 from transport.compile.detectors import EDGES
@@ -445,7 +445,7 @@ def test_complete_light_is_no_doubt(name):
 
 
 @pytest.mark.parametrize("look", LOOKS.values(), ids=LOOKS)
-@pytest.mark.parametrize("g", mostly_slow((-0.9, 0.0, 0.5, 0.9), (0.9,)))
+@pytest.mark.parametrize("g", quick((-0.9, 0.0, 0.5, 0.9), 0.9))
 def test_gentle_scattering_is_no_doubt(look, g):
     estimator = "expected" if look is LOOKS["meter"] else None
     for seed in range(5):
@@ -727,7 +727,7 @@ def test_the_trap_is_silent_once_histories_have_come(truth):
     assert abs(difference.value) < 5 * difference.error
 
 
-@pytest.mark.parametrize("name", mostly_slow(("room", "balls", "glass", "shadow", "facing"), ("balls",)))
+@pytest.mark.parametrize("name", quick(("room", "balls", "glass", "shadow", "facing"), "balls"))
 def test_sound_scenes_raise_no_unvisited_surface(name):
     for seed in range(5):
         result = simulate(SCENES[name](), 4096, seed=seed)
@@ -856,7 +856,7 @@ def test_a_probe_from_the_lamp_finds_what_a_mirror_sends_on_to_diffuse_walls():
 MIRRORS = [name for name in CASES if "window" not in name and "behind" not in name]
 
 
-@pytest.mark.parametrize("name", mostly_slow(MIRRORS, ("glossy", "dish, beam")))
+@pytest.mark.parametrize("name", quick(MIRRORS, "glossy", "dish, beam"))
 def test_no_probe_is_below_what_specular_surfaces_send(name):
     """Of whatever kind they are: the exact value is not above what a probe finds by more than twice the reach of its bound."""
     case = CASES[name]
@@ -1035,7 +1035,7 @@ def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
 NAMED = [name for name in CASES if name not in ("ball", "ball, behind")]
 
 
-@pytest.mark.parametrize("name", mostly_slow(NAMED, ("mirror", "half mirror, behind")))
+@pytest.mark.parametrize("name", quick(NAMED, "mirror", "half mirror, behind"))
 def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name):
     """Two seeds of three radii and every estimator; a run of 30 complete ones may be doubtful, or wrong by chance."""
     case = CASES[name]

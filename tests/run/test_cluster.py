@@ -25,7 +25,7 @@ import transport as tp
 from tests.plain_scenes import SMALL
 from tests.plain_scenes import room as scene
 from tests.same_batches import assert_same
-from tests.slow import mostly_slow
+from tests.slow import quick
 from transport.cli.docs import GUIDES
 from transport.compile.limits_exceeded import OverrunError
 from transport.compile.methods import ANALOG
@@ -309,7 +309,7 @@ LIMITS = {
 }
 
 
-@pytest.mark.parametrize("name", mostly_slow(LIMITS, ("particles",)))
+@pytest.mark.parametrize("name", quick(LIMITS, "particles"))
 def test_a_run_on_a_cluster_ends_as_in_one_process(cluster, name):
     here = tp.simulate(scene(), seed=3, threads=2, **LIMITS[name])
     there = tp.simulate(scene(), seed=3, cluster=cluster.address, **LIMITS[name])
@@ -431,7 +431,7 @@ def test_a_machine_that_did_no_batch_is_not_among_those_that_did(
     assert here.state.origins == (this_origin(), other)  # which did do some
 
 
-@pytest.mark.parametrize("is_local", mostly_slow((False, True), (False,)))
+@pytest.mark.parametrize("is_local", quick((False, True), False))
 def test_the_command_line_sends_a_run_to_a_cluster_or_to_processes(cluster, call, is_local):
     SMALL.to_json("small.json")
 

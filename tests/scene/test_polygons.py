@@ -9,7 +9,7 @@ import transport as tp
 from tests.agreement import assert_agrees
 from tests.refusals import assert_refused
 from tests.round_trips import read_again
-from tests.slow import slow_but
+from tests.slow import quick
 from transport.geometry import polygon as module
 from transport.geometry.relations import are_on_one_support, overlap
 
@@ -333,7 +333,7 @@ def square(normal, across, shift):
     return tp.Polygon(vertices=[tuple(map(float, corner)) for corner in corners])
 
 
-@pytest.mark.parametrize("kind", slow_but("transparent".__eq__, ["detector", "transparent", "body"]))
+@pytest.mark.parametrize("kind", quick(["detector", "transparent", "body"], "transparent"))
 def test_no_ray_passes_between_the_triangles_of_a_polygon(kind):
     """Pencils at the centre of a square, where its diagonals are, whatever way it is turned."""
     rng = np.random.default_rng(3)

@@ -25,7 +25,7 @@ from tests.agreement import assert_z_spread
 from tests.bench.error_bars import Way
 from tests.bench.error_bars import scores as scores_of_way
 from tests.bench.interval_coverage import radiance_of, room, row_of
-from tests.slow import mostly_slow
+from tests.slow import quick
 from transport.compile.methods import Method
 from transport.sims import diffuse_box, sun
 from transport.statistics.batches import student_quantile
@@ -200,7 +200,7 @@ IN_MEDIA = {
 FALSE_ALARM = 1e-3 / (4 * 3 + 2 * 6)
 
 
-@pytest.mark.parametrize("name", mostly_slow(IN_MEDIA, ("split", "cloud")))
+@pytest.mark.parametrize("name", quick(IN_MEDIA, "split", "cloud"))
 def test_scores_in_media_over_seeds_are_normal(name):
     scene, tracking, score = IN_MEDIA[name]
     options = {"batches": BATCHES, "threads": 1, "progress": False, "tracking": tracking}

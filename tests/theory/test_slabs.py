@@ -13,7 +13,7 @@ import pytest
 from numpy.polynomial import legendre
 from scipy.special import expn
 
-from tests.hard.slow import SLOW, quick
+from tests.slow import SLOW, quick
 from transport.theory import fresnel, glow, half_space, ordinates, turbid
 from transport.theory.enclosures import mean_chord
 from transport.theory.ordinates import ISOTROPIC, RAYLEIGH, henyey_greenstein, slab

@@ -14,7 +14,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread
-from tests.hard.slow import SLOW
+from tests.slow import SLOW
 from transport.theory import solid_angles
 
 FALSE_ALARM = 1e-5
