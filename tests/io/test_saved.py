@@ -381,8 +381,10 @@ def test_a_run_that_stopped_with_batches_out_of_turn_alone_is_resumed():
     stopped.state = dataclasses.replace(
         stopped.state, batches=[], done=0, next=0, ahead=ahead, particles=0, crossings=0
     )
-    longer = tp.simulate(SMALL, seconds=stopped.state.seconds + 0.05, resume=stopped, threads=1)
+    longer = tp.simulate(SMALL, seconds=stopped.state.seconds + 1.0, resume=stopped, threads=1)
     assert longer.particles > 0
+    with pytest.raises(KeyboardInterrupt, match="before a batch was begun, .*; pass more seconds"):
+        tp.simulate(SMALL, seconds=stopped.state.seconds / 2, resume=stopped, threads=1)
 
 
 # ---- files that commit e50b82d wrote ----

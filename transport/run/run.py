@@ -66,6 +66,7 @@ class Run:
         self.particles = self.crossings = self.collisions = 0
         self.leg: Leg = []  # the present leg
         self.done = 0  # finished batches of the present leg
+        self.size = 0  # particles of a batch of the last leg begun; 0 before the first
         self.is_complete, self.is_idle_warned = True, False
         self.saved: State | None = None
         self.origins: tuple[Origin, ...] = ()  # provenance of the batches of the saved run
@@ -248,6 +249,8 @@ class Run:
 
         It states how long a batch takes, and how to shorten batches.
         """
+        if not self.size:
+            return "the time was used up before a batch was begun, so there is no result; pass more seconds"
         # particles per second of one thread, which computes one batch at a time
         rate = self.executor.started / self._elapsed / self.threads
         message = f"interrupted before the first batch of {self.size} particles was complete"
