@@ -75,7 +75,7 @@ def test_without_sphinx_the_cure_is_told(tmp_path, monkeypatch):
         build_site(tmp_path, COMMANDS)
 
 
-@pytest.mark.bench
+@pytest.mark.slow
 def test_the_site_is_built_without_a_fault(tmp_path):
     """About 10 s, and needs the extra `docs`; .ci/run builds it with the installed command."""
     pytest.importorskip("sphinx")

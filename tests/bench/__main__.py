@@ -28,9 +28,7 @@ def main(arguments: list[str]) -> int:
         if options:
             print(f"no benchmark {options[0]!r}; there are: {', '.join(known)}", file=sys.stderr)
             return 2
-        print(
-            "python -m tests.bench NAME [OPTIONS]; NAME --help lists the options.  Speeds held: pytest -m bench"
-        )
+        print("python -m tests.bench NAME [OPTIONS]; NAME --help lists the options")
         for name, says in known.items():
             print(f"  {name:18}{says}")
         return 0

@@ -1,7 +1,7 @@
 """What a mesh costs: nanoseconds a ray against the number of triangles, beside the analytic sphere, and the building.
 
 python -m tests.bench.mesh [--million]     a table; with 1e6 triangles as well
-pytest -m bench tests/bench                what is promised of it
+python -m tests.bench limits                what is promised of it
 """
 
 import argparse

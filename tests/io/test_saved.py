@@ -383,7 +383,7 @@ def test_a_run_that_stopped_with_batches_out_of_turn_alone_is_resumed():
     )
     longer = tp.simulate(SMALL, seconds=stopped.state.seconds + 1.0, resume=stopped, threads=1)
     assert longer.particles > 0
-    with pytest.raises(KeyboardInterrupt, match="before a batch was begun, .*; pass more seconds"):
+    with pytest.raises(KeyboardInterrupt, match=r"before a batch was begun, .*; pass more seconds"):
         tp.simulate(SMALL, seconds=stopped.state.seconds / 2, resume=stopped, threads=1)
 
 

@@ -266,7 +266,7 @@ def test_a_few_that_do_not_end_among_many_that_do_are_lost_and_counted():
     assert result.ledger["lost"].value == 1.0 and "histories were lost" in result.warnings[0]
 
 
-@pytest.mark.parametrize(("histories", "batches"), [(64, 2), pytest.param(1000, 32, marks=pytest.mark.bench)])
+@pytest.mark.parametrize(("histories", "batches"), [(64, 2), pytest.param(1000, 32, marks=pytest.mark.slow)])
 def test_a_white_cavity_with_a_hole_of_a_millionth_still_runs(histories, batches):
     """A million reflections each, in the mean, as by Poincare's theorem: 1/share of the wall."""
     cavity = tp.Surface(tp.Sphere(radius=1.0, mu_max=1 - 2e-6), WHITE, "cavity")
