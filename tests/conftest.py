@@ -45,7 +45,13 @@ def pytest_configure(config):
         config.option.loadscopereorder = False
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
+    """Order the files, and mark as slow the cases that a test's `quick_cases` does not name."""
+    for item in items:
+        quick = item.get_closest_marker("quick_cases")
+        if quick and item.callspec.id not in quick.args:
+            item.add_marker(pytest.mark.slow)
     places = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: places.get(item.path.name, len(LONGEST)))
 

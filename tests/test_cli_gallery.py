@@ -37,6 +37,7 @@ def exhibits(monkeypatch):
     monkeypatch.setattr(exhibits, "EXHIBITS", found)
 
 
+@pytest.mark.slow
 def test_an_experiment_is_drawn_with_its_answer_and_the_command_that_made_it(call):
     answer = call("gallery", "--only", "sun", "--particles", "2000", "--out", "pictures")
     assert answer.exit_code == 0, answer.output

@@ -49,6 +49,7 @@ def test_the_driver_is_compiled_before_the_clock_starts(monkeypatch):
     assert told[-1] == (len(program.passes), len(program.passes), "drive")
 
 
+@pytest.mark.slow
 def test_importing_is_light():
     """Few modules and none of the heavy ones: NumPy's takes 0.1 s of it, the library's own 0.25 s, on two shared cores."""
     heavy = {"numba", "llvmlite", "scipy", "matplotlib", "pyvista", "vtkmodules", "xarray", "dask", "rich"}

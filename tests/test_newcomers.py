@@ -211,6 +211,7 @@ ROOMS = {
 }
 
 
+@pytest.mark.quick_cases("a point-box", "a point-faces")
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.parametrize("lamp", LAMPS_IN_A_BOX)
 def test_a_detector_outside_a_closed_opaque_box_is_told_so_and_not_of_the_roulette(lamp, room):
@@ -273,6 +274,7 @@ def test_a_lamp_on_a_closed_box_that_faces_outwards_does_not_count_as_inside():
     assert "every source emits from the outside of Surface 'box'. Write side='back' in the source" in warning
 
 
+@pytest.mark.quick_cases("numpy-numpy.py shadows NumPy: rename it", "transport-circular import")
 @pytest.mark.parametrize(
     ("name", "words"),
     [

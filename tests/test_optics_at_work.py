@@ -35,6 +35,7 @@ def glass(mesh):
     return tp.simulate(scene, particles=100_000, seed=1)
 
 
+@pytest.mark.slow
 def test_glass_with_a_gap_is_warned_of():
     """Light gets in by the gap, and comes to the glass from within at the index of the air."""
     whole = tp.Mesh.sphere(radius=0.5, triangles=720)

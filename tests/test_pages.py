@@ -154,6 +154,7 @@ def test_a_volume_is_its_grid_and_the_depth_and_colour_of_each_value(cloud, tmp_
     assert tuple(table[255, :3]) == (255, 255, 255)
 
 
+@pytest.mark.slow
 @needs_browser
 def test_a_browser_draws_the_page_turns_it_and_asks_nothing_of_the_network(plotter, cloud, tmp_path):
     path = page(plotter, tmp_path / "page.html", "A red square")
@@ -180,6 +181,7 @@ def test_a_browser_draws_the_page_turns_it_and_asks_nothing_of_the_network(plott
         assert browser.requests == [path.as_uri(), fog.as_uri()]
 
 
+@pytest.mark.slow
 @needs_browser
 @needs_screen
 def test_a_scene_with_its_result_and_tracks_is_drawn_by_a_browser(tmp_path):

@@ -35,6 +35,7 @@ def experiments():
                 yield pytest.param(code, said, id=f"{page.stem}")
 
 
+@pytest.mark.quick_cases("README", "numbers")
 @pytest.mark.parametrize(("code", "said"), list(experiments()))
 def test_an_experiment_prints_what_the_page_says(code, said):
     printed = io.StringIO()
@@ -59,6 +60,7 @@ def test_the_readme_is_read_in_five_minutes():
     assert 400 < len(words) < 1200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", [README, GUIDES / "commands.md"], ids=["README", "commands"])
 def test_the_second_command_answers_as_the_page_says(page, call):
     """`transport run sun`: the lines of its block are among what it prints, but for times."""
@@ -114,6 +116,7 @@ def commands():
     return sorted(found)
 
 
+@pytest.mark.quick_cases("transport checks", "transport cost SIM")
 @pytest.mark.parametrize("command", commands())
 def test_a_command_of_the_pages_is_one(command):
     """Its names, options and values are taken; `run sun` itself is run by tests/experiments/test_sims.py and by .ci/run."""
@@ -122,6 +125,7 @@ def test_a_command_of_the_pages_is_one(command):
     parsed(command.replace(" SIM", " sun").replace(" COMMAND", " run"))
 
 
+@pytest.mark.slow
 def test_rows_of_the_table_of_laws_come_out(call):
     """The rows of two quick experiments, run again: the same digits, and the same z."""
     import json

@@ -129,6 +129,7 @@ def plain_sums(is_often):
     return elsewhere(f"tests.test_reproducible.sums_of({names})", NUMBA_DISABLE_JIT="1", TRANSPORT_LANES="64")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some(SCENES))
 def test_plain_python_in_bundles_of_64_lanes_counts_what_compiled_code_counts(name):
     interpreted, compiled = plain_sums(name in OFTEN)[name], sums_of([name])[name]
@@ -172,6 +173,7 @@ def passes_of(program):
     return {each.name for each in program.passes}
 
 
+@pytest.mark.slow
 def test_every_pass_is_compared_with_plain_python():
     """A new pass must be called for by one of these scenes."""
     folder = f"{engine.__path__[0]}/passes"
@@ -184,6 +186,7 @@ def test_every_pass_is_compared_with_plain_python():
     assert passes - used == {"record_tracks"}  # of pictures: see detectors/test_tracks.py
 
 
+@pytest.mark.slow
 def test_the_ways_between_them_use_every_pass_of_media():
     used = set().union(*(passes_of(program_for(*how)) for how in WAYS.values()))
     for name in set(media_scenes.MEDIA) - {"flash_in_the_dark", "draught", "still"}:

@@ -83,6 +83,7 @@ def blocks() -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 def test_mypy_reports_nothing_of_what_the_pages_and_users_write(errors):
     assert len(blocks()) >= 7 and any(name.startswith("README") for name in errors)
     assert {name: found for name, found in errors.items() if found and name != "wrong"} == {}

@@ -38,6 +38,7 @@ def estimated(values, unit="s^-1 m^-2"):
     return Estimate(values, RUN, unit)
 
 
+@pytest.mark.slow
 def test_yardstick_and_engine_agree_on_every_wall(engine):
     arrivals, departures = walls_one_by_one()
     for wall, name in enumerate(WALLS):
@@ -65,6 +66,7 @@ def test_a_history_lands_twice_at_an_albedo_of_a_half():
     assert_agrees(estimated(departures.sum((1, 2)), "1"), 2.0)
 
 
+@pytest.mark.slow
 def test_yardstick_engine_and_view_factor_agree_on_coaxial_disks():
     sizes = np.full(32, 40_000)
     hits = np.array([run_disks(int(size), 2000 + k)[0] for k, size in enumerate(sizes)])

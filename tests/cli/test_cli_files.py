@@ -31,6 +31,7 @@ def run(call, tmp_path):
 # Saved runs
 
 
+@pytest.mark.slow
 def test_parts_are_saved_merged_and_shown(run, call, tmp_path):
     assert run("--save", "whole.npz", "--seed", "4").exit_code == 0
     for k in (1, 2):

@@ -33,6 +33,7 @@ def test_run_prints_law_table_verdict_ledger_cost_next_digit_and_picture(call):
     assert Path("figures/disk.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_output_in_a_pipe_is_plain_and_whole_whatever_the_width(call):
     environment = os.environ | {"COLUMNS": "30", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "transport", "run", "disks.py", "--no-picture"]
@@ -84,6 +85,7 @@ def test_same_seed_and_any_threads_print_the_same_digits(call):
     assert values[0] == values[1] != values[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", [("--error", "meter.irradiance=1e-3"), ("--seconds", "0.1")])
 def test_run_for_an_error_or_a_time_says_which_estimator_pilots_chose(call, limit):
     def method(*options):
@@ -126,6 +128,7 @@ def test_a_quantity_without_an_exact_value_is_shown_and_not_judged(call):
     ]
 
 
+@pytest.mark.slow
 def test_a_warning_names_its_case(call):
     named = "\ndef scene(distance=2, radius=0.5):\n    meter = tp.Disk(center=(0, 0, distance), radius=0.1)\n"
     named += "    source = tp.Source(tp.Disk(radius=radius), tp.Lambertian(radiance=100.0))\n"
@@ -149,6 +152,7 @@ def test_long_texts_fold_and_rows_do_not(call):
     assert sum("why" in line for line in lines) == 3
 
 
+@pytest.mark.slow
 def test_of_several_cases_it_is_told_in_how_many_pilots_took_which_estimator(call):
     Path("cases.py").write_text(EXPERIMENT + CASES, encoding="utf-8")
     answer = call("run", "cases.py", "--seconds", "0.05", "--no-picture")
@@ -212,6 +216,7 @@ def test_a_file_that_is_no_experiment_is_refused(call):
     assert "no function scene and measure" in answer.output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "words"),
     [
@@ -241,6 +246,7 @@ def test_a_mistake_in_ones_own_experiment_is_one_line_with_its_place(call, more,
     assert call("--debug", "run", "mine.py", "--particles", "1000").exception.__traceback__ is not None
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_refusal_is_red_on_a_terminal(call):
     import pty

@@ -26,6 +26,7 @@ def few_ways(monkeypatch):
     Path("open.py").write_text(UNAIMED + MEASURE, encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_cost_prints_prices_bins_effects_and_the_diagram(call, few_ways):
     answer = call("cost", "open.py", "--seconds", "1", "--out", "figures")
     assert answer.exit_code == 0, answer.output
@@ -47,6 +48,7 @@ def test_cost_prints_prices_bins_effects_and_the_diagram(call, few_ways):
     assert Path("figures/cost_open.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_diagram_is_drawn_where_only_one_size_of_run_fits_into_the_time(call, few_ways):
     """As on a busy machine, where the first runs take too long for larger ones."""
     answer = call("cost", "open.py", "--seconds", "1e-9", "--out", "figures")

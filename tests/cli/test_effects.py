@@ -28,6 +28,7 @@ def costs():
     return pass_costs(box_scene())
 
 
+@pytest.mark.slow
 def test_effects_prints_passes_fields_costs_and_a_check_and_json_has_the_same(call):
     text = call("effects", "disk.py").output
     headings = (
@@ -75,6 +76,7 @@ def test_what_is_absent_is_printed_before_anything_is_compiled(call, monkeypatch
     assert "compiled  " not in answer.output
 
 
+@pytest.mark.slow
 def test_a_pass_that_no_lane_reaches_is_printed_as_not_reached(call):
     Path("away.py").write_text(EXPERIMENT.replace("aim=meter", "side='back'"), encoding="utf-8")
     assert None in json.loads(call("effects", "away.py", "--json").stdout)["ns"].values()
@@ -82,6 +84,7 @@ def test_a_pass_that_no_lane_reaches_is_printed_as_not_reached(call):
     assert "not reached" in output and "nan" not in output
 
 
+@pytest.mark.slow
 def test_a_scene_with_rays_to_detectors_is_priced_without_them_and_says_so(call):
     lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1.0))
     tp.Scene(lamp, (), tp.PointDetector((0, 0, 2), "p")).to_json("point.json")
@@ -89,6 +92,7 @@ def test_a_scene_with_rays_to_detectors_is_priced_without_them_and_says_so(call)
     assert "rays to detectors and split copies (?) are in the run only" in " ".join(output.split())
 
 
+@pytest.mark.slow
 def test_the_former_options_are_accepted_or_name_the_benchmark(call):
     assert call("effects", "disk.py", "--quick").exit_code == 0
     answer = call("effects", "disk.py", "--cold")
@@ -98,6 +102,7 @@ def test_the_former_options_are_accepted_or_name_the_benchmark(call):
 # Measurements
 
 
+@pytest.mark.slow
 def test_every_pass_of_a_program_has_a_cost(costs):
     assert set(costs) == set(effects_of(box_scene()).passes)
     assert all(0.0 <= cost.ns_per_lane < 1000.0 and cost.lanes > 0 for cost in costs.values())
@@ -125,6 +130,7 @@ def test_a_pass_that_no_particle_reaches_costs_nothing():
     assert np.isnan(costs["bin_crossings"].ns_per_lane) and costs["bin_crossings"].ns == 0.0
 
 
+@pytest.mark.slow
 def test_effects_of_a_measured_scene_add_up_to_one():
     found = {effect.name: effect for effect in effect_costs(box_scene(cells=4))}
     assert found["births"].ns > 0 and math.isclose(sum(effect.share for effect in found.values()), 1)

@@ -38,6 +38,7 @@ def test_bare_command_is_a_menu_of_experiments_grouped_by_question(call, monkeyp
     assert json.loads(call("list", "--json").stdout)[1] == {"sim": "b", "question": "How?"}
 
 
+@pytest.mark.slow
 def test_list_loads_no_compiler_and_no_plotting():
     code = (
         "import sys\nfrom transport.cli.commands import app\napp(['list'], standalone_mode=False)\n"
@@ -53,6 +54,7 @@ def test_bench_prints_where_the_benchmarks_are(call, options):
     assert answer.exit_code == 0 and "python -m tests.bench" in answer.output
 
 
+@pytest.mark.slow
 def test_interruption_prints_the_batches_done_as_incomplete_with_status_130(call, press_ctrl_c):
     call("run", "disk.py", "--no-picture")  # so that nothing is left to compile
     press_ctrl_c(after=1.0)
@@ -161,6 +163,7 @@ def test_every_command_has_examples():
     assert len(examples()) >= 2 * len(HELP)
 
 
+@pytest.mark.quick_cases("transport run sun", "transport run mine.py --seconds 10 --json")
 @pytest.mark.parametrize("command", examples())
 def test_an_example_is_a_command(command):
     parsed(command)

@@ -154,6 +154,7 @@ def test_without_a_known_error_no_law_holds_but_zero_where_nothing_can_arrive():
     assert math.isnan(z_score(law_of([0.2] * 2, 0.2).estimate, math.nan))
 
 
+@pytest.mark.slow
 def test_smallest_bias_is_the_judges_own_and_is_caught_as_often_as_promised():
     rng, seeds, level = np.random.default_rng(11), 3000, LEVEL
     law = Law("", "", "", "", _estimate(rng, 1.0), 1.0)

@@ -271,6 +271,7 @@ def test_sources_with_and_without_aim_add_up():
     assert_same(met(machine, sums), alone[0] + alone[1] + alone[2])
 
 
+@pytest.mark.quick_cases("disk near")
 @pytest.mark.parametrize("aim", ["disk near", "annulus far", "sphere far", "box far", "box touching"])
 def test_a_wrong_weight_is_caught(aim):
     """Planted: a target taken for 15 % too small, and Lambert's cosine left out."""

@@ -123,6 +123,7 @@ def test_a_ball_that_shines_is_as_bright_everywhere():
     assert_agrees(told["small"].fluence_rate, 20 * math.pi)
 
 
+@pytest.mark.quick_cases("room", "half_mirrors")
 @pytest.mark.parametrize("name", ["room", "fog", "half_mirrors"])
 def test_threads_do_not_change_a_bit(name):
     scene = expected_scenes.SCENES[name]()
@@ -248,6 +249,7 @@ def test_every_cell_gets_its_share_of_histories():
     assert (born.max(axis=1) - born.min(axis=1) <= 1).all()
 
 
+@pytest.mark.slow
 def test_batches_smaller_than_the_cells_stay_unbiased():
     """15 histories a batch for 24 cells: those without one count as 0, and all are divided by what was expected.
 

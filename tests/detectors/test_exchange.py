@@ -84,6 +84,7 @@ REFERENCES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pair", "exact"), REFERENCES)
 def test_a_reference_is_counted(pair, exact):
     """To 5 % and mostly to 0.5 %, whatever its size: from the smaller area, aimed at what is far."""
@@ -96,6 +97,7 @@ def test_a_reference_is_counted(pair, exact):
     assert found.relative_error < limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("height", "to_end", "to_wall", "from_wall", "itself"),
     [  # C.inside_cylinder
@@ -113,6 +115,7 @@ def test_the_inside_of_a_tube_is_counted(height, to_end, to_wall, from_wall, its
     assert_agrees(counted(wall, wall, side_a="back", side_b="back"), itself, FALSE_ALARM)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pair", "exact"),
     [  # B.etendue_discs, B.etendue_rectangles
@@ -146,6 +149,7 @@ def test_both_ways_are_one_and_the_factors_swapped_are_rejected():
     assert_rejected(there, 1.02 * view_factors.coaxial_disks(1, 0.5, 0.8))
 
 
+@pytest.mark.quick_cases("False-a", "False-b")
 @pytest.mark.parametrize("start", ["a", "b"])
 @pytest.mark.parametrize("is_aimed", [False, True])
 def test_every_way_of_counting_gives_the_same(start, is_aimed, monkeypatch):

@@ -117,6 +117,7 @@ def test_a_meter_on_a_wall_is_no_earlier_crossing_of_its_own():
     assert counts(result["later"]) == counts(result["later"], DEPARTURES) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["-x", "ball"])
 def test_via_a_surface_is_to_have_met_it_or_to_have_been_born_on_it(name):
     """Against the same wall black: what is born on it still leaves, and all else ends there."""

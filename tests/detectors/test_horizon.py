@@ -35,6 +35,7 @@ def test_bins_that_are_all_behind_a_meter_are_refused_with_a_cure(directions):
         assert Detector(shape, name="lid", directions=directions).directions == directions
 
 
+@pytest.mark.slow
 def test_what_is_in_sight_is_what_has_a_projected_solid_angle():
     """Random bins and normals; within a billionth of a radian of the horizon too."""
     rng = np.random.default_rng(1)

@@ -172,6 +172,7 @@ def test_eight_media_at_most_have_path_lengths():
     assert_refused(lambda: run(layers(*media, path_lengths=media)), words)
 
 
+@pytest.mark.slow
 def test_scenes_and_runs_with_path_lengths_are_stored(tmp_path):
     scene = layers(WEAK, STRONG, path_lengths=[STRONG, VACUUM], directions=tp.Directions(mu=3))
     assert tp.Scene.from_json(scene.to_json()) == scene
@@ -181,6 +182,7 @@ def test_scenes_and_runs_with_path_lengths_are_stored(tmp_path):
     assert (again["end"].mean_path_in.value == result["end"].mean_path_in.value)[:, 2].all()
 
 
+@pytest.mark.slow
 def test_a_dataset_and_a_picture_have_the_axis_of_media():
     path = run(layers(WEAK, path_lengths=[WEAK, VACUUM]), particles=1e3)["end"]
     data = path.to_dataset("mean_path_in")

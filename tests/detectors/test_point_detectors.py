@@ -119,6 +119,7 @@ def test_a_diffuse_disk_is_seen_by_its_solid_angle():
     assert behind.value == 0
 
 
+@pytest.mark.quick_cases("ball", "triangle")
 @pytest.mark.parametrize(
     ("shape", "side"),
     [
@@ -290,6 +291,7 @@ def test_a_speck_in_a_beam_scatters_by_its_phase_function(name):
     assert [estimate.value for estimate in found] == pytest.approx(exact, rel=2e-6)
 
 
+@pytest.mark.slow
 @BOTH
 @pytest.mark.parametrize("filling", quick(["medium", "grid"], "grid"))
 def test_it_agrees_with_a_small_volume_detector(filling, tracking):
@@ -304,6 +306,7 @@ def test_it_agrees_with_a_small_volume_detector(filling, tracking):
     assert 3 * point.error < result["ball"].fluence_rate.error
 
 
+@pytest.mark.slow
 @BOTH
 @pytest.mark.parametrize("g", quick([0.6, -0.4], 0.6))
 def test_about_a_lamp_in_a_ball_of_fog_points_read_what_thin_shells_do(g, tracking):
@@ -330,6 +333,7 @@ def test_a_point_beyond_a_scattering_slab_sees_what_leaks_through():
     assert point.error < 0.05 * point.value
 
 
+@pytest.mark.quick_cases("analog", "roulette")
 @pytest.mark.parametrize(
     "tracking",
     [
@@ -357,6 +361,7 @@ def test_light_scattered_elsewhere_comes_from_flights_and_the_rest_by_detours(tr
         assert_sharp(estimate, in_fog(math.hypot(*place)), 0.06)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("filling", ["glow", "forwards", "grid", "ball"])
 def test_in_a_furnace_light_is_the_same_everywhere(filling):
     """Walls and media that all emit by the radiance 1 give phi = 4 pi, whatever they do."""
@@ -439,6 +444,7 @@ def test_scores_depend_on_neither_threads_nor_other_detectors_and_change_no_flig
         assert entry.value == one.ledger[name].value
 
 
+@pytest.mark.slow
 def test_errors_can_be_asked_for_and_unknown_quantities_are_named():
     options = {"particles": 100_000, "seed": 1, "threads": 1, "progress": False}
     result = tp.simulate(ONE, error={"p.fluence_rate": 0.05}, **options)

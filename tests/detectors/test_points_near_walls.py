@@ -87,6 +87,7 @@ def test_near_a_diffuse_emitter_the_number_of_births_is_known():
     assert "the source on 'wall'" in near_findings(result)[0] and not near_findings(result, "p1")
 
 
+@pytest.mark.slow
 def test_a_thick_medium_is_as_a_diffuse_wall_as_rough_as_its_mean_free_path():
     """0.1 mm above milk of mean free paths of a third of a millimetre 2/3 are missing; and in it, deep down."""
     milk = filled(tp.Slab(center=(0, 0, -1.005), thickness=0.01), M(absorption=5.0, scattering=3e3))

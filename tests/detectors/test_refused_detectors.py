@@ -320,6 +320,7 @@ TABLES = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "make"), [case for table in TABLES for case in table.items()])
 def test_a_wrong_detector_is_refused_with_object_parameter_value_and_cure(words, make):
     assert_refused(make, words)

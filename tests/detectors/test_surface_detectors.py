@@ -86,6 +86,7 @@ def test_a_ray_straight_along_the_normal_is_in_the_outermost_bin_of_cosine(direc
     assert counts[last].sum() == counts.sum() == 64
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bins", [{"mu": (0, 0.25, 1)}, {"theta": 4}, {"mu": 8}])
 def test_a_ray_along_any_normal_is_in_the_bin_of_cosine_1(bins):
     """The cosine of a ray and a normal that are equal may round to more than 1."""

@@ -493,6 +493,7 @@ def test_volume_detectors_change_neither_with_threads_nor_the_flights_of_others(
     assert one.cost.collisions == pytest.approx(bare.cost.collisions, rel=0.02)
 
 
+@pytest.mark.slow
 def test_an_error_can_be_asked_for_and_the_report_names_all_quantities():
     looks = [Volume(BOX, "box"), Volume(BALL, "ball", (2,), sphere(2, 2))]
     scene = tp.Scene(ALL_ROUND, [], looks)
@@ -543,6 +544,7 @@ PENCILS = {
 }
 
 
+@pytest.mark.quick_cases("along the axis", "beside the axis")
 @pytest.mark.parametrize("way", PENCILS)
 def test_a_pencil_beam_fades_ring_by_ring(way):
     """A(r, z) by hand: followed by weight no draw is made."""
@@ -649,6 +651,7 @@ def test_a_rod_absorbs_nothing_where_it_lies_in_a_clear_ball(radius):
     assert power.exact == (radius > ROD.extent)
 
 
+@pytest.mark.slow
 def test_files_keep_rings(tmp_path):
     xarray, result = pytest.importorskip("xarray"), beam_in_fog()
     rate = result["rod"].fluence_rate
@@ -680,6 +683,7 @@ def by_collisions(shape, surfaces, medium=FOG):
     return compile_scene(tp.Scene(POINT, surfaces, detector, medium=medium)).volumes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [UNIT_BALL, tp.Box(size=2.0), tp.Cylinder(radius=1.0, height=2.0)])
 @pytest.mark.parametrize("void", VOIDS)
 def test_collisions_are_refused_with_a_vacuum_of_any_size_in_the_volume(void, shape):

@@ -85,6 +85,7 @@ def test_a_shape_adds_its_own_passes_and_no_others(shape):
     assert added == SHAPES[shape]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", MATERIALS, ids=lambda material: str(material)[:30])
 def test_a_material_adds_its_own_passes_and_no_others(material):
     with_disk, with_both = (
@@ -179,6 +180,7 @@ CHANGES = {  # (filling, tracking) after and before: the passes that are added, 
 }  # fmt: skip
 
 
+@pytest.mark.quick_cases("absorption draws no path and no direction", "absorption in voxels")
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_medium_and_its_tracking_add_their_own_passes(change):
     after, before, added, dropped = CHANGES[change]
@@ -201,6 +203,7 @@ def test_absorption_alone_has_no_rounds_and_only_some_trackings_have_copies():
     assert not any(passes(filling) & copies for filling in (None, SMOKE, WHITE, FOG, CLOUD))
 
 
+@pytest.mark.quick_cases("Isotropic-set", "Rayleigh-set")
 @pytest.mark.parametrize(
     ("phase", "scatters"),
     [
@@ -231,6 +234,7 @@ VOLUMES = {  # detector: the pass that clips a flight to it, and whether it has 
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("detector", VOLUMES)
 @pytest.mark.parametrize("filling", [None, SMOKE, FOG, CLOUD], ids=["vacuum", "smoke", "fog", "cloud"])
 def test_a_volume_detector_adds_its_own_walk(filling, detector):
@@ -262,6 +266,7 @@ DETOURS = {
 DIM, DIM_IN_GRID = {"attenuate_shadow_rays"}, {"attenuate_shadow_rays_in_grid"}
 
 
+@pytest.mark.quick_cases("vacuum", "smoke")
 @pytest.mark.parametrize(
     ("filling", "all_rays", "outside", "inside"),
     [
@@ -331,6 +336,7 @@ def processes():
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(config.DISABLE_JIT, reason="looks at what is compiled")
 def test_a_process_compiles_and_keeps_just_what_its_scene_calls_for(processes):
     (ready, index, driver_hits, _, _), _ = processes
@@ -384,6 +390,7 @@ def test_every_effect_of_the_price_list_has_passes_or_tables_of_its_own():
     assert refused == ["estimator aimed"]  # there are diffuse walls
 
 
+@pytest.mark.slow
 def test_the_price_list_calls_for_every_file_of_passes():
     """What is built later adds its line: a new file of passes that nothing here calls for is not priced."""
     called = {family_of(name) for name in effects_of(base_room()).passes}

@@ -136,6 +136,7 @@ def test_no_net_errs_more_than_random_numbers(name, sampling):
         assert other.std() > WORTH[name] * one.std()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["disks", pytest.param("aimed", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("sampling", ["sobol", pytest.param("stratified", marks=pytest.mark.slow)])
 def test_error_bars_of_few_nets_are_honest(name, sampling):
@@ -264,6 +265,7 @@ def test_each_source_has_its_exact_share_of_even_points(sampling):
         assert result.ledger["escaped"].value == pytest.approx(10.3, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampling", NETS)
 def test_one_score_more_is_within_the_interval_where_all_batches_have_as_many(sampling):
     """Half of a lamp is hidden from a point: rays from 0.288 of it come, so many that all batches may have the same number.

@@ -175,6 +175,7 @@ def readings(name, length=1.0, power=1.0):
     return read(name, Scale(length, power))
 
 
+@pytest.mark.quick_cases("disks", "sun")
 @pytest.mark.parametrize(
     "name",
     [pytest.param(n, marks=() if n in (*STRAIGHT, "slab", "voxels") else pytest.mark.slow) for n in SCENES],

@@ -235,6 +235,7 @@ def test_acting_shapes_may_share_an_edge_only(one, other, expected):
         tp.Scene(LAMP, walls)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(angles, angles, angles, angles, st.floats(0.05, math.pi - 0.05))
 def test_zones_of_unlike_axes_overlap_where_a_point_lies_in_both(a, b, c, d, tilt):
@@ -480,6 +481,7 @@ def test_a_closed_room_of_any_walls_is_a_furnace(walls):
     assert result.ledger["lost"].value == result.ledger["escaped"].value == 0
 
 
+@pytest.mark.quick_cases("cone", "frustum")
 @pytest.mark.parametrize("name", ["tube", "cone", "frustum", "dish", "zones"])
 def test_radiance_is_the_same_in_all_bins_of_place_and_direction(name):
     """On the room's first wall; planted: bins by height taken for bins of equal area."""

@@ -116,6 +116,7 @@ def test_a_leaky_ball_is_near_a_small_hole_and_outlives_it():
     assert theory.ball_survivors(40.0, 0.5) > 1e3 * math.exp(-0.5 * 40)  # slow ones, like t^-3
 
 
+@pytest.mark.slow
 def test_the_renewal_equation_agrees_with_flights_drawn_one_by_one():
     rng, draws, loss, times = np.random.default_rng(1), 400_000, 0.3, np.array([1.0, 4.0, 8.0])
 

@@ -50,6 +50,7 @@ def glinting(**run):
     return module
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", [{"error": {"meter.radiance": 0.3}}, {"seconds": 0.1}])
 def test_by_default_pilots_choose_among_the_ways_that_know_all(limits):
     """Of the error alone "backward" would be taken (tests/run/test_choosing.py), whose ledger is of shares."""

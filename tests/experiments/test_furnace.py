@@ -267,11 +267,13 @@ def as_estimate(deviations, weights, sizes=None):
     return Estimate(chi_square_values(deviations, weights, sizes), Batches(np.array(sizes)), "1")
 
 
+@pytest.mark.slow
 def test_chi_square_has_an_honest_error_for_correlated_bins():
     z = np.array([as_estimate(*drawn(seed)).z(1.0) for seed in range(400)])
     assert_z_spread(z, math.inf, FALSE_ALARM)
 
 
+@pytest.mark.slow
 def test_batches_may_differ_in_size():
     sizes = np.array([1] * 16 + [3] * 16)
     z = np.array([as_estimate(*drawn(seed, sizes=sizes), sizes).z(1.0) for seed in range(400)])

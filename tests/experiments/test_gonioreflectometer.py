@@ -44,6 +44,7 @@ def uneven(mu_in, mu_out, phi):
 # ---- theory ----
 
 
+@pytest.mark.slow
 def test_means_over_bins_are_those_of_adaptive_quadrature():
     """To 1e-6 is asked for; the sharpest lobe of the sim, at grazing."""
     angle, theta, phi = math.radians(75), np.radians([72, 78]), np.radians([165, 195])
@@ -80,6 +81,7 @@ def test_a_cone_of_directions_has_its_projected_solid_angle_and_middle():
         goniometry.cone(1.3, 0.0, 0.3)
 
 
+@pytest.mark.quick_cases("satin", "gloss")
 @pytest.mark.parametrize("sample", ["satin", "gloss", "varnish"])
 def test_means_between_cones_are_the_same_both_ways(sample):
     law = law_of(SAMPLES[sample])
@@ -105,6 +107,7 @@ def test_a_small_lamp_is_a_beam():
     assert small == pytest.approx(goniometry.bin_means(law, 0.8, *bins), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_quadrature_nodes_suffice_for_the_cases_of_the_sim(monkeypatch):
     cases = [
         {"sample": "gloss", "angle": math.radians(75)},

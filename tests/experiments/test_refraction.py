@@ -65,6 +65,7 @@ def mp_mean(share, index, low=0, high=1):
     return mp.quad(lambda c: share(sum(mp_reflectances(c, index)) / 2) * c, panels) / area
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", [1.01, 1.333, 1.5, 2.4, 10])
 @pytest.mark.parametrize("share", [theory.through, theory.through_plate, theory.by_plate])
 def test_means_over_directions_are_good_to_rounding(share, index):

@@ -117,6 +117,7 @@ def test_a_sim_keeps_its_contract(name, tables, tmp_path, monkeypatch):
     check_contract(name, tables[name], tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["inverse_square", "lambert_disk", "two_panes"])
 def test_a_cheap_sim_keeps_its_contract(name, tmp_path, monkeypatch):
     monkeypatch.setattr("transport.viz.style.RESOLUTION", 30)
@@ -339,6 +340,7 @@ def run_python(*arguments):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
 
 
+@pytest.mark.slow
 def test_sims_are_silent_and_light_to_import():
     code = f"import sys, {', '.join(f'transport.sims.{name}' for name in SIMS)}; print({{'numba', 'matplotlib'}} & {{*sys.modules}})"
     done = run_python("-c", code)

@@ -119,6 +119,7 @@ def test_a_view_that_is_almost_filled_is_not_taken_for_filled(has_lens):
     assert far < 0.95 if has_lens else 0.9 < far < beyond
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [c for c in sim.cases() if c["show"] != "panel"])
 def test_images_within_a_cell_are_so_for_rays_between_those_traced(case):
     """Random rays of the wall: none leaves the cell that holds its image, none of a filled cell misses the wall."""

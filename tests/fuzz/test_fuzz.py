@@ -37,6 +37,7 @@ EXAMPLES = [
 LONG = 1200  # s, to catch what hangs; most of the time is compilation, on a busy machine several minutes
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(LONG)
 @pytest.mark.parametrize("case", quick(EXAMPLES, EXAMPLES[0]))
 def test_any_world_keeps_its_promises_or_says_why_not(case):
@@ -52,6 +53,7 @@ def test_any_world_keeps_its_promises_or_says_why_not(case):
     holds()
 
 
+@pytest.mark.slow
 @settings(few, max_examples=15)
 @given(worlds())
 def test_a_world_is_written_as_the_python_that_makes_it(world):

@@ -136,6 +136,7 @@ def test_pixels_of_cameras_and_octants_of_maps_show_the_same_directions():
     assert lit == {(0, 0), (1, 2)}
 
 
+@pytest.mark.slow
 def test_a_camera_that_shows_too_much_is_seen_in_a_furnace(monkeypatch):
     here = replace(
         room(), views=(tp.Camera(name="view", position=(0.1, 0, 0), direction=(1, 0, 0), pixels=(2, 2)),)

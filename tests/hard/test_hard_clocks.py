@@ -470,6 +470,7 @@ def as_in_the_gas(u):
     return SIGMA * np.sqrt(-2 * np.log1p(-u))
 
 
+@pytest.mark.slow
 def test_walls_of_the_temperature_of_a_gas_keep_it_there_and_others_are_seen():
     """What leaves a wall is weighted by its speed, 2 kT each in the mean; what is in the gas has 3/2 kT."""
     assert_stays_in_equilibrium_through_twenty_flights(tp.Maxwellian(sigma=SIGMA, mass=MASS))

@@ -293,6 +293,7 @@ def glass_scene(kind):
     return tp.Scene([beam(*each) for each in zip(starts, points, strict=True)], [walls, *glass])
 
 
+@pytest.mark.quick_cases("can", "tetrahedron")
 @kinds
 def test_what_enters_glass_at_its_rim_comes_out_again(kind):
     """No medium is taken for another: light never comes to a boundary from an index that it is not in, and none is caught."""
@@ -331,6 +332,7 @@ def ball_at_an_edge(turn, offset, random):
     return tp.Sphere(center=tuple(middle + 0.25 * turn[:, 2]), radius=0.65), middle + circle
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut", quick([through_a_wall, through_an_edge, ball_at_an_edge], through_an_edge))
 @pytest.mark.parametrize("overhang", [0.0, 0.2], ids=["edge to edge", "overhanging"])
 @pytest.mark.parametrize("kind", [tp.Mirror(), tp.Diffuse(1.0)], ids=["mirrors", "diffuse"])
@@ -407,6 +409,7 @@ def test_a_ray_through_the_circle_in_which_a_disk_cuts_a_sphere_crosses_both(dis
     np.testing.assert_array_equal(crossings_of(parts, beams), exact if disk_first else exact[::-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("far", [0.3, 10.0])
 def test_all_detectors_through_one_point_count_each_ray_through_that_point(far):
     """Disks, rectangles and spheres, in any order: planes once, spheres on the way in and on the way out."""

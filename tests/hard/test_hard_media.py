@@ -99,6 +99,7 @@ def absorbed(scene, tracking=None):
 # ---- depth, albedo and phase function at their ends ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tau", [1e-12, 1e-9, 1e-4])
 @pytest.mark.parametrize("absorption", ["weighted", "analog"])
 def test_a_thin_slab_scatters_once_where_collisions_are_forced(tau, absorption):
@@ -128,6 +129,7 @@ AT_LIMITS = [(1e4, 0.5, 0.0), (1e4, 0.9, 0.75), (1e4, 0.99, -0.5), (2.0, 1 - 1e-
 AT_LIMITS += [(2.0, 0.9, g) for g in (1e-15, -1e-15, 1e-300)]
 
 
+@pytest.mark.quick_cases("case1-weighted", "case1-analog")
 @trackings
 @pytest.mark.parametrize("case", quick(AT_LIMITS, (1e4, 0.9, 0.75), (2.0, 1 - 1e-9, 0.0), (2.0, 0.9, 1e-300)))
 def test_slabs_at_their_limits_agree_with_radiative_transfer(case, tracking):
@@ -228,6 +230,7 @@ LAYERED |= {f"gaps of {gap:g}": under_beam(layers(3, gap)) for gap in (1e-3, 1e-
 LAYERED |= {f"{offset:g} from the origin": far_slab(offset) for offset in (1e3, 1e6)}
 
 
+@pytest.mark.quick_cases("20 layers-weighted", "20 layers-analog")
 @trackings
 @pytest.mark.parametrize("name", quick(LAYERED, "20 layers", "gaps of 1e-12", "1e+06 from the origin"))
 def test_layers_are_one_slab(name, tracking):
@@ -313,6 +316,7 @@ def one_box_as(medium, other):
     }
 
 
+@pytest.mark.quick_cases("one box-across the shared face", "one box-in the shared face")
 @pytest.mark.parametrize("ray", RAYS)
 @pytest.mark.parametrize("kind", ["one box", "two boxes", "a box in another", "two in one"])
 def test_two_boxes_side_by_side_are_one(ray, kind):
@@ -323,6 +327,7 @@ def test_two_boxes_side_by_side_are_one(ray, kind):
     assert absorbed(scene) == pytest.approx(-math.expm1(-length), abs=1e-12)
 
 
+@pytest.mark.quick_cases("shared face-weighted", "shared face-analog")
 @trackings
 @pytest.mark.parametrize(
     "place", [(0.0, 0.0), (0.0, 0.5), (0.3, 0.2)], ids=["shared face", "its edge", "within"]
@@ -516,6 +521,7 @@ def milk(mfp, lamp=1.0):
     return tp.Scene(beam((0, 0, lamp), (0, 0, -1)), white, tp.Detector(tp.Plane(), "up"))
 
 
+@pytest.mark.quick_cases("lengths2-weighted", "lengths2-analog")
 @by_weight_or_chance
 @pytest.mark.parametrize(
     "lengths", quick([(1e-3, 1.0), (1e-6, 1.0), (1e-9, 1.0), (1e-6, 1e3)], (1e-9, 1.0), (1e-6, 1e3))

@@ -240,6 +240,7 @@ CLOSED["two that overlap"] = lambda: joined(  # light within both meets the back
 )
 
 
+@pytest.mark.quick_cases("1280 triangles", "two that overlap")
 @pytest.mark.parametrize("make", CLOSED.values(), ids=CLOSED)
 def test_fine_spheres_and_overlapping_bodies_hold_many_particles(make):
     wall = tp.Surface(turned(make()), tp.Diffuse(0.9), name="wall")
@@ -266,6 +267,7 @@ def crossed(mesh, lamps):
     return meter.flux_in.value, meter.flux_out.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset", [(0, 0, 0), (0.1, 0.7, -0.3)])
 @pytest.mark.parametrize(("start", "way", "entries"), [(9, -1, 49), (-5, 1, 49), (2.5, 1, 0), (1.5, -1, 0)])
 def test_rays_through_vertices_and_edges_cross_exactly_once(offset, start, way, entries):
@@ -369,6 +371,7 @@ def test_a_mesh_lights_a_dark_room_as_the_shape_that_it_is_made_of(shapes, mater
         assert mesh["body"].counts.value == exact["body"].counts.value == 0
 
 
+@pytest.mark.quick_cases("box")
 @pytest.mark.parametrize("glass", [tp.Mesh.box(size=2.0), tp.Box(size=2.0)], ids=["mesh", "box"])
 def test_a_plate_of_glass_transmits_alike_through_the_edges_of_its_facets(glass):
     """Beams through diagonals: T = 2 n / (n^2 + 1)."""
@@ -378,6 +381,7 @@ def test_a_plate_of_glass_transmits_alike_through_the_edges_of_its_facets(glass)
     assert_agrees(result["below"].flux_in / 4, 2 * 1.5 / (1 + 1.5**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["mesh", "faces"])
 @pytest.mark.parametrize("seed", quick([0, 1, 2, 3], 0))
 def test_light_leaves_a_box_of_glass_as_it_entered_but_for_signs(seed, kind):
@@ -438,6 +442,7 @@ PLANTS = {  # what is left out, and the case that shows it
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("left_out", quick(PLANTS, "the decision at 0"))
 def test_what_keeps_meshes_shut_is_needed(left_out):
     plant, case = PLANTS[left_out]

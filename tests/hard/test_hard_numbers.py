@@ -262,6 +262,7 @@ def test_extreme_draws_in_every_scene_lead_to_an_end():
     assert sum(sums["crossings"] for sums in found.values()) > 100
 
 
+@pytest.mark.slow
 def test_a_sampler_that_divides_by_a_sine_of_zero_is_caught():
     """Planted: a direction whose sine is divided by; only the two poles break it, which are never drawn by chance."""
     assert "FloatingPointError" in plainly(PLANTED + EXTREME, "beams", "vessel", "glow").stderr
@@ -285,6 +286,7 @@ def test_guards_see_nan_and_infinity(arithmetic):
 # ---- the stream that a battery of tests reads is made of the words that the engine draws, none of them twice ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "second"),
     [

@@ -86,6 +86,7 @@ STRAIGHT = {  # bodies, the lamp, a point, the optical depth between, relative t
 }
 
 
+@pytest.mark.quick_cases("far from the origin", "slabs, along an axis")
 @pytest.mark.parametrize(("bodies", "start", "place", "depth", "within"), STRAIGHT.values(), ids=STRAIGHT)
 def test_straight_light_fades_by_its_optical_depth(bodies, start, place, depth, within):
     (found,) = seen(lamp(tuple(start)), [tuple(place)], bodies, particles=100)
@@ -93,6 +94,7 @@ def test_straight_light_fades_by_its_optical_depth(bodies, start, place, depth, 
     assert found.value == pytest.approx(exact, rel=within)
 
 
+@pytest.mark.slow
 def test_a_mesh_hides_and_a_hollow_mesh_dims_twice():
     """Cubes of twelve triangles: lengths through them are those through boxes, along edges and diagonals too."""
     places = [(3, 0.1, 0.2), (3, 0, 0), (2, 2, 2), (3, 0.3, -0.4)]
@@ -108,6 +110,7 @@ def test_a_mesh_hides_and_a_hollow_mesh_dims_twice():
     assert clear.value == pytest.approx(2 / (4 * math.pi * 52), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_close_to_a_point_source_in_fog():
     """Down to a millionth of a mean free path phi is that of the source, and scattered light adds its share."""
     distances = [1e-6, 1e-3, 0.01]
@@ -135,6 +138,7 @@ def test_a_scatterer_that_is_far_and_small_is_seen():
     assert found.value == pytest.approx(1e-6 * 0.002 / (4 * math.pi), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_point_in_a_grid_of_one_thick_voxel_among_thin_ones():
     """A furnace: whatever scatters in it, light is the same everywhere; the point in the thick voxel, and beside it."""
     voxels = np.full((5, 5, 5), 0.01)

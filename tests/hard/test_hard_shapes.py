@@ -99,6 +99,7 @@ APEXES |= {
 }  # flat cones and sharp ones; the slope at a flat cone's apex is steep in its height
 
 
+@pytest.mark.quick_cases("0 aside, down", "0 aside, up")
 @pytest.mark.parametrize(("height", "origin", "target", "length", "within"), APEXES.values(), ids=APEXES)
 def test_a_beam_through_the_apex_of_a_cone_is_absorbed_by_its_chord(height, origin, target, length, within):
     share, lost, _ = followed(hut(height), origin, target)
@@ -142,6 +143,7 @@ def chord(origin, target, is_can):
     return max(min(far for _, far in ends) - max(near for near, _ in ends), 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(3))
 def test_at_rims_and_corners_a_beam_is_absorbed_rightly_or_lost_with_a_warning(number):
     """Through the solid, or past it by nothing."""

@@ -117,6 +117,7 @@ def random_rays(count, seed):
     return origins, flights, rng.uniform(0.0, 0.5, count), rng.uniform(0.5, 2.0, count)
 
 
+@pytest.mark.quick_cases("None")
 @pytest.mark.parametrize("cells", [None, (1, 1, 1), (7, 3, 5), (1, 64, 2)])
 def test_lengths_in_voxels_are_those_between_exact_crossings(cells):
     """A walk that took the wrong cell, or lost a part, would be off by about the size of a cell."""
@@ -196,6 +197,7 @@ def test_an_aimed_ray_begins_before_its_origin():
     assert found == pytest.approx([0.25, 0.5], abs=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [0.1, 0.2, 0.4, 0.5])
 @pytest.mark.parametrize("beyond", [0.0, 1e-16, -1e-16, 1e-9, -1e-9])
 def test_a_tangent_ray_ends_and_is_whole(radius, beyond):
@@ -218,6 +220,7 @@ def test_a_ray_through_the_centre_meets_each_shell_twice_and_the_innermost_at_on
     assert counts.sum() == passages
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [1e-300, 1e-12, 1e-9, 1e-3, 1.0, 30.0, 1e4])
 @both_shapes
 def test_fading_keeps_its_digits_from_thin_to_thick(shape, depth):
@@ -310,6 +313,7 @@ def motley_scene(size=1.0, center=(0.0, 0.0, 0.0)):
     return tp.Scene(tp.Source(tp.Point(position=place(0.8, 0.25, 0.25)), tp.Isotropic(power=1.0)), parts)
 
 
+@pytest.mark.slow
 @trackings
 def test_grids_do_not_depend_on_units_and_places(tracking):
     scenes = motley_scene(), motley_scene(1e-9), motley_scene(3e11), motley_scene(center=(4e6, -2e6, 1e6))
@@ -418,6 +422,7 @@ def test_forced_collisions_in_a_grid_are_refused():
         left_of_beam(grid, (0.1, 0.1, -0.7), (0, 0, 1), tracking=tp.Tracking(forced=True))
 
 
+@pytest.mark.slow
 def test_splitting_in_a_grid_has_the_same_means():
     tracking = tp.Tracking(splitting=tp.Splitting(start=(0, 0, -0.75), end=(0, 0, 0.75), gain=30.0))
     source = tp.Source(tp.Point(position=(0.1, 0.1, -0.7)), tp.Beam((0, 0, 1), power=1.0))
@@ -433,6 +438,7 @@ def test_splitting_in_a_grid_has_the_same_means():
     assert_agrees(analog.ledger["absorbed"] - split.ledger["absorbed"], 0.0, FALSE_ALARM)
 
 
+@pytest.mark.slow
 def test_flights_that_pause_do_not_collide(monkeypatch):
     """A flight through 400 macro cells is cut into dozens; only what collides counts."""
     plant_block(monkeypatch, 1)
@@ -445,6 +451,7 @@ def test_flights_that_pause_do_not_collide(monkeypatch):
     assert result.ledger["lost"].value == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("corner", quick([(1, 2, 3), (2, 2, 2), (1.5, 2, 3), (1.5, 2.5, 3)], (1.5, 2, 3)))
 def test_every_place_on_the_lattice_lets_light_go_on(corner):
     """Births in corners, on edges and faces of voxels, along all axes and diagonals of the lattice."""

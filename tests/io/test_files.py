@@ -97,6 +97,7 @@ def test_without_its_package_netcdf_is_refused_with_the_other_named(tmp_path, mo
     assert "pip install '.[files]'" in told and "run.npz" in told
 
 
+@pytest.mark.slow
 def test_other_programs_read_the_numbers_of_a_file(tmp_path):
     xarray = pytest.importorskip("xarray")
     result, path = run("random"), tmp_path / "run.nc"
@@ -117,6 +118,7 @@ def test_other_programs_read_the_numbers_of_a_file(tmp_path):
         np.testing.assert_array_equal(found["-z/radiance_error"], radiance.error)
 
 
+@pytest.mark.slow
 def test_other_programs_read_units_and_whether_a_file_is_complete(tmp_path, monkeypatch):
     xarray, path = pytest.importorskip("xarray"), tmp_path / "run.nc"
     ball, binned = tp.Sphere(center=(0, 0, 2), radius=0.5), tp.Positions(u=2, v=3)
@@ -155,6 +157,7 @@ def test_names_that_no_file_can_have_are_refused_before_the_run(tmp_path):
     assert not os.listdir(tmp_path)
 
 
+@pytest.mark.slow
 def test_names_that_a_file_cannot_have_are_kept_apart(tmp_path):
     result, xarray = tp.simulate(disks("a/b", "a|b", "run", "absorbed"), 1_000), pytest.importorskip("xarray")
     result.save(tmp_path / "run.nc")
@@ -216,6 +219,7 @@ print(len(told), result.particles, result.warnings[-1])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".nc", pytest.param(".npz", marks=pytest.mark.slow)])
 def test_a_full_disk_leaves_the_old_file_and_stops_no_run(tmp_path, suffix):
     """In a process with a file-size limit; HDF5 would crash it if it saw the error."""
@@ -231,6 +235,7 @@ def test_a_full_disk_leaves_the_old_file_and_stops_no_run(tmp_path, suffix):
     assert path.read_bytes() == old and os.listdir(tmp_path) == [path.name]
 
 
+@pytest.mark.slow
 def test_files_that_a_killed_process_left_are_removed(tmp_path):
     path = tmp_path / "run.npz"
     child = "import os, sys, pathlib\nfrom transport.io.atomic import atomic_write as written_whole\n"
@@ -296,6 +301,7 @@ def test_no_other_run_is_written_over(tmp_path):
     assert b.is_symlink() and tp.load(a).particles == 4_000
 
 
+@pytest.mark.slow
 def test_a_second_run_in_the_same_file_is_refused_until_the_first_is_gone(tmp_path):
     """Also where that was killed, and what it held the file by was left."""
     path = tmp_path / "run.npz"
@@ -310,6 +316,7 @@ def test_a_second_run_in_the_same_file_is_refused_until_the_first_is_gone(tmp_pa
     assert os.listdir(tmp_path) == ["run.npz"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot fork")
 def test_a_child_does_not_keep_what_its_parent_held(tmp_path):
     """Though it live on: the lock goes with the process that took it."""

@@ -93,6 +93,7 @@ def test_numbers_are_set_as_in_print(text, html):
     assert plain_typeset("-1e-12 m^-6 s^3") == "−1\xa0×\xa010⁻¹² m⁻⁶ s³"
 
 
+@pytest.mark.slow
 def test_a_result_has_what_its_report_has(foggy):
     seen = page(foggy)
     for name, estimate in foggy.ledger.items():
@@ -112,6 +113,7 @@ def test_a_result_has_what_its_report_has(foggy):
     assert "INCOMPLETE" in page(half).text and "a word of <warning>" in page(half).text
 
 
+@pytest.mark.quick_cases("room", "furnace")
 @pytest.mark.parametrize("make", plain_scenes.SCENES.values(), ids=list(plain_scenes.SCENES))
 def test_a_scene_has_the_names_of_its_parts(make):
     scene = make()
@@ -267,6 +269,7 @@ def test_without_matplotlib_the_table_says_what_to_install(monkeypatch, foggy):
     assert "pip install" in page(tp.tracks(foggy.scene, particles=5)).text
 
 
+@pytest.mark.quick_cases("empty", "single")
 @pytest.mark.parametrize(
     "array",
     [
@@ -287,6 +290,7 @@ def test_odd_arrays_have_a_page(array):
     assert "EstimateArray" in page(array).text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(1_000_000,), (1000, 1000), (100, 100, 100)], ids=str)
 def test_a_million_bins_take_little_time_and_make_no_long_page(shape, drawn):
     names = ("x", "y", "z")[: len(shape)]
@@ -303,6 +307,7 @@ def test_a_million_bins_take_little_time_and_make_no_long_page(shape, drawn):
 # Any page
 
 
+@pytest.mark.slow
 def test_no_name_breaks_the_page(foggy):
     for thing in (foggy, foggy.scene, foggy.ledger, *(foggy[name] for name in foggy)):
         seen = page(thing)

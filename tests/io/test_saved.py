@@ -81,6 +81,7 @@ def small(particles=1_000, **how):
 # ---- a run that was killed, in parts, or extended ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick(LIMITS, "random", "sobol", "snapshots"))
 def test_a_run_is_loaded_and_resumed_as_if_it_had_not_been_killed(name, tmp_path, monkeypatch):
     whole, path = run(name), tmp_path / f"run{FILES[name]}"
@@ -100,6 +101,7 @@ def test_a_run_is_loaded_and_resumed_as_if_it_had_not_been_killed(name, tmp_path
     assert_same(tp.simulate(SCENES[LIMITS[name][0]](), resume=path).batches, whole.batches)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", quick(("random", "few batches", "sobol", "snapshots", "backward"), "sobol", "snapshots")
 )
@@ -167,6 +169,7 @@ def test_a_killed_part_is_resumed_as_that_part(tmp_path, monkeypatch):
     assert_same(run("random", resume=path).batches, run("random", part=(2, 3)).batches)
 
 
+@pytest.mark.slow
 def test_a_run_is_extended_and_never_beyond_what_is_asked(tmp_path, monkeypatch):
     path = tmp_path / "run.npz"
     few = tp.simulate(SMALL, particles=10_000)
@@ -252,6 +255,7 @@ def test_aimed_runs_go_on_with_the_scene_that_was_given(tmp_path):
     assert_same(tp.load(path).batches, whole.batches)
 
 
+@pytest.mark.slow
 def test_ctrl_c_saves_the_run(tmp_path, press_ctrl_c):
     """Between two batches, with what was done out of turn: nothing is missing afterwards."""
     path, whole = tmp_path / "run.npz", tp.simulate(SMALL, particles=30_000_000, batches=300)
@@ -304,6 +308,7 @@ def extended(particles, **how):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
 @pytest.mark.parametrize("steps", quick((SMALL_STEPS, LARGE_STEPS), LARGE_STEPS), ids=["small", "large"])
 def test_batches_stay_bounded_however_often_a_run_is_resumed(steps, sampling, monkeypatch):
@@ -344,6 +349,7 @@ def test_large_sums_are_kept_in_fewer_batches_though_no_fewer_than_asked_for(mon
         assert 16 <= len(extended([4_000, *range(5_000, last + 1, 1_000)], batches=16).batches) <= 32
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
 def test_batches_are_never_larger_than_is_safe(sampling, monkeypatch):
     """Also where several of the largest have become one, and the run goes on to more, or to an error."""
@@ -364,6 +370,7 @@ def test_batches_are_never_larger_than_is_safe(sampling, monkeypatch):
     assert len(sizes) == 3 and max(sizes) <= 512
 
 
+@pytest.mark.slow
 def test_a_run_is_killed_after_neighbours_have_become_one_and_resumed(tmp_path, monkeypatch):
     monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)
     path = tmp_path / "run.npz"

@@ -67,6 +67,7 @@ def table(seed, points=40):
     return tp.Tabulated(mu=[-1, *inner, 1], density=rng.uniform(0, 1, points) ** 8)
 
 
+@pytest.mark.quick_cases("scene tests.plain_scenes.room", "scene tests.plain_scenes.furnace")
 @pytest.mark.parametrize("name", WRITTEN)
 def test_a_scene_is_read_back_bit_by_bit(name):
     read_again(WRITTEN[name]())
@@ -75,6 +76,7 @@ def test_a_scene_is_read_back_bit_by_bit(name):
 COMPILED = "plain_scenes.vessel", "plain_scenes.meshed", "media_scenes.cloud"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick(COMPILED, *COMPILED[:2]))
 def test_a_scene_that_was_read_compiles_and_runs_the_same(name):
     """More: python -m tests.bench.written."""
@@ -118,6 +120,7 @@ def test_an_array_keeps_every_bit(size, dtype):
     assert isinstance(data, dict) == (size > MAX_LISTED_NUMBERS)
 
 
+@pytest.mark.slow
 def test_equal_voxels_are_written_as_one_number():
     equal = np.full((100, 100, 100), 0.25)
     other = equal.copy()
@@ -401,6 +404,7 @@ def test_objects_that_no_file_can_hold_are_refused_with_their_place_and_the_cure
     assert_refused(velvet.to_json, ["surfaces[0].material", "Velvet"])
 
 
+@pytest.mark.slow
 def test_random_faults_are_refused_in_words():
     """Files with a random fault give a SceneError or a scene, and no other error."""
     chance = random.Random(1)

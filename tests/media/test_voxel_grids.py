@@ -53,6 +53,7 @@ RAYS = {
 }
 
 
+@pytest.mark.quick_cases("oblique", "along an axis")
 @pytest.mark.parametrize("ray", RAYS)
 def test_a_beam_is_lessened_by_the_line_integral_to_all_digits(ray):
     for absorption in (checkerboard(), strewn(low=-3, high=1)):
@@ -99,6 +100,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fault", [pytest.param(f, marks=pytest.mark.slow if f == "majorants 1 % low" else ()) for f in FAULTS]
 )

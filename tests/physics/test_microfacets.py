@@ -125,6 +125,7 @@ def _single_albedo(alpha, mu):
     return 2 * mp.quad(lambda out: mp.quad(lambda phi: integrand(out, phi), [0, mp.pi]), [0, mu, 1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("roughness", [0.5, pytest.param(0.2, marks=pytest.mark.slow)])
 def test_single_albedo_agrees_with_textbook_forms_in_mpmath(roughness):
     with mp.workdps(15):
@@ -132,6 +133,7 @@ def test_single_albedo_agrees_with_textbook_forms_in_mpmath(roughness):
     assert microfacets.single_albedo(0.3, roughness) == pytest.approx(float(exact), rel=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("roughness", ROUGHNESSES)
 def test_what_is_lost_and_what_is_returned_add_up(roughness):
     """Two integrals over different directions: D G2 over the upper ones, D G1 (1 - G2/G1) over those below too."""
@@ -154,6 +156,7 @@ def test_the_table_of_what_is_lost_follows_the_integral(roughness):
 # ---- the whole ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("roughness", ROUGHNESSES)
 def test_albedo_is_the_same_at_every_angle(roughness):
     for mu in COSINES:

@@ -310,6 +310,7 @@ def test_quantiles_rise_and_stay_below_the_fastest_for_any_u_and_laws_survive_co
     assert len(set(EVERY)) == len(EVERY)
 
 
+@pytest.mark.slow
 def test_making_a_distribution_loads_no_special_functions():
     code = (
         "import sys, transport as tp; tp.Gas(1.0, tp.Maxwellian(temperature=300, mass=1e-26));"
@@ -382,6 +383,7 @@ def test_speeds_of_a_gas_are_maxwellian():
         assert_rejected(counts, np.append(wrong, 1 - wrong.sum()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drift", [(0.0, 0.0, 0.0), (1.0, -3.0, 0.5)])
 def test_velocity_components_are_normal_about_the_drift_and_independent(drift):
     """All three at once, and beyond the edges of any as the last."""

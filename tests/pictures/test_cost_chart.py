@@ -50,6 +50,7 @@ def texts(figure):
     return [text for axes in figure.axes for text in axes.texts]
 
 
+@pytest.mark.slow
 def test_every_way_is_labelled_inside_the_figure_and_no_label_hides_another(tmp_path):
     figure = cost_diagram(stand_in_cost(), tmp_path / "cost.png", title="what accuracy costs")
     assert_drawn(figure, tmp_path / "cost.png")
@@ -102,6 +103,7 @@ def looks_of(figure):
 TRACKINGS = ["analog absorption", "roulette 0.0001", "forced collisions"]
 
 
+@pytest.mark.slow
 def test_every_way_has_its_look_whatever_is_drawn_beside_it():
     """The colour is the estimator's; alone, in another order and among all others."""
     names = [*NAMES, *TRACKINGS]

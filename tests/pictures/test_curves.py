@@ -31,6 +31,7 @@ def counted(seed=5, **gaps):
     return EstimateArray(values, EVEN_RUN, "m^-2 s^-1", ("mu",), {"mu": MU})
 
 
+@pytest.mark.slow
 def test_a_series_over_six_decades_is_drawn_with_units_guides_and_residuals(tmp_path):
     distance, path = np.logspace(-3, 3, 13), tmp_path / "new" / "profile.png"
     found = [noisy(irradiance(d), irradiance(d) / 10, k, unit="W m^-2") for k, d in enumerate(distance)]
@@ -63,6 +64,7 @@ def test_a_series_over_six_decades_is_drawn_with_units_guides_and_residuals(tmp_
     np.testing.assert_allclose(below.lines[1].get_ydata(), residual)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", [{}, {"exact": lambda mu: 200 * mu}, {"expected": MEANS}])
 @pytest.mark.parametrize("log_y", [False, True])
 def test_bins_without_a_value_or_an_error_are_hollow_and_have_no_residual(tmp_path, truth, log_y):
@@ -166,6 +168,7 @@ def seen(rim, seed=0, polar="theta", phi=(0.0, 2 * math.pi)):
     return EstimateArray(values, EVEN_RUN, "W m^-2 sr^-1", (polar, "phi"), coords, counts=values.sum(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("polar", "log_x"), [("theta", False), ("mu", True)])
 def test_radiance_at_several_distances_is_drawn_side_by_side_on_its_laws(tmp_path, polar, log_x):
     rims = {f"d = {d} m": math.atan(1 / d) for d in (0.5, 1.0, 2.0, 4.0)}

@@ -65,6 +65,7 @@ def steady():
 # Datasets
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["forward", "backward", "steady"])
 def test_a_dataset_is_what_a_saved_run_holds_and_the_sizes_of_bins(name, request, tmp_path):
     xarray = pytest.importorskip("xarray")

@@ -48,6 +48,7 @@ def test_the_course_of_a_run_ends_at_its_result(result):
     assert course.value[0] == pytest.approx(estimate.values[0])
 
 
+@pytest.mark.slow
 def test_the_band_covers_the_truth_as_often_as_it_says():
     """95.4 % of 500 runs, at 3, 8 and 32 batches, to five standard deviations; ± 2 bare errors of 3 batches cover 82 %."""
     courses = [course_of(noisy(5.0, 2.0, seed)) for seed in range(500)]
@@ -66,6 +67,7 @@ def test_standard_errors_of_few_batches_fall_within_the_grey_band():
     assert low[0] < low[1] < 1 < high[1] < high[0]
 
 
+@pytest.mark.slow
 def test_convergence_is_drawn_with_guide_seconds_and_exact_value(tmp_path, result):
     page = convergence(result, "floor.flux_in", tmp_path / "course.png", exact=8.0, title="Settles")
     assert_drawn(page, tmp_path / "course.png")
@@ -117,6 +119,7 @@ def crowd(result):
     return SimpleNamespace(plan=result.plan, ledger=Ledger(others | {"emitted": emitted}, many))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["of a run", "many and small"])
 def test_the_flow_is_to_scale_and_adds_up_to_what_was_emitted(tmp_path, result, kind):
     shown = result if kind == "of a run" else crowd(result)
@@ -153,6 +156,7 @@ def test_a_run_backwards_has_no_flow_of_power():
 # Beside exact values
 
 
+@pytest.mark.slow
 def test_a_comparison_shows_every_kind_of_row(tmp_path):
     table = {
         "irradiance": (noisy(18.4, 0.2, 1, unit="W m^-2"), 18.439),
@@ -210,6 +214,7 @@ def test_figures_of_two_threads_wait_for_each_other_and_leave_the_settings_alone
     assert [path.name for path in tmp_path.iterdir()] == ["other.png"]
 
 
+@pytest.mark.slow
 def test_drawing_needs_no_pyplot_and_the_library_no_charts():
     code = """
 import sys, transport

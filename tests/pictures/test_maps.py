@@ -68,6 +68,7 @@ def brightest(mesh):
 # By place
 
 
+@pytest.mark.slow
 def test_a_map_shows_the_values_their_relative_errors_and_a_cut(tmp_path, result):
     path, floor = tmp_path / "new" / "map.png", result["floor"].irradiance
     exact = np.arange(32.0).reshape(8, 4)
@@ -246,6 +247,7 @@ def clouds(dims=("time", "x", "vx"), scale=1):
     return EstimateArray(counts, EVEN_RUN, "m^-2 s", dims, coords, counts=counts.sum(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("decades", [None, 2.0])
 def test_instants_are_columns_of_maps_above_their_errors_on_one_scale(tmp_path, decades):
     density = clouds()
@@ -279,6 +281,7 @@ def test_media_are_named_and_no_numbers_on_a_line():
     assert [tick.get_text() for tick in axes.get_xticklabels()] == ["medium 0", "medium 1"]
 
 
+@pytest.mark.slow
 def test_labels_of_a_narrow_map_do_not_overlap():
     array = cells(6, 60, dims=("r", "z"))
     array = estimates(
@@ -331,6 +334,7 @@ def seen(law, polar="mu", edges=MU, phi=TURN, seed=1):
     return EstimateArray(counts, EVEN_RUN, unit, (polar, "phi"), coords, counts=counts.sum(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("polar", "edges", "law"),
     [
@@ -357,6 +361,7 @@ def test_a_plan_of_directions_is_drawn_with_units(tmp_path, polar, edges, law):
         }
 
 
+@pytest.mark.quick_cases("not a number")
 @pytest.mark.parametrize("gap", ["nothing scored", "one batch scored", "not a number", "exact", "no noise"])
 def test_a_map_survives_bins_without_a_value_or_an_error(gap):
     values = np.random.default_rng(3).poisson(5.0, size=(32, 8, 12)).astype(float)

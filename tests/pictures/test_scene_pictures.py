@@ -94,6 +94,7 @@ def test_a_painted_wall_shows_the_side_of_its_detector():
     assert view_of(floor, frame, 1.5).position[2] > frame.middle[2]  # the lit side is above
 
 
+@pytest.mark.slow
 def test_blocks_and_colours_are_what_was_read_and_few_hits_have_none():
     scene = room(detectors=FLOOR)
     found, _, result = drawn_of(scene, 300)
@@ -363,6 +364,7 @@ def check(verify_image_cache):
     return drawn
 
 
+@pytest.mark.slow
 def test_scene_room(check):
     """A closed room seen into: the walls before the camera are looked through; a mirror ball, a glass one, a lamp."""
     balls = [

@@ -87,6 +87,7 @@ def hidden(tmp_path):
     return {"LD_LIBRARY_PATH": str(folder)}
 
 
+@pytest.mark.slow
 @needs_screen
 def test_without_a_display_it_draws_a_picture_and_names_it(call, without_a_display):
     from PIL import Image
@@ -185,6 +186,7 @@ def test_with_opengl_the_picture_is_drawn_and_nothing_is_loaded_before(child):
     assert Path("scene.png").exists()
 
 
+@pytest.mark.slow
 def test_without_pyvista_it_says_how_to_install_it(child):
     done = child("sys.modules['pyvista'] = None\n" + DRAW)
     assert "NO SCREEN" in done.stdout and "pip install '.[viz]'" in done.stdout and "CHART" in done.stdout

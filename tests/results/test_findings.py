@@ -379,6 +379,7 @@ MISSED = {
 }  # fmt: skip
 
 
+@pytest.mark.quick_cases("a wall that lets a thousandth through", "a mirror that lets light through")
 @pytest.mark.parametrize("name", MISSED)
 def test_missed_light_makes_a_number_doubtful(name):
     """Each value is off by more than five of its errors; its interval with the bound of what is missing is not."""
@@ -428,6 +429,7 @@ COMPLETE = {  # parts, particles, options, words that no finding has; "" where t
 }
 
 
+@pytest.mark.quick_cases("a clear wall", "a beam from behind")
 @pytest.mark.parametrize("name", COMPLETE)
 def test_complete_light_is_no_doubt(name):
     parts, particles, how, words = COMPLETE[name]
@@ -461,6 +463,7 @@ def test_forward_light_that_has_come_is_no_doubt():
     assert not any(FORWARD in warning for warning in result.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "material",
     [tp.Mirror(0.5, 0.5), tp.Glossy(0.05, 0.9), tp.Mixture({tp.Mirror(1.0): 0.2, tp.Diffuse(0.5): 0.8})],
@@ -618,6 +621,7 @@ def shield(shape, look, source=WIDE_BEAM):
     return tp.Scene(source, body, look)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("look", "quantity", "exact"),
     [
@@ -699,6 +703,7 @@ def truth():
     return result["m"].flux_in
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
 def test_the_trap_is_flagged_in_every_short_run(truth, sampling):
     shares, claimed = [], []
@@ -768,6 +773,7 @@ def test_a_ball_in_a_room_of_many_small_walls_is_not_outside():
     assert specular_surfaces_of(scene, ball, "front") == [scene.surfaces.index(panel)]
 
 
+@pytest.mark.slow
 def test_no_ray_from_a_wall_brings_more_than_its_plane_allows():
     rng, compared = np.random.default_rng(5), 0
     for _ in range(300):
@@ -822,6 +828,7 @@ def test_lines_between_plates_know_how_near_these_are(gap):
 # ---- probes ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", [tp.Mirror(1.0), tp.Mirror(1e-6), tp.Mirror(0.3, 0.6)])
 def test_a_probe_finds_what_a_mirror_sends_and_bounds_it(material):
     exact = MIRRORED * material.reflectance * math.pi * 1e-6
@@ -871,6 +878,7 @@ def test_no_probe_is_below_what_specular_surfaces_send(name):
     assert found + 2 * (bound - found) >= mirrored * scene.shape_of(sensor).area
 
 
+@pytest.mark.slow
 def test_a_probe_of_long_histories_is_as_short_as_its_run(monkeypatch, tmp_path):
     """A box of mirrors in which a history meets a thousand walls: 65 536 of them would be far more work than the run."""
     box, eye = tp.Surface(tp.Box(size=1.0), tp.Mirror(0.999), "box"), meter((0.1, 0.2, -0.3), UP, 1e-5)
@@ -990,6 +998,7 @@ def test_the_table_of_diagnostics_is_printed_and_knows_every_finding():
 RESOLVES = f"times as many particles to resolve a finding: {UNSEEN}"
 
 
+@pytest.mark.slow
 def test_a_run_for_an_error_stops_where_running_on_would_not_settle_a_doubt():
     """But not before 2^18 histories; of two limits the nearer one counts."""
     result = simulate(mirror(), error={"m.irradiance": 1e-6}, threads=None)
@@ -1002,6 +1011,7 @@ def test_a_run_for_an_error_stops_where_running_on_would_not_settle_a_doubt():
     assert settled.verdict == "sound" and settled.relative_error < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "error", "bins"),
     [("irradiance", 0.01, {}), ("radiance", 0.02, {"directions": tp.Directions(mu=3)})],
@@ -1035,6 +1045,7 @@ def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
 NAMED = [name for name in CASES if name not in ("ball", "ball, behind")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick(NAMED, "mirror", "half mirror, behind"))
 def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name):
     """Two seeds of three radii and every estimator; a run of 30 complete ones may be doubtful, or wrong by chance."""

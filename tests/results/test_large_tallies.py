@@ -123,6 +123,7 @@ def warnings_of(result) -> list[str]:
     return [warning for warning in result.warnings if "neighbouring bins" not in warning]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick(SCENES, "bins of theta", "cells", "phase space"))
 def test_readings_of_packed_rows_made_part_by_part_are_bit_for_bit_those_of_plain_ones(name, small_parts):
     plain = simulate(SCENES[name])
@@ -159,6 +160,7 @@ ARITHMETIC = {
 }
 
 
+@pytest.mark.slow
 def test_arithmetic_and_merging_of_parts_are_those_of_the_whole(small_parts):
     plain = simulate(room(mu=4))
     whole = {name: _from_batches(make(plain))[:2] for name, make in ARITHMETIC.items()}
@@ -239,6 +241,7 @@ def test_a_client_and_its_workers_need_what_each_of_them_takes(monkeypatch):
 LARGE = {"camera": view(camera(1000, 1000)), "phase space": gas(0.1, 1000, 1000)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick(LARGE, "phase space"))
 def test_values_and_errors_of_a_million_bins_take_few_bytes_a_bin(name):
     result = simulate(LARGE[name], 20_000, 32)

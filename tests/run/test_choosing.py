@@ -323,6 +323,7 @@ def test_aimed_is_allowed_beside_black_surfaces_and_in_absorbing_media():
 ERROR = {"meter.flux_in": 0.05}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "limits", [{"error": ERROR}, {"seconds": 0.05}, {"error": ERROR, "particles": 10_000}]
 )
@@ -347,6 +348,7 @@ def test_sampling_alone_restricts_the_default_and_a_named_estimator_is_taken():
     assert named.choice is None and named.plan.method == EXPECTED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "how",
     [
@@ -369,6 +371,7 @@ def test_a_resumed_run_keeps_its_estimator(tmp_path, no_pilots, how):
     assert again.plan.method == first.plan.method
 
 
+@pytest.mark.slow
 def test_all_pilots_and_the_run_have_the_given_tracking(monkeypatch):
     """Planted: pilots by the scene's own tracking."""
     fog, split = tp.Medium(absorption=0.1, scattering=0.2), tp.Tracking(absorption="analog", roulette=1e-3)
@@ -432,6 +435,7 @@ def glint(half_angle=0.1):
     return tp.Scene(lamp, wall, meter)
 
 
+@pytest.mark.slow
 def test_a_run_for_seconds_alone_knows_all_and_names_what_knows_less_for_less():
     result = tp.simulate(glint(), seconds=0.1, seed=1)
     assert result.plan.method.estimator in ("analog", "expected")
@@ -443,6 +447,7 @@ def test_a_run_for_seconds_alone_knows_all_and_names_what_knows_less_for_less():
     assert nothing_else.plan.method.estimator == "backward" and nothing_else["meter"].radiance.value[0] > 0
 
 
+@pytest.mark.slow
 def test_a_run_for_an_error_may_know_less_and_refuses_what_it_does_not_know():
     result = tp.simulate(glint(), error={"meter.radiance": 0.02}, seed=1)
     assert result.plan.method.estimator == "backward" and result["meter"].radiance.relative_error.max() < 0.02
@@ -471,6 +476,7 @@ PLANE = tp.Plane(center=(0, 0, 1), normal=(0, 0, -1))
 DARK = tp.Detector(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1.0), "dark")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("detectors", "compared"),
     [
@@ -498,6 +504,7 @@ def test_without_a_detector_the_simplest_estimator_is_taken_without_a_pilot():
 # ---- Ctrl-C and progress ----
 
 
+@pytest.mark.slow
 def test_ctrl_c_among_the_pilots_ends_the_run(press_ctrl_c, monkeypatch):
     tp.simulate(scene(), seconds=0.05)
     made = []
@@ -518,6 +525,7 @@ def test_ctrl_c_among_the_pilots_ends_the_run(press_ctrl_c, monkeypatch):
     assert len(made) == 3
 
 
+@pytest.mark.slow
 def test_pilots_are_named_on_the_bar_and_count_as_preparation(monkeypatch):
     class Recorder(Progress):
         def __init__(self):

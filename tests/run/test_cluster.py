@@ -277,6 +277,7 @@ def test_waiting_in_vain_is_reported_without_a_terminal_and_by_ctrl_c(monkeypatc
         executors._Waiting(Progress()).until(is_met, "no workers at tcp://10.0.0.1:8786")
 
 
+@pytest.mark.quick_cases("somewhere-2-must be an address or 'local'", "3-2-must be a Client or an address")
 @pytest.mark.parametrize(
     ("cluster", "threads", "said"),
     [
@@ -309,6 +310,7 @@ LIMITS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick(LIMITS, "particles"))
 def test_a_run_on_a_cluster_ends_as_in_one_process(cluster, name):
     here = tp.simulate(scene(), seed=3, threads=2, **LIMITS[name])
@@ -318,6 +320,7 @@ def test_a_run_on_a_cluster_ends_as_in_one_process(cluster, name):
     assert there.warnings == here.warnings
 
 
+@pytest.mark.slow
 def test_a_parcel_that_comes_twice_counts_once(cluster, whole, monkeypatch):
     keep, first = DaskExecutor._store, []
 
@@ -431,6 +434,7 @@ def test_a_machine_that_did_no_batch_is_not_among_those_that_did(
     assert here.state.origins == (this_origin(), other)  # which did do some
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_local", quick((False, True), False))
 def test_the_command_line_sends_a_run_to_a_cluster_or_to_processes(cluster, call, is_local):
     SMALL.to_json("small.json")

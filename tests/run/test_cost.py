@@ -86,6 +86,7 @@ def test_a_biased_method_is_seen_by_its_z_and_by_a_line_that_stops_to_fall():
     assert wrong.points[-1].true == pytest.approx(0.02, rel=0.1)
 
 
+@pytest.mark.slow
 def test_without_an_exact_value_errors_are_measured_from_the_best_estimate_and_are_not_too_small():
     """Mean squares over many repetitions within 4 standard errors of the true ones, though the runs make up the truth.
 
@@ -142,6 +143,7 @@ def cost():
     return cost_of_accuracy(SCENE, "meter.flux_in", exact=exact, methods=methods, seconds=3.0, seed=1)
 
 
+@pytest.mark.slow
 def test_random_sampling_has_a_slope_of_minus_a_half_and_honest_errors(cost):
     """And to a small detector aimed is the cheapest method."""
     for way in cost.ways:

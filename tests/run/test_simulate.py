@@ -84,6 +84,7 @@ def test_batches_that_were_merged_are_the_same_histories():
     assert 0.5 < a.error / b.error < 2
 
 
+@pytest.mark.slow
 def test_a_run_that_does_not_reach_its_error_says_so():
     few = tp.simulate(scene(), particles=5000, error={"meter.flux_in": 1e-4}, **ANALOG)
     assert few.particles == 5000 and "times the requested error" in few.report()
@@ -99,6 +100,7 @@ def test_a_run_that_does_not_reach_its_error_says_so():
 CURE = "may suit better: estimator='auto' tries them"
 
 
+@pytest.mark.quick_cases("how4-")
 @pytest.mark.parametrize(
     ("how", "advice"),
     [
@@ -135,6 +137,7 @@ def test_ctrl_c_returns_what_is_done(press_ctrl_c):
     assert "INCOMPLETE" in result.report()
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_where_ctrl_c_is_ignored():
     """As under nohup."""
     tp.simulate(scene(), particles=10)
@@ -241,6 +244,7 @@ def reported(scene, tracking=None) -> list[str]:
     return [line.removeprefix("tracking: ") for line in lines if line.startswith("tracking")]
 
 
+@pytest.mark.quick_cases("analog-None", "analog-glass")
 @pytest.mark.parametrize("medium", [None, tp.Vacuum(), tp.Medium(), tp.Medium(index=1.0), "glass"])
 @pytest.mark.parametrize("tracking", ["analog", "weighted", tp.Tracking(splitting=SPLIT)])
 def test_tracking_without_media_is_reported_as_without_effect(medium, tracking):
@@ -252,6 +256,7 @@ def test_tracking_without_media_is_reported_as_without_effect(medium, tracking):
     assert reported(idle) == []
 
 
+@pytest.mark.quick_cases("0.0-None-absorption by weight", "0.0-analog-analog absorption")
 @pytest.mark.parametrize(
     ("scattering", "tracking", "said"),
     [

@@ -112,6 +112,7 @@ def covered(estimates):
     return np.mean((bounds[:, 0] <= 1) & (bounds[:, 1] >= 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "target"), [(even, 1e-4), (rare, 1e-1), (rare, 1e-2), (unlike, 1e-1)])
 def test_intervals_of_runs_that_stop_at_an_error_cover(law, target):
     runs = [stopped(law, target, seed, batches=64) for seed in range(RUNS)]
@@ -123,6 +124,7 @@ def test_stopping_at_the_first_good_look_does_not_cover():
     assert np.mean([hasty(0.02, np.random.default_rng(seed)) for seed in range(RUNS)]) < COVERED
 
 
+@pytest.mark.slow
 def test_errors_where_runs_stop_are_those_of_any_run():
     """z has a spread of 1."""
     estimates = [stopped(even, 2e-3, seed, batches=64)[1] for seed in range(RUNS)]
@@ -181,6 +183,7 @@ def rounds_of(seed, slope, suffices, batches=16):
     return Ended(abs(means.mean()) <= student_quantile(0.975, batches - 1) * error, looks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", [-0.5, -1.0, -1.5])
 def test_intervals_of_rounds_cover_and_the_leap_that_was_planned_to_be_the_last_mostly_is(slope):
     """0.948 to 0.952 of intervals of 95 % in 8000 runs: a false alarm in 5000.  In nine of ten runs the plan holds."""
@@ -193,6 +196,7 @@ def test_intervals_of_rounds_cover_and_the_leap_that_was_planned_to_be_the_last_
     assert np.mean(is_last) >= 0.9
 
 
+@pytest.mark.slow
 def test_the_first_good_round_of_few_batches_does_not_cover():
     """Looking at rounds of which each is twice as large, and taking the first that seems good."""
     runs = [rounds_of(seed, -0.5, lambda looks: looks[-1].is_enough, 8) for seed in range(2 * RUNS)]
@@ -278,6 +282,7 @@ def test_batches_are_few_where_sums_are_large_and_small_where_histories_are_long
     assert max(sizes_of(schedule.next_leg([look]))) <= 256
 
 
+@pytest.mark.slow
 def test_real_runs_stop_where_they_foretold():
     target, off = 3e-3, []
     for seed in range(10):
@@ -304,6 +309,7 @@ def test_progress_shows_the_error_and_the_time_left(numbers, error, text):
     assert running_text(*numbers, error and Standing("x", 1e-3, error, 0.0, 1.0)) == text
 
 
+@pytest.mark.slow
 def test_a_bar_is_shown_only_where_it_is_asked_for(capfd):
     simulate(seconds=0.8)
     assert capfd.readouterr() == ("", "")

@@ -87,6 +87,7 @@ def test_nested_boxes_that_share_faces():
         assert body_bits_at(scene, shared, [(1, 0, 0), (-1, 0, 0)]).tolist() == [7, 0]
 
 
+@pytest.mark.slow
 def test_each_kind_of_body_holds_the_places_of_its_inequality():
     """20000 places about five bodies beside one another; the walls of meshes are told by their winding number."""
     up = np.array([1.0, 2.0, -0.5]) / math.sqrt(5.25)
@@ -269,6 +270,7 @@ BUILT = {
 }  # fmt: skip
 
 
+@pytest.mark.quick_cases("slab", "half space of glass")
 @pytest.mark.parametrize("make", BUILT.values(), ids=BUILT)
 def test_media_that_fit_together_are_accepted(make):
     scene = make()
@@ -487,6 +489,7 @@ def neighbours(rng, size) -> list[tp.Surface]:
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "seed"), BODIES, ids=lambda value: getattr(value, "__name__", value))
 def test_whole_bodies_are_accepted_and_each_part_without_its_medium_is_named(kind, seed):
     """Each of a body's parts in turn without media, its normal either way; alone, and among nested and touching bodies."""
@@ -559,6 +562,7 @@ NOT_CLOSED = {  # words that the message must hold: the surfaces that are refuse
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "parts"), NOT_CLOSED.items())
 def test_surfaces_that_do_not_close_a_body_are_refused(words, parts):
     assert_refused(lambda: near(parts), words)

@@ -213,6 +213,7 @@ SHAPES = {
 }  # fmt: skip
 
 
+@pytest.mark.quick_cases("rectangle", "frame")
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 def test_lines_cross_a_shape_as_often_as_its_area_says(shape):
     """Uniform isotropic lines through a ball of radius r cross an area A/(2 pi r^2) times in the mean (Cauchy, Crofton).
@@ -351,6 +352,7 @@ CONTRADICTIONS = {
 }
 
 
+@pytest.mark.quick_cases("a ball in a ball", "a grain in a ball")
 @pytest.mark.parametrize("surfaces", CONTRADICTIONS.values(), ids=CONTRADICTIONS)
 def test_contradicting_media_are_refused_by_name_and_indices(surfaces):
     named = [tp.Surface(s.shape, s.material, f"part {k}") for k, s in enumerate(surfaces)]
@@ -389,6 +391,7 @@ CONSISTENT = {
 }  # fmt: skip
 
 
+@pytest.mark.quick_cases("balls apart", "balls that touch")
 @pytest.mark.parametrize("surfaces", CONSISTENT.values(), ids=CONSISTENT)
 def test_media_that_agree_are_accepted(surfaces):
     tp.Scene([LAMP], surfaces)

@@ -138,6 +138,7 @@ def test_a_shell_does_not_hold_its_cavity():
     assert shell.holds((0.7, 0, 0)) and not shell.holds((0.1, 0, 0)) and not shell.holds((2, 0, 0))
 
 
+@pytest.mark.slow
 def test_neither_the_library_nor_a_mesh_asks_for_pyvista():
     code = "import sys, transport as tp; tp.Mesh.sphere(radius=1); print('pyvista' in sys.modules, 'numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -329,6 +329,7 @@ SCENES = {
 TABLES = (ARGUMENTS, SHAPES, MESHES, MATERIALS, SPEEDS, EMISSIONS, SOURCES, SCENES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "make"), [case for table in TABLES for case in table.items()])
 def test_wrong_input_is_refused_with_object_parameter_value_and_cure(words, make):
     assert_refused(make, words)

@@ -181,6 +181,7 @@ def test_bins_of_position_add_up_to_the_area(shape):
         assert areas[:, 1] == close(exact, 1e-13)
 
 
+@pytest.mark.quick_cases("cylinder", "upright cylinder")
 @each_shape
 def test_bounds_the_ball_about_the_middle_and_distances_are_those_of_points_of_the_surface(shape):
     points, (lower, upper) = points_on(shape), np.array(shape.bounds)

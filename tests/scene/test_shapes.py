@@ -456,6 +456,7 @@ ROUND = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROUND)
 def test_points_on_round_shapes_are_even_over_the_area(name):
     """As many in each tenth of the height as its area says; they lie on the shape, with its normals."""

@@ -200,6 +200,7 @@ IN_MEDIA = {
 FALSE_ALARM = 1e-3 / (4 * 3 + 2 * 6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick(IN_MEDIA, "split", "cloud"))
 def test_scores_in_media_over_seeds_are_normal(name):
     scene, tracking, score = IN_MEDIA[name]
@@ -299,6 +300,7 @@ def test_a_spot_among_sparse_bins_is_trusted_and_they_are_not():
     np.testing.assert_array_equal(np.isnan(array.error), array.value == 0)
 
 
+@pytest.mark.slow
 def test_few_bins_judge_themselves():
     """Of two bins, one with nine times the variance, each has about its own error."""
     drawn = (like(seed, np.array([200.0, 1800.0])) for seed in range(200))

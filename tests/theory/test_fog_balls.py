@@ -10,6 +10,7 @@ import pytest
 from transport.theory import fog_balls, glow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("albedo", "radius"), [(1.40, 1.9853434324), (1.30, 2.4248249802)])
 def test_balls_of_fissile_stuff_are_critical_at_the_radius_of_the_benchmarks(albedo, radius):
     """Sood, Forster and Parsons (2003), PUb-1-0-SP and Ua-1-0-SP: with so many a collision the fluence sustains itself."""
@@ -17,6 +18,7 @@ def test_balls_of_fissile_stuff_are_critical_at_the_radius_of_the_benchmarks(alb
     assert 1 / np.linalg.eigvals(kernel).real.max() == pytest.approx(albedo, rel=1e-9, abs=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("radius", "albedo", "lamp"),
     [
@@ -34,6 +36,7 @@ def test_what_does_not_escape_a_ball_of_fog_is_absorbed(radius, albedo, lamp):
     assert ball.escaping + ball.absorbed == pytest.approx(1, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_without_scattering_a_ball_dims_its_light_by_the_length_of_the_way_out():
     for radius in (0.01, 1.0, 10.0):
         assert fog_balls.escape(radius, 0.0) == pytest.approx(glow.ball_escape(radius), rel=1e-11, abs=0)
@@ -46,6 +49,7 @@ def test_without_scattering_a_ball_dims_its_light_by_the_length_of_the_way_out()
     assert fog_balls.escape(3.0, 0.0, 1.0) == pytest.approx(passes, rel=1e-11, abs=0)
 
 
+@pytest.mark.slow
 def test_thick_white_fog_is_left_by_diffusion():
     """Of a lamp in the middle φ = 3 (1/r - 1/(R + q))/4π, q = 0.7104: 3 (R²/2 - R³/3(R + q)) collisions, to about q."""
     collisions = fog_balls.solved_ball(10.0, 1.0, 0.1).collisions

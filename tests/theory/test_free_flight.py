@@ -153,6 +153,7 @@ starts = pytest.mark.parametrize("start", [0.25, (0.0, 0.5), (0.3, 0.45)])
 laws = pytest.mark.parametrize("law", [Normal(1.0), Uniform(1.0)], ids=["normal", "uniform"])
 
 
+@pytest.mark.slow
 @starts
 @laws
 @pytest.mark.parametrize("time", [0.0, 0.1, 1.0, 2.5, 30.0])
@@ -170,6 +171,7 @@ def test_bins_between_mirrors_add_up_and_agree_with_the_fourier_series(start, la
         close(shares, series, 0, 1e-10 if isinstance(law, Normal) else 1e-6)  # of a bag it converges slowly
 
 
+@pytest.mark.slow
 @starts
 @laws
 def test_cells_between_mirrors_hold_particles_followed_one_by_one(start, law):

@@ -68,6 +68,7 @@ def test_the_fluence_rate_and_its_asymptotic_part():
         close(source.fluence_rate(distance / 2, 2.0, albedo), 4 * fluence)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("albedo", "distance"), [(0.3, 1.7), (0.8, 0.2), (1.0, 3.0)])
 def test_collided_light_is_the_inverse_fourier_transform(albedo, distance):
     """φ = (1/2π²r) ∫ k sin(kr) c A²/(1 - cA) dk, by a sum over half waves."""
@@ -82,6 +83,7 @@ def test_collided_light_is_the_inverse_fourier_transform(albedo, distance):
     close(source.collided(distance, albedo), float(exact), 1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("albedo", ALBEDOS)
 def test_all_power_is_absorbed_and_its_mean_square_distance_is_known(albedo):
     """∫ φ dV = 1/(1 - c), ∫ r² φ dV = 2/(1 - c)² (F.point_source_moments)."""

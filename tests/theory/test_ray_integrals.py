@@ -44,6 +44,7 @@ def test_kobayashi_s_points_are_those_of_the_reference(problem, place):
     assert straight(problem, place) == pytest.approx(KOBAYASHI[problem, place], rel=2e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", [1, 2, 3])
 @pytest.mark.parametrize("place", [(5, 5, 5), (15, 55, 5), (35, 95, 35), (11, 11, 1), (59, 99, 59)])
 def test_more_nodes_change_nothing(problem, place):
@@ -142,6 +143,7 @@ def test_optical_depths_are_those_of_the_innermost_box_along_the_ray():
         assert depth == pytest.approx(extinction.mean() * np.linalg.norm(end - start), abs=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", [1, 2])
 def test_the_mean_over_the_cell_of_the_sim_is_good_to_a_millionth(problem):
     few, more = (mean_uncollided_fluence(CELL, *SOURCE, space(problem), across=n) for n in (4, 6))

@@ -218,6 +218,7 @@ COUNTED = {  # a shape, a position, the solid angle; of hollow shapes by the dis
 }  # fmt: skip
 
 
+@pytest.mark.quick_cases("square", "large square")
 @pytest.mark.parametrize("name", COUNTED)
 def test_a_shape_counts_once_in_each_direction(name):
     shape, position, exact = COUNTED[name]
