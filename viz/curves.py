@@ -137,7 +137,7 @@ def plot_curves(
     residuals : bool
         Whether a new figure has a panel of residuals where exact values are known.
     legend : str, optional
-        Where it stands: "right" or "above" outside, or a place in the panel, such as "upper left" [default: "best",
+        Where it stands: "right", "above" or "below" outside, or a place in the panel, such as "upper left" [default: "best",
         or "right" with many entries].
     size : tuple of float, optional
         Of a new figure [inches].
@@ -480,6 +480,7 @@ def _draw_legend(axes: Axes, place: str) -> None:
     where = {
         "right": {"loc": "center left", "bbox_to_anchor": (1.01, 0.5)},
         "above": {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncol": min(2, len(order))},
+        "below": {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncol": min(2, len(order))},
     }.get(place, {"loc": place})
     axes.legend(
         [found[label] for label in order], order, title=ERRORS_SHOWN, title_fontsize="small", columnspacing=1.4,
