@@ -89,6 +89,7 @@ def test_mypy_reports_nothing_of_what_the_pages_and_users_write(errors):
     assert {name: found for name, found in errors.items() if found and name != "wrong"} == {}
 
 
+@pytest.mark.slow
 def test_mypy_reports_each_wrong_use(errors):
     first = len(BEFORE_WRONG.splitlines()) + 1
     found = {line: code for line, code, _ in errors["wrong"]}

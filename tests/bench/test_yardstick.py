@@ -46,6 +46,7 @@ def test_yardstick_and_engine_agree_on_every_wall(engine):
         assert_agrees(engine[name].exitance - estimated(departures[:, wall].sum(-1)), 0.0)
 
 
+@pytest.mark.slow
 def test_yardstick_and_engine_agree_on_the_radiance_of_every_wall(engine):
     for tallies, quantity in zip(walls_one_by_one(), ("radiance", "radiance_out"), strict=True):
         for wall, name in enumerate(WALLS):

@@ -184,6 +184,7 @@ def test_a_log_has_lines_now_and_then(run, monkeypatch, capfd):
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.slow
 def test_the_price_of_the_next_digit_is_that_of_the_saved_run(call, tmp_path):
     """In quasi-random sampling the slope is measured; a table of one case has it, and so has its file."""
     SMALL.to_json(tmp_path / "small.json")

@@ -98,6 +98,7 @@ def test_run_for_an_error_or_a_time_says_which_estimator_pilots_chose(call, limi
     assert method(*limit, "--estimator", "analog") == method("--particles", "1e4") == plain
 
 
+@pytest.mark.slow
 def test_run_stops_at_the_requested_error(call):
     (quantity,) = record_of(call, "disk.py", "--error", "meter.irradiance=1e-4")["quantities"]
     assert 0 < quantity["error"] / quantity["value"] <= 1e-4

@@ -345,6 +345,7 @@ def test_a_process_compiles_and_keeps_just_what_its_scene_calls_for(processes):
     assert set(index) == {f"{family_of(name)}.{name}" for name in NEEDED} | {"driver._drive"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(config.DISABLE_JIT, reason="looks at what is compiled")
 def test_a_second_process_loads_all_of_it_and_compiles_nothing(processes):
     (_, before, _, _, _), (ready, index, driver_hits, _, _) = processes

@@ -337,6 +337,7 @@ def test_a_parcel_that_comes_twice_counts_once(cluster, whole, monkeypatch):
     assert result.state.ahead == {}  # where an interrupted run would have counted them again
 
 
+@pytest.mark.slow
 def test_ctrl_c_gives_what_is_done_and_it_goes_on_elsewhere(
     cluster, whole, monkeypatch, caplog, press_ctrl_c
 ):

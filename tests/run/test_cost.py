@@ -155,6 +155,7 @@ def test_random_sampling_has_a_slope_of_minus_a_half_and_honest_errors(cost):
     assert cost["aimed"].price(1e-4).seconds < 0.3 * cost["analog"].price(1e-4).seconds
 
 
+@pytest.mark.slow
 def test_a_cost_is_a_table_and_data(cost):
     text = str(cost)
     assert all(word in text for word in ("method", "1 %", "0.1 %", "0.01 %", "aimed", "exact", cost.machine))
