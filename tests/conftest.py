@@ -46,26 +46,37 @@ def pytest_configure(config):
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     """Order the files, and mark as slow the cases that a test's `quick_cases` does not name."""
+    missing = set()
     for item in items:
-        quick = item.get_closest_marker("quick_cases")
-        if quick and item.callspec.id not in quick.args:
-            item.add_marker(pytest.mark.slow)
+        if quick := item.get_closest_marker("quick_cases"):
+            missing |= {f"{item.nodeid.partition('[')[0]}[{name}]" for name in quick.args}
+            if item.callspec.id not in quick.args:
+                item.add_marker(pytest.mark.slow)
+    missing -= {item.nodeid for item in items}
+    if missing and runs_all(config):  # a misspelt name would leave the test to the slow ones
+        raise pytest.UsageError(f"quick_cases names cases that are not there: {', '.join(sorted(missing))}")
     places = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: places.get(item.path.name, len(LONGEST)))
+
+
+def runs_all(config):
+    """Whether no file was named, here or to the process that started this worker."""
+    given = getattr(config, "workerinput", None)
+    return given["runs_all"] if given else config.args_source is pytest.Config.ArgsSource.TESTPATHS
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node):
     """Tell a worker whether the whole suite is run."""
-    node.workerinput["runs_all"] = node.config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    node.workerinput["runs_all"] = runs_all(node.config)
 
 
 def pytest_sessionstart(session):
     """Compile all passes before the tests of a whole run, each worker its share: else several would compile the same."""
-    given = getattr(session.config, "workerinput", {})
-    if given.get("runs_all"):
+    given = getattr(session.config, "workerinput", None)
+    if given and given["runs_all"]:
         from transport.engine.registry import PASSES
 
         rank = int(given["workerid"].removeprefix("gw"))

@@ -1,7 +1,7 @@
 """log, exp, sin and cos as own polynomials: calls of libm would keep a lane loop from being vectorised.
 
 Coefficients of the logarithm and the arc tangent: Cephes (Moshier 1989); of the exponential and the sine:
-fitted by Remez's algorithm in 50 digits. Errors against mpmath are measured in tests/test_elementary.py.
+fitted by Remez's algorithm in 50 digits. Errors against mpmath: tests/physics/test_elementary.py.
 """
 
 from numba import float64
