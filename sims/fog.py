@@ -248,11 +248,13 @@ def _draw_views(
     seen: dict, laws: dict, title: str, path: Path, note: str, decades: float | None = None
 ) -> None:
     """Round maps of radiance by polar angle in one scale, and all of them as curves below."""
+    from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
 
     from transport.viz.curves import plot_curves
     from transport.viz.directions import polar_curves
-    from transport.viz.style import SEQUENTIAL, figure, outlined, with_unit
+    from transport.viz.maps import plot_map
+    from transport.viz.style import SEQUENTIAL, figure, with_unit
 
     top = (
         max(each.value[each.error <= CERTAIN * each.value].max(initial=0.0) for each in seen.values())
@@ -261,17 +263,12 @@ def _draw_views(
     norm = LogNorm(top / 10**decades, top, clip=True) if decades else Normalize(0, top, clip=True)
     with figure((max(5.2 * len(seen), 13) + 1.6, 14), title, note, path) as page:
         above, below = page.subfigures(2, 1, height_ratios=(1, 1.15))
-        panels = above.subplots(1, len(seen), squeeze=False, subplot_kw={"projection": "polar"})[0]
+        panels = above.subplots(1, len(seen), squeeze=False)[0]
         for axes, (label, each) in zip(panels, seen.items(), strict=True):
-            rings = np.repeat(np.maximum(each.value, norm.vmin)[:, None], 180, axis=1)
-            edges = np.linspace(0, 2 * math.pi, 181), np.degrees(each.coords["theta"])
-            axes.grid(False)
-            shown = axes.pcolormesh(*edges, rings, norm=norm, cmap=SEQUENTIAL, rasterized=True)
-            axes.set_axisbelow(False)  # so that the map does not hide the angles
-            axes.set_xticks([])
-            axes.set_yticks([30, 60, 90], ["30°", "60°", ""], color="white", path_effects=outlined())
+            plot_map(each, ax=axes, norm=norm, frame="plan", bar=False)
             axes.set_title(label)
-        bar = above.colorbar(shown, ax=panels, shrink=0.8, pad=0.01, extend="min" if decades else "neither")
+        scale = ScalarMappable(norm, SEQUENTIAL)
+        bar = above.colorbar(scale, ax=panels, shrink=0.8, pad=0.01, extend="min" if decades else "neither")
         bar.set_label(with_unit("radiance L", next(iter(seen.values())).unit))
         words = {"xlabel": "polar angle θ  [deg]", "ylabel": "radiance L", "legend": "upper right"}
         plot_curves(

@@ -300,7 +300,10 @@ def draw_rays(outcomes: list[Outcome], path: Path, note: str) -> None:
         path,
         xlabel=r"optical length of the (mean) ray  $\tau = \sigma_a s$",
         ylabel="radiance / that of a black body",
-        guides={r"thin: $\tau$": lambda t: np.where(t < 2, t, np.nan)},
+        guides={
+            r"thin: $\tau$": lambda t: np.where(t < 2, t, np.nan),
+            "black body: 1": lambda t: np.ones_like(t),
+        },
         title="Hot fog in the dark and between hot walls",
         log_x=True,
         log_y=True,

@@ -1,19 +1,14 @@
 """Tables of cases of which only some run in the default suite."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
 
-SLOW = pytest.mark.slow
-
 
 def quick(cases: Iterable[Any], *chosen: Any) -> list[Any]:
-    """The cases for parametrize: all but the chosen ones are marked slow."""
-    return [pytest.param(case, marks=() if case in chosen else SLOW) for case in cases]
-
-
-def slow_but(is_quick: Callable[..., bool], cases: Iterable[Any]) -> list[Any]:
-    """The cases for parametrize, values or rows of values: all but those for which `is_quick(*row)` are marked slow."""
-    rows = (case if isinstance(case, tuple) else (case,) for case in cases)
-    return [pytest.param(*row, marks=() if is_quick(*row) else SLOW) for row in rows]
+    """The cases for parametrize: all but the chosen ones are marked slow.  Raises ValueError for a choice that is no case."""
+    cases = list(cases)
+    if missing := [case for case in chosen if case not in cases]:
+        raise ValueError(f"quick: {missing} are no cases of {cases}")
+    return [pytest.param(case, marks=() if case in chosen else pytest.mark.slow) for case in cases]

@@ -18,6 +18,7 @@ import transport as tp
 from tests import media_scenes
 from tests.plain_scenes import METHODS, SCENES
 from tests.same_batches import digest, elsewhere, scene
+from tests.slow import quick
 from transport import engine
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import ANALOG
@@ -45,13 +46,7 @@ WAYS = {  # scene, and how it is followed
     "clock": ("pile", tp.Tracking(absorption="analog")),
     "path lengths": ("shells", tp.Tracking(forced=True)),
 }
-OFTEN = {"weighted", "split", "room"}  # in the default run; all others are slow
 HISTORIES, BATCHES = 300, 4
-
-
-def some(names):
-    """Cases of which only a few run by default."""
-    return [pytest.param(name, marks=() if name in OFTEN else pytest.mark.slow) for name in names]
 
 
 def program_for(name, tracking=None, method=ANALOG):
@@ -75,14 +70,14 @@ def test_one_thread_and_more_threads_count_the_same_and_another_seed_does_not():
     assert len(set(found)) == 1 and digest(scene(), seed=8) not in found
 
 
-@pytest.mark.parametrize("way", some(WAYS))
+@pytest.mark.parametrize("way", quick(WAYS, "weighted", "split"))
 def test_threads_in_media_count_the_same(way):
     name, tracking = WAYS[way]
     options = {"particles": 4 * BATCHES * HISTORIES, "batches": 4 * BATCHES, "tracking": tracking}
     assert digest(SCENES[name](), threads=1, **options) == digest(SCENES[name](), threads=3, **options)
 
 
-@pytest.mark.parametrize("way", some(WAYS))
+@pytest.mark.parametrize("way", quick(WAYS, "weighted", "split"))
 def test_batches_are_pure_functions_of_seed_and_number(way):
     """Forwards each in a bundle of its own, then backwards in one that still holds what the last one left."""
     machine = compile_program(program_for(*WAYS[way]))
@@ -123,16 +118,17 @@ def sums_of(names):
 
 
 @cache
-def plain_sums(is_often):
+def plain_sums():
     """The same in a new interpreter without compilation, whose bundles have 64 lanes."""
-    names = [name for name in SCENES if (name in OFTEN) == is_often]
-    return elsewhere(f"tests.test_reproducible.sums_of({names})", NUMBA_DISABLE_JIT="1", TRANSPORT_LANES="64")
+    return elsewhere(
+        f"tests.test_reproducible.sums_of({list(SCENES)})", NUMBA_DISABLE_JIT="1", TRANSPORT_LANES="64"
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", some(SCENES))
+@pytest.mark.parametrize("name", SCENES)
 def test_plain_python_in_bundles_of_64_lanes_counts_what_compiled_code_counts(name):
-    interpreted, compiled = plain_sums(name in OFTEN)[name], sums_of([name])[name]
+    interpreted, compiled = plain_sums()[name], sums_of([name])[name]
     assert interpreted["crossings"] == compiled["crossings"] > 10
     assert interpreted["collisions"] == compiled["collisions"]
     for table in ("meters", "ledger"):
@@ -154,9 +150,7 @@ def test_plain_python_in_bundles_of_64_lanes_counts_what_compiled_code_counts(na
 
 def digests() -> dict[str, str]:
     """Where a copy lies in the bank, and when it is taken up, is nothing to it."""
-    ways = {"vessel": ("vessel", None)} | {
-        way: WAYS[way] for way in ("forced", "split", "points", "voxels, volumes", "clock")
-    }
+    ways = {way: WAYS[way] for way in ("split", "points")}
     found = {way: digest(SCENES[name](), 4000, tracking=tracking) for way, (name, tracking) in ways.items()}
     return found | {"a bit of everything": digest(scene())}
 

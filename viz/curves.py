@@ -55,6 +55,7 @@ SMALL_POINTS = POINTS | {"capsize": 0, "lw": 1.4, "mew": 0.0, "ms": 4}
 LINE, BAND = {"lw": 2.2}, {"lw": 7.0, "alpha": 0.3}  # of an exact curve, of its means over bins
 GUIDES = (ORANGE, PURPLE, SKY, VERMILLION)
 ERRORS_SHOWN = "points ± 2 standard errors"
+UNSURE = "error unknown or doubtful"
 MOST_INSIDE = 4  # entries of a legend in the panel; more stand beside it
 
 
@@ -154,7 +155,7 @@ def plot_curves(
 
     Notes
     -----
-    Points without a known error are hollow, and have no residual.  A residual beyond six standard errors is an arrow
+    Points whose error is unknown or doubtful are hollow; without an error there is no residual.  A residual beyond six standard errors is an arrow
     at the edge.  Points with a relative error above 25 % do not stretch a linear scale.
     """
     named = {"simulated": series} if isinstance(series, Series) else dict(series)
@@ -194,7 +195,7 @@ def draw_points(
     label: str | None = None,
     doubtful: np.ndarray | None = None,
 ) -> None:
-    """Points with bars of two standard errors in the look of a series' rank; hollow where no error is known or it is doubtful."""
+    """Points with bars of two standard errors in the look of a series' rank; hollow where that is unknown or doubtful."""
     colour, marker = look(rank)
     known = np.isfinite(error)
     bars = 2 * error[known]
@@ -202,14 +203,9 @@ def draw_points(
         bars = np.minimum(bars, 0.9 * np.abs(value[known]))  # a bar stays above 0
     style = POINTS if len(x) <= MANY else SMALL_POINTS
     axes.errorbar(x[known], value[known], bars, fmt=marker, color=colour, label=label, zorder=4, **style)
-    kinds = {
-        "no error known": ~known,
-        "doubtful": known & doubtful if doubtful is not None else ~known & known,
-    }
-    at_edge = {"zorder": 5, "clip_on": axes.get_yscale() == "log"}  # a point at zero is drawn whole
-    for (words, those), shape in zip(kinds.items(), (marker, "s"), strict=True):
-        if those.any():
-            axes.plot(x[those], value[those], shape, mec=colour, label=words, **at_edge, **HOLLOW)
+    unsure = ~known if doubtful is None else ~known | doubtful
+    if unsure.any():
+        axes.plot(x[unsure], value[unsure], marker, mec=colour, label=UNSURE, zorder=5, **HOLLOW)
 
 
 def draw_residuals(axes: Axes, x: np.ndarray, residual: np.ndarray, rank: int = 0) -> None:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
@@ -26,7 +26,8 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Patch, PathPatch
+from matplotlib.patches import Circle, PathPatch
+from matplotlib.patches import Rectangle as RectanglePatch
 from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -60,6 +61,7 @@ ERROR_DECADES = 2.0  # at most: what is nearly exact does not stretch the scale
 WORST = 100.0  # %, at the top of the scale of errors at the most
 WIDE = 5.0  # times the least error, from which on its scale is logarithmic
 PANEL, CUT = 5.0, 5.6  # inches: the longer side of a map, the width of a cut
+SWATCH = 0.4  # inches, of what explains the hatching
 LOW = 4.0  # inches, of a map whose bar has a small label
 STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
 FINEST = 1.5  # deg, of an arc that is drawn as one cell
@@ -219,13 +221,12 @@ def plot_maps(
     with figure(size, title, note, path) as page:
         grid = page.subplots(2, len(shown), sharex=True, sharey=True, squeeze=False)
         for (upper, lower), (name, bins) in zip(grid.T, shown.items(), strict=True):
-            values = draw_values(upper, bins, norm)
-            errors = draw_errors(lower, bins, worst)
+            values, errors = draw_values(upper, bins, norm), draw_errors(lower, bins, worst)
             upper.set_title(name)
             for axes in (upper, lower):
                 axes.label_outer()
         _bar(values, grid[0], with_unit(first.label, first.unit), _beyond(shown.values(), norm))
-        _bar(errors, grid[1], ERROR_LABEL, _beyond_errors(shown.values(), worst))
+        _bar(errors, grid[1], ERROR_LABEL, _beyond_errors(shown.values(), worst), hatched=shown.values())
     return page
 
 
@@ -582,14 +583,17 @@ def _draw(
 ) -> None:
     """Values, errors where there are two axes or more, and the cut where there are three."""
     norm = norm or value_norm(bins, decades)
-    values = draw_values(axes[0], bins, norm, is_alone=len(axes) == 1)
+    is_alone, named = len(axes) == 1, with_unit(bins.label, bins.unit)
+    values = draw_values(axes[0], bins, norm, is_alone)
     if bar:
-        _bar(values, axes[0], with_unit(bins.label, bins.unit), _beyond([bins], norm), bins)
-    if len(axes) > 1:
+        _bar(values, axes[0], named if is_alone else "", _beyond([bins], norm), bins)
+    if not is_alone:
         worst = error_norm(bins)
         errors = draw_errors(axes[1], bins, worst)
+        axes[0].set_title(named)
+        axes[1].set_title(ERROR_LABEL)
         if bar:
-            _bar(errors, axes[1], ERROR_LABEL, _beyond_errors([bins], worst), bins)
+            _bar(errors, axes[1], "", _beyond_errors([bins], worst), bins, hatched=[bins])
     if cut is not False:
         sides = _sides(bins, cut)
         _mark(axes[0], bins, sides)
@@ -607,19 +611,23 @@ def draw_values(axes: Axes, bins: Bins, norm: Normalize, is_alone: bool = False)
 
 
 def draw_errors(axes: Axes, bins: Bins, norm: Normalize) -> ScalarMappable:
-    """Colour bins by their relative standard error [%], and explain which are hatched."""
+    """Colour bins by their relative standard error [%], hatched where it is not known or doubtful."""
     percent = bins.percent
     field = np.maximum(percent, norm.vmin) if isinstance(norm, LogNorm) else percent
     drawn = draw_field(axes, bins, field, norm)
-    gaps = np.isnan(percent)
-    doubtful = bins.doubtful & ~gaps
-    _hatch(axes, bins, doubtful)
-    why = [("no score" if bins.unscored[gaps].all() else "not known")] if gaps.any() else []
-    if why := why + ["doubtful"] * bool(doubtful.any()):
-        key = Patch(facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0, label=", ".join(why))
-        place = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderpad": 0.2, "handletextpad": 0.5}
-        axes.legend(handles=[key], fontsize="small", **place)
+    _hatch(axes, bins, bins.doubtful & ~np.isnan(percent))
     return drawn
+
+
+def _why_hatched(bins: Iterable[Bins]) -> str:
+    """What hatching means in maps of errors; empty where nothing is hatched."""
+    percent, unscored, doubtful = (
+        np.concatenate([getattr(each, name).ravel() for each in bins])
+        for name in ("percent", "unscored", "doubtful")
+    )
+    gaps = np.isnan(percent)
+    words = [("no score" if unscored[gaps].all() else "not known")] if gaps.any() else []
+    return ",\n".join(words + ["doubtful"] * bool((doubtful & ~gaps).any()))
 
 
 def draw_field(
@@ -678,13 +686,13 @@ def _furnish_plan(axes: Axes, bins: Bins) -> None:
     rim, has_spokes = bins.across.edges.max(), len(bins.up.edges) > 2
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.set(xlim=(-1.2 * rim, 1.2 * rim), ylim=(-1.2 * rim, 1.2 * rim))
+    axes.set(xlim=(-1.15 * rim, 1.15 * rim), ylim=(-1.15 * rim, 1.15 * rim))
     if has_spokes:
         for azimuth in range(0, 360, 45):
             phi = math.radians(azimuth)
             axes.plot([0, rim * math.cos(phi)], [0, rim * math.sin(phi)], color="white", lw=0.7, alpha=0.45)
         for azimuth, across, up in COMPASS:
-            x, y = 1.1 * rim * math.cos(math.radians(azimuth)), 1.1 * rim * math.sin(math.radians(azimuth))
+            x, y = 1.06 * rim * math.cos(math.radians(azimuth)), 1.06 * rim * math.sin(math.radians(azimuth))
             axes.text(x, y, f"φ = {azimuth}°" if azimuth == 90 else f"{azimuth}°", ha=across, va=up)
     for angle in _rings(rim):
         axes.add_patch(Circle((0, 0), angle, fill=False, ec="white", lw=1.0, alpha=0.7))
@@ -695,7 +703,7 @@ def _furnish_plan(axes: Axes, bins: Bins) -> None:
     axes.text(x, y, f"θ = {rim:.3g}°", ha="left", va="bottom")
     if has_spokes:
         corner = {"color": MUTED, "fontsize": "small", "ha": "left", "va": "bottom"}
-        axes.text(-1.2 * rim, -1.2 * rim, "seen from\nin front", **corner)
+        axes.text(-1.15 * rim, -1.15 * rim, "seen from\nin front", **corner)
 
 
 def _rings(rim: float) -> list[float]:
@@ -720,21 +728,38 @@ def _hatch(axes: Axes, bins: Bins, those: np.ndarray) -> None:
 
 
 def _bar(
-    drawn: ScalarMappable, axes: Axes | np.ndarray, label: str, extend: str, bins: Bins | None = None
+    drawn: ScalarMappable,
+    axes: Axes | np.ndarray,
+    label: str,
+    extend: str,
+    bins: Bins | None = None,
+    hatched: Collection[Bins] = (),
 ) -> None:
-    """The colour bar beside a map, as tall as it is, or beside a row of maps."""
+    """The colour bar beside a map, or beside a row of maps, and below it what hatching means."""
+    why = _why_hatched(hatched) if hatched else ""
     if isinstance(axes, Axes):
-        across, low = _panel(bins)[0], 0.08 if bins.frame == PLAN else 0.0
-        place = {"cax": axes.inset_axes((1 + 0.16 / across, low, 0.26 / across, 1 - 2 * low))}
+        across, up = _panel(bins)
+        low, high = (0.08, 0.92) if bins.frame == PLAN else (0.0, 1.0)
+        low += (SWATCH + 0.3) / up if why else 0.0
+        place = {"cax": axes.inset_axes((1 + 0.16 / across, low, 0.26 / across, high - low))}
         bar = axes.figure.colorbar(drawn, extend=extend, **place)
+        height = up * (high - low)
     else:
         bar = axes[0].figure.colorbar(drawn, ax=list(axes), extend=extend, pad=0.015, aspect=18)
+        height = PANEL
     bar.set_label(label, fontsize="small" if bins and _panel(bins)[1] < LOW else None)
     if isinstance(drawn.norm, LogNorm):
         tick_log(bar.ax.yaxis)
     else:
         bar.locator = MaxNLocator(5)
         bar.update_ticks()
+    if why:
+        look_of = {"facecolor": PALE, "hatch": HATCHING, "edgecolor": MUTED, "linewidth": 0}
+        below = -(SWATCH + 0.3) / height
+        where = {"transform": bar.ax.transAxes, "clip_on": False}
+        bar.ax.add_patch(RectanglePatch((0, below), 1, SWATCH / height, **look_of, **where))
+        say = {"fontsize": "small", "va": "center", "linespacing": 0.9, "transform": bar.ax.transAxes}
+        bar.ax.text(1.35, below + 0.5 * SWATCH / height, why, **say)
 
 
 # ---- Sizes
@@ -743,7 +768,7 @@ def _bar(
 def _panel(bins: Bins) -> tuple[float, float]:
     """Width and height of a map [inches]."""
     if bins.frame == PLAN:
-        return 1.1 * PANEL, 1.1 * PANEL
+        return 1.25 * PANEL, 1.25 * PANEL
     if bins.is_round or not bins.is_to_scale:
         return PANEL, PANEL
     return (PANEL, PANEL * bins.stretch) if bins.stretch <= 1 else (PANEL / bins.stretch, PANEL)
@@ -824,9 +849,10 @@ def _draw_cut(
     ylabel = bins.label if bins.frame == PLAN else named
     plot_curves(series, ax=axes, xlabel=xlabel, ylabel=ylabel, log_y=is_log, means=True, legend="above")
     if is_log:
-        axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
+        axes.set_ylim(norm.vmin / 1.5, max(1.5 * norm.vmax, axes.get_ylim()[1]))
     axes.xaxis.set_major_locator(FewTicks(bins.across.unit == "°"))
     if bins.is_round:
+        axes.set_xlim(np.array([-1, 1]) * bins.across.edges[-1])
         axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{abs(x):g}"))
 
 

@@ -158,16 +158,17 @@ def plain(number: float) -> str:
 
 
 class FewTicks(MaxNLocator):
-    """At most five round numbers, fewer where the axis is too short for their labels; of an angle parts of a turn."""
+    """At most five intervals between round numbers, fewer where labels would touch; of an angle at most six parts of a turn."""
 
     def __init__(self, is_angle: bool = False) -> None:
         super().__init__(5, steps=[1, 1.5, 3, 4.5, 6, 9, 10] if is_angle else [1, 2, 5, 10])
+        self.most = 6 if is_angle else 5
         self.size = matplotlib.rcParams["font.size"]
 
     def __call__(self) -> np.ndarray:
         box, in_points = self.axis.axes.bbox, 72 / self.axis.figure.dpi
         length = box.width / 2.6 if self.axis.axis_name == "x" else box.height / 2.0
-        self.set_params(nbins=min(5, max(1, int(length * in_points / self.size))))
+        self.set_params(nbins=min(self.most, max(1, int(length * in_points / self.size))))
         return super().__call__()
 
 

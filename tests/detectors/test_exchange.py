@@ -15,7 +15,6 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread, smallest_bias
-from tests.slow import SLOW
 from transport.analysis.view_factors import view_factor_from_run, view_factor_scene
 from transport.theory import occlusion, round_view_factors, view_factors
 
@@ -242,7 +241,7 @@ def test_a_seed_gives_the_same_digits_and_another_one_others():
     assert counted(*pair, seed=5).value == counted(*pair, seed=5).value != counted(*pair, seed=6).value
 
 
-@SLOW
+@pytest.mark.slow
 def test_errors_are_right():
     """Over seeds z follows Student's t: aimed from the smaller area, past an obstacle."""
     pair, obstacle = disks(1, 0.7, 1.2), tp.Disk(center=(0, 0, 0.6), radius=0.3)

@@ -15,7 +15,6 @@ from scipy.special import ndtri
 import transport as tp
 from tests import phase_scenes
 from tests.phase_scenes import FALSE_ALARM, HOT, PICTURES, TIMES, faces_with, histories, streaming
-from tests.slow import SLOW
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import IN_FLIGHT
 from transport.engine.driver import compile_program, run_batch
@@ -158,7 +157,7 @@ def test_light_from_a_flash_is_on_a_sphere_whether_it_was_aimed_or_not(aim):
     np.testing.assert_allclose(result["all"].alive.value, [0, emitted, emitted], rtol=1e-12)
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize("thinned", [False, True])
 def test_samples_of_a_few_are_unbiased_over_seeds(thinned):
     """Weights, and weights times speed, of a sample against phase space of all; few are alive, of two kinds.
@@ -202,7 +201,7 @@ def test_snapshots_of_a_run_without_an_end_are_unbiased_too():
         assert sample.weights.sum() == pytest.approx(alive, rel=max(0.06, 5 / math.sqrt(len(sample)))), name
 
 
-@SLOW
+@pytest.mark.slow
 def test_small_snapshots_beside_a_large_one_are_unbiased_where_few_are_left():
     """Of 3200 particles 1.1 % are left at the second instant: most of its samples of 25 histories are then empty.
 

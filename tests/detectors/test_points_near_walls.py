@@ -13,7 +13,6 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees
 from tests.point_scenes import LAMP, M, filled, seen
-from tests.slow import SLOW
 
 ROOM = tp.Surface(tp.Box(size=4.0), tp.Diffuse(0.8), "room")
 
@@ -105,7 +104,7 @@ def test_a_thick_medium_is_as_a_diffuse_wall_as_rough_as_its_mean_free_path():
     )
 
 
-@SLOW
+@pytest.mark.slow
 def test_where_nothing_is_reported_the_value_is_right():
     """In a diffuse ball phi is known: z over 40 runs at distances down to where all of them warn, and are wrong."""
     wall = tp.Surface(tp.Sphere(radius=1.0), tp.Diffuse(0.6))

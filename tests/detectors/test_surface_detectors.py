@@ -12,7 +12,6 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from tests.slow import slow_but
 from transport.results.diagnostics.nearby import _is_significant
 
 FALSE_ALARM = 1e-6
@@ -209,18 +208,16 @@ def assert_seen(values):
     assert 1.5 < medium / dim < 2.5 and 1.5 < bright / medium < 2.5, lit
 
 
-def is_quick(case, frame):
-    return case in ("up, from behind", "east", "sloped, from behind", "triangle") or (case, frame) == (
-        "down",
-        "world",
-    )
-
-
 LEVEL = [(name, "world") for name, (_, _, e_u, e_v) in FLAT.items() if abs(np.cross(e_u, e_v)[2]) > 0.9]
+QUICK = ("up, from behind", "east", "sloped, from behind", "triangle")
+TURNED = [
+    pytest.param(*pair, marks=() if pair[0] in QUICK or pair == ("down", "world") else pytest.mark.slow)
+    for pair in (*((name, "local") for name in FLAT), *LEVEL)
+]
 
 
 @pytest.mark.parametrize("estimator", ["analog", "aimed", "expected", "backward"])
-@pytest.mark.parametrize(("case", "frame"), slow_but(is_quick, [*((name, "local") for name in FLAT), *LEVEL]))
+@pytest.mark.parametrize(("case", "frame"), TURNED)
 def test_a_lamp_is_seen_at_its_own_azimuth(case, frame, estimator):
     """Balls of light 60 degrees from the normal of the side; the world's azimuth is about +z from +x."""
     shape, side, e_u, e_v = FLAT[case]

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.slow import SLOW
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import COUNT_BITS
 from transport.engine.driver import compile_program, run_batch
@@ -109,7 +108,7 @@ def told(disable_jit):
     return json.loads(done.stdout)
 
 
-@SLOW
+@pytest.mark.slow
 def test_plain_python_writes_down_the_same():
     compiled, plain = told("0"), told("1")
     assert compiled[2:] == plain[2:]

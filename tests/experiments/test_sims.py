@@ -47,7 +47,7 @@ FIGURES = {  # what is behind the name of each picture of a sim's cases; of othe
     "throughput": ("", "_laws"), "tube": ("", "_lengths"), "two_elements": ("", "_laws"),
     "view_factors": ("", "_others"), "wall_distance": ("", "_retina", "_panel", "_excess"),
 }  # fmt: skip
-MOST_DRAWN = 12  # of a sim's cases alone
+MOST_DRAWN = 3  # of a sim's cases alone
 
 
 @pytest.fixture(scope="module")
@@ -117,10 +117,9 @@ def test_a_sim_keeps_its_contract(name, tables, tmp_path, monkeypatch):
     check_contract(name, tables[name], tmp_path)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["inverse_square", "lambert_disk", "two_panes"])
-def test_a_cheap_sim_keeps_its_contract(name, tmp_path, monkeypatch):
+def test_a_cheap_sim_keeps_its_contract(tmp_path, monkeypatch):
     monkeypatch.setattr("transport.viz.style.RESOLUTION", 30)
+    name = "two_panes"
     check_contract(name, run_experiment(experiment(name), particles=20_000, seed=1), tmp_path)
 
 
@@ -186,7 +185,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         "view_factors": {"obstacle": 0.3},
         "wall_distance": {"radiance": 7.0, "size": 1.0},
     }[name]
-    rows = list(rows_of(run_experiment(module, settings, particles=1_000_000, seed=1)))
+    rows = list(rows_of(run_experiment(module, settings, particles=200_000, seed=1)))
     for outcome, row in rows:
         assert outcome.parameters.items() >= settings.items()
         assert_agrees(row.estimate, row.exact, FALSE_ALARM / len(rows))

@@ -14,7 +14,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from tests.slow import SLOW, quick
+from tests.slow import quick
 from transport.engine import tally
 from transport.theory import attenuation
 from transport.theory.turbid import solved
@@ -168,7 +168,7 @@ def test_peaks_straight_on_and_straight_back_are_lines(g, tracking):
     assert abs(down.value - exact[1]) <= 4.42 * (down.error if np.isfinite(down.error) else 0) + 1e-4
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize("g", [0.999, -0.999])
 def test_narrow_peaks_are_alike_by_all_trackings(g):
     scene = under_beam(slab(fog(2.0, 0.9, g)))

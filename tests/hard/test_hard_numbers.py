@@ -22,7 +22,7 @@ import transport as tp
 from tests.agreement import assert_agrees
 from tests.bench.random_stream import ORDERS, chunks
 from tests.plain_scenes import SCENES
-from tests.slow import SLOW, quick
+from tests.slow import quick
 from transport.physics.device import ARITHMETIC, EXACT
 from transport.physics.streams import random_words
 from transport.results.result import Result
@@ -246,7 +246,7 @@ def plainly(code, *scenes):
     )
 
 
-@SLOW
+@pytest.mark.slow
 def test_extreme_draws_in_every_scene_lead_to_an_end():
     """That each ended and its energy balance closed to the last bit shows in its being here.
 

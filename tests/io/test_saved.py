@@ -15,14 +15,13 @@ import transport as tp
 from tests.media_scenes import TRACKINGS
 from tests.plain_scenes import SCENES, SMALL
 from tests.same_batches import assert_same
-from tests.slow import quick
 from transport.io import resuming
 from transport.run import schedules
 from transport.run.provenance import this_origin
 from transport.run.run import Run
 from transport.run.state import FORMER_KINDS, restore_schedule
 
-ERROR = {"error": {"-z.flux_in": 0.02}, "estimator": "analog"}
+ERROR = {"error": {"-z.flux_in": 0.04}, "estimator": "analog"}
 LIMITS = {
     "random": ("room", {"particles": 20_001}),
     "few batches": ("room", {"particles": 20_001, "batches": 5}),
@@ -82,7 +81,7 @@ def small(particles=1_000, **how):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", quick(LIMITS, "random", "sobol", "snapshots"))
+@pytest.mark.parametrize("name", LIMITS)
 def test_a_run_is_loaded_and_resumed_as_if_it_had_not_been_killed(name, tmp_path, monkeypatch):
     whole, path = run(name), tmp_path / f"run{FILES[name]}"
     whole.save(path)
@@ -102,9 +101,7 @@ def test_a_run_is_loaded_and_resumed_as_if_it_had_not_been_killed(name, tmp_path
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", quick(("random", "few batches", "sobol", "snapshots", "backward"), "sobol", "snapshots")
-)
+@pytest.mark.parametrize("name", ("random", "few batches", "sobol", "snapshots", "backward"))
 def test_parts_are_together_the_whole(name, tmp_path):
     whole = run(name)
     parts = [run(name, part=(k, 3)) for k in (3, 1, 2)]
@@ -310,7 +307,7 @@ def extended(particles, **how):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
-@pytest.mark.parametrize("steps", quick((SMALL_STEPS, LARGE_STEPS), LARGE_STEPS), ids=["small", "large"])
+@pytest.mark.parametrize("steps", (SMALL_STEPS, LARGE_STEPS), ids=["small", "large"])
 def test_batches_stay_bounded_however_often_a_run_is_resumed(steps, sampling, monkeypatch):
     """And errors are known as of more batches than were asked for, all alike."""
     monkeypatch.setattr(schedules, "MAX_BATCH_SIZE", 64)

@@ -25,7 +25,6 @@ from tests.round_trips import (
     read_again,
     scenes_of_tests,
 )
-from tests.slow import quick
 from transport.io.json import codec
 from transport.io.json.codec import (
     MAX_LISTED_NUMBERS,
@@ -77,7 +76,7 @@ COMPILED = "plain_scenes.vessel", "plain_scenes.meshed", "media_scenes.cloud"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", quick(COMPILED, *COMPILED[:2]))
+@pytest.mark.parametrize("name", COMPILED)
 def test_a_scene_that_was_read_compiles_and_runs_the_same(name):
     """More: python -m tests.bench.written."""
     scene = SCENES[f"tests.{name}"]

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 import transport as tp
 from tests.agreement import assert_agrees
+from tests.slow import quick
 from tests.tracking_scenes import CLEAR, FALSE_ALARM, TRACKINGS, assert_rejects, run, slab, splitting
 from transport.cli.commands import app
 from transport.theory import ordinates, random_flights
@@ -27,15 +28,10 @@ LIGHT_SPEED = 299792458.0
 PARTICLES = 2000
 
 
-def rarely(names):
-    """Cases, of which those that are variants of others are slow."""
-    return [pytest.param(name, marks=() if name in OFTEN else pytest.mark.slow) for name in names]
-
-
 # ---- slabs ----
 
 
-@pytest.mark.parametrize("name", rarely(TRACKINGS))
+@pytest.mark.parametrize("name", quick(TRACKINGS, *OFTEN))
 def test_van_de_hulst_s_slab(name):
     """A cosine of the wrong sign (g = -0.75) or isotropic scattering would be seen."""
     result = run(slab(2.0, 0.9, 0.75), TRACKINGS[name])
@@ -259,7 +255,7 @@ def chance_of(values, errors):
 
 @pytest.mark.parametrize("material", [tp.Mirror(), tp.Diffuse(1.0)], ids=["mirrors", "white"])
 @pytest.mark.parametrize(
-    "name", rarely(["analog", "weighted", "roulette 0.05", "forced", "analog, forced", "split"])
+    "name", quick(["analog", "weighted", "roulette 0.05", "forced", "analog, forced", "split"], *OFTEN)
 )
 def test_light_shut_in_with_fog_is_absorbed_by_it(material, name):
     fog = tp.Medium(absorption=0.2, scattering=1.0, phase=tp.HenyeyGreenstein(0.5))
@@ -294,7 +290,7 @@ def flash(index, duration, tracking="analog", walls=(), **looks):
 
 
 @pytest.mark.parametrize("index", [1.0, 1.5])
-@pytest.mark.parametrize("name", rarely(["analog", "analog, forced", "analog, split"]))
+@pytest.mark.parametrize("name", quick(["analog", "analog, forced", "analog, split"], "analog"))
 def test_light_in_fog_is_absorbed_in_time_at_its_speed_there(index, name):
     """After a flight of 2 m exp(-0.8) is left, in fog of any index; in a room of mirrors as well."""
     for walls in ((), tp.Surface(tp.Box(size=1.0), tp.Mirror(), "walls")):

@@ -73,7 +73,7 @@ def test_bins_without_a_value_or_an_error_are_hollow_and_have_no_residual(tmp_pa
     )
     assert_drawn(page, tmp_path / "a.png")
     assert len(page.axes) == (2 if truth else 1)
-    assert len(points_of(page.axes[0])[0][0]) == 6 and "no error known" in words(page)
+    assert len(points_of(page.axes[0])[0][0]) == 6 and "error unknown or doubtful" in words(page)
     if truth:
         assert len(page.axes[1].lines[1].get_xdata()) == 6
 

@@ -1046,7 +1046,7 @@ NAMED = [name for name in CASES if name not in ("ball", "ball, behind")]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", quick(NAMED, "mirror", "half mirror, behind"))
+@pytest.mark.parametrize("name", NAMED)
 def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name):
     """Two seeds of three radii and every estimator; a run of 30 complete ones may be doubtful, or wrong by chance."""
     case = CASES[name]
@@ -1059,9 +1059,9 @@ def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name
 
 @pytest.mark.slow
 def test_sound_estimates_of_random_rooms_agree():
-    """30 rooms: the family's false-alarm rate is 1e-3, for pairs of estimates and against the references each."""
-    found = judge_rooms(range(0, 300, 10), 1e5)
-    assert found["pairs"] > 25 and found["disagreements"] == [] and found["off reference"] == []
+    """10 rooms: the family's false-alarm rate is 1e-3, for pairs of estimates and against the references each."""
+    found = judge_rooms(range(0, 300, 30), 1e5)
+    assert found["pairs"] > 8 and found["disagreements"] == [] and found["off reference"] == []
     assert found["missed"] == 0
 
 

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.slow import quick
 from transport.compile.compiler import compile_scene
 from transport.results import footprint
 from transport.run import memory
@@ -124,7 +123,7 @@ def warnings_of(result) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", quick(SCENES, "bins of theta", "cells", "phase space"))
+@pytest.mark.parametrize("name", SCENES)
 def test_readings_of_packed_rows_made_part_by_part_are_bit_for_bit_those_of_plain_ones(name, small_parts):
     plain = simulate(SCENES[name])
     read = {f"{look}.{q}": each for look in plain for q, each in plain[look].quantities.items()}
@@ -242,7 +241,7 @@ LARGE = {"camera": view(camera(1000, 1000)), "phase space": gas(0.1, 1000, 1000)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", quick(LARGE, "phase space"))
+@pytest.mark.parametrize("name", LARGE)
 def test_values_and_errors_of_a_million_bins_take_few_bytes_a_bin(name):
     result = simulate(LARGE[name], 20_000, 32)
     for quantity in ("radiance", "counts") if name == "camera" else ("number", "density"):

@@ -25,7 +25,6 @@ import transport as tp
 from tests.plain_scenes import SMALL
 from tests.plain_scenes import room as scene
 from tests.same_batches import assert_same
-from tests.slow import quick
 from transport.cli.docs import GUIDES
 from transport.compile.limits_exceeded import OverrunError
 from transport.compile.methods import ANALOG
@@ -311,7 +310,7 @@ LIMITS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", quick(LIMITS, "particles"))
+@pytest.mark.parametrize("name", LIMITS)
 def test_a_run_on_a_cluster_ends_as_in_one_process(cluster, name):
     here = tp.simulate(scene(), seed=3, threads=2, **LIMITS[name])
     there = tp.simulate(scene(), seed=3, cluster=cluster.address, **LIMITS[name])
@@ -436,7 +435,7 @@ def test_a_machine_that_did_no_batch_is_not_among_those_that_did(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("is_local", quick((False, True), False))
+@pytest.mark.parametrize("is_local", (False, True))
 def test_the_command_line_sends_a_run_to_a_cluster_or_to_processes(cluster, call, is_local):
     SMALL.to_json("small.json")
 

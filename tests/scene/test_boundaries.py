@@ -12,7 +12,6 @@ import pytest
 
 import transport as tp
 from tests.refusals import assert_refused
-from tests.slow import SLOW
 from transport.geometry.contacts import contact_pairs
 from transport.geometry.line_crossings import crossings
 from transport.scene.checks.refractive_indices import Boundary, _boundary_crossings, check_media
@@ -420,7 +419,7 @@ def test_lines_near_an_edge_are_not_judged():
     assert _boundary_crossings(balls, middle + [[0, 0.01, 0]], along, 1e-9)[0].tolist() == [[0, 1, 2, 3]]
 
 
-@SLOW
+@pytest.mark.slow
 def test_the_check_takes_no_time():
     """A hundred thousand facets, three hundred balls: a fraction of a second each; 3 s on a machine that is busy."""
     many = [glass_ball(0.4, material=GLASS)] + [

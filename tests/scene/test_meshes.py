@@ -20,7 +20,6 @@ from hypothesis import strategies as st
 import transport as tp
 from tests.mesh_scenes import BALL, CUBE, SQUARE, TENT, mesh
 from tests.refusals import assert_refused
-from tests.slow import SLOW
 from transport.geometry import mesh_topology
 from transport.geometry.mesh_topology import unique_rows
 
@@ -445,7 +444,7 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path, polydata, suffix, binary, 
     assert_refused(lambda: Mesh.from_file(part), words)
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="looks at how a process ends")
 def test_without_the_look_at_lengths_a_short_file_ends_the_process_or_is_garbage(tmp_path, polydata):
     """Planted: no look before reading."""
@@ -572,7 +571,7 @@ def test_a_shape_that_touches_an_edge_or_leaves_a_gap_is_accepted(other):
     tp.Scene(LAMP, [cube], [tp.Detector("cube"), tp.Detector(other, "other")])
 
 
-@SLOW
+@pytest.mark.slow
 def test_faces_of_many_facets_are_compared_in_little_time():
     fine, begun = Mesh.sphere(radius=1.0, triangles=100_000), time.process_time()
     looks = [tp.Detector(fine.moved((0.1, 0, 0)), "shifted"), tp.Detector(tp.Plane(), "cut")]

@@ -1,11 +1,11 @@
 """Error bars are right: over many seeds z follows Student's t of batches - 1, for estimates of every kind.
 
 Spread, mean and 95 % coverage are judged; limits follow from the numbers of seeds and tests, so that all together fail
-right code in three of a thousand choices of seeds.  An error bar that is 10 % wrong is rejected in 9 of 10.  All
+right code in three of a thousand choices of seeds.  An error bar that is 15 % wrong is rejected in 9 of 10.  All
 estimators on all cost scenes: `python -m tests.bench.error_bars` (its results are in the guide on cost).
 
 In media, in a small slab by chance, by weight, forced and split, and in rooms in which light is the same everywhere, fewer seeds reject
-error bars that are wrong by a factor of 1.5.  Of bins, whose errors are pooled, intervals hold the truth as often as they claim,
+error bars that are wrong by a factor of 1.8.  Of bins, whose errors are pooled, intervals hold the truth as often as they claim,
 where few scores carry the values and at edges: coverages are means over thousands of bins, whose bounds fail right code in fewer than one of
 10^4 choices of seeds; without pooling they are missed by far.
 """
@@ -25,7 +25,6 @@ from tests.agreement import assert_z_spread
 from tests.bench.error_bars import Way
 from tests.bench.error_bars import scores as scores_of_way
 from tests.bench.interval_coverage import radiance_of, room, row_of
-from tests.slow import quick
 from transport.compile.methods import Method
 from transport.sims import diffuse_box, sun
 from transport.statistics.batches import student_quantile
@@ -34,9 +33,9 @@ from transport.statistics.pooling import pooled_errors, window_sums
 from transport.statistics.replicates import Batches
 from transport.theory import effusion, emitters, ordinates
 
-# ---- numbers, over 2000 seeds ----
+# ---- numbers, over 1000 seeds ----
 
-SEEDS, PARTICLES, BATCHES = 2000, 10_000, 16
+SEEDS, PARTICLES, BATCHES = 1000, 10_000, 16
 RADIANCE, RADIUS = 100.0, 0.5
 IRRADIANCE = emitters.mean_disk_irradiance(RADIANCE, RADIUS, RADIUS, RADIUS)
 
@@ -92,7 +91,7 @@ WAYS = (
     Way("cost_enclosure", 0, "irradiance", Method("backward")),
 )
 QUANTITIES = [name for _, quantities in RUNS.values() for name in quantities]
-GROUPS = {  # names of scores, and how many of them error bars that are wrong by a tenth fail in all but 1 of 270 choices of seeds
+GROUPS = {  # names of scores, and how many of them error bars that are wrong by 15 % fail in all but 1 of 270 choices of seeds
     "runs": (QUANTITIES, 4),
     "ways": (list(map(str, WAYS)), 2),
 }
@@ -101,7 +100,7 @@ GROUPS = {  # names of scores, and how many of them error bars that are wrong by
 def t_scores(run):
     """Name -> (value - exact) / error of each seed, and the degrees of freedom."""
     if isinstance(run, Way):
-        return {str(run): scores_of_way(run)}
+        return {str(run): scores_of_way(run, SEEDS)}
     scene, quantities = RUNS[run]
     scores = []
     for seed in range(SEEDS):
@@ -121,14 +120,14 @@ def scores():
 @pytest.mark.slow
 @pytest.mark.parametrize("group", GROUPS)
 def test_scores_over_seeds_follow_students_t_and_wrong_error_bars_are_rejected(group, scores):
-    """Wrong by 10 %, each with a probability of 90 %; and a bias of a fifth of the error always."""
+    """Wrong by 15 %, each with a probability of 90 %; and a bias of 0.3 of the error always."""
     names, most = GROUPS[group]
-    false_alarm, rejected = 1e-3 / len(names), {1.1: 0, 1 / 1.1: 0}
+    false_alarm, rejected = 1e-3 / len(names), {1.15: 0, 1 / 1.15: 0}
     for name in names:
         z, dof = scores[name]
         assert_z_spread(z, dof, false_alarm)
         with pytest.raises(AssertionError, match="mean"):
-            assert_z_spread(z + 0.2, dof, false_alarm)
+            assert_z_spread(z + 0.3, dof, false_alarm)
         for factor in rejected:
             try:
                 assert_z_spread(factor * z, dof, false_alarm)
@@ -137,7 +136,7 @@ def test_scores_over_seeds_follow_students_t_and_wrong_error_bars_are_rejected(g
     assert len(names) == {"runs": 7, "ways": 4}[group] and min(rejected.values()) >= most
 
 
-# ---- media, over 200 seeds ----
+# ---- media, over 100 seeds ----
 
 TAU, ALBEDO, G = 1.0, 0.8, 0.5
 EXACT = ordinates.slab(TAU, ALBEDO, ordinates.henyey_greenstein(G))
@@ -201,13 +200,13 @@ FALSE_ALARM = 1e-3 / (4 * 3 + 2 * 6)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", quick(IN_MEDIA, "split", "cloud"))
+@pytest.mark.parametrize("name", IN_MEDIA)
 def test_scores_in_media_over_seeds_are_normal(name):
     scene, tracking, score = IN_MEDIA[name]
     options = {"batches": BATCHES, "threads": 1, "progress": False, "tracking": tracking}
-    for each in np.transpose([score(tp.simulate(scene, 1000, seed=seed, **options)) for seed in range(200)]):
+    for each in np.transpose([score(tp.simulate(scene, 1000, seed=seed, **options)) for seed in range(100)]):
         assert_z_spread(each, math.inf, FALSE_ALARM)
-        for wrong in (1.5 * each, each / 1.5):
+        for wrong in (1.8 * each, each / 1.8):
             with pytest.raises(AssertionError, match="spread"):
                 assert_z_spread(wrong, math.inf, FALSE_ALARM)
 

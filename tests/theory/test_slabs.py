@@ -13,7 +13,7 @@ import pytest
 from numpy.polynomial import legendre
 from scipy.special import expn
 
-from tests.slow import SLOW, quick
+from tests.slow import quick
 from transport.theory import fresnel, glow, half_space, ordinates, turbid
 from transport.theory.enclosures import mean_chord
 from transport.theory.ordinates import ISOTROPIC, RAYLEIGH, henyey_greenstein, slab
@@ -91,7 +91,7 @@ def test_half_spaces_behind_fresnel_s_boundary_agree_with_references(index, albe
     assert milk.transmittance == 0
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize(("index", "albedo"), GIOVANELLI)
 def test_discrete_ordinates_behind_fresnel_s_boundary_agree_with_references(index, albedo):
     light, (diffuse, lambertian) = ordinates.half_space(albedo, index=index), GIOVANELLI[index, albedo]
@@ -137,28 +137,28 @@ RADIANCES = [  # function of mu, mu, exact, relative tolerance
         [0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0],
         [0.6128369692978717, 0.4891410295498392, 0.2881460268044603, 0.2126389862993059, 0.17091517677906365, 0.14369467472120148, 0.13324565104949662],
         3e-8,
-        marks=SLOW,
+        marks=pytest.mark.slow,
     ),  # E.slab_isotropic_radiance
     pytest.param(
         lambda mu: slab(2.0, 0.9, ISOTROPIC, 0.1).transmitted_radiance(mu),
         [0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0],
         [0.017090798569973475, 0.018769688811355167, 0.025939452351440042, 0.03486634211989341, 0.0420813403781328, 0.04638209127630759, 0.04762045410155816],
         3e-8,
-        marks=SLOW,
+        marks=pytest.mark.slow,
     ),
     pytest.param(
         lambda mu: [math.pi * slab(2.0, 0.8, ISOTROPIC, each).reflected_radiance(0.5) for each in mu],
         [1.0, 0.9, 0.7, 0.3, 0.1],
         [0.28616183950158336, 0.30277007555728763, 0.34188319617792345, 0.453533583804399, 0.5321439640781754],
         1e-9,
-        marks=SLOW,
+        marks=pytest.mark.slow,
     ),  # E.vandehulst_table12
     pytest.param(
         lambda mu: [math.pi * slab(2.0, 0.8, ISOTROPIC, each).transmitted_radiance(0.5) for each in mu],
         [1.0, 0.9, 0.7, 0.3, 0.1],
         [0.14864384649787957, 0.14731230281103289, 0.1396289899961939, 0.09424683697922924, 0.06601238388289248],
         1e-9,
-        marks=SLOW,
+        marks=pytest.mark.slow,
     ),
 ]  # fmt: skip
 
@@ -255,7 +255,7 @@ THICK = {
 }  # E.conservative_thick_slab
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", THICK)
 def test_thick_slabs_obey_the_law(depth):
     assert close(half_space.thick_slab(depth), THICK[depth], 1e-12)
@@ -267,13 +267,13 @@ def test_thick_slabs_obey_the_law(depth):
         assert close(beam, half_space.thick_slab_beam(depth, mu0), max(1e-10, 10 * math.exp(-depth)))
 
 
-@SLOW
+@pytest.mark.slow
 def test_the_thickest_slabs_obey_the_law_and_thin_ones_do_not():
     assert close(slab(1e4, 1.0, mu0=None).transmitted, half_space.thick_slab(1e4), 3e-8)
     assert not close(slab(1.0, 1.0, mu0=None).transmitted, half_space.thick_slab(1.0), 1e-4)
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize("g", [-0.5, 0.5, 0.9])
 def test_thick_slabs_of_any_phase_function_obey_it_with_their_own_q(g):
     moments, depth = henyey_greenstein(g), 100 / (1 - g)
@@ -281,7 +281,7 @@ def test_thick_slabs_of_any_phase_function_obey_it_with_their_own_q(g):
     assert 0.7104 < half_space.extrapolation(moments) < 0.7151
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize("mu0", [1.0, 0.2])
 @pytest.mark.parametrize(("index", "albedo"), [(1.5, 0.9), (1.2, 0.99), (2.4, 0.5)])
 def test_fresnel_s_boundary_agrees_with_the_h_function(index, albedo, mu0):
@@ -406,14 +406,14 @@ def test_a_thin_layer_scatters_once(depth):
     assert close(light.reflected_in(EDGES)[1:], half / 30, 1e-7)
 
 
-@SLOW
+@pytest.mark.slow
 def test_faint_transmission_keeps_its_digits():
     """Nothing is the difference of nearly equal numbers."""
     assert close(slab(20.0, 0.2).transmitted, 2.936186100938e-09, 1e-11)
     assert slab(600.0, 0.2).transmitted < 1e-250
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize("index", [1.0, 1.37])
 @pytest.mark.parametrize(
     ("depth", "moments"), [(1e-9, FORWARD), (2.0, FORWARD), (100.0, ISOTROPIC), (1e4, FORWARD)]
@@ -423,7 +423,7 @@ def test_without_absorption_nothing_is_lost(depth, moments, index):
         assert abs(slab(depth, 1.0, moments, mu0, index).absorbed) < 3e-11
 
 
-@SLOW
+@pytest.mark.slow
 def test_a_little_absorption_is_kept():
     """1e-9 of 2 tau crossings of Lambertian light, whose mean path is twice the thickness (Cauchy)."""
     assert close(slab(5.0, 1 - 1e-9, FORWARD, None).absorbed, 1e-8, 2e-6)
@@ -443,7 +443,7 @@ def test_light_takes_the_same_way_back(cosines, moments, index):
     assert close(math.pi * lambertian.reflected_radiance(one), lights[0].reflected_diffuse, 2e-8)
 
 
-@SLOW
+@pytest.mark.slow
 def test_bins_are_integrals_of_the_radiance_and_hold_all():
     light = slab(2.0, 0.9, FORWARD, 0.5)
     mu, weights = gauss(20, *EDGES[20:22])
@@ -468,7 +468,7 @@ def test_bins_of_lambertian_light_hold_the_unscattered_light_too(index):
         assert close(straight[12], 2 * weights @ (mu * np.exp(-0.5 / mu)))
 
 
-@SLOW
+@pytest.mark.slow
 def test_halves_on_the_way_are_slabs():
     lights = ordinates.halved_slabs(3.0, 4, 0.9, FORWARD, 0.4, 1.2)
     for light, depth in zip(lights, (0.1875, 0.375, 0.75, 1.5, 3.0), strict=True):
@@ -476,7 +476,7 @@ def test_halves_on_the_way_are_slabs():
         assert close([light.reflected, light.transmitted], [alone.reflected, alone.transmitted], 1e-10)
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize("moments", [ISOTROPIC, FORWARD], ids=["isotropic", "forward"])
 def test_no_digit_depends_on_the_quadrature(moments, monkeypatch):
     """Planted: narrower and lower panels, and a first layer a hundred times thinner."""
@@ -546,7 +546,7 @@ def test_means_over_cells_are_means_of_the_fluence(case):
     assert close(medium.mean_fluence(edges)[1:], means[1:])
 
 
-@SLOW
+@pytest.mark.slow
 def test_normal_modes_agree_with_discrete_ordinates():
     """Other nodes, other phase matrices, depth by doubling.  Of milk as well, in 5 s."""
     modes = solved(0.99, 0.6, 1.5, thickness=2.0)

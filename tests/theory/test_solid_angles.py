@@ -14,7 +14,6 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread
-from tests.slow import SLOW
 from transport.theory import solid_angles
 
 FALSE_ALARM = 1e-5
@@ -280,7 +279,7 @@ def test_a_flat_shape_seen_from_its_own_plane_fills_nothing(position):
     assert (found.value, found.error, found.exact) == (0, 0, True)
 
 
-@SLOW
+@pytest.mark.slow
 def test_errors_are_right():
     """Over seeds z follows Student's t: natural and aimed directions are mixed here."""
     shape, exact = tp.Triangle(vertices=TRIANGLES["generic"]), VALUES["generic"]
