@@ -200,9 +200,9 @@ def pass_table(names: Iterable[str], costs: Mapping[str, PassCost]) -> Table:
 
 
 def effect_table(effects: Sequence[EffectCost]) -> Table:
-    """Return a table of ns per history, share and possible saving of each effect."""
+    """Return a table of ns per history and share of each effect, and whether the scene can do without it."""
     rows = []
     for effect in effects:
-        share = f"{100 * effect.share:.0f} %"
-        rows.append([effect.name, f"{effect.ns:.3g}", share, share if effect.can_go else "–"])
-    return table_of(["effect~", "ns per history>", "share>", "left out, saves>"], rows)
+        optional = "yes" if effect.can_go else "–"
+        rows.append([effect.name, f"{effect.ns:.3g}", f"{100 * effect.share:.0f} %", optional])
+    return table_of(["effect~", "ns per history>", "share>", "can be left out>"], rows)
