@@ -849,7 +849,7 @@ def _draw_cut(
     ylabel = bins.label if bins.frame == PLAN else named
     plot_curves(series, ax=axes, xlabel=xlabel, ylabel=ylabel, log_y=is_log, means=True, legend="above")
     if is_log:
-        axes.set_ylim(norm.vmin / 1.5, max(1.5 * norm.vmax, axes.get_ylim()[1]))
+        axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
     axes.xaxis.set_major_locator(FewTicks(bins.across.unit == "°"))
     if bins.is_round:
         axes.set_xlim(np.array([-1, 1]) * bins.across.edges[-1])

@@ -38,7 +38,7 @@ def test_cost_prints_prices_bins_effects_and_the_diagram(call, few_ways):
         "aimed",
         "bins along u",
         "blur",
-        "left out, saves",
+        "can be left out",
     ):
         assert words in answer.output, words
     assert any(

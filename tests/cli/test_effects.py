@@ -40,7 +40,7 @@ def test_effects_prints_passes_fields_costs_and_a_check_and_json_has_the_same(ca
         "births at emitter 0",
         "ns per lane",
         "every step",
-        "left out, saves",
+        "can be left out",
     )
     places = [text.index(words) for words in headings]
     assert places == sorted(places)
