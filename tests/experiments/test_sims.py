@@ -25,16 +25,15 @@ SIMS = (
     "throughput", "tube", "two_elements", "two_panes", "view_factors", "wall_distance",
 )  # fmt: skip
 FALSE_ALARM = 1e-3  # of all rows of all sims together
-PARTICLES = 10_000_000
-FEWER = {  # where histories are long, or fewer show a bias of a tenth; `transport verify --particles 1e7` runs all with more
-    "camera": 1_000_000, "cloud": 6_000_000, "cost_enclosure": 1_000_000, "cost_fog": 700_000, "cost_glint": 300_000,
-    "cost_speck": 300_000, "diffuse_box": 1_000_000, "directions": 3_000_000, "dogleg": 1_200_000, "effusion": 6_000_000,
-    "flows": 1_000_000, "furnace": 5_000_000, "glow": 1_500_000, "gonioreflectometer": 8_000_000, "half_space": 4_500_000, "integrating_sphere": 1_000_000,
-    "lambert_disk": 2_000_000, "magnifier": 2_000_000, "milk": 350_000,
-    "phase_functions": 1_000_000, "phase_space": 5_000_000, "point_in_fog": 1_000_000, "pressure": 1_000_000,
-    "throughput": 2_000_000, "tube": 1_000_000, "two_elements": 1_000_000,
-    "two_panes": 1_000_000,
-    "view_factors": 2_500_000, "wall_distance": 2_000_000,
+PARTICLES = 2_500_000
+FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transport verify --particles 1e7` runs all with more
+    "camera": 1_000_000, "cloud": 1_500_000, "cost_enclosure": 250_000, "cost_fog": 175_000, "cost_glint": 75_000,
+    "cost_speck": 75_000, "diffuse_box": 250_000, "directions": 750_000, "dogleg": 300_000, "effusion": 1_500_000,
+    "flows": 250_000, "furnace": 1_250_000, "glow": 375_000, "gonioreflectometer": 2_000_000, "half_space": 1_125_000,
+    "integrating_sphere": 250_000, "lambert_disk": 500_000, "magnifier": 500_000, "milk": 87_500,
+    "phase_functions": 250_000, "phase_space": 1_250_000, "point_in_fog": 250_000, "pressure": 250_000,
+    "throughput": 500_000, "tube": 250_000, "two_elements": 250_000, "two_panes": 250_000, "view_factors": 625_000,
+    "wall_distance": 500_000,
 }  # fmt: skip
 FIGURES = {  # what is behind the name of each picture of a sim's cases; of others there is one
     "directions": ("", "_isotropic", "_cosine_law", "_radiance"), "dogleg": ("", "_2"),
@@ -88,12 +87,12 @@ def test_every_closed_form_is_met(name, tables, false_alarm):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SIMS)
-def test_a_bias_of_a_tenth_would_be_caught_in_every_row(name, tables, false_alarm):
+def test_a_bias_of_a_fifth_would_be_caught_in_every_row(name, tables, false_alarm):
     """But for the last degree above the horizon, into which 1 in 3000 particles fly."""
     for outcome, row in rows_of(tables[name]):
         if row.exact != 0 and "89° to 90°" not in row.name:
             bias = smallest_bias(row.estimate, false_alarm)
-            assert bias < 0.1, f"{outcome.title}: {row.name}: {bias:.1%}"
+            assert bias < 0.2, f"{outcome.title}: {row.name}: {bias:.1%}"
 
 
 @pytest.mark.slow
