@@ -32,7 +32,7 @@ FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transpo
     "flows": 250_000, "furnace": 1_250_000, "glow": 375_000, "gonioreflectometer": 2_000_000, "half_space": 1_125_000,
     "integrating_sphere": 250_000, "lambert_disk": 500_000, "magnifier": 500_000, "milk": 87_500,
     "phase_functions": 250_000, "phase_space": 1_250_000, "point_in_fog": 250_000, "pressure": 250_000,
-    "throughput": 500_000, "tube": 250_000, "two_elements": 250_000, "two_panes": 250_000, "view_factors": 625_000,
+    "throughput": 500_000, "tube": 250_000, "two_elements": 1_000_000, "two_panes": 250_000, "view_factors": 625_000,
     "wall_distance": 500_000,
 }  # fmt: skip
 FIGURES = {  # what is behind the name of each picture of a sim's cases; of others there is one
