@@ -49,6 +49,11 @@ def tree_of(path):
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@functools.cache
+def imports_of(path, at_once=False):
+    return list(imports(tree_of(path), at_once))
+
+
 def module_of(path):
     """The dotted name by which a file of transport, sims or viz is imported."""
     for package, folder in reversed(FOLDERS.items()):
@@ -70,8 +75,13 @@ def imports(tree, at_once=False):
             base = "." * node.level + (node.module or "")
             yield node.lineno, base
             yield from ((node.lineno, f"{base}.{alias.name}") for alias in node.names)
-        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "__import__")):
+        elif isinstance(node, ast.Call) and _name_of(node.func) in ("import_module", "__import__"):
             yield from ((node.lineno, _literal_start(name) or COMPUTED) for name in node.args[:1])
+
+
+def _name_of(function):
+    """The name by which a function is called, without its module."""
+    return getattr(function, "attr", getattr(function, "id", None))
 
 
 def _literal_start(name):
@@ -95,10 +105,10 @@ def room_of(name):
     return None if package != "transport" else rest.partition(".")[0] or "__init__"
 
 
-def wrong_imports(module, tree):
+def wrong_imports(module, imported):
     """The imports of later rooms by a module, those of theory by rooms that must not know it, and those by computed names."""
     own, found = room_of(module), []
-    for line, name in imports(tree):
+    for line, name in imported:
         if name == COMPUTED and module not in IMPORTERS_OF_COMPUTED_NAMES:
             found.append(f"{module}:{line} imports {name}")
         if name.startswith("."):
@@ -137,7 +147,7 @@ def offences(paths, is_wrong, at_once=False):
         {
             f"{short(path)} imports {name}"
             for path in paths
-            for _, name in imports(tree_of(path), at_once)
+            for _, name in imports_of(path, at_once)
             if is_wrong(name)
         }
     )
@@ -150,12 +160,14 @@ def user_files():
 def test_every_import_is_of_an_earlier_room():
     files = {module_of(path): path for path in sources(*FOLDERS.values())}
     assert {room_of(module) for module in files} == LEVEL.keys()
-    assert [fault for module, path in files.items() for fault in wrong_imports(module, tree_of(path))] == []
+    assert [
+        fault for module, path in files.items() for fault in wrong_imports(module, imports_of(path))
+    ] == []
 
 
 def test_no_files_import_one_another():
     files = {module_of(path): path for path in sources(*FOLDERS.values())}
-    names = {module: {name for _, name in imports(tree_of(path))} for module, path in files.items()}
+    names = {module: {name for _, name in imports_of(path)} for module, path in files.items()}
     # "from transport.io import merging" asks for the module, not for its package.
     graph = {
         module: {
@@ -185,16 +197,15 @@ LATER = {  # imports that geometry must not have
 
 @pytest.mark.parametrize("text", LATER.values(), ids=LATER)
 def test_an_import_of_a_later_room_is_seen(text):
-    assert wrong_imports("transport.geometry.shape", ast.parse(text))
-    assert not wrong_imports(
-        "transport.geometry.shape", ast.parse("from transport.units import mm\nimport numpy")
-    )
+    right = "from transport.units import mm\nimport numpy"
+    assert wrong_imports("transport.geometry.shape", imports(ast.parse(text)))
+    assert not wrong_imports("transport.geometry.shape", imports(ast.parse(right)))
 
 
 def test_a_room_that_may_import_theory_is_known():
-    tree = ast.parse(LATER["theory's module"])
-    assert wrong_imports("transport.results.result", tree)
-    assert not wrong_imports("transport.verification.experiment", tree)
+    imported = list(imports(ast.parse(LATER["theory's module"])))
+    assert wrong_imports("transport.results.result", imported)
+    assert not wrong_imports("transport.verification.experiment", imported)
 
 
 def test_every_registered_function_exists_and_its_class_does():
@@ -298,12 +309,10 @@ def declared(*extras):
     return {re.match(r"[A-Za-z0-9_.-]+", line)[0].lower() for part in parts for line in part}
 
 
-def undeclared(tree, *extras):
+def undeclared(imported, *extras):
     """Packages that a source imports and a set-up with these extras lacks, not those of the project or of Python."""
-    nodes = list(ast.walk(tree))
-    found = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
-    found |= {node.module for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
-    names = {OTHER_NAMES.get(first, first) for first in (name.partition(".")[0] for name in found)}
+    found = {name.partition(".")[0] for _, name in imported if not name.startswith((".", COMPUTED))}
+    names = {OTHER_NAMES.get(name, name) for name in found}
     return (
         names
         - set(sys.stdlib_module_names)
@@ -318,11 +327,10 @@ def undeclared(tree, *extras):
     [("transport", ("plot", "viz", "docs", "files", "cluster")), ("sims", ("plot",)), ("viz", ("viz",))],
 )
 def test_every_package_that_is_imported_is_declared(folder, extras):
-    faults = {short(path): undeclared(tree_of(path), *extras) for path in sources(ROOT / folder)}
+    faults = {short(path): undeclared(imports_of(path), *extras) for path in sources(ROOT / folder)}
     assert {path: names for path, names in faults.items() if names} == {}
-    assert undeclared(ast.parse("import numpy\ndef f():\n    from mpi4py import MPI\n")) == {
-        "mpi4py"
-    }  # planted
+    planted = imports(ast.parse("import numpy\ndef f():\n    from mpi4py import MPI\n"))
+    assert undeclared(planted) == {"mpi4py"}
 
 
 def test_no_source_knows_a_path_of_a_machine():
