@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
 import transport as tp
-from tests.own_experiments import ROOT
+from tests.processes import python
 from transport.results.diagnostics.empty_detector import no_light_message
 
 METER = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5)
@@ -288,7 +285,5 @@ def test_a_file_of_the_name_of_a_package_is_told(tmp_path, name, words):
     (tmp_path / f"{name}.py").write_text("x = 1\n")
     script = tmp_path / (f"{name}.py" if name == "transport" else "mine.py")
     script.write_text("import transport\nprint(transport.Disk(radius=1.0).radius)\n")
-    done = subprocess.run(
-        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False, env={"PYTHONPATH": str(ROOT)}
-    )  # fmt: skip
+    done = python(script, folder=tmp_path, status=None)
     assert words in done.stderr if words else done.stdout.split() == ["1.0"]

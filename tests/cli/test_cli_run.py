@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.own_experiments import CASES, EXPERIMENT, ROOT
+from tests.own_experiments import CASES, EXPERIMENT
+from tests.processes import ROOT, python
 
 
 def record_of(call, *arguments):
@@ -35,9 +36,8 @@ def test_run_prints_law_table_verdict_ledger_cost_next_digit_and_picture(call):
 
 @pytest.mark.slow
 def test_output_in_a_pipe_is_plain_and_whole_whatever_the_width(call):
-    environment = os.environ | {"COLUMNS": "30", "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "transport", "run", "disks.py", "--no-picture"]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=True)
+    command = "-m", "transport", "run", "disks.py", "--no-picture"
+    done = python(*command, folder=Path.cwd(), COLUMNS="30")
     assert "\x1b" not in done.stdout
     assert "…" not in done.stdout
     assert done.stderr == ""

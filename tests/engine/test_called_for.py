@@ -3,9 +3,6 @@ compiled, loaded or touched; a second process compiles nothing; the list of pric
 
 import contextlib
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +12,7 @@ from numba import config
 import transport as tp
 from tests.bench.cold import library_copy
 from tests.bench.prices import ADDITIONS, base_room, with_addition
+from tests.processes import python
 from transport.analysis.effects import base_name, effects_of, footprint_of, treatment_of
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
@@ -322,13 +320,8 @@ def family_of(name):
 
 def child_in(folder):
     """What a process that runs CHILD with the library of a folder compiled, loaded and read."""
-    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONSAFEPATH": "1"}
-    environment.pop("NUMBA_DISABLE_JIT", None)
-    done = subprocess.run(
-        [sys.executable, "-c", CHILD], env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
+    environment = {"PYTHONPATH": str(folder), "PYTHONSAFEPATH": "1", "NUMBA_DISABLE_JIT": "0"}
+    found = json.loads(python("-c", CHILD, **environment).stdout)
     assert found[3].startswith(str(folder)), "another library was tested"
     return found
 

@@ -13,12 +13,19 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from tests.doubts import doubt
 from tests.tracking_scenes import FALSE_ALARM, assert_rejects, run, slab, splitting
 from transport.results.diagnostics.depth import _roulette_weight
+from transport.statistics.findings import DOUBTFUL, NOTE
 from transport.theory import ordinates
 
 DEEP = (20.0, 0.2)
+
+
+def doubt(result, name: str) -> str | None:
+    """The doubts about a detector and why it counted nothing, as one text; None where there are none."""
+    about = [each for each in result.findings if repr(name) in each.object]
+    texts = {DOUBTFUL: str, NOTE: lambda finding: finding.what}
+    return "; ".join(texts[each.severity](each) for each in about if each.severity in texts) or None
 
 
 def with_core(tau, albedo):

@@ -12,8 +12,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 import transport as tp
-from tests.drawing import assert_drawn, estimates, points_of, reading, words
-from tests.synthetic import EVEN_RUN
+from tests.drawing import assert_drawn, points_of, reading, words
+from tests.synthetic import EVEN_RUN, estimates
 from transport.statistics.estimates import EstimateArray
 from transport.viz.directions import direction_bins
 from transport.viz.maps import bins_of, draw_values, plot_map, plot_maps, value_norm

@@ -6,13 +6,10 @@ The default suite runs one cluster; what happens to workers under way takes proc
 from __future__ import annotations
 
 import json
-import os
 import pickle
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from contextlib import nullcontext
 from dataclasses import replace
@@ -24,6 +21,7 @@ import pytest
 import transport as tp
 from tests.plain_scenes import SMALL
 from tests.plain_scenes import room as scene
+from tests.processes import ROOT, python
 from tests.same_batches import assert_same
 from transport.cli.docs import GUIDES
 from transport.compile.limits_exceeded import OverrunError
@@ -40,18 +38,24 @@ import dask
 import psutil
 from distributed import Client, KilledWorker
 
-from tests.dask_cluster import ROOT, SOON, DaskCluster, executing, runs_kept
+from tests.dask_cluster import SOON, DaskCluster, executing, runs_kept
 from transport.run.dask import cluster as clusters
 from transport.run.dask import executor as executors
 from transport.run.dask import worker as workers
 from transport.run.dask.executor import DaskExecutor, Groups
 
-MANY = {"particles": 60_000, "batches": 300, "seed": 3}
+MANY = {"particles": 30_000, "batches": 150, "seed": 3}
 FEW = {"particles": 5_000, "seed": 4}
 LOCAL = {"cluster": "local", "threads": 2}
 ONE_MAY_DIE = {"distributed.scheduler.allowed-failures": 0}  # workers over a task
 
-pytestmark = pytest.mark.usefixtures("small_groups")
+pytestmark = pytest.mark.usefixtures("small_groups", "frequent_counts")
+
+
+@pytest.fixture
+def frequent_counts(monkeypatch):
+    """Workers are counted ten times per second, so that no test waits a second for their loss."""
+    monkeypatch.setattr(executors, "WATCH_SECONDS", 0.1)
 
 
 @pytest.fixture(scope="module")
@@ -511,7 +515,7 @@ def test_a_batch_that_kills_its_workers_is_named_and_no_other(whole, preload, mo
     """Though others wait beside it at each of them: whoever is suspected is tried by itself."""
     preload(KILLING)
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
-    with DaskCluster(3) as deadly:
+    with DaskCluster(2) as deadly:
         result = tp.simulate(scene(), **MANY, cluster=deadly.address)
     assert not result.is_complete and len(result.batches) > 20
     assert "batch 37 (200 particles) killed 1 workers" in result.warnings[0]
@@ -530,14 +534,13 @@ def test_a_worker_that_does_not_answer_keeps_nobody_waiting(whole, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_stranger_that_ends_over_its_batches_takes_none_along(whole, tmp_path, monkeypatch):
+def test_a_stranger_that_ends_over_its_batches_takes_none_along(cluster, whole, tmp_path, monkeypatch):
     """Dask ends a worker that cannot read what the run gives to all."""
     monkeypatch.setattr(executors, "GROUPS_IN_FLIGHT", 40)  # of which it would get some
-    with DaskCluster(1) as mixed:
-        come_late(monkeypatch, mixed, without_transport(tmp_path / "stranger"))
-        result = tp.simulate(scene(), **MANY, cluster=mixed.address)
+    come_late(monkeypatch, cluster, without_transport(tmp_path / "stranger"))
+    result = tp.simulate(scene(), **MANY, cluster=cluster.address)
     assert_same(result.batches, whole)
-    assert result.cost.workers == 1
+    assert result.cost.workers == 2
 
 
 @pytest.mark.slow
@@ -657,8 +660,6 @@ def test_a_script_needs_no_main_guard_and_loads_no_engine(tmp_path):
         f"result = tp.simulate(scene, **{FEW}, cluster='local', threads=2)\n"
         "result.save('run.npz')\nprint('numba' in sys.modules)\n"
     )
-    command = [sys.executable, "script.py"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = python("script.py", folder=tmp_path)
     assert (done.stdout, done.stderr) == ("False\n", "")
     assert_same(tp.load(tmp_path / "run.npz").batches, tp.simulate(SMALL, **FEW, threads=1).batches)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.ctrl_c import pressing_ctrl_c
+from tests.processes import pressing_ctrl_c
 from transport.results.result import Ledger
 from transport.validation import SIMULATE_PARAMETERS
 
