@@ -88,12 +88,22 @@ def warnings_of(*arguments, **named):
 
 WALL = tp.Surface(tp.Box(size=1.5), tp.Diffuse(0.5), "wall")
 ROOM = tp.Surface(tp.Box(center=(0, 0, 1), size=3.0), tp.Diffuse(0.5), "room")
+BLACK = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "black")
+SKY = tp.Source(tp.Sphere(radius=2.0), tp.Lambertian(radiance=1.0), side="inside")
 EMPTY = {
     "a lamp that looks away": (
         {"lamp": tp.Source(tp.Disk(normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))},
         "it lies behind every source",
     ),
     "a lamp in a wall": ({"surfaces": WALL}, "Surface 'wall' encloses every source"),
+    "the outside of a wall round the lamp": (
+        {"surfaces": BLACK, "meter": "black", "lamp": tp.Source(tp.Point(), tp.Isotropic(power=1.0))},
+        "Surface 'black' encloses every source and lets no light through. Write side='inside', or move a source outside",
+    ),
+    "the inside of a wall under the sky": (
+        {"surfaces": BLACK, "meter": "black", "side": "inside", "lamp": SKY},
+        "Surface 'black' encloses it",
+    ),
     "a meter in a wall": (
         {"surfaces": WALL, "meter": tp.Disk(radius=0.1), "lamp": tp.Source(METER, tp.Lambertian(power=1.0))},
         "Surface 'wall' encloses it",
@@ -109,7 +119,18 @@ EMPTY = {
 def test_a_meter_that_cannot_see_anything_says_why(mistake):
     setting, words = EMPTY[mistake]
     (warning,) = warnings_of(**setting)
-    assert words in warning
+    assert words in warning and run(**setting)["meter"].is_blind
+
+
+def test_a_shape_that_light_only_leaves_or_only_reaches_is_not_empty():
+    ball, far = tp.Sphere(radius=1.0), tp.Sphere(radius=2.0)
+    glowing = tp.Source(ball, tp.Lambertian(radiance=1.0))  # nothing comes back to it
+    sky = tp.Source(far, tp.Lambertian(radiance=1.0), side="inside", aim=ball)
+    black = tp.Surface(ball, tp.Black(), "wall")  # nothing leaves it
+    for source, surfaces in ((glowing, ()), (sky, black)):
+        meter = run(source, ball, surfaces)["meter"]
+        assert sorted(flux.value > 0 for flux in (meter.flux_in, meter.flux_out)) == [False, True]
+        assert not meter.is_blind and not warnings_of(source, ball, surfaces)
 
 
 def test_a_meter_that_only_missed_is_not_told_a_reason():
