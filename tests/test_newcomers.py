@@ -60,7 +60,7 @@ def test_what_is_no_mistake_is_taken():
     assert "tp.deg" not in str(refusal.value)
 
 
-def test_unknown_names_say_the_nearest():
+def test_errors_of_unknown_names_suggest_the_nearest():
     result = run()
     with pytest.raises(tp.SceneError, match="no detector 'metre'; did you mean 'meter'"):
         result["metre"]
@@ -116,7 +116,7 @@ EMPTY = {
 
 
 @pytest.mark.parametrize("mistake", EMPTY)
-def test_a_meter_that_cannot_see_anything_says_why(mistake):
+def test_an_empty_detector_has_a_warning_with_the_reason(mistake):
     setting, words = EMPTY[mistake]
     (warning,) = warnings_of(**setting)
     assert words in warning and run(**setting)["meter"].is_blind
@@ -133,7 +133,7 @@ def test_a_shape_that_light_only_leaves_or_only_reaches_is_not_empty():
         assert not meter.is_blind and not warnings_of(source, ball, surfaces)
 
 
-def test_a_meter_that_only_missed_is_not_told_a_reason():
+def test_a_detector_missed_by_chance_has_no_warning():
     """Nothing came by chance: none of the sure reasons holds."""
     far = tp.Disk(center=(1e5, 0, 2), normal=(-1, 0, 0), radius=1e-3)
     assert not warnings_of(meter=far) and run(meter=far)["meter"].is_blind
@@ -182,7 +182,7 @@ def test_a_detector_that_faces_away_from_all_light_is_warned_of():
             assert result.warnings == [words] and str(result["meter"].flux_in) == "0 W (exact)"
 
 
-def test_what_may_still_arrive_is_not_said_to_be_nothing():
+def test_light_that_may_still_arrive_is_not_ruled_out():
     """An albedometer above dark asphalt: a few reflections of a thousand come, or none; none is no proof."""
     asphalt = tp.Surface(tp.Rectangle(width=20.0, height=20.0), tp.Diffuse(0.07), "asphalt")
     high = tp.Source(tp.Disk(center=(0, 0, 8), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=100.0))
@@ -192,7 +192,7 @@ def test_what_may_still_arrive_is_not_said_to_be_nothing():
     assert not any("no light can" in warning or "faces away" in warning for warning in result.warnings)
 
 
-def test_what_may_send_light_back_is_no_proof():
+def test_light_that_may_be_sent_back_is_not_ruled_out():
     """A ceiling, a box of fog, fog all around, and a mirror that reaches past the plane: the detector was missed by chance."""
     away = tp.Disk(center=(0, 0, 2), radius=1e-6)
     fog = tp.Medium(absorption=0.1, scattering=0.1)
@@ -232,7 +232,9 @@ ROOMS = {
 @pytest.mark.quick_cases("a point-box", "a point-faces")
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.parametrize("lamp", LAMPS_IN_A_BOX)
-def test_a_detector_outside_a_closed_opaque_box_is_told_so_and_not_of_the_roulette(lamp, room):
+def test_a_detector_outside_a_closed_opaque_box_has_a_warning_with_the_box_and_none_of_the_roulette(
+    lamp, room
+):
     """On the box, on its lid, round it, beside it, a volume and a point, with fog in the box: the cure is a side or a place."""
     wall = {"box": "box", "faces": "+z"}[room]
     source = LAMPS_IN_A_BOX[lamp]
@@ -301,7 +303,7 @@ def test_a_lamp_on_a_closed_box_that_faces_outwards_does_not_count_as_inside():
         ("random", None),
     ],
 )
-def test_a_file_of_the_name_of_a_package_is_told(tmp_path, name, words):
+def test_a_file_with_the_name_of_a_package_is_reported(tmp_path, name, words):
     """A script that begins with `import transport`, beside or in a file of that name."""
     (tmp_path / f"{name}.py").write_text("x = 1\n")
     script = tmp_path / (f"{name}.py" if name == "transport" else "mine.py")

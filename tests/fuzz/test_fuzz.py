@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 import transport as tp
 from tests.fuzz import properties
 from tests.fuzz.numbered import FAMILIES, world_of
-from tests.fuzz.snippets import written
+from tests.fuzz.worlds import written
 
 few = settings(
     derandomize=True,
@@ -30,7 +30,7 @@ LONG = 1200  # s, to catch what hangs; most of the time is compilation, on a bus
 @pytest.mark.slow
 @pytest.mark.timeout(LONG)
 @pytest.mark.parametrize("case", EXAMPLES)
-def test_any_world_keeps_its_promises_or_says_why_not(case):
+def test_any_world_has_all_properties_or_is_refused_with_a_cure(case):
     """Each family of scenes with its own check (tests/fuzz/numbered.py)."""
     family, examples = case
     made, look = FAMILIES[family]

@@ -208,7 +208,7 @@ def test_of_cells_in_space_one_layer_is_drawn(shape, at, taken):
         (lambda result: direction_bins(estimates(np.ones(2), ("mu",), ([-1, 0, 1],))), "one hemisphere"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused_with_the_cure(result, draw, message):
+def test_data_that_cannot_be_drawn_are_refused_with_the_cure(result, draw, message):
     with pytest.raises(ValueError, match=message):
         draw(result)
 

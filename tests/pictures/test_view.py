@@ -181,7 +181,7 @@ def test_with_opengl_the_picture_is_drawn_and_nothing_is_loaded_before(child):
 
 
 @pytest.mark.slow
-def test_without_pyvista_it_says_how_to_install_it(child):
+def test_without_pyvista_the_error_names_the_extra(child):
     done = child("sys.modules['pyvista'] = None\n" + DRAW)
     assert "NO SCREEN" in done.stdout and "pip install '.[viz]'" in done.stdout and "CHART" in done.stdout
 

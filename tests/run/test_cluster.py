@@ -223,7 +223,7 @@ def test_an_error_travels_without_its_frames(monkeypatch):
         assert len(error.traceback) < 10
 
 
-def test_a_worker_without_enough_memory_says_so(monkeypatch):
+def test_a_worker_without_enough_memory_is_reported(monkeypatch):
     monkeypatch.setattr("transport.run.memory.MIN_FREE", 0)
     monkeypatch.setattr("transport.run.memory.available_memory", lambda: 1000)
     plugin = plugin_of(there=SimpleNamespace(state=SimpleNamespace(nthreads=3), plugins={}))
@@ -641,7 +641,7 @@ def test_a_run_whose_workers_end_before_the_first_batch_is_refused(preload, code
 
 
 @pytest.mark.slow
-def test_a_run_whose_workers_end_over_their_first_batches_says_so_in_a_line(preload, call):
+def test_a_run_whose_workers_end_over_their_first_batches_is_refused_in_a_line(preload, call):
     preload(DYING.format(method="work"))
     scene().to_json("scene.json")
     answer = call("run", "scene.json", "--particles", "1000", "--cluster", "local", "--threads", "2")

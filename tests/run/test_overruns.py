@@ -85,7 +85,7 @@ GLASS, ROOM = tp.Surface(BALL, tp.Dielectric(1.5), "ball"), tp.Surface(tp.Box(si
         (tp.Scene(DOWN, GLASS), 1_000_000, "pass more batches"),
     ],
 )
-def test_a_batch_of_too_many_crossings_says_what_keeps_it_going(scene, started, word):
+def test_a_batch_of_too_many_crossings_names_the_cause(scene, started, word):
     error = too_many_crossings_error(compile_scene(scene, None), 2**30, started)
     assert word in str(error) and f"{2**30 / started:.2g} for each" in str(error)
     assert isinstance(error, tp.SceneError) and isinstance(error, OverflowError)
