@@ -439,8 +439,7 @@ def test_a_machine_that_did_no_batch_is_not_among_those_that_did(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("is_local", (False, True))
-def test_the_command_line_sends_a_run_to_a_cluster_or_to_processes(cluster, call, is_local):
+def test_the_command_line_sends_a_run_to_a_cluster(cluster, call):
     SMALL.to_json("small.json")
 
     def record(*options):
@@ -448,8 +447,7 @@ def test_the_command_line_sends_a_run_to_a_cluster_or_to_processes(cluster, call
         assert answer.exit_code == 0, answer.output
         return json.loads(answer.stdout)
 
-    where = ["local", "--threads", "2"] if is_local else [cluster.address]
-    there = record("--cluster", *where, "--save", "there.npz")
+    there = record("--cluster", cluster.address, "--save", "there.npz")
     assert there["quantities"] == record("--threads", "1")["quantities"]
     assert there["cost"]["workers"] == there["cost"]["threads"] == tp.load("there.npz").cost.workers == 2
 
@@ -604,6 +602,7 @@ def test_a_run_ends_soon_with_what_it_has_when_its_workers_are_killed_or_frozen(
     happening(monkeypatch, lambda: (signal_local_workers(which), happened.append(time.monotonic())))
     assert executors.LOCAL_WAIT_SECONDS <= SOON
     monkeypatch.setattr(executors, "LOCAL_WAIT_SECONDS", 1.0)
+    monkeypatch.setattr(clusters, "SHUTDOWN_SECONDS", 0.5)  # frozen workers do not end by themselves
     ttl = (
         dask.config.set({"distributed.scheduler.worker-ttl": "1s"})
         if which == signal.SIGSTOP
@@ -662,4 +661,6 @@ def test_a_script_needs_no_main_guard_and_loads_no_engine(tmp_path):
     )
     done = python("script.py", folder=tmp_path)
     assert (done.stdout, done.stderr) == ("False\n", "")
-    assert_same(tp.load(tmp_path / "run.npz").batches, tp.simulate(SMALL, **FEW, threads=1).batches)
+    there = tp.load(tmp_path / "run.npz")
+    assert_same(there.batches, tp.simulate(SMALL, **FEW, threads=1).batches)
+    assert there.cost.workers == there.cost.threads == 2
