@@ -206,20 +206,16 @@ def slabs(material=MIRROR):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("particles", "batches"), [(3, 2), (1000, 32)])
-def test_a_run_in_which_no_history_ends_stops_and_names_the_surfaces(particles, batches):
-    """One history or two per batch, and a part of a bundle."""
+def test_a_run_in_which_no_history_ends_stops_and_names_the_surfaces():
     begun = time.process_time()
     words = "not end", "millions of crossings", "none was absorbed or has escaped", "the scene a duration"
     scene = tp.Scene(INNER, slabs())
-    message = str(refused(words, simulate, scene, particles, batches=batches, error=OverrunError))
-    named = [name in message for name in ("Surface 'upper'", "Surface 'lower'")]
-    assert all(named) or (any(named) and particles == 3)
+    message = str(refused(words, simulate, scene, 3, batches=2, error=OverrunError))
+    assert "Surface 'upper'" in message or "Surface 'lower'" in message
     assert time.process_time() - begun < 60
 
 
-@pytest.mark.slow
-def test_a_shut_in_run_of_collisions_stops_as_well():
+def test_a_shut_in_run_of_collisions_stops_as_well(little_patience):
     """Milk between the slabs: next to no crossings."""
     scene = tp.Scene(INNER, slabs(), medium=tp.Medium(scattering=1e4))
     with pytest.raises(OverrunError, match=r"2 particles do not end: .* collisions none was absorbed"):
@@ -260,7 +256,7 @@ def test_a_clock_or_weight_that_is_lost_ends_a_run_however_long_it_takes(little_
 
 @pytest.mark.slow
 def test_a_few_that_do_not_end_among_many_that_do_are_lost_and_counted():
-    """Not refused: what ended is right, and the ledger says how much is lost."""
+    """Not refused: the ended histories are right, and the ledger counts the lost ones."""
     outside = tp.Source(tp.Point(position=(0, 0, 9)), tp.Isotropic(power=1.0))
     scene = tp.Scene([INNER, outside], slabs(tp.TwoSided(front=MIRROR, back=BLACK)))
     result = simulate(scene, 8, batches=2)
