@@ -7,11 +7,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests import one_thread  # noqa: F401
-from tests.ctrl_c import pressing_ctrl_c
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
+from tests.processes import ROOT, pressing_ctrl_c
 
-ROOT = Path(__file__).resolve().parents[1]
 # Files that take longest: they begin first, so that the workers end together.
 LONGEST = ("test_machine_code.py", "test_reproducible.py", "test_sims.py", "test_fuzz.py")
 

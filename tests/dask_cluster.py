@@ -18,10 +18,10 @@ from unittest.mock import patch
 
 from distributed import Client
 
+from tests.processes import ROOT
 from transport.run.dask.executor import DaskExecutor
 from transport.run.dask.worker import RunPlugin
 
-ROOT = Path(__file__).resolve().parents[1]
 SOON = 30.0  # [s] in which each of them must be there
 
 

@@ -54,8 +54,8 @@ def digest_of(number: object) -> str:
     return sums.hexdigest()[:16]
 
 
-def runs() -> Iterator[tuple[str, Callable[[], dict[str, object]]]]:
-    """Each run by its name: a function that makes it and returns its numbers."""
+def runs(worlds: int = WORLDS) -> Iterator[tuple[str, Callable[[], dict[str, object]]]]:
+    """Yield the name of each run, and a function that makes it and returns its numbers; `worlds` random scenes."""
     for name in experiment_names():
         module = experiment(name)
         own = {key: value for key, value in getattr(module, "run", {}).items() if key in WAYS}
@@ -66,7 +66,7 @@ def runs() -> Iterator[tuple[str, Callable[[], dict[str, object]]]]:
             yield from _by_estimator(title, scene, {})
     for case in hard_cases():
         yield f"hard {case.family}: {case.title}", lambda case=case: _of_hard_case(case)
-    for number in range(WORLDS):
+    for number in range(worlds):
         world = world_of(number, SEED, TURNS[number % len(TURNS)])
         try:
             scene = world.scene()

@@ -11,7 +11,7 @@ from transport.compile import layout
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.registry import EMPTY_TABLE, Pass
 
-_CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
+PASS = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
 UNIT = np.array([2.0**-32, 2.0**-63])  # of the limbs of a weight
 
 
@@ -53,7 +53,7 @@ class Lanes:
         table = layout.row(lane_pass.table, **values) if values else table
         if config.DISABLE_JIT:
             return self.run_plainly(lane_pass, table)
-        _CALL(lane_pass.entry)(self.bundle.ctypes.data, table.ctypes.data, 0, LANES)
+        PASS(lane_pass.entry)(self.bundle.ctypes.data, table.ctypes.data, 0, LANES)
         return self
 
     def run_plainly(self, lane_pass: Pass, table: np.ndarray = EMPTY_TABLE, **values) -> Lanes:

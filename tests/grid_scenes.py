@@ -80,6 +80,6 @@ def plant_block(monkeypatch, block: int) -> None:
 
 
 def forget_programs() -> None:
-    """Compiled scenes are kept: what was planted must not be found again, nor what was there before it."""
+    """Forget compiled scenes, so that equal ones are compiled anew, with a planted fault or without."""
     compile_scene.cache_clear()
     program_for.cache_clear()

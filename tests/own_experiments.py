@@ -1,9 +1,5 @@
 """Experiments of one's own, as text for files: a disk and a meter, and what is added or wrong."""
 
-from pathlib import Path
-
-ROOT = Path(__file__).resolve().parents[1]
-
 EXPERIMENT = '''
 """A diffuse disk and a small meter on its axis."""
 import math

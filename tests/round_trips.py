@@ -13,7 +13,7 @@ import numpy as np
 import transport as tp
 from tests import backward_scenes, expected_scenes, media_scenes, plain_scenes
 from tests.fuzz.properties import are_the_same
-from transport.compile.compiler import compile_scene
+from tests.grid_scenes import forget_programs
 from transport.compile.methods import ANALOG, Method
 from transport.io.json.differences import differences
 from transport.io.json.schema import schema
@@ -61,7 +61,7 @@ def assert_runs_alike(scene: tp.Scene, again: tp.Scene, **how: object) -> None:
     """Both give the same result bit by bit, each by a program of its own."""
     results = []
     for each in (scene, again):
-        _forget()
+        forget_programs()
         results.append(tp.simulate(each, seed=5, progress=False, **how))
     are_the_same(*results)
 
@@ -76,15 +76,9 @@ def _validator() -> jsonschema.Draft202012Validator:
     return jsonschema.Draft202012Validator(schema())
 
 
-def _forget() -> None:
-    """What was made of a scene is made anew: equal ones would share it."""
-    compile_scene.cache_clear()
-    program_for.cache_clear()
-
-
 def _compiled(scene: tp.Scene, method: Method) -> tuple[list[str], list[bytes]]:
     """Names of the passes, and the bytes of all numbers of all tables; whole numbers may be addresses, and are left out."""
-    _forget()
+    forget_programs()
     program = program_for(scene, None, method)
     return [each.name for each in program.passes], list(_numbers(vars(program.plan)))
 

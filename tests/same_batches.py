@@ -1,18 +1,12 @@
-"""Whether runs count the same to the last bit, here or in another interpreter."""
+"""Whether runs count the same to the last bit."""
 
 import dataclasses
 import hashlib
-import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
 
-ROOT = Path(__file__).resolve().parents[1]
 MATERIALS = tp.Diffuse(0.7), tp.Diffuse(0.2), tp.Mirror(0.9), tp.Black(), tp.Diffuse(0.5), tp.Mirror()
 
 
@@ -70,14 +64,3 @@ def digest(scene, particles=20_000, **options) -> str:
             for part in (shot.positions, shot.velocities, shot.weights, shot.histories):
                 sums.update(np.ascontiguousarray(part).tobytes())
     return sums.hexdigest()
-
-
-def elsewhere(code: str, **environment: str):
-    """Return the value of an expression in a new interpreter, by JSON; modules of tests are imported by their names in it."""
-    module = code.partition("(")[0].rpartition(".")[0]
-    done = subprocess.run(
-        [sys.executable, "-c", f"import json; import {module}; print(json.dumps({code}))"],
-        cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr[-3000:]
-    return json.loads(done.stdout.splitlines()[-1])

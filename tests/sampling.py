@@ -7,7 +7,6 @@ asked from the engine's own passes, with its own random numbers, by `met_by`.
 
 from __future__ import annotations
 
-import ctypes
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -19,6 +18,7 @@ from scipy.special import chdtrc
 
 import transport as tp
 from tests.agreement import assert_follows
+from tests.driven import PASS
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.driver import Sums
@@ -29,7 +29,6 @@ ACTS = (
     "draw_second_block", "choose_material", "look_up_surface", "look_up_optics", "absorb", "draw_uniforms", "sample_transmission",
     "reflect_diffusely", "reflect_specularly", "transmit", "refract", "reflect_glossily", "scatter_into_lobe", "deflect_by_lens",
 )  # fmt: skip
-PASS = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 NODES, WEIGHTS = (NODES + 1) / 2, WEIGHTS / 2  # on [0, 1]
 EXACT = 1e-13  # how far [1] a direction may be from that of a beam

@@ -26,6 +26,15 @@ def grid(seed, mean=5.0, run=RUN, unit="W m^-2 sr^-1", **options):
     return EstimateArray(values, run, unit, ("mu", "phi"), EDGES, **options)
 
 
+def estimates(values, dims, edges, unit="W m^-2 sr^-1", relative=0.1, counts=None):
+    """An array of these values with these relative standard errors; nothing was counted where it is 0."""
+    values = np.asarray(values, dtype=float)
+    signs = math.sqrt(31) * np.tile([-1.0, 1.0], 16).reshape(-1, *(1,) * values.ndim)
+    coords = dict(zip(dims, map(np.asarray, edges), strict=True))
+    counts = values != 0 if counts is None else counts
+    return EstimateArray(values * (1 + relative * signs), EVEN_RUN, unit, dims, coords, counts=counts)
+
+
 def with_error(value, error, batches=2):
     """An estimate of an even number of batches with this very value and error."""
     signs = np.tile([-1.0, 1.0], batches // 2)

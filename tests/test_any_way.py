@@ -14,13 +14,13 @@ import sys
 import pytest
 
 import transport as tp
-from tests.ctrl_c import pressing_ctrl_c
+from tests.processes import ROOT, pressing_ctrl_c
 from tests.same_batches import assert_same, scene
 from transport.run.executor import Executor
 from transport.run.run import Run
 
 pytest.importorskip("distributed")
-from tests.dask_cluster import ROOT, DaskCluster, disturbed
+from tests.dask_cluster import DaskCluster, disturbed
 
 THREADS = {"one thread": 1, "two threads": 2}
 WORKERS = {"one worker": 1, "two workers": 2, "three workers": 3}

@@ -65,7 +65,7 @@ def test_figures_of_one_scene_share_one_run(call, exhibits, monkeypatch):
     assert record["page"] == "out/gallery/README.md" and Path(record["page"]).is_file()
 
 
-def test_what_is_refused_is_told_and_the_rest_is_drawn(call, exhibits):
+def test_a_refused_figure_is_reported_and_the_rest_is_drawn(call, exhibits):
     answer = call("gallery", "--only", "refused", "--only", "first")
     assert answer.exit_code == 1
     assert "refused: no picture: nothing to see" in answer.stderr
@@ -92,7 +92,7 @@ def test_a_figure_that_there_is_not_is_refused(call, exhibits):
     assert "gallery: no figure 'frist'; did you mean 'first'" in answer.stderr
 
 
-def test_every_exhibit_has_a_scene_and_says_what_it_shows_in_a_sentence():
+def test_every_exhibit_has_a_scene_and_a_sentence():
     from transport.viz.exhibits import EXHIBITS
 
     assert len({exhibit.name for exhibit in EXHIBITS}) == len(EXHIBITS) >= 9

@@ -31,7 +31,7 @@ def test_there_are_many_and_none_is_listed_twice():
     assert len({(fault.path, fault.old, fault.new) for fault in FAULTS}) == len(FAULTS)
 
 
-def test_a_fault_without_its_place_is_told():
+def test_a_fault_without_its_place_is_reported():
     lost = Fault("physics/rays.py", "no such text", "x", "what is not there", ("test_rays",))
     with pytest.raises(ValueError, match="what is not there"):
         lost.planted((ROOT / lost.path).read_text())

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
 import transport as tp
-from tests.own_experiments import ROOT
+from tests.processes import python
 from transport.results.diagnostics.empty_detector import no_light_message
 
 METER = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5)
@@ -63,7 +60,7 @@ def test_what_is_no_mistake_is_taken():
     assert "tp.deg" not in str(refusal.value)
 
 
-def test_unknown_names_say_the_nearest():
+def test_errors_of_unknown_names_suggest_the_nearest():
     result = run()
     with pytest.raises(tp.SceneError, match="no detector 'metre'; did you mean 'meter'"):
         result["metre"]
@@ -91,12 +88,22 @@ def warnings_of(*arguments, **named):
 
 WALL = tp.Surface(tp.Box(size=1.5), tp.Diffuse(0.5), "wall")
 ROOM = tp.Surface(tp.Box(center=(0, 0, 1), size=3.0), tp.Diffuse(0.5), "room")
+BLACK = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "black")
+SKY = tp.Source(tp.Sphere(radius=2.0), tp.Lambertian(radiance=1.0), side="inside")
 EMPTY = {
     "a lamp that looks away": (
         {"lamp": tp.Source(tp.Disk(normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))},
         "it lies behind every source",
     ),
     "a lamp in a wall": ({"surfaces": WALL}, "Surface 'wall' encloses every source"),
+    "the outside of a wall round the lamp": (
+        {"surfaces": BLACK, "meter": "black", "lamp": tp.Source(tp.Point(), tp.Isotropic(power=1.0))},
+        "Surface 'black' encloses every source and lets no light through. Write side='inside', or move a source outside",
+    ),
+    "the inside of a wall under the sky": (
+        {"surfaces": BLACK, "meter": "black", "side": "inside", "lamp": SKY},
+        "Surface 'black' encloses it",
+    ),
     "a meter in a wall": (
         {"surfaces": WALL, "meter": tp.Disk(radius=0.1), "lamp": tp.Source(METER, tp.Lambertian(power=1.0))},
         "Surface 'wall' encloses it",
@@ -109,13 +116,24 @@ EMPTY = {
 
 
 @pytest.mark.parametrize("mistake", EMPTY)
-def test_a_meter_that_cannot_see_anything_says_why(mistake):
+def test_an_empty_detector_has_a_warning_with_the_reason(mistake):
     setting, words = EMPTY[mistake]
     (warning,) = warnings_of(**setting)
-    assert words in warning
+    assert words in warning and run(**setting)["meter"].is_blind
 
 
-def test_a_meter_that_only_missed_is_not_told_a_reason():
+def test_a_shape_that_light_only_leaves_or_only_reaches_is_not_empty():
+    ball, far = tp.Sphere(radius=1.0), tp.Sphere(radius=2.0)
+    glowing = tp.Source(ball, tp.Lambertian(radiance=1.0))  # nothing comes back to it
+    sky = tp.Source(far, tp.Lambertian(radiance=1.0), side="inside", aim=ball)
+    black = tp.Surface(ball, tp.Black(), "wall")  # nothing leaves it
+    for source, surfaces in ((glowing, ()), (sky, black)):
+        meter = run(source, ball, surfaces)["meter"]
+        assert sorted(flux.value > 0 for flux in (meter.flux_in, meter.flux_out)) == [False, True]
+        assert not meter.is_blind and not warnings_of(source, ball, surfaces)
+
+
+def test_a_detector_missed_by_chance_has_no_warning():
     """Nothing came by chance: none of the sure reasons holds."""
     far = tp.Disk(center=(1e5, 0, 2), normal=(-1, 0, 0), radius=1e-3)
     assert not warnings_of(meter=far) and run(meter=far)["meter"].is_blind
@@ -164,7 +182,7 @@ def test_a_detector_that_faces_away_from_all_light_is_warned_of():
             assert result.warnings == [words] and str(result["meter"].flux_in) == "0 W (exact)"
 
 
-def test_what_may_still_arrive_is_not_said_to_be_nothing():
+def test_light_that_may_still_arrive_is_not_ruled_out():
     """An albedometer above dark asphalt: a few reflections of a thousand come, or none; none is no proof."""
     asphalt = tp.Surface(tp.Rectangle(width=20.0, height=20.0), tp.Diffuse(0.07), "asphalt")
     high = tp.Source(tp.Disk(center=(0, 0, 8), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=100.0))
@@ -174,7 +192,7 @@ def test_what_may_still_arrive_is_not_said_to_be_nothing():
     assert not any("no light can" in warning or "faces away" in warning for warning in result.warnings)
 
 
-def test_what_may_send_light_back_is_no_proof():
+def test_light_that_may_be_sent_back_is_not_ruled_out():
     """A ceiling, a box of fog, fog all around, and a mirror that reaches past the plane: the detector was missed by chance."""
     away = tp.Disk(center=(0, 0, 2), radius=1e-6)
     fog = tp.Medium(absorption=0.1, scattering=0.1)
@@ -214,7 +232,9 @@ ROOMS = {
 @pytest.mark.quick_cases("a point-box", "a point-faces")
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.parametrize("lamp", LAMPS_IN_A_BOX)
-def test_a_detector_outside_a_closed_opaque_box_is_told_so_and_not_of_the_roulette(lamp, room):
+def test_a_detector_outside_a_closed_opaque_box_has_a_warning_with_the_box_and_none_of_the_roulette(
+    lamp, room
+):
     """On the box, on its lid, round it, beside it, a volume and a point, with fog in the box: the cure is a side or a place."""
     wall = {"box": "box", "faces": "+z"}[room]
     source = LAMPS_IN_A_BOX[lamp]
@@ -283,12 +303,10 @@ def test_a_lamp_on_a_closed_box_that_faces_outwards_does_not_count_as_inside():
         ("random", None),
     ],
 )
-def test_a_file_of_the_name_of_a_package_is_told(tmp_path, name, words):
+def test_a_file_with_the_name_of_a_package_is_reported(tmp_path, name, words):
     """A script that begins with `import transport`, beside or in a file of that name."""
     (tmp_path / f"{name}.py").write_text("x = 1\n")
     script = tmp_path / (f"{name}.py" if name == "transport" else "mine.py")
     script.write_text("import transport\nprint(transport.Disk(radius=1.0).radius)\n")
-    done = subprocess.run(
-        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False, env={"PYTHONPATH": str(ROOT)}
-    )  # fmt: skip
+    done = python(script, folder=tmp_path, status=None)
     assert words in done.stderr if words else done.stdout.split() == ["1.0"]

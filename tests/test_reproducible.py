@@ -17,7 +17,8 @@ import pytest
 import transport as tp
 from tests import media_scenes
 from tests.plain_scenes import METHODS, SCENES
-from tests.same_batches import digest, elsewhere, scene
+from tests.processes import elsewhere
+from tests.same_batches import digest, scene
 from tests.slow import quick
 from transport import engine
 from transport.compile.compiler import compile_scene

@@ -69,7 +69,7 @@ def test_what_sphinx_reads_is_written(tmp_path):
     assert "transport run sun" in (tmp_path / "reference" / "commands.md").read_text()
 
 
-def test_without_sphinx_the_cure_is_told(tmp_path, monkeypatch):
+def test_without_sphinx_the_error_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setattr("transport.cli.docs.REQUIRED_PACKAGES", ("sphinx_that_is_not_there",))
     with pytest.raises(tp.SceneError, match=r"pip install '\.\[docs\]'"):
         build_site(tmp_path, COMMANDS)

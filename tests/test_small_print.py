@@ -27,45 +27,6 @@ def run(sources, surfaces=(), detectors=(), **more):
     return tp.simulate(tp.Scene(sources, surfaces, detectors, **more), particles=1000, seed=1, progress=False)
 
 
-# ---- a closed shape's outside that counted nothing ----
-
-
-def blind(result):
-    return [warning for warning in result.warnings if "counted nothing" in warning]
-
-
-def test_the_outside_of_a_wall_round_the_light_is_warned_of():
-    wall = tp.Surface(SMALL, tp.Black(), "wall")
-    result = run(LAMP, wall, [tp.Detector("wall", "meter"), tp.Detector("wall", "other", side="inside")])
-    why = "Surface 'wall' encloses every source and lets no light through"
-    assert blind(result) == [
-        f"detector 'meter' counted nothing: {why}. Write side='inside', or move a source outside"
-    ]
-    assert result["meter"].is_blind
-    assert not result["other"].is_blind
-
-
-def test_what_only_leaves_or_only_arrives_is_counted():
-    glowing = tp.Source(SMALL, tp.Lambertian(radiance=1.0))  # nothing comes back to it
-    sky = tp.Source(LARGE, tp.Lambertian(radiance=1.0), side="inside", aim=SMALL)
-    black = tp.Surface(SMALL, tp.Black(), "wall")  # nothing leaves it
-    for source, surfaces in ((glowing, ()), (sky, black)):
-        result = run(source, surfaces, tp.Detector(SMALL, "meter"))
-        fluxes = result["meter"].flux_in.value, result["meter"].flux_out.value
-        assert sorted(flux > 0 for flux in fluxes) == [False, True]
-        assert not result["meter"].is_blind
-        assert blind(result) == []
-
-
-def test_detectors_inside_a_black_wall_name_it():
-    wall = tp.Surface(SMALL, tp.Black(), "wall")
-    sky = tp.Source(LARGE, tp.Lambertian(radiance=1.0), side="inside")
-    dark = [tp.Detector("wall", "within", side="inside"), tp.Detector(tp.Disk(radius=0.1), "disk")]
-    result = run(sky, wall, dark)
-    warnings = blind(result)
-    assert len(warnings) == 2 and all("Surface 'wall' encloses it" in warning for warning in warnings)
-
-
 # ---- quantities that need a mass ----
 
 PLATE = tp.Disk(center=(0, 0, 1), radius=1.0)
@@ -149,34 +110,31 @@ def test_a_setting_that_tells_scenes_apart_keeps_all_cases():
 # ---- whose warning it is ----
 
 
-def told(*warnings):
-    """Outcomes of cases a, b, c ... with these warnings each."""
-    return [SimpleNamespace(title="abcdefgh"[k], warnings=list(each)) for k, each in enumerate(warnings)]
-
-
 @pytest.mark.parametrize(
-    ("warned", "cases", "whose"),
+    ("warned", "count", "lines"),
     [
-        ("b", 5, "b"), ("ab", 5, "a; b"), ("ace", 5, "a; c; e"), ("abce", 5, "4 of 5 cases"),
-        ("abcde", 5, "all cases"), ("abc", 3, "all cases"), ("abcd", 8, "4 of 8 cases"),
+        ({"beware": "b"}, 5, ["b: beware"]),
+        ({"beware": "ab"}, 5, ["a; b: beware"]),
+        ({"beware": "ace"}, 5, ["a; c; e: beware"]),
+        ({"beware": "abce"}, 5, ["4 of 5 cases: beware"]),
+        ({"beware": "abcde"}, 5, ["all cases: beware"]),
+        ({"beware": "abc"}, 3, ["all cases: beware"]),
+        ({"beware": "abcd"}, 8, ["4 of 8 cases: beware"]),
+        ({"one": "ac", "two": "abdef"}, 6, ["a; c: one", "5 of 6 cases: two"]),
+        ({"beware": "a"}, 1, ["beware"]),
+        ({}, 2, []),
     ],
-)  # fmt: skip
-def test_a_warning_names_its_cases_or_counts_them(warned, cases, whose):
-    outcomes = told(*(["beware"] if case in warned else [] for case in "abcdefgh"[:cases]))
-    assert case_warnings(outcomes) == [f"{whose}: beware"]
+    ids=str,
+)
+def test_a_warning_names_its_cases_or_counts_them(warned, count, lines):
+    outcomes = [
+        SimpleNamespace(title=case, warnings=[text for text, cases in warned.items() if case in cases])
+        for case in "abcdefgh"[:count]
+    ]
+    assert case_warnings(outcomes) == lines
 
 
-def test_each_warning_has_cases_of_its_own():
-    said = case_warnings(told(["one", "two"], ["two"], ["one"], ["two"], ["two"], ["two"]))
-    assert said == ["a; c: one", "5 of 6 cases: two"]
-
-
-def test_a_single_case_need_not_be_named():
-    assert case_warnings(told(["beware"])) == ["beware"]
-    assert case_warnings(told([], [])) == []
-
-
-def test_a_run_tells_whose_warnings_they_are():
+def test_a_run_names_the_cases_of_its_warnings():
     """Four of five cases meter a wall from the side that is dark."""
 
     def scene(side="outside", radius=1.0):
@@ -203,23 +161,20 @@ def printed(names, costs):
     return [[cell.strip() for cell in line if cell.strip()] for line in lines if "".join(line).strip()][1:]
 
 
-def test_runs_of_one_pass_are_one_row():
-    names = ["fly", *["meet_disk"] * 30, "move", "meet_disk", "move", "move"]
-    rows = printed(names, {})
-    assert [row[:2] for row in rows] == [
-        ["1", "fly"],
-        ["2", "meet_disk × 30"],
-        ["32", "move"],
-        ["33", "meet_disk"],
-        ["34", "move × 2"],
-    ]
-
-
-def test_the_cost_of_a_run_is_that_of_one_pass():
-    rows = printed(
-        ["fly", "fly", "move", "land"], {"fly": PassCost(0.254, 1.0), "move": PassCost(math.nan, 0.0)}
-    )
-    assert rows == [["1", "fly × 2", "0.25"], ["3", "move", "not reached"], ["4", "land", "?"]]
+@pytest.mark.parametrize(
+    ("names", "rows"),
+    [
+        (
+            ["fly", *["meet_disk"] * 30, "move", "meet_disk", "move", "move"],
+            ["1 fly ?", "2 meet_disk × 30 ?", "32 move ?", "33 meet_disk ?", "34 move × 2 ?"],
+        ),
+        (["fly", "fly", "stay", "land"], ["1 fly × 2 0.25", "3 stay not reached", "4 land ?"]),
+    ],
+    ids=["numbers", "costs"],
+)
+def test_runs_of_one_pass_are_one_row_with_the_cost_of_one(names, rows):
+    costs = {"fly": PassCost(0.254, 1.0), "stay": PassCost(math.nan, 0.0)} if "stay" in names else {}
+    assert [" ".join(row) for row in printed(names, costs)] == rows
 
 
 @pytest.mark.parametrize("count", [2, 30])

@@ -7,7 +7,6 @@ import math
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
 
 FALSE_ALARM = 1e-5
 CLEAR = tp.Transparent()
@@ -59,8 +58,3 @@ def assert_closed(result):
     parts = sum(ledger[name] for name in ledger if name != "emitted")
     assert (parts - ledger["emitted"]).value == pytest.approx(0, abs=1e-14 * ledger["emitted"].value)
     assert ledger["lost"].value == 0
-
-
-def assert_rejects(estimate, wrong):
-    with pytest.raises(AssertionError):
-        assert_agrees(estimate, wrong, FALSE_ALARM)

@@ -10,12 +10,12 @@ before its first and after its last group is told by itself.
 
 from __future__ import annotations
 
-import argparse
 import os
 import time
 from itertools import pairwise
 from statistics import fmean, median
 
+import typer
 from distributed import Client
 
 import transport as tp
@@ -27,20 +27,17 @@ THREADS = 2
 SPANS: list[tuple[float, float]] = []  # of a worker: when it began a group, and when its batches were done
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--seconds", type=float, default=30.0, help="that two threads take")
-    parser.add_argument("--repeats", type=int, default=3)
-    asked = parser.parse_args()
+def main(seconds: float = typer.Option(30.0, help="Of a run on two threads"), repeats: int = 3) -> None:
+    """Print medians of the runs on threads and on workers, and the time between two groups."""
     rate = tp.simulate(
         scene(), seconds=2.0, threads=THREADS, estimator="analog", progress=False
     ).cost.particles_per_second
-    limits = {"particles": int(rate * asked.seconds), "batches": 512, "progress": False}
+    limits = {"particles": int(rate * seconds), "batches": 512, "progress": False}
     here, there, gaps, apart = [], [], [], []
     with DaskCluster(THREADS) as cluster, Client(cluster.address, set_as_default=False) as client:
         client.run(watch)
         tp.simulate(scene(), particles=10_000, cluster=cluster.address, progress=False)
-        for _ in range(asked.repeats):
+        for _ in range(repeats):
             here.append(tp.simulate(scene(), threads=THREADS, **limits).cost.seconds)
             client.run(forget)
             begun = time.time()
@@ -85,4 +82,4 @@ if __name__ == "__main__":
     # Its functions find its SPANS at the workers, as those of __main__ do not.
     from tests.bench import cluster
 
-    cluster.main()
+    typer.run(cluster.main)

@@ -20,13 +20,11 @@ import typer
 from rich.table import Table
 
 import transport
-from tests.bench.prices import base_room, with_addition
+from tests.bench.prices import base_room, first_case, with_addition
 from tests.bench.speed import disks_scene, glass_ball_scene, mesh_box_scene, slab_scene, thermal_box_scene
 from transport.analysis.effects import CompileTime, Footprint, Treatment, footprint_of, treatment_of
 from transport.cli.output import print_json, print_rich, table_of
-from transport.cli.run import experiment_treatment
 from transport.statistics.notation import duration
-from transport.verification.experiment import cases_of, experiment, scene_of
 
 LIBRARY = Path(transport.__file__).parent
 CHILD = """
@@ -102,8 +100,7 @@ def main(
     """Start each kind of scene, or the first case of an experiment, with an empty cache."""
     treatments = {name: treatment_of(make()) for name, make in SCENES.items()}
     if sim:
-        module = experiment(sim)
-        treatments = {sim: experiment_treatment(module, scene_of(module, cases_of(module, {})[0], {}))}
+        treatments = {sim: first_case(sim)}
     starts = {name: start_of(treatment) for name, treatment in treatments.items()}
     if json:
         keys = "first", "second", "memory"

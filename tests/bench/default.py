@@ -5,10 +5,11 @@
 Medians of the relative error, of the seconds that the call took in all (pilots too), and the ways that the pilots chose.
 """
 
-import argparse
 import time
 from collections import Counter
 from statistics import median
+
+import typer
 
 import transport as tp
 
@@ -29,16 +30,13 @@ def led_over_a_desk() -> tp.Scene:
     )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--seconds", type=float, default=1.0)
-    parser.add_argument("--repeats", type=int, default=5)
-    asked = parser.parse_args()
-    scene, limits = led_over_a_desk(), {"seconds": asked.seconds, "progress": False}
+def main(seconds: float = 1.0, repeats: int = 5) -> None:
+    """Print a row of runs that count what arrives, and one of default runs."""
+    scene, limits = led_over_a_desk(), {"seconds": seconds, "progress": False}
     for how in ({"estimator": "analog"}, {}):
         tp.simulate(scene, **limits, **how)  # compiles
         errors, took, ways = [], [], Counter()
-        for seed in range(asked.repeats):
+        for seed in range(repeats):
             begun = time.perf_counter()
             result = tp.simulate(scene, **limits, **how, seed=seed)
             took.append(time.perf_counter() - begun)
@@ -51,4 +49,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

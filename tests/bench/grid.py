@@ -1,15 +1,19 @@
-"""What voxels cost: nanoseconds a collision in grids of 128^3, beside a homogeneous medium of the same mean, and the memory.
+"""Nanoseconds per collision in a homogeneous medium and in grids of 128^3 voxels of the same mean, and the memory of a grid.
 
-python -m tests.bench.grid [--depth 20]
+python -m tests.bench.grid [--depth 20 ...]
 """
 
-import argparse
 import time
 import tracemalloc
 
 import numpy as np
+import typer
 
 import transport as tp
+from tests.bench.frame import rates
+from transport.compile.compiler import compile_scene
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
 
 COUNT, BOX, PHASE = 128, tp.Box(size=(1.0, 1.0, 1.0)), tp.HenyeyGreenstein(0.85)
 COLLISIONS = 3e6  # about, in a timing
@@ -42,56 +46,42 @@ def _turbulent(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def measure(depth: float = 20.0, repeats: int = 5) -> list[dict]:
-    """Rows {field, ns (a collision), ratio}: the first is the medium.  depth: mean optical depth across the box.
+    """Return rows {field, ns (per collision), ratio}, the homogeneous medium first.
 
-    Times are of the thread's CPU; the fields take turns, and the figure of each is the median.
+    `depth` is the mean optical depth across the box.  Times are medians of the thread's CPU time.
     """
     media = {"homogeneous": tp.Medium(scattering=depth, phase=PHASE)}
     media |= {
         name: tp.Grid(box=BOX, scattering=depth * field, phase=PHASE) for name, field in fields().items()
     }
-    machines = {name: _machine(medium) for name, medium in media.items()}
     particles = int(COLLISIONS / depth**1.3)
-    times = np.array([[_time(machine, particles) for machine in machines.values()] for _ in range(repeats)])
-    figures = np.median(times, axis=0)
+    works = [_work(medium, particles) for medium in media.values()]
+    found = 1e9 / np.median(rates(repeats, *works, clock=time.thread_time), axis=1)
     return [
-        {"field": name, "ns": float(ns), "ratio": float(ns / figures[0])}
-        for name, ns in zip(machines, figures, strict=True)
+        {"field": name, "ns": float(ns), "ratio": float(ns / found[0])}
+        for name, ns in zip(media, found, strict=True)
     ]
 
 
-def _machine(medium):
-    from transport.compile.compiler import compile_scene
-    from transport.engine.driver import compile_program, run_batch
-    from transport.engine.program import build_program
+def _work(medium, particles: int):
+    """Return a function that runs a batch and returns its number of collisions."""
+    program = compile_program(build_program(compile_scene(_scene(medium))))
+    return lambda: run_batch(program, 1, 0, particles).collisions
 
+
+def _scene(medium) -> tp.Scene:
     source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
-    scene = tp.Scene(source, tp.Surface(BOX, tp.Transparent(), inside=medium))
-    machine = compile_program(build_program(compile_scene(scene)))
-    run_batch(machine, 1, 0, 256)
-    return machine
-
-
-def _time(machine, particles: int) -> float:
-    """CPU time of a collision [ns]."""
-    from transport.engine.driver import run_batch
-
-    start = time.thread_time()
-    collisions = run_batch(machine, 1, 0, particles).collisions
-    return 1e9 * (time.thread_time() - start) / collisions
+    return tp.Scene(source, tp.Surface(BOX, tp.Transparent(), inside=medium))
 
 
 def memory(count: int = COUNT) -> dict[str, float]:
-    """Megabytes: of the user's own arrays that a Grid keeps, of the tables that are kept beside, and the most while they are made."""
-    from transport.compile.compiler import compile_scene
-
+    """Return the megabytes of the user's arrays that a Grid keeps, of its tables, and the peak while these are made."""
     field = fields(count)["turbulence, +- 50 %"]
-    source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
     tracemalloc.start()
     try:
         grid = tp.Grid(box=BOX, absorption=field, scattering=20 * field)
         kept = tracemalloc.get_traced_memory()[0]
-        plan = compile_scene(tp.Scene(source, tp.Surface(BOX, tp.Transparent(), inside=grid)))
+        plan = compile_scene(_scene(grid))
         after, most = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
@@ -99,15 +89,16 @@ def memory(count: int = COUNT) -> dict[str, float]:
     return {"arrays": kept / 1e6, "tables": (after - kept) / 1e6, "most": most / 1e6}
 
 
-def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--depth", type=float, default=20.0, help="mean optical depth across the box")
-    depth = options.parse_args().depth
-    print(f"{'mean depth ' + format(depth, 'g'):28} {'ns a collision':>15} {'ratio':>7}")
-    for row in measure(depth):
-        print(f"{row['field']:28} {row['ns']:15.1f} {row['ratio']:7.2f}")
+def main(
+    depth: list[float] = typer.Option([1.0, 20.0], help="Mean optical depth across the box"),  # noqa: B008
+) -> None:
+    """Print a table per depth, and the memory."""
+    for each in depth:
+        print(f"{f'mean depth {each:g}':28} {'ns per collision':>16} {'ratio':>7}")
+        for row in measure(each):
+            print(f"{row['field']:28} {row['ns']:16.1f} {row['ratio']:7.2f}")
     print(", ".join(f"{name} {size:.1f} MB" for name, size in memory().items()))
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -6,9 +6,7 @@ what the check before the run foretold.
 python -m tests.bench.large_tallies [case ...] [--threads 2]
 """
 
-import argparse
 import contextlib
-import resource
 import subprocess
 import sys
 import tempfile
@@ -17,8 +15,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest import mock
 
+import typer
+
 import transport as tp
-from transport.run import memory, run
+from tests.bench.frame import memory
+from transport.run import run
+from transport.run.memory import check_memory, memory_need
 
 SIDE, EDGE = 3162, 215  # bins along an axis: 1e7 in a plane, and in space
 
@@ -109,22 +111,15 @@ class Steps:
         Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
         begun = time.perf_counter()
         yield
-        seconds, most = time.perf_counter() - begun, peak()
+        seconds, most = time.perf_counter() - begun, memory("VmHWM")
         self.most = max(self.most, most)
         print(f"  {name:20} {seconds:8.1f} s {most / 1e9:8.2f} GB", flush=True)
 
 
-def peak() -> int:
-    """The most memory that was resident [bytes]."""
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return 1024 * int(next(line.split()[1] for line in lines if line.startswith("VmHWM")))
-
-
 def foretold(*arguments: object) -> None:
     """The check before a run, and what it foretells, with what is resident by then."""
-    memory.check_memory(*arguments)
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    most = memory.memory_need(*arguments).total + pages * resource.getpagesize()
+    check_memory(*arguments)
+    most = memory_need(*arguments).total + memory()
     print(f"  {'foretold of the run':20} {'':10} {most / 1e9:8.2f} GB", flush=True)
 
 
@@ -154,30 +149,22 @@ def child(case: str, threads: int) -> None:
     print(f"{len(result.run)} batches, file of {size / 1e6:.0f} MB; in all {steps.most / 1e9:.2f} GB")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("cases", nargs="*", metavar="case", help=", ".join(CASES))
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--child", action="store_true")
-    asked = parser.parse_args()
-    if asked.child:
-        child(asked.cases[0], asked.threads)
+def main(
+    cases: list[str] = typer.Argument(None, help=", ".join(CASES)),  # noqa: B008
+    threads: int = 2,
+    is_child: bool = typer.Option(False, "--child", hidden=True),
+) -> None:
+    """Run each case in a process of its own."""
+    if is_child:
+        child(cases[0], threads)
         return
-    if unknown := set(asked.cases) - set(CASES):
-        parser.error(f"no case {', '.join(sorted(unknown))}; there are {', '.join(CASES)}")
-    for case in asked.cases or CASES:
-        command = [
-            sys.executable,
-            "-m",
-            "tests.bench.large_tallies",
-            case,
-            "--child",
-            "--threads",
-            str(asked.threads),
-        ]
+    if unknown := set(cases or ()) - set(CASES):
+        raise typer.BadParameter(f"no case {', '.join(sorted(unknown))}; there are {', '.join(CASES)}")
+    command = [sys.executable, "-m", "tests.bench.large_tallies", "--child", "--threads", str(threads)]
+    for case in cases or CASES:
         print(case, flush=True)
-        subprocess.run(command, check=True)
+        subprocess.run([*command, case], check=True)
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -6,12 +6,13 @@ never reached, which merges its batches again and again.
 python -m tests.bench.long_run [--particles 1e10] [--threads 2]
 """
 
-import argparse
-import os
 import time
 from unittest import mock
 
+import typer
+
 import transport as tp
+from tests.bench.frame import memory
 from transport.run.progress import Progress
 
 ROWS = 12  # of a table
@@ -27,12 +28,6 @@ def scene() -> tp.Scene:
     )
 
 
-def resident() -> float:
-    """Memory of this process that is in use [MB]."""
-    with open("/proc/self/statm") as told:
-        return int(told.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
-
-
 class Watch:
     """Told of a run's progress, it writes down when, how many particles and how much memory."""
 
@@ -42,11 +37,11 @@ class Watch:
     def look(self, particles: float) -> None:
         """A row whenever another part of all particles is done."""
         if particles >= (len(self.seen) + 1) * self.particles / ROWS:
-            self.seen.append((particles, time.perf_counter() - self.begun, resident()))
+            self.seen.append((particles, time.perf_counter() - self.begun, memory() / 1e6))
 
     def table(self) -> str:
         """What was seen, and how much memory the second half of the run added."""
-        rows = [f"{p:12.3g} {seconds:10.1f} {memory:12.1f}" for p, seconds, memory in self.seen]
+        rows = [f"{p:12.3g} {seconds:10.1f} {used:12.1f}" for p, seconds, used in self.seen]
         half, last = self.seen[len(self.seen) // 2 - 1][2], self.seen[-1][2]
         return "\n".join(
             [
@@ -67,19 +62,16 @@ def watched(particles: int, threads: int, **limits: object) -> Watch:
     return watch
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--particles", type=float, default=1e10)
-    parser.add_argument("--threads", type=int, default=2)
-    asked = parser.parse_args()
+def main(particles: float = 1e10, threads: int = 2) -> None:
+    """Print a table of each kind of run."""
     tp.simulate(scene(), 100_000, progress=False)
     for title, limits in (
         ("particles", {}),
         ("error", {"error": {"meter.flux_in": NEVER}, "estimator": "analog"}),
     ):
         print(f"limited by {title}")
-        print(watched(int(asked.particles), asked.threads, **limits).table(), flush=True)
+        print(watched(int(particles), threads, **limits).table(), flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

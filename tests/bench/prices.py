@@ -488,6 +488,12 @@ def price_table(prices: Iterable[Price]) -> Table:
     return table_of(HEADS, rows)
 
 
+def first_case(sim: str) -> Treatment:
+    """Return the treatment of the first case of an experiment."""
+    module = experiment(sim)
+    return experiment_treatment(module, scene_of(module, cases_of(module, {})[0], {}))
+
+
 def main(
     sim: str = typer.Argument("", help="Experiment to add effects to [default: the base room]"),
     turns: int = TURNS,
@@ -496,9 +502,7 @@ def main(
 ) -> None:
     """Price the effects that can be added to the base room, or to the first case of an experiment."""
     if sim:
-        module = experiment(sim)
-        treatment = experiment_treatment(module, scene_of(module, cases_of(module, {})[0], {}))
-        found = prices_of(treatment, IN_ANY_SCENE, turns, seconds)
+        found = prices_of(first_case(sim), IN_ANY_SCENE, turns, seconds)
     else:
         found = prices_of(base_room(), ADDITIONS.values(), turns, seconds)
     if json:

@@ -9,12 +9,12 @@ another.  No block of four words comes twice before 2^60 of them.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Iterator
 
 import numpy as np
+import typer
 from numba import njit
 
 from transport.physics.device import ARITHMETIC
@@ -56,18 +56,16 @@ def chunks(order: str, seed: int, blocks: int = BLOCKS) -> Iterator[np.ndarray]:
         first += blocks
 
 
-def main() -> None:
+def main(order: str = typer.Argument("lives", help=", ".join(ORDERS)), seed: int = 1) -> None:
     """Write until the reader has had enough."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("order", nargs="?", choices=ORDERS, default="lives")
-    parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
+    if order not in ORDERS:
+        raise typer.BadParameter(f"no order {order!r}; there are {', '.join(ORDERS)}")
     try:
-        for words in chunks(asked.order, asked.seed):
+        for words in chunks(order, seed):
             sys.stdout.buffer.write(words)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is still to be flushed
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

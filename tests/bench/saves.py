@@ -5,9 +5,10 @@ python -m tests.bench.saves [SCENE ...]
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from pathlib import Path
+
+import typer
 
 import transport as tp
 from tests.media_scenes import TRACKINGS
@@ -34,9 +35,14 @@ def check(name: str, path: Path) -> None:
     assert_same(from_file.batches, tp.simulate(scene, particles=MORE, resume=whole).batches)
 
 
-if __name__ == "__main__":
-    names = sys.argv[1:] or list(SCENES)
+def main(names: list[str] = typer.Argument(None)) -> None:  # noqa: B008
+    """Check the scenes, one file format after the other."""
+    names = names or list(SCENES)
     with tempfile.TemporaryDirectory() as folder:
         for number, name in enumerate(names):
             check(name, Path(folder) / f"{number}{('.nc', '.npz')[number % 2]}")
     print(f"{len(names)} scenes the same")
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -8,7 +8,6 @@ client, each of which does one thing at a time.
 python -m tests.bench.scaling [--bins 512] [--batch 0.3] [--scheduler 1e-3] [--client 1e-3] [--latency 1e-3] [--network 1e8]
 """
 
-import argparse
 import heapq
 import itertools
 import pickle
@@ -18,6 +17,8 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+
+import typer
 
 import transport as tp
 from transport.compile.compiler import compile_scene
@@ -147,29 +148,27 @@ def efficiency(workers: int, batches: int, histories: int, costs: Costs, assumed
     return batches * histories * costs.history / (workers * client)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--bins", type=int, nargs="+", default=[1, 512, 1_000_000])
-    parser.add_argument(
-        "--batch", type=float, nargs="+", default=[0.3, 3.0, 30.0], help="seconds of its histories"
-    )
-    parser.add_argument("--scheduler", type=float, default=1e-3, help="seconds a task")
-    parser.add_argument("--client", type=float, default=1e-3, help="seconds a task, beside taking in sums")
-    parser.add_argument("--latency", type=float, default=1e-3, help="seconds one way")
-    parser.add_argument("--network", type=float, default=1e8, help="bytes a second into the client")
-    asked = parser.parse_args()
-    assumed = Assumed(asked.scheduler, asked.client, asked.latency, asked.network)
+def main(
+    bins: list[int] = typer.Option([1, 512, 1_000_000]),  # noqa: B008
+    batch: list[float] = typer.Option([0.3, 3.0, 30.0], help="Seconds of its histories"),  # noqa: B008
+    scheduler: float = typer.Option(1e-3, help="Seconds per task"),
+    client: float = typer.Option(1e-3, help="Seconds per task, beside taking in sums"),
+    latency: float = typer.Option(1e-3, help="Seconds one way"),
+    network: float = typer.Option(1e8, help="Bytes per second into the client"),
+) -> None:
+    """Print a table of efficiencies per number of bins."""
+    assumed = Assumed(scheduler, client, latency, network)
     print(
         f"assumed: {1e3 * assumed.scheduler:g} ms a task of the scheduler and {1e3 * assumed.client:g} ms of the client,"
         f" {1e3 * assumed.latency:g} ms one way, {assumed.network / 1e6:g} MB/s into the client; workers alike, with one"
         f" thread each, none is lost; all batches in one leg\n{MAX_BATCHES} batches are the most that one may ask for,"
         f" {LONGEST} those of the longest run, {MAX_PARTICLES * 100:.0e} particles: more workers than that have nothing to do"
     )
-    for bins in asked.bins:
-        costs = measured(bins)
-        print(f"\n{bins} bins: {told(costs)}")
+    for count in bins:
+        costs = measured(count)
+        print(f"\n{count} bins: {told(costs)}")
         print("    batches of        s" + "".join(f"{workers:>8}" for workers in WORKERS) + " workers")
-        for batches, seconds in itertools.product((MAX_BATCHES, LONGEST), asked.batch):
+        for batches, seconds in itertools.product((MAX_BATCHES, LONGEST), batch):
             histories = max(1, round(seconds / costs.history))
             found = [efficiency(workers, batches, histories, costs, assumed) for workers in WORKERS]
             row = "".join(f"{100 * each:7.1f}%" for each in found)
@@ -184,4 +183,4 @@ def told(costs: Costs) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -5,7 +5,6 @@
 Ratios can be compared between machines, absolute numbers cannot.
 """
 
-import math
 import subprocess
 import sys
 import time
@@ -16,6 +15,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from tests.bench.frame import memory, rates
 from tests.bench.yardstick import run_box, run_disks, run_fog
 from transport.analysis.effects import pass_costs
 from transport.cli.output import print_json, print_rich, table_of
@@ -35,27 +35,13 @@ from transport.scene.sources import Source
 from transport.scene.speeds import Maxwellian
 from transport.simulate import simulate
 
-# ---- Rows of the benchmark, and rates of several functions timed alternately.
+# ---- Rows of the benchmark.
 
 
 def row(name: str, values: np.ndarray | float, unit: str, ratios: np.ndarray | None = None) -> dict:
     """Return {name, value, unit, ratio} with medians; ratio is None without a reference."""
     ratio = None if ratios is None else float(np.median(ratios))
     return {"name": name, "value": float(np.median(values)), "unit": unit, "ratio": ratio}
-
-
-def rates(repeats: int, *works: Callable[[], int]) -> np.ndarray:
-    """Call the functions in turn and return their rates [count/s], shape (works, repeats).
-
-    Each function returns its count.  The first turn compiles and is dropped.
-    """
-    found = np.zeros((len(works), repeats + 1))
-    for turn in range(repeats + 1):
-        for number, work in enumerate(works):
-            begun = time.perf_counter()
-            done = work()
-            found[number, turn] = done / (time.perf_counter() - begun)
-    return found[:, 1:]
 
 
 # ---- Benchmarks of media: slabs and half spaces against one photon at a time, in the same run.
@@ -293,15 +279,7 @@ def _memory_rows(particles: int) -> list[dict]:
 def peak_memory(particles: int) -> float:
     """Run the disks and return the peak memory [bytes] of this process; nan if unknown."""
     simulate(disks_scene(), particles=particles, seed=1, threads=1, progress=False)
-    status = Path("/proc/self/status")
-    if status.exists():  # on Linux ru_maxrss would include the parent's peak
-        return 1024.0 * float(status.read_text().split("VmHWM:")[1].split()[0])
-    try:
-        import resource
-    except ImportError:
-        return math.nan
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return float(peak if sys.platform == "darwin" else 1024 * peak)
+    return memory("VmHWM")
 
 
 def _pass_rows(title: str, scene: Scene) -> list[dict]:

@@ -1,14 +1,15 @@
 """Whether intervals of runs that stop at an error cover what they claim, and how well such runs foretell their length.
 
-python -m tests.bench.stopping [--runs 2000] [--targets 0.1 0.01] [--cases few most unlike] [--sampling random]
+python -m tests.bench.stopping [--runs 2000] [--target 0.1 ...] [--case few ...] [--sampling random]
 """
 
-import argparse
 import math
 import time
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
+import typer
 
 import transport as tp
 from transport.theory.view_factors import coaxial_disks
@@ -90,13 +91,16 @@ def row(name: str, target: float, runs: int, sampling: str) -> str:
     return f"{text}, {(time.process_time() - begun) / runs:.3f} s of CPU each"
 
 
+def main(
+    case: list[str] = typer.Option(list(CASES)),  # noqa: B008
+    target: list[float] = typer.Option([1e-1, 1e-2]),  # noqa: B008
+    runs: int = 2000,
+    sampling: str = "random",
+) -> None:
+    """Print a row per case and target."""
+    for name, error in product(case, target):
+        print(row(name, error, runs, sampling), flush=True)
+
+
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=2000)
-    parser.add_argument("--targets", type=float, nargs="+", default=[1e-1, 1e-2])
-    parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
-    parser.add_argument("--sampling", default="random")
-    options = parser.parse_args()
-    for case in options.cases:
-        for target in options.targets:
-            print(row(case, target, options.runs, options.sampling), flush=True)
+    typer.run(main)

@@ -3,11 +3,11 @@
 python -m tests.bench.tracking [--repeats 5]
 """
 
-import argparse
 import time
 from itertools import product
 
 import numpy as np
+import typer
 
 import transport as tp
 
@@ -56,10 +56,8 @@ def efficiencies(scene: tp.Scene, repeats: int) -> np.ndarray:
     return np.c_[worth[1:] / worth[0], seconds[0] / seconds[1:]]
 
 
-def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--repeats", type=int, default=5)
-    repeats = options.parse_args().repeats
+def main(repeats: int = 5) -> None:
+    """Print the least, the median and the largest gain over all slabs."""
     cases = list(product(DEPTHS, ALBEDOS, COSINES))
     found = np.array([efficiencies(slab(*case), repeats) for case in cases])
     print(f"over analog, of {len(cases)} slabs: least, median, most")
@@ -70,4 +68,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

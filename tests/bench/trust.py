@@ -10,8 +10,6 @@ reference's error in quadrature) and by more than 1 %.  A wrong run must be doub
 MISSED.  A run is COMPLETE if each class of light that brings more than 1 % of the value is connected exactly by its estimator, or has an
 expected number of scores of at least 50: that is known of the scene beforehand, not of the run.  Complete runs may be wrong by
 chance: how many of them are expected to be is printed beside how many were missed.  At most 5 % of complete runs may be doubtful.
-
-Where estimates have no verdict yet, it is "doubtful" if `result.quality` or a warning says so, and else "sound".
 """
 
 from __future__ import annotations
@@ -48,10 +46,8 @@ OF_ROOMS = ("analog", "expected", "expected, sobol", "backward", "auto")
 SIGMAS = 3.0  # beyond which a run is wrong, if it is also
 OFF = 0.01  # off by this share
 SURE = 2 * float(ndtr(SIGMAS)) - 1  # confidence of an interval of so many standard errors
-SIGNIFICANT, ENOUGH = (
-    0.01,
-    50.0,
-)  # share of the value of a class that matters, and scores of which it is found
+SIGNIFICANT = 0.01  # share of the value from which a class matters
+ENOUGH = 50.0  # scores with which a class is found
 FAMILY = 1e-3  # rate of false alarms of all comparisons of rooms together
 
 
@@ -112,16 +108,9 @@ def run_of(scene: tp.Scene, method: str, histories: float, seed: int, **more) ->
 
 
 def verdict_of(result: tp.Result) -> tuple[str, str]:
-    """The verdict on the irradiance of detector "m", and what speaks against it."""
+    """Return the verdict on the irradiance of detector "m", and its findings."""
     estimate = result["m"].irradiance
-    verdict = getattr(estimate, "verdict", None)
-    if verdict is not None:
-        return verdict, "; ".join(finding.what for finding in estimate.findings)
-    doubts = [
-        *result.quality("m.irradiance").doubts,
-        *(text for text in result.warnings if "flux_out" not in text),
-    ]
-    return ("doubtful" if doubts else "sound"), "; ".join(doubts)
+    return estimate.verdict, "; ".join(finding.what for finding in estimate.findings)
 
 
 # ---- judging ----
@@ -354,9 +343,7 @@ def rooms(
 ) -> None:
     """Random rooms: one run of each estimator in each."""
     references, found = stored_references(), {}
-    for k in range(first, last, step):
-        if str(k) not in references:
-            continue
+    for k in (k for k in range(first, last, step) if str(k) in references):
         found[k] = room_runs(k, references[str(k)], particles)
         _store(json_, {k: [_stored(each) for each in judged] for k, judged in found.items()})
         for each in found[k]:
@@ -380,9 +367,7 @@ def auto(
 ) -> None:
     """The way that the guides recommend: an error of 1 % by estimator="auto", with a limit of time."""
     references, found, late = stored_references(), {}, 0
-    for k in range(first, last, step):
-        if str(k) not in references:
-            continue
+    for k in (k for k in range(first, last, step) if str(k) in references):
         begun, scene = time.perf_counter(), random_room(k)
         run = run_of(scene, "auto", None, 1, error={"m.irradiance": 0.01}, seconds=seconds)
         took = time.perf_counter() - begun

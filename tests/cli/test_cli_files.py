@@ -47,7 +47,7 @@ def test_parts_are_saved_merged_and_shown(run, call, tmp_path):
     assert flux["value"] == whole["meter"].flux_in.value and record["seeds"] == [4]
 
 
-def test_a_part_says_what_it_is_of(run, call):
+def test_a_part_names_its_run(run, call):
     """In its file, as a line of several, and for machines."""
     run("--save", "1.npz", "--part", "1/2")
     run("--save", "2.npz", "--part", "2/2")
@@ -59,7 +59,7 @@ def test_a_part_says_what_it_is_of(run, call):
     assert one["cost"]["particles"] == 2504 and one["left out"] == []
 
 
-def test_bins_are_told_for_machines(call, tmp_path):
+def test_json_has_the_bins_of_a_saved_run(call, tmp_path):
     meter = tp.Detector(tp.Sphere(radius=1.0), name="meter", directions=tp.Directions(mu=4))
     tp.Scene(tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=1.0)), (), meter).to_json(
         tmp_path / "bins.json"
@@ -71,7 +71,7 @@ def test_bins_are_told_for_machines(call, tmp_path):
     assert radiance["value"] == result.value.tolist() and radiance["dims"] == list(result.dims)
 
 
-def test_no_other_run_is_written_over_unless_that_is_said(run, call, tmp_path):
+def test_no_other_run_is_overwritten_without_the_option(run, call, tmp_path):
     for k in (1, 2):
         run("--save", f"{k}.npz", "--part", f"{k}/2")
     before = (tmp_path / "1.npz").read_bytes()
@@ -159,7 +159,7 @@ def test_a_run_is_printed_although_the_disk_is_full_at_its_end(
         assert any(each.category is resuming.CheckpointWarning for each in recwarn)
 
 
-def test_a_resumed_run_that_is_saved_nowhere_says_so(run):
+def test_a_resumed_run_that_is_saved_nowhere_has_a_warning(run):
     assert run("--save", "run.npz").stderr == ""
     answer = run("--resume", "run.npz", "--particles", "6000")
     assert answer.exit_code == 0 and "pass --checkpoint run.npz or --save FILE" in answer.stderr

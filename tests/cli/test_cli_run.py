@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.own_experiments import CASES, EXPERIMENT, ROOT
+from tests.own_experiments import CASES, EXPERIMENT
+from tests.processes import ROOT, python
 
 
 def record_of(call, *arguments):
@@ -35,9 +36,8 @@ def test_run_prints_law_table_verdict_ledger_cost_next_digit_and_picture(call):
 
 @pytest.mark.slow
 def test_output_in_a_pipe_is_plain_and_whole_whatever_the_width(call):
-    environment = os.environ | {"COLUMNS": "30", "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "transport", "run", "disks.py", "--no-picture"]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=True)
+    command = "-m", "transport", "run", "disks.py", "--no-picture"
+    done = python(*command, folder=Path.cwd(), COLUMNS="30")
     assert "\x1b" not in done.stdout
     assert "…" not in done.stdout
     assert done.stderr == ""
@@ -87,7 +87,7 @@ def test_same_seed_and_any_threads_print_the_same_digits(call):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("limit", [("--error", "meter.irradiance=1e-3"), ("--seconds", "0.1")])
-def test_run_for_an_error_or_a_time_says_which_estimator_pilots_chose(call, limit):
+def test_run_for_an_error_or_a_time_reports_the_estimator_that_pilots_chose(call, limit):
     def method(*options):
         found = record_of(call, "disk.py", *options)["method"]
         return found["estimator"], found["sampling"]
@@ -154,7 +154,7 @@ def test_long_texts_fold_and_rows_do_not(call):
 
 
 @pytest.mark.slow
-def test_of_several_cases_it_is_told_in_how_many_pilots_took_which_estimator(call):
+def test_of_several_cases_those_of_each_chosen_estimator_are_counted(call):
     Path("cases.py").write_text(EXPERIMENT + CASES, encoding="utf-8")
     answer = call("run", "cases.py", "--seconds", "0.05", "--no-picture")
     (line,) = (line for line in answer.output.splitlines() if line.startswith("estimator "))
@@ -263,7 +263,7 @@ def test_refusal_is_red_on_a_terminal(call):
     os.close(own)
 
 
-def test_without_matplotlib_one_line_says_what_to_install(call, monkeypatch):
+def test_without_matplotlib_one_line_names_the_extra(call, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     answer = call("run", "disk.py")

@@ -85,7 +85,7 @@ def test_a_pass_that_no_lane_reaches_is_printed_as_not_reached(call):
 
 
 @pytest.mark.slow
-def test_a_scene_with_rays_to_detectors_is_priced_without_them_and_says_so(call):
+def test_a_scene_with_rays_to_detectors_is_priced_without_them_with_a_note(call):
     lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1.0))
     tp.Scene(lamp, (), tp.PointDetector((0, 0, 2), "p")).to_json("point.json")
     output = call("effects", "point.json").output

@@ -1,17 +1,14 @@
 """Menu, list, version, help and benchmarks; tables and texts as wide as they may be; what an interruption leaves."""
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import pytest
 import typer
 
-from tests.own_experiments import ROOT
+from tests.processes import python
 from transport import __version__
 from transport.cli import commands
 from transport.cli.docs import command_pages
@@ -44,8 +41,7 @@ def test_list_loads_no_compiler_and_no_plotting():
         "import sys\nfrom transport.cli.commands import app\napp(['list'], standalone_mode=False)\n"
         "heavy = {'numba', 'scipy', 'matplotlib', 'pyvista', 'xarray'} & set(sys.modules)\nassert not heavy, heavy"
     )
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    subprocess.run([sys.executable, "-c", code], check=True, env=environment, stdout=subprocess.DEVNULL)
+    python("-c", code)
 
 
 @pytest.mark.parametrize("options", [(), ("--quick", "--json"), ("--effects", "--repeats", "7")])

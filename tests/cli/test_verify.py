@@ -14,8 +14,8 @@ import pytest
 from scipy.special import bdtr, bdtrc
 
 from tests import agreement
-from tests.ctrl_c import pressing_ctrl_c
 from tests.own_experiments import EXPERIMENT
+from tests.processes import pressing_ctrl_c
 from transport.cli import verify
 from transport.cli.laws import Law, split_law, z_score
 from transport.statistics.estimates import Estimate

@@ -206,6 +206,7 @@ def test_docstrings_of_the_reference_are_read_as_they_are_meant(faults_of):
     assert {name: found for name, found in faults.items() if found} == {}
 
 
+@pytest.mark.slow
 def test_constants_named_in_comments_and_docstrings_exist():
     texts = {path: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
     faults = {str(path): unknown_constants(text) for path, text in texts.items()}

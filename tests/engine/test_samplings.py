@@ -13,8 +13,9 @@ from scipy.special import fdtrc
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread
+from tests.processes import elsewhere
 from tests.refusals import assert_refused
-from tests.same_batches import digest, elsewhere
+from tests.same_batches import digest
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import SAMPLINGS, Method
 from transport.engine.driver import compile_program, run_batch

@@ -6,38 +6,31 @@ is counted as slow: whether it would hold, or ever end, is not known; run it alo
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter
+
+import typer
 
 from tests.fuzz.numbered import FAMILIES, Outcome, outcomes_of
 
 
-def main() -> int:
-    """Run the scenes asked for; 1 if anything failed or was too slow."""
-    parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__.splitlines()[0])
-    parser.add_argument("--scenes", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--first", type=int, default=0, help="number of the first scene")
-    parser.add_argument(
-        "--limit", type=float, default=120.0, help="seconds of processor time a scene may take"
-    )
-    asked = parser.parse_args()
+def main(
+    scenes: int = 1000,
+    seed: int = 0,
+    first: int = typer.Option(0, help="Number of the first scene"),
+    limit: float = typer.Option(120.0, help="Seconds of processor time that a scene may take"),
+) -> None:
+    """Run the scenes; exit with 1 if anything failed or was too slow."""
     outcomes = []
-    for outcome in outcomes_of(range(asked.first, asked.first + asked.scenes), asked.seed, asked.limit):
+    for outcome in outcomes_of(range(first, first + scenes), seed, limit):
         outcomes.append(outcome)
-        if outcome.failed:
-            print(f"\n# scene {outcome.number} of seed {asked.seed}, {outcome.family}: {outcome.failed}")
+        if fault := outcome.failed or outcome.slow:
+            print(f"\n# scene {outcome.number} of seed {seed}, {outcome.family}: {fault}")
             print(outcome.snippet, flush=True)
-        if outcome.slow:
-            print(
-                f"\n# scene {outcome.number} of seed {asked.seed}, {outcome.family}: {outcome.slow}",
-                flush=True,
-            )
         if len(outcomes) % 100 == 0:
             print(f"{len(outcomes)} scenes", file=sys.stderr)
-    print(summary_of(outcomes, asked.seed))
-    return int(any(outcome.failed or outcome.slow for outcome in outcomes))
+    print(summary_of(outcomes, seed))
+    raise typer.Exit(any(outcome.failed or outcome.slow for outcome in outcomes))
 
 
 def summary_of(outcomes: list[Outcome], seed: int) -> str:
@@ -64,4 +57,4 @@ def summary_of(outcomes: list[Outcome], seed: int) -> str:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    typer.run(main)

@@ -14,8 +14,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 import transport as tp
 from tests.fuzz import properties
 from tests.fuzz.numbered import FAMILIES, world_of
-from tests.fuzz.snippets import written
-from tests.fuzz.worlds import worlds
+from tests.fuzz.worlds import written
 
 few = settings(
     derandomize=True,
@@ -24,14 +23,14 @@ few = settings(
     phases=[Phase.generate],  # a scene that fails is printed as it is: to shrink it would compile many others
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
-EXAMPLES = [("worlds", 12), ("furnaces", 4), ("views", 4), ("gases", 3), ("clocks", 3), ("ways", 4)]
+EXAMPLES = [("worlds", 7), ("furnaces", 2), ("views", 2), ("gases", 2), ("clocks", 2), ("ways", 2)]
 LONG = 1200  # s, to catch what hangs; most of the time is compilation, on a busy machine several minutes
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(LONG)
 @pytest.mark.parametrize("case", EXAMPLES)
-def test_any_world_keeps_its_promises_or_says_why_not(case):
+def test_any_world_has_all_properties_or_is_refused_with_a_cure(case):
     """Each family of scenes with its own check (tests/fuzz/numbered.py)."""
     family, examples = case
     made, look = FAMILIES[family]
@@ -45,24 +44,15 @@ def test_any_world_keeps_its_promises_or_says_why_not(case):
 
 
 @pytest.mark.slow
-@settings(few, max_examples=15)
-@given(worlds())
-def test_a_world_is_written_as_the_python_that_makes_it(world):
-    try:
-        scene = world.scene()
-    except tp.SceneError:
-        return
-    assert eval(written(scene), {"tp": tp, "np": np, "math": math}) == scene
-
-
-@pytest.mark.slow
-def test_few_scenes_are_refused():
-    """Else hardly anything would be tested: at most a fifth, and each refusal helps."""
+def test_few_worlds_are_refused_and_each_is_written_as_the_python_that_makes_it():
+    """At most a fifth, since hardly anything would be tested otherwise; each refusal names its cure."""
     refusals = []
-    for number in range(40):
+    for number in range(25):
         try:
-            world_of(number, 1, "worlds").scene()
+            scene = world_of(number, 1, "worlds").scene()
         except tp.SceneError as refusal:
             properties.refusal_helps(str(refusal))
             refusals.append(refusal)
-    assert len(refusals) <= 8
+        else:
+            assert eval(written(scene), {"tp": tp, "np": np, "math": math}) == scene
+    assert len(refusals) <= 5

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 import transport as tp
-from tests.fuzz import agreements, gases, properties, samples, views
+from tests.fuzz import agreements, gases, properties, views
 from tests.fuzz.lamps import WARM
 from tests.fuzz.numbered import received
 from tests.fuzz.rooms import METERED, ell
@@ -182,14 +182,14 @@ def test_an_instant_that_is_another_one_is_seen(monkeypatch):
 def test_bins_that_lose_a_particle_or_look_elsewhere_are_seen():
     scene = gas().scene()
     result = tp.simulate(scene, particles=2000, seed=1, progress=False)
-    samples.instants_add_up(result)
-    samples.whole_samples_are_binned(result)
-    samples.samples_grow(result, result, 1.0, 1.0)
+    properties.instants_add_up(result)
+    properties.whole_samples_are_binned(result)
+    properties.samples_grow(result, result, 1.0, 1.0)
     with pytest.raises(AssertionError, match="off by"):
-        samples.samples_grow(result, result, 2.0, 1.0)
+        properties.samples_grow(result, result, 2.0, 1.0)
     result["sample"].positions[:7] += 0.5
     with pytest.raises(AssertionError, match="of a sample of all"):
-        samples.whole_samples_are_binned(result)
+        properties.whole_samples_are_binned(result)
     result["sample"].histories[7] = result["sample"].histories[8]
     with pytest.raises(AssertionError, match="twice"):
-        samples.instants_add_up(result)
+        properties.instants_add_up(result)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from hypothesis import strategies as st
 
 import transport as tp
 from tests.fuzz import contacts, lamps, looks, shapes, stuff
-from tests.fuzz.dimensions import scaled, scaled_parameters
-from tests.fuzz.snippets import written
 from transport.compile.methods import methods_for
+from transport.geometry.mesh import Mesh
+from transport.scene.phase_functions import Phase, PiecewiseLinear
+from transport.statistics.any_estimate import AnyEstimate
 from transport.vectors import Vector
 
 PITCH, WITHIN = 1.0, 0.45  # of the grid [m]; the ball that holds what is in a cell
@@ -204,3 +207,111 @@ def _tracking(draw, middle: Vector) -> dict[str, Any]:
     said = [None, None, "analog", "weighted", tp.Tracking(forced=True), tp.Tracking(splitting=splitting)]
     tracking = draw(st.sampled_from([*said, tp.Tracking(roulette=1.0)]))
     return {} if tracking is None else {"tracking": tracking}
+
+
+# ---- a scene in another unit of length and of power: factors of each parameter and of each quantity ----
+
+# Powers of the factors of length and of power.  Light keeps its speed, so that times go as lengths.
+POWERS = {
+    **dict.fromkeys(
+        ("center", "position", "radius", "inner_radius", "top_radius", "width", "height"), (1, 0)
+    ),
+    **dict.fromkeys(("size", "thickness", "focal_length", "vertices", "sigma", "start", "end"), (1, 0)),
+    **dict.fromkeys(("duration", "time", "stop"), (1, 0)),
+    **dict.fromkeys(("absorption", "scattering"), (-1, 0)),
+    **dict.fromkeys(("power", "intensity", "number"), (0, 1)),
+    **dict.fromkeys(("radiance", "irradiance"), (-2, 1)),
+    **dict.fromkeys(("emission", "density"), (-3, 1)),
+    "exitance": (-2, 1),
+    "energy": (1, 1),
+    ("Effusive", "exitance"): (-3, 1),  # a number over area and time
+    ("Maxwellian", "sigma"): (0, 0),  # a speed
+    "look_at": (1, 0),
+    **{("PhaseSpace", axis): (1, 0) for axis in "xyz"},
+}
+OF_SYMBOLS = {"m": 1, "s": 1}
+WITHOUT_AMOUNT = ("counts", "mean_", "variance_", "temperature")  # what does not grow with what is emitted
+
+
+def scaled(value: object, length: float, power: float) -> object:
+    """A part of a scene, with all that has a unit multiplied."""
+    if isinstance(value, tuple):
+        return tuple(scaled(each, length, power) for each in value)
+    if not dataclasses.is_dataclass(value) or (isinstance(value, Phase) and getattr(value, "is_phase", True)):
+        return value
+    given = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
+    return dataclasses.replace(value, **scaled_parameters(type(value).__name__, given, length, power))
+
+
+def scaled_parameters(kind: str, given: dict[str, object], length: float, power: float) -> dict[str, object]:
+    """Parameters of an object of that kind by their names, with all that has a unit multiplied."""
+    found = {}
+    for name, value in given.items():
+        powers = POWERS.get((kind, name)) or POWERS.get(name)
+        if value is None or not powers or dataclasses.is_dataclass(value):
+            found[name] = scaled(value, length, power)
+        else:
+            found[name] = _multiplied(value, length ** powers[0] * power ** powers[1])
+    return found
+
+
+def _multiplied(given: object, factor: float) -> object:
+    if isinstance(given, tuple):
+        return tuple(_multiplied(each, factor) for each in given)
+    if isinstance(given, str):
+        return given
+    return np.multiply(given, factor) if isinstance(given, np.ndarray) else given * factor
+
+
+def factor_of(name: str, quantity: AnyEstimate, length: float, power: float, is_light: bool) -> float:
+    """By what a quantity of that name should have grown."""
+    powers = dict(quantity.unit.powers)
+    grows = sum(float(powers.get(symbol, 0)) * by for symbol, by in OF_SYMBOLS.items())
+    of_energy = 1 if is_light else 0  # a power over a time; a mass and its speed keep their energy
+    grows += float(powers.get("J", 0)) * of_energy + float(powers.get("Pa", 0)) * (of_energy - 3)
+    return length**grows * (1.0 if name.startswith(WITHOUT_AMOUNT) else power)
+
+
+# ---- a scene as the lines of Python that make it ----
+
+ALIASES = ("outside", "inside")  # of front and back
+
+
+def written(value: object) -> str:
+    """An expression in `tp`, `np` and `math` that makes the value again."""
+    if isinstance(value, Mesh):
+        arrays = f"vertices={written(value.vertices)}, faces={written(value.faces)}"
+        return f"tp.Mesh({arrays})"
+    if isinstance(value, PiecewiseLinear):
+        return written(value.values)
+    if dataclasses.is_dataclass(value):
+        return f"tp.{getattr(type(value), 'written', type(value).__name__)}({', '.join(_parameters(value))})"
+    if isinstance(value, np.ndarray):
+        return f"np.array({value.tolist()!r})"
+    if isinstance(value, tuple | list):
+        return f"({', '.join(map(written, value))}{',' * (len(value) == 1)})"
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"float({str(value)!r})"
+    return repr(value)
+
+
+def _parameters(value: object) -> list[str]:
+    """Parameters that are not what they would be anyway, by their names."""
+    found = []
+    for each in dataclasses.fields(value):
+        if not each.init or each.name in ALIASES:
+            continue
+        given = getattr(value, each.name)
+        if not _is_default(each, given):
+            found.append(f"{each.name}={written(given)}")
+    return found
+
+
+def _is_default(field: dataclasses.Field, given: object) -> bool:
+    if field.default_factory is not dataclasses.MISSING:
+        return given == field.default_factory()
+    return (
+        field.default is not dataclasses.MISSING
+        and type(given) is type(field.default)
+        and given == field.default
+    )

@@ -18,6 +18,7 @@ from numba import config
 import transport as tp
 from tests.agreement import assert_agrees
 from tests.bench.grid import memory
+from tests.driven import PASS
 from tests.grid_scenes import (
     FALSE_ALARM,
     SIZE,
@@ -28,7 +29,6 @@ from tests.grid_scenes import (
     plant_block,
     strewn,
 )
-from tests.sampling import PASS
 from tests.slow import quick
 from transport.compile.compiler import compile_scene
 from transport.engine import driver

@@ -18,8 +18,8 @@ import pytest
 
 import transport as tp
 from tests.io.test_saved import killed_at, refusal, run, small
-from tests.own_experiments import ROOT
 from tests.plain_scenes import SMALL
+from tests.processes import ROOT, python
 from tests.same_batches import assert_same
 from transport.io import atomic, resuming
 from transport.io.atomic import FileError, atomic_write
@@ -226,10 +226,7 @@ def test_a_full_disk_leaves_the_old_file_and_stops_no_run(tmp_path, suffix):
     path = tmp_path / f"run{suffix}"
     small(4_000).save(path)
     old = path.read_bytes()
-    command = [sys.executable, "-c", FULL_DISK, str(path), str(len(old) // 3)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    first, *_, second = done.stdout.splitlines()
+    first, *_, second = python("-c", FULL_DISK, path, len(old) // 3).stdout.splitlines()
     assert "File too large" in first and "old file is unchanged" in first
     assert " 9000 " in second and "not saved at its end" in second and not second.startswith("0")
     assert path.read_bytes() == old and os.listdir(tmp_path) == [path.name]
@@ -240,7 +237,7 @@ def test_files_that_a_killed_process_left_are_removed(tmp_path):
     path = tmp_path / "run.npz"
     child = "import os, sys, pathlib\nfrom transport.io.atomic import atomic_write as written_whole\n"
     child += "with written_whole(pathlib.Path(sys.argv[1])): os._exit(0)"
-    subprocess.run([sys.executable, "-c", child, path], cwd=ROOT, check=True)
+    python("-c", child, path)
     assert len(os.listdir(tmp_path)) == 1
     with atomic_write(path) as file:
         file.write(b"whole")

@@ -259,7 +259,7 @@ def test_a_reading_of_very_many_bins_works_out_one_of_its_quantities(drawn, monk
     assert "intensity" in vars(top) and "intensity_out" not in vars(top) and "radiance" not in vars(top)
 
 
-def test_without_matplotlib_the_table_says_what_to_install(monkeypatch, foggy):
+def test_without_matplotlib_the_table_names_the_extra(monkeypatch, foggy):
     for name in [name for name in sys.modules if name.startswith(("matplotlib", "transport.viz"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)

@@ -37,7 +37,7 @@ LIMITS = {
     "splitting": ("deep", {"particles": 4_001, "tracking": TRACKINGS["deep"]}),
 }
 FILES = {name: ".nc" if place % 2 else ".npz" for place, name in enumerate(LIMITS)}
-SMALL_STEPS, LARGE_STEPS = range(1000, 1300), range(20_000, 400_000, 20_000)
+SMALL_STEPS, LARGE_STEPS = range(1000, 1120), range(20_000, 200_000, 20_000)
 EARLIER = Path(__file__).parents[1] / "earlier"
 
 
@@ -89,14 +89,14 @@ def test_a_run_is_loaded_and_resumed_as_if_it_had_not_been_killed(name, tmp_path
     assert_same(whole.batches, loaded.batches)
     assert loaded.report() == whole.report() and loaded.scene == whole.scene
     assert loaded.cost == whole.cost and loaded.state.looks == whole.state.looks
-    for place in np.random.default_rng(1).integers(1, 8, 2):
-        path.unlink()
-        killed_at(place, path, monkeypatch, name)
-        again = run(name, threads=1 + place % 3, resume=path, checkpoint=path)
-        assert_same(again.batches, whole.batches)
-        assert (again.is_complete, again.warnings) == (whole.is_complete, whole.warnings)
-        assert again.cost.crossings == whole.cost.crossings and again.particles == whole.particles
-        assert again.state.looks == whole.state.looks
+    path.unlink()
+    place = 1 + list(LIMITS).index(name) % 7
+    killed_at(place, path, monkeypatch, name)
+    again = run(name, threads=1 + place % 3, resume=path, checkpoint=path)
+    assert_same(again.batches, whole.batches)
+    assert (again.is_complete, again.warnings) == (whole.is_complete, whole.warnings)
+    assert again.cost.crossings == whole.cost.crossings and again.particles == whole.particles
+    assert again.state.looks == whole.state.looks
     assert_same(tp.simulate(SCENES[LIMITS[name][0]](), resume=path).batches, whole.batches)
 
 

@@ -16,7 +16,6 @@ import pytest
 
 import transport as tp
 from tests.fuzz.numbered import TURNS, world_of
-from tests.mesh_scenes import mesh
 from tests.refusals import assert_refused
 from tests.round_trips import (
     assert_compiled_alike,
@@ -145,7 +144,8 @@ def test_a_normalised_table_stays_as_it_is():
 
 
 def test_a_heavy_part_is_written_once_and_found_wherever_it_is_used():
-    triangle, law = mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]), table(1, points=200)
+    triangle = tp.Mesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)], faces=[(0, 1, 2)])
+    law = table(1, points=200)
     ball = tp.Sphere(radius=3, center=(0, 0, 9))
     scene = tp.Scene(
         tp.Source(triangle, tp.Lambertian(power=1.0), aim=triangle),

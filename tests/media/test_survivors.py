@@ -12,13 +12,20 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees
-from tests.doubts import doubt
-from tests.tracking_scenes import FALSE_ALARM, assert_rejects, run, slab, splitting
+from tests.agreement import assert_agrees, assert_rejected
+from tests.tracking_scenes import FALSE_ALARM, run, slab, splitting
 from transport.results.diagnostics.depth import _roulette_weight
+from transport.statistics.findings import DOUBTFUL, NOTE
 from transport.theory import ordinates
 
 DEEP = (20.0, 0.2)
+
+
+def doubt(result, name: str) -> str | None:
+    """The doubts about a detector and why it counted nothing, as one text; None where there are none."""
+    about = [each for each in result.findings if repr(name) in each.object]
+    texts = {DOUBTFUL: str, NOTE: lambda finding: finding.what}
+    return "; ".join(texts[each.severity](each) for each in about if each.severity in texts) or None
 
 
 def with_core(tau, albedo):
@@ -54,7 +61,7 @@ def test_forced_collisions_are_warned_of_as_well():
 def test_the_error_that_is_warned_of_is_wrong_and_the_roulette_proposed_mends_it():
     exact = ordinates.slab(*DEEP).transmitted
     before = run(slab(*DEEP), tp.Tracking(roulette=0.25))
-    assert_rejects(before["bottom"].flux_out, exact)
+    assert_rejected(before["bottom"].flux_out, exact)
     share = float(doubt(before, "bottom").partition("Tracking(roulette=")[2].partition(")")[0])
     after = run(slab(*DEEP), tp.Tracking(roulette=share))
     assert doubt(after, "bottom") is None

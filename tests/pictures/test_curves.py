@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from tests.drawing import assert_drawn, estimates, points_of, words
-from tests.synthetic import EVEN_RUN, noisy
+from tests.drawing import assert_drawn, points_of, words
+from tests.synthetic import EVEN_RUN, estimates, noisy
 from transport.statistics.estimates import EstimateArray
 from transport.viz.curves import Series, in_standard_errors, plot_curves
 from transport.viz.directions import POLAR_ANGLE, polar_curves

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import threading
 from types import SimpleNamespace
 
@@ -15,6 +12,7 @@ from matplotlib.patches import PathPatch
 
 import transport as tp
 from tests.drawing import assert_drawn, words
+from tests.processes import python
 from tests.synthetic import EVEN_RUN, noisy
 from transport.statistics.estimates import Estimate
 from transport.viz.comparisons import comparison
@@ -215,12 +213,13 @@ def test_figures_of_two_threads_wait_for_each_other_and_leave_the_settings_alone
 
 
 @pytest.mark.slow
-def test_drawing_needs_no_pyplot_and_the_library_no_charts():
+def test_drawing_needs_no_pyplot_and_the_library_no_charts(monkeypatch):
     code = """
 import sys, transport
 assert not {"matplotlib", "transport.viz"} & set(sys.modules)
 from transport import viz
 assert not {"matplotlib.pyplot", "pyvista", "numba"} & set(sys.modules)
 """
-    without = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "MPLBACKEND")}
-    subprocess.run([sys.executable, "-c", code], check=True, env=without)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("MPLBACKEND", raising=False)
+    python("-c", code)

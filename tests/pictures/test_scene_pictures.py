@@ -143,7 +143,7 @@ HAZE = "behind a haze"
     (tp.Scene(LAMP, [SMALL, LARGE], LIMITED),
      ("not drawn, far larger: floor", "of ball only what counts with events=(0, 0)"), ("grey",)),
 ], ids=["few hits", "painted fog", "fog", "a large floor, limited detectors"])  # fmt: skip
-def test_the_caption_says_what_is_drawn_and_what_is_not(scene, said, not_said):
+def test_the_caption_names_what_is_drawn_and_what_is_not(scene, said, not_said):
     found, frame, result = drawn_of(scene, 500)
     words = caption_of(scene, result, None, found, frame)
     assert all(each in words for each in said) and not any(each in words for each in not_said)

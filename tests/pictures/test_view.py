@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import ctypes.util
 import json
-import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -14,7 +12,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.own_experiments import ROOT
+from tests.processes import python
 from transport.cli import show
 from transport.viz import scene, screen
 
@@ -64,11 +62,7 @@ def child(call, without_a_display):
     """A function that runs code in a new interpreter, in a folder with experiments, and returns what it printed."""
 
     def run(code, **environment):
-        environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "400"} | environment
-        command = [sys.executable, "-c", "import sys\n" + code]
-        done = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=False)
-        assert done.returncode == 0, done.stderr
-        return done
+        return python("-c", "import sys\n" + code, folder=Path.cwd(), **{"COLUMNS": "400"} | environment)
 
     return run
 
@@ -187,7 +181,7 @@ def test_with_opengl_the_picture_is_drawn_and_nothing_is_loaded_before(child):
 
 
 @pytest.mark.slow
-def test_without_pyvista_it_says_how_to_install_it(child):
+def test_without_pyvista_the_error_names_the_extra(child):
     done = child("sys.modules['pyvista'] = None\n" + DRAW)
     assert "NO SCREEN" in done.stdout and "pip install '.[viz]'" in done.stdout and "CHART" in done.stdout
 

@@ -140,7 +140,7 @@ def test_a_doubtful_estimator_is_out_unless_the_run_settles_the_doubt(finding, l
     assert select_method(pilots, has_error=False, **limits).method == taken
 
 
-def test_a_choice_without_a_trustworthy_estimator_says_so():
+def test_a_choice_without_a_trustworthy_estimator_is_reported():
     lost = select_method(pilots_of((one(0.001, findings=(UNSEEN,)), 1.0)), has_error=False, particles=1000)
     assert not lost.is_trusted and "no method can be trusted here" in lost.lines[0]
 
@@ -248,7 +248,7 @@ def test_a_choice_of_version_0_1_is_reported_as_it_was():
 # ---- the estimator "auto" ----
 
 
-def test_auto_finds_the_small_detector_says_so_and_repeats_bitwise_under_its_name():
+def test_auto_finds_the_small_detector_reports_its_choice_and_repeats_bitwise_under_its_name():
     auto = tp.simulate(scene(), particles=1 << 16, seed=7, estimator="auto", sampling="random")
     taken = auto.choice.method
     assert taken.estimator != "analog"  # which scores one history in 10 000

@@ -6,13 +6,10 @@ The default suite runs one cluster; what happens to workers under way takes proc
 from __future__ import annotations
 
 import json
-import os
 import pickle
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from contextlib import nullcontext
 from dataclasses import replace
@@ -24,6 +21,7 @@ import pytest
 import transport as tp
 from tests.plain_scenes import SMALL
 from tests.plain_scenes import room as scene
+from tests.processes import ROOT, python
 from tests.same_batches import assert_same
 from transport.cli.docs import GUIDES
 from transport.compile.limits_exceeded import OverrunError
@@ -40,18 +38,24 @@ import dask
 import psutil
 from distributed import Client, KilledWorker
 
-from tests.dask_cluster import ROOT, SOON, DaskCluster, executing, runs_kept
+from tests.dask_cluster import SOON, DaskCluster, executing, runs_kept
 from transport.run.dask import cluster as clusters
 from transport.run.dask import executor as executors
 from transport.run.dask import worker as workers
 from transport.run.dask.executor import DaskExecutor, Groups
 
-MANY = {"particles": 60_000, "batches": 300, "seed": 3}
+MANY = {"particles": 30_000, "batches": 150, "seed": 3}
 FEW = {"particles": 5_000, "seed": 4}
 LOCAL = {"cluster": "local", "threads": 2}
 ONE_MAY_DIE = {"distributed.scheduler.allowed-failures": 0}  # workers over a task
 
-pytestmark = pytest.mark.usefixtures("small_groups")
+pytestmark = pytest.mark.usefixtures("small_groups", "frequent_counts")
+
+
+@pytest.fixture
+def frequent_counts(monkeypatch):
+    """Workers are counted ten times per second, so that no test waits a second for their loss."""
+    monkeypatch.setattr(executors, "WATCH_SECONDS", 0.1)
 
 
 @pytest.fixture(scope="module")
@@ -219,7 +223,7 @@ def test_an_error_travels_without_its_frames(monkeypatch):
         assert len(error.traceback) < 10
 
 
-def test_a_worker_without_enough_memory_says_so(monkeypatch):
+def test_a_worker_without_enough_memory_is_reported(monkeypatch):
     monkeypatch.setattr("transport.run.memory.MIN_FREE", 0)
     monkeypatch.setattr("transport.run.memory.available_memory", lambda: 1000)
     plugin = plugin_of(there=SimpleNamespace(state=SimpleNamespace(nthreads=3), plugins={}))
@@ -435,8 +439,7 @@ def test_a_machine_that_did_no_batch_is_not_among_those_that_did(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("is_local", (False, True))
-def test_the_command_line_sends_a_run_to_a_cluster_or_to_processes(cluster, call, is_local):
+def test_the_command_line_sends_a_run_to_a_cluster(cluster, call):
     SMALL.to_json("small.json")
 
     def record(*options):
@@ -444,8 +447,7 @@ def test_the_command_line_sends_a_run_to_a_cluster_or_to_processes(cluster, call
         assert answer.exit_code == 0, answer.output
         return json.loads(answer.stdout)
 
-    where = ["local", "--threads", "2"] if is_local else [cluster.address]
-    there = record("--cluster", *where, "--save", "there.npz")
+    there = record("--cluster", cluster.address, "--save", "there.npz")
     assert there["quantities"] == record("--threads", "1")["quantities"]
     assert there["cost"]["workers"] == there["cost"]["threads"] == tp.load("there.npz").cost.workers == 2
 
@@ -511,7 +513,7 @@ def test_a_batch_that_kills_its_workers_is_named_and_no_other(whole, preload, mo
     """Though others wait beside it at each of them: whoever is suspected is tried by itself."""
     preload(KILLING)
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
-    with DaskCluster(3) as deadly:
+    with DaskCluster(2) as deadly:
         result = tp.simulate(scene(), **MANY, cluster=deadly.address)
     assert not result.is_complete and len(result.batches) > 20
     assert "batch 37 (200 particles) killed 1 workers" in result.warnings[0]
@@ -530,14 +532,13 @@ def test_a_worker_that_does_not_answer_keeps_nobody_waiting(whole, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_stranger_that_ends_over_its_batches_takes_none_along(whole, tmp_path, monkeypatch):
+def test_a_stranger_that_ends_over_its_batches_takes_none_along(cluster, whole, tmp_path, monkeypatch):
     """Dask ends a worker that cannot read what the run gives to all."""
     monkeypatch.setattr(executors, "GROUPS_IN_FLIGHT", 40)  # of which it would get some
-    with DaskCluster(1) as mixed:
-        come_late(monkeypatch, mixed, without_transport(tmp_path / "stranger"))
-        result = tp.simulate(scene(), **MANY, cluster=mixed.address)
+    come_late(monkeypatch, cluster, without_transport(tmp_path / "stranger"))
+    result = tp.simulate(scene(), **MANY, cluster=cluster.address)
     assert_same(result.batches, whole)
-    assert result.cost.workers == 1
+    assert result.cost.workers == 2
 
 
 @pytest.mark.slow
@@ -601,6 +602,7 @@ def test_a_run_ends_soon_with_what_it_has_when_its_workers_are_killed_or_frozen(
     happening(monkeypatch, lambda: (signal_local_workers(which), happened.append(time.monotonic())))
     assert executors.LOCAL_WAIT_SECONDS <= SOON
     monkeypatch.setattr(executors, "LOCAL_WAIT_SECONDS", 1.0)
+    monkeypatch.setattr(clusters, "SHUTDOWN_SECONDS", 0.5)  # frozen workers do not end by themselves
     ttl = (
         dask.config.set({"distributed.scheduler.worker-ttl": "1s"})
         if which == signal.SIGSTOP
@@ -638,7 +640,7 @@ def test_a_run_whose_workers_end_before_the_first_batch_is_refused(preload, code
 
 
 @pytest.mark.slow
-def test_a_run_whose_workers_end_over_their_first_batches_says_so_in_a_line(preload, call):
+def test_a_run_whose_workers_end_over_their_first_batches_is_refused_in_a_line(preload, call):
     preload(DYING.format(method="work"))
     scene().to_json("scene.json")
     answer = call("run", "scene.json", "--particles", "1000", "--cluster", "local", "--threads", "2")
@@ -657,8 +659,8 @@ def test_a_script_needs_no_main_guard_and_loads_no_engine(tmp_path):
         f"result = tp.simulate(scene, **{FEW}, cluster='local', threads=2)\n"
         "result.save('run.npz')\nprint('numba' in sys.modules)\n"
     )
-    command = [sys.executable, "script.py"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = python("script.py", folder=tmp_path)
     assert (done.stdout, done.stderr) == ("False\n", "")
-    assert_same(tp.load(tmp_path / "run.npz").batches, tp.simulate(SMALL, **FEW, threads=1).batches)
+    there = tp.load(tmp_path / "run.npz")
+    assert_same(there.batches, tp.simulate(SMALL, **FEW, threads=1).batches)
+    assert there.cost.workers == there.cost.threads == 2

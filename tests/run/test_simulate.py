@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.ctrl_c import pressing_ctrl_c
+from tests.processes import pressing_ctrl_c
 from transport.results.result import Ledger
 from transport.validation import SIMULATE_PARAMETERS
 
@@ -85,7 +85,7 @@ def test_batches_that_were_merged_are_the_same_histories():
 
 
 @pytest.mark.slow
-def test_a_run_that_does_not_reach_its_error_says_so():
+def test_a_run_that_does_not_reach_its_error_has_a_warning():
     few = tp.simulate(scene(), particles=5000, error={"meter.flux_in": 1e-4}, **ANALOG)
     assert few.particles == 5000 and "times the requested error" in few.report()
     short = tp.simulate(scene(), error={"meter.flux_in": 1e-9}, seconds=0.1)
@@ -148,7 +148,7 @@ def test_a_run_goes_on_where_ctrl_c_is_ignored():
     assert result.is_complete and result.cost.seconds >= 0.4
 
 
-def test_ctrl_c_within_the_first_batch_stops_at_once_and_says_how_to_have_shorter_ones(press_ctrl_c):
+def test_ctrl_c_within_the_first_batch_stops_at_once_with_a_cure(press_ctrl_c):
     faces = tp.Box(size=2.0).faces().items()
     walls = [tp.Surface(face, tp.Diffuse(0.9999), name=name) for name, face in faces]
     bright = tp.Scene(tp.Source("+z", tp.Lambertian(power=1.0), side="back"), walls)
@@ -295,7 +295,7 @@ def test_a_wrong_tracking_is_refused_with_the_nearest_word(word, cure):
     assert said == f"simulate: tracking must be 'analog', 'weighted' or a Tracking, got {word!r}; {cure}"
 
 
-def test_weights_with_a_clock_are_refused_in_the_words_that_were_said():
+def test_weights_with_a_clock_are_refused_with_the_cure_for_each_spelling():
     fog = tp.Medium(absorption=1.0)
     clocked = tp.Scene(LAMP, tp.Surface(BOX, tp.Transparent(), inside=fog), duration=1e-8)
     for tracking, said in (

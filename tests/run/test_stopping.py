@@ -131,7 +131,7 @@ def test_errors_where_runs_stop_are_those_of_any_run():
     assert_z_spread(np.array([estimate.z(1.0) for estimate in estimates]), math.inf)
 
 
-def test_a_pilot_foretells_how_many_histories_a_run_takes_and_looks_are_few():
+def test_a_pilot_forecasts_the_histories_of_a_run_and_looks_are_few():
     off = []
     for seed in range(60):
         looks, _ = stopped(rare, 1e-3, seed)
@@ -283,7 +283,7 @@ def test_batches_are_few_where_sums_are_large_and_small_where_histories_are_long
 
 
 @pytest.mark.slow
-def test_real_runs_stop_where_they_foretold():
+def test_real_runs_stop_where_they_forecast():
     target, off = 3e-3, []
     for seed in range(10):
         result = simulate(error={"meter.flux_in": target}, seed=seed, threads=1)
@@ -366,7 +366,7 @@ def test_the_end_follows_what_a_run_does_since_the_last_look():
     assert found.end(6.0, 3 * 10**6) == math.inf
 
 
-def test_nothing_is_foretold_before_times_and_errors_are_clear():
+def test_there_is_no_forecast_before_times_and_errors_are_clear():
     known, vague = (Look(1000, 256, (Standing("x", 1e-3, error, 0.0, 1.0),)) for error in (0.05, 0.5))
     assert forecaster().is_clear(known) and not forecaster().is_clear(vague)
     latent = Forecaster(1)

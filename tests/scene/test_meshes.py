@@ -18,12 +18,22 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 import transport as tp
-from tests.mesh_scenes import BALL, CUBE, SQUARE, TENT, mesh
 from tests.refusals import assert_refused
 from transport.geometry import mesh_topology
 from transport.geometry.mesh_topology import unique_rows
 
 Mesh, MeshWarning = tp.Mesh, tp.MeshWarning
+CUBE = Mesh.box(size=2.0)
+BALL = Mesh.sphere(radius=2.0, center=(1, -2, 3), triangles=500)
+TENT = Mesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], faces=[(0, 1, 3), (1, 2, 3), (2, 0, 3)])
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+
+
+def mesh(vertices, faces):
+    """A mesh of which nothing is warned."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return Mesh(vertices=vertices, faces=faces)
 
 
 # ---- areas, volumes, insides ----
