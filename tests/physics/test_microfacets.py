@@ -126,11 +126,10 @@ def _single_albedo(alpha, mu):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("roughness", [0.5, pytest.param(0.2, marks=pytest.mark.slow)])
-def test_single_albedo_agrees_with_textbook_forms_in_mpmath(roughness):
+def test_single_albedo_agrees_with_textbook_forms_in_mpmath():
     with mp.workdps(15):
-        exact = _single_albedo(mp.mpf(roughness), mp.mpf(0.3))
-    assert microfacets.single_albedo(0.3, roughness) == pytest.approx(float(exact), rel=1e-11)
+        exact = _single_albedo(mp.mpf(0.5), mp.mpf(0.3))
+    assert microfacets.single_albedo(0.3, 0.5) == pytest.approx(float(exact), rel=1e-11)
 
 
 @pytest.mark.slow

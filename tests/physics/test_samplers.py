@@ -197,6 +197,7 @@ def test_a_glossy_surface_reflects_by_its_brdf_from_either_side(roughness, mu, s
     assert_samples(out, glossy(mu, roughness, side), cells_about(side * mu, math.pi, roughness))
 
 
+@pytest.mark.slow
 def test_wrong_laws_of_rough_surfaces_are_rejected():
     """Planted: a roughness off by 3 %, no second lobe but Lambert's, heights that are not correlated."""
     mu, cells = 0.5, cells_about(0.5, math.pi, 0.5)

@@ -461,7 +461,7 @@ def shards(rng, size) -> list[Part]:
 
 
 KINDS = [box, tin, pipe, bucket, dish, cap, lens, shards]
-BODIES = [(kind, seed) for kind in KINDS for seed in range(1 if kind is shards else 3)]
+BODIES = [(kind, seed) for kind in KINDS for seed in range(1 if kind is shards else 2)]
 MATERIALS = [T, tp.Diffuse(0.5), tp.Black(), tp.Mirror(0.5, 0.25)]
 
 
