@@ -173,7 +173,7 @@ def test_samples_of_a_few_are_unbiased_over_seeds(thinned):
     ball = tp.Surface(tp.Sphere(radius=1.5), tp.Diffuse(0.5))
     scene = tp.Scene([fast, slow], ball, looks, duration=phase_scenes.DURATION)
     off = []
-    for seed in range(300):
+    for seed in range(200):
         result = tp.simulate(scene, particles=1000, seed=seed, batches=8, threads=1, progress=False)
         sample, all_ = result["few"], result["all"]
         assert len(sample) <= 25 + 8

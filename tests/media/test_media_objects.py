@@ -245,17 +245,6 @@ def test_isotropic_without_an_amount_is_a_phase_only():
     assert tp.Isotropic(power=1).given == "power"
 
 
-def test_tracking_holds_what_it_is_told():
-    deep = tp.Splitting(start=(0, 0, 0), end=[0, 0, 20], gain=1e6)
-    assert deep.end == (0.0, 0.0, 20.0)
-    assert hash(tp.Tracking(splitting=deep)) == hash(tp.Tracking(absorption="weighted", splitting=deep))
-    assert (tp.Tracking().absorption, tp.Tracking().roulette, tp.Tracking().forced) == (
-        "weighted",
-        1e-2,
-        False,
-    )
-
-
 # ---- refusals ----
 
 REFUSALS = {
