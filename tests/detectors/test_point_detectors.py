@@ -418,7 +418,7 @@ def test_scores_depend_on_neither_threads_nor_other_detectors_and_change_no_flig
 
 
 @pytest.mark.slow
-def test_errors_can_be_asked_for_and_unknown_quantities_are_named():
+def test_a_run_stops_at_the_error_of_a_point_and_unknown_quantities_are_refused():
     options = {"particles": 100_000, "seed": 1, "threads": 1, "progress": False}
     result = tp.simulate(ONE, error={"p.fluence_rate": 0.05}, **options)
     assert result["p"].fluence_rate.relative_error < 0.05

@@ -24,7 +24,6 @@ from transport.engine.stages.quasi_random import WORDS, quasi_random_twin
 from transport.physics.streams import event_words, random_words
 from transport.results.batches import batch_of
 from transport.results.result import Result
-from transport.run.schedules import MAX_BATCH_SIZE, net_sizes
 
 NETS = [sampling for sampling in SAMPLINGS if sampling != "random"]
 FALSE_ALARM = 1e-5
@@ -136,19 +135,12 @@ def test_error_bars_of_few_nets_are_honest(name, sampling):
     assert_z_spread(t, 7, FALSE_ALARM)
 
 
-def test_a_run_holds_few_equal_nets_and_says_how_many_histories_they_have():
+def test_a_run_holds_few_equal_nets_and_reports_their_histories():
     result = tp.simulate(disks(METER), particles=100_000, sampling="sobol", seed=2)
     assert [batch.histories for batch in result.batches] == [1 << 14] * 8
     assert result.particles == 1 << 17
     assert_agrees(result["meter"].flux_in, EXACT)
     assert "sobol" in result.report()
-
-
-def test_batches_are_equal_powers_of_two():
-    assert net_sizes(1, 8) == (1, 8)
-    assert net_sizes(1 << 20, 8) == (1 << 17, 8)
-    assert net_sizes((1 << 20) + 1, 8) == (1 << 18, 8)
-    assert net_sizes(10 * MAX_BATCH_SIZE - 1, 4) == (MAX_BATCH_SIZE, 10)
 
 
 @pytest.mark.parametrize("sampling", NETS)

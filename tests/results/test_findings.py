@@ -137,7 +137,7 @@ def test_an_estimate_prints_its_bound_or_its_doubt(bound, printed):
     assert str(estimate(10.0, 0.01, bound)) == "(10.000 ± 0.010) W" + printed
 
 
-def test_quality_keeps_the_error_that_was_asked_for():
+def test_quality_keeps_the_requested_error():
     """A bound within 1 % of the value, and above what was asked for, is a doubt in both."""
     found = Estimate(1.0 + 1e-6 * np.arange(32), LARGER_RUN, "W")
     found._with_findings(lambda: (Finding("doubtful", "", "", "light not sampled", 5e-3),), allowed=1e-4)
@@ -949,7 +949,7 @@ def test_a_bin_is_not_counted_as_unknown_and_as_doubtful():
     assert words in page(array).text
 
 
-def test_what_is_doubtful_has_no_price():
+def test_a_doubtful_number_has_no_price():
     result = simulate(mirror(), 1e5)
     assert result["m"].flux_in.is_doubtful and "price of" not in result.report()
     assert math.isnan(result.price("m.flux_in", 0.01))

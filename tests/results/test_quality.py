@@ -181,7 +181,7 @@ def test_the_tail_index_of_paretos_law_is_found(index):
     assert scores.slope == pytest.approx(1 + scores.tail_index)
 
 
-def test_a_share_that_was_counted_tells_of_all():
+def test_scores_of_one_batch_in_eight_stand_for_all():
     """One in eight: number and moments are those of all, the variance's within its spread."""
     sizes = np.random.default_rng(9).random(80_000)
     edges = np.linspace(0, 1, 201)

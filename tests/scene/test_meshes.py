@@ -65,7 +65,7 @@ def test_an_open_mesh_has_an_area_and_no_volume():
     assert_refused(lambda: TENT.holds((0, 0, 0.1)), "an inside needs a closed mesh")
 
 
-def test_a_mesh_says_briefly_what_it_is():
+def test_the_repr_of_a_mesh_is_short():
     with pytest.warns(MeshWarning):
         shape = Mesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], faces=[(0, 1, 2), (1, 2, 3)])
     assert [repr(m) for m in (CUBE, CUBE.flipped(), TENT, shape)] == [
@@ -321,7 +321,7 @@ def test_triangles_that_collapse_are_left_out_with_their_number():
 
 
 @pytest.mark.parametrize("multipliers", [None, np.ones(3, dtype=np.uint64)], ids=["usual", "colliding"])
-def test_rows_whose_keys_collide_are_told_apart(multipliers, monkeypatch):
+def test_rows_whose_keys_collide_are_distinguished(multipliers, monkeypatch):
     """Two different rows with one key: the slow way is taken."""
     if multipliers is not None:
         monkeypatch.setattr(mesh_topology, "HASH_MULTIPLIERS", multipliers)

@@ -348,7 +348,7 @@ def test_axes_of_phase_space_come_in_one_order():
         (np.linspace(0, 1, 3), (0.0, 0.5, 1.0), True),
     ],
 )
-def test_one_time_and_a_series_of_one_time_are_told_apart(time, times, is_series):
+def test_one_time_differs_from_a_series_of_one_time(time, times, is_series):
     looks = PhaseSpace(x=X, time=time)
     assert (looks.times, looks.is_series) == (times, is_series)
     assert all(type(t) is float for t in looks.times) and hash(looks) is not None

@@ -427,7 +427,7 @@ def test_an_element_has_the_numbers_that_it_had_in_the_array():
     assert ratio._replicates.error[2, 1] == pytest.approx(alone.error, rel=1e-12)
 
 
-def test_bins_without_a_score_say_so():
+def test_bins_without_a_score_give_the_reason():
     values = np.random.default_rng(1).poisson(0.05, size=(32, 4, 3)).astype(float)
     values[:, 2, 1] = 0
     L = EstimateArray(values, RUN, "W", ("mu", "phi"), EDGES, counts=values.sum(axis=0))
@@ -459,7 +459,7 @@ def test_arrays_convert_to_numpy_and_xarray(monkeypatch):
         import no_such_module  # noqa: F401
 
 
-def test_a_repr_shows_the_range_of_what_is_known():
+def test_a_repr_shows_the_range_of_known_values():
     shares = grid(1, unit="1")
     assert "inf" not in repr(shares) and " 1," not in repr(shares)
     values = np.array(shares.values)
