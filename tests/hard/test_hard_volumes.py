@@ -181,19 +181,6 @@ def test_a_ray_that_starts_on_a_face_counts_on_the_side_that_it_flies_to(x, ux, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("radius", [0.1, 0.2, 0.4, 0.5])
-@pytest.mark.parametrize("beyond", [0.0, 1e-16, -1e-16, 1e-9, -1e-9])
-def test_a_tangent_ray_ends_and_is_whole(radius, beyond):
-    """It touches the sphere of a boundary of shells: inside of it, on it or just outside."""
-    height = radius + beyond
-    found, _, _ = Rays(BALL, 5).walk([(-0.9, height, 0.0)], [(1.0, 0.0, 0.0)])
-    half = math.sqrt(max((0.5 - height) * (0.5 + height), 0.0))
-    assert found.sum() == pytest.approx(2 * half, abs=1e-15)
-    inner = 2 * math.sqrt(max((radius - height) * (radius + height), 0))
-    assert found[: round(radius * 10)].sum() == pytest.approx(inner, abs=4e-8)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("depth", [1e-300, 1e-12, 1e-9, 1e-3, 1.0, 30.0, 1e4])
 @both_shapes
 def test_fading_keeps_its_digits_from_thin_to_thick(shape, depth):

@@ -86,37 +86,6 @@ def test_nested_boxes_that_share_faces():
         assert body_bits_at(scene, shared, [(1, 0, 0), (-1, 0, 0)]).tolist() == [7, 0]
 
 
-@pytest.mark.slow
-def test_each_kind_of_body_holds_the_places_of_its_inequality():
-    """20000 places about five bodies beside one another; the walls of meshes are told by their winding number."""
-    up = np.array([1.0, 2.0, -0.5]) / math.sqrt(5.25)
-    ball = tp.Mesh.sphere(center=(4, 0, 0), radius=1, triangles=320)
-    surfaces = [
-        filled(tp.Sphere(radius=1.2), M(1)),
-        filled(tp.Box(center=(0, 4, 0), size=(1, 2, 3)), M(2)),
-        filled(ball, M(3)),
-        *can(M(4), center=(-4, 0, 0)),
-        filled(tp.Plane(center=7 * up, normal=-up), M(5)),
-        filled(tp.Slab(center=-7 * up, normal=up, thickness=2), M(6)),
-    ]
-    scene = afar(surfaces)
-    r = np.random.default_rng(3).uniform(-8, 8, (20_000, 3))
-    x, y, z = r.T
-    expected = {
-        M(1): x * x + y * y + z * z < 1.44,
-        M(2): (abs(x) < 0.5) & (abs(y - 4) < 1) & (abs(z) < 1.5),
-        M(3): ((ball.vertices[ball.faces[:, 0]][None] - r[:, None]) * ball.normals).sum(axis=2).min(axis=1)
-        > 0,
-        M(4): ((x + 4) ** 2 + y * y < 1) & (abs(z) < 1),
-        M(5): r @ up > 7,
-        M(6): abs(r @ up + 7) < 1,
-    }
-    found = np.array(media_at(scene, r))
-    for medium, is_there in expected.items():
-        assert is_there.sum() > 10 and ((found == medium) == is_there).all(), medium
-    assert (found == V).sum() == len(r) - sum(is_there.sum() for is_there in expected.values())
-
-
 def test_a_body_of_open_surfaces_with_a_bubble_and_a_twin():
     """Two cans of one medium are two bodies; one holds a bubble, a third can, whose walls name vacuum."""
     glass = M(index=1.5)

@@ -253,26 +253,6 @@ def test_no_point_of_a_triangle_is_nearer_than_the_least_distance(weights, place
     assert SLOPED.distance(place) <= math.dist(point, place) + 1e-15
 
 
-def test_triangles_share_the_sheet_of_the_plane_that_they_lie_on():
-    floor = Rectangle(center=(0.1, 0.2, 0.3), normal=(1, 2, 3), width=3, height=3)
-    e_u, e_v, normal = np.array(floor.frame)
-
-    def lying(*corners, lifted=0.0):
-        flat = [np.array(floor.center) + u * e_u + v * e_v + lifted * normal for u, v in corners]
-        return Triangle(vertices=flat)
-
-    near, far = lying((0, 0), (1, 0.1), (0.2, 0.7)), lying((-1, 0.3), (-0.4, 1), (-0.9, -0.9))
-    sliver = lying((-1.1, -0.7), (1.2, 0.9), (0.3, 0.9 * (1 + 1e-12) - 0.9 * 1.6 / 2.3))
-    for shape in (near, far, sliver):
-        assert are_on_one_support(shape, floor) and are_on_one_support(floor, shape)
-    assert are_on_one_support(near, far) and are_on_one_support(near, sliver)
-    lifted = lying((0, 0), (1, 0.1), (0.2, 0.7), lifted=1e-13)
-    for other in (floor, near, far, Sphere(radius=1)):
-        assert not are_on_one_support(lifted, other) and not are_on_one_support(other, lifted)
-    tilted = Triangle(vertices=(*near.vertices[:2], lifted.vertices[2]))
-    assert not are_on_one_support(tilted, floor)
-
-
 @pytest.mark.parametrize("height", [1e-12, 1e-13, 3e-14])
 def test_a_thin_sliver_on_a_wall_stands_on_the_wall_and_takes_its_plane(height):
     """Rounding of its vertices turns its own normal."""
