@@ -60,23 +60,17 @@ def assert_rejected(estimate, wrong):
 REFERENCES = [
     # C.coaxial_discs
     (disks(1, 1, 1), 0.38196601125010515),
-    (disks(1, 1, 0.5), 0.6096117967977924),
-    (disks(1, 1, 2), 0.1715728752538099),
     (disks(1, 2, 1), 0.7639320225002103),
     (disks(1, 0.001, 1), 4.999998750000001e-07),
     # C.parallel_rectangles
     (rectangles(1, 1, 10), 0.0031620568387576015),
-    (rectangles(2, 1, 1), 0.28587538485071473),
-    (rectangles(1, 10, 1), 0.386382489266135),
     (rectangles(1, 1, 0.001), 0.9980056319075797),
     (rectangles(100, 0.01, 1), 0.004968045609095783),
     (rectangles(1, 1, 100_000), 3.1830988616257004e-11),
     # C.perpendicular_rectangles
     (corner(1, 1), 0.20004377607540316),
-    (corner(1, 0.5), 0.1461866791057133),
     (corner(1, 0.01), 0.004895849268506683),
     (corner(1, 100), 0.2499920427833168),
-    (corner(0.1, 0.1), 0.28188780678790143),
     # C.sphere_to_disc
     (ball_and_disk(1, 0.01, 2), 6.249882814941353e-06),
     (ball_and_disk(1, 10_000, 1.5), 0.4999250000008437),
@@ -121,10 +115,8 @@ def test_the_inside_of_a_tube_is_counted(height, to_end, to_wall, from_wall, its
         (disks(1, 1, 1), 3.7698534257005853),
         (disks(0.01, 0.02, 1), 3.945868983699782e-07),
         (disks(1, 1, 100), 0.0009867630973551228),
-        (rectangles(1, 1, 1), 0.6277684243304005),
         (rectangles(1, 2, 0.5), 3.198070126842054),
         (rectangles(1, 1, 0.01), 3.080069597209699),
-        (rectangles(1, 1, 100), 9.999333389994476e-05),
         (rectangles(10, 0.1, 1), 0.1467386196838192),
     ],
 )
@@ -216,6 +208,7 @@ def test_boxes_triangles_and_endless_planes_take_part():
     assert_agrees(counted(half, lid), view_factors.parallel_rectangles(1, 1, 1), FALSE_ALARM)
 
 
+@pytest.mark.slow
 def test_a_mesh_gives_what_its_shape_gives():
     _, disk = ball_and_disk(0.5, 0.8, 1)
     cube = {"center": (0, 0, 1), "size": 0.8}
@@ -246,7 +239,7 @@ def test_errors_are_right():
     """Over seeds z follows Student's t: aimed from the smaller area, past an obstacle."""
     pair, obstacle = disks(1, 0.7, 1.2), tp.Disk(center=(0, 0, 0.6), radius=0.3)
     exact = occlusion.disks_past_disk(1, 0.7, 1.2, 0.3, 0.6)
-    z = [counted(*pair, obstacle, particles=4_000, seed=seed).z(exact) for seed in range(200)]
+    z = [counted(*pair, obstacle, particles=4_000, seed=seed).z(exact) for seed in range(120)]
     assert_z_spread(np.array(z), math.inf, FALSE_ALARM)
 
 

@@ -6,7 +6,6 @@ same to the last bit until they meet it.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from functools import lru_cache
 
@@ -250,46 +249,3 @@ def test_via_and_events_go_with_bins_of_time():
     timed = result["timed"].counts_of("weight in").sum(axis=0)
     assert timed.sum() == counts(result["untimed"]) == counts(result["just 1"]) + counts(result["just 2"])
     assert (timed[1:] > 50).all()
-
-
-# ---- the same bits ----
-
-
-def everything():
-    """Clock, speeds, mixtures, filters, phase space and samples in one scene."""
-    hot = tp.Maxwellian(sigma=1.5, mass=2.0)
-    kinds = dict(KINDS) | {"-y": tp.Diffuse(0.9, speed=hot)}
-    kinds["+y"] = tp.Mixture({tp.Mirror(): 0.3, tp.Diffuse(0.8, speed=hot): 0.5, tp.Transparent(): 0.2})
-    surfaces = [tp.Surface(FACES[n], kind, n) for n, kind in kinds.items()]
-    sources = [
-        tp.Source(tp.Cloud(sigma=0.2), tp.Gas(number=3.0, speed=tp.Maxwellian(sigma=0.5, mass=2.0, drift=(0.3, 0, 0)))),
-        tp.Source("-x", tp.Effusive(number=2.0, speed=hot), side="back", pulse=tp.GaussianPulse(1.5, 0.1)),
-    ]  # fmt: skip
-    seen = [
-        *both_sides(PANE, "pane", times=3, moments=True, via="+x"),
-        back("-y", speeds=(0, 1, 5), events=(1, 4), directions=tp.Directions(mu=2)),
-        tp.PhaseSpace(x=(-1, 0, 1), vx=(-2, 0, 2), time=(0.0, 1.5, 3.0), moments=True),
-        tp.Snapshot(1.0, particles=300, name="some"),
-        tp.Snapshot(2.0, particles=40, name="few"),
-    ]
-    return tp.Scene(sources, surfaces, seen, duration=3.0)
-
-
-def digest(threads=2) -> str:
-    """Of all that a run counted, and of its samples as they are handed out."""
-    result = tp.simulate(everything(), particles=10_000, seed=7, batches=8, threads=threads, progress=False)
-    sums = hashlib.sha256()
-    for batch in result.batches:
-        parts = (batch.weights, batch.counts, batch.slants, batch.absorbed, batch.moments)
-        for part in (*parts, np.array(list(batch.ledger.values()))):
-            sums.update(np.ascontiguousarray(part).tobytes())
-    for name in ("some", "few"):
-        shot = result[name]
-        for part in (shot.positions, shot.velocities, shot.weights, shot.histories):
-            sums.update(np.ascontiguousarray(part).tobytes())
-    assert len(result["some"]) > 100 and len(result["few"]) > 10
-    return sums.hexdigest()
-
-
-def test_any_number_of_threads_counts_and_samples_the_same():
-    assert len({digest(threads) for threads in (1, 2, 3)}) == 1

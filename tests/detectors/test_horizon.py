@@ -36,7 +36,7 @@ def test_bins_that_are_all_behind_a_meter_are_refused_with_a_cure(directions):
 
 
 @pytest.mark.slow
-def test_what_is_in_sight_is_what_has_a_projected_solid_angle():
+def test_bins_above_the_horizon_have_a_projected_solid_angle():
     """Random bins and normals; within a billionth of a radian of the horizon too."""
     rng = np.random.default_rng(1)
     seen = []
@@ -54,7 +54,7 @@ def test_what_is_in_sight_is_what_has_a_projected_solid_angle():
         assert is_above_horizon(Directions.cone((1, 0, -1e-3 + sine), 1e-3), (0.0, 0.0, 1.0)) is in_sight
 
 
-def test_some_bins_behind_a_meter_have_no_radiance_and_say_so():
+def test_bins_behind_a_detector_have_an_undefined_radiance():
     bins = Directions(mu=(-1, 0, 1), frame="world")
     scene = Scene(
         [LAMP], [], [Detector(Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1), "m", directions=bins)]

@@ -15,6 +15,8 @@ from scipy.special import ndtri
 import transport as tp
 from tests import phase_scenes
 from tests.phase_scenes import FALSE_ALARM, HOT, PICTURES, TIMES, faces_with, histories, streaming
+from tests.plain_scenes import SCENES
+from tests.same_batches import digest
 from transport.compile.compiler import compile_scene
 from transport.compile.layout import IN_FLIGHT
 from transport.engine.driver import compile_program, run_batch
@@ -171,7 +173,7 @@ def test_samples_of_a_few_are_unbiased_over_seeds(thinned):
     ball = tp.Surface(tp.Sphere(radius=1.5), tp.Diffuse(0.5))
     scene = tp.Scene([fast, slow], ball, looks, duration=phase_scenes.DURATION)
     off = []
-    for seed in range(300):
+    for seed in range(200):
         result = tp.simulate(scene, particles=1000, seed=seed, batches=8, threads=1, progress=False)
         sample, all_ = result["few"], result["all"]
         assert len(sample) <= 25 + 8
@@ -223,6 +225,10 @@ def test_small_snapshots_beside_a_large_one_are_unbiased_where_few_are_left():
     error = np.std(off, axis=0, ddof=1) / math.sqrt(len(off))
     assert np.mean(alive) == pytest.approx(math.pi * 0.06**2, rel=0.03) and empty > 50
     assert (np.abs(np.mean(off, axis=0)) < 5 * error).all()
+
+
+def test_any_number_of_threads_counts_and_samples_the_same():
+    assert len({digest(SCENES["vessel"](), threads=threads) for threads in (1, 2, 3)}) == 1
 
 
 def test_a_thinned_sample_stands_for_the_whole():

@@ -293,21 +293,6 @@ def test_a_speck_in_a_beam_scatters_by_its_phase_function(name):
 
 @pytest.mark.slow
 @BOTH
-@pytest.mark.parametrize("filling", ["medium", "grid"])
-def test_it_agrees_with_a_small_volume_detector(filling, tracking):
-    ball = tp.VolumeDetector(tp.Sphere(center=(0.4, 0.2, 0.3), radius=0.05), "ball")
-    voxels, box = np.random.default_rng(3).uniform(0.2, 2.0, (3, 4, 5)), tp.Box(size=2.0)
-    grid = tp.Grid(box=box, absorption=0.3 * voxels, scattering=voxels, phase=tp.Rayleigh())
-    body = filled(box, grid if filling == "grid" else M(0.3, 1.5, phase=tp.HenyeyGreenstein(0.5)))
-    lamp = tp.Source(tp.Point(position=(-0.5, 0, 0)), tp.Isotropic(power=1.0))
-    options = {"particles": 200_000, "extra": [ball], "tracking": tracking}
-    point, result = seen(lamp, [ball.shape.center], [body], **options)
-    assert_agrees(point - result["ball"].fluence_rate, 0.0, 1e-6)
-    assert 3 * point.error < result["ball"].fluence_rate.error
-
-
-@pytest.mark.slow
-@BOTH
 @pytest.mark.parametrize("g", [0.6, -0.4])
 def test_about_a_lamp_in_a_ball_of_fog_points_read_what_thin_shells_do(g, tracking):
     """Within the fog by detours, beyond it by flights; a cosine of the wrong sign or a lost exp(-tau) shows."""
@@ -387,21 +372,9 @@ ONE = tp.Scene(LAMP, detectors=tp.PointDetector((1, 0, 0), "p"), medium=FOG)
 
 
 @pytest.mark.slow
-def test_the_error_falls_with_the_root_of_the_number_of_particles():
-    """2048 batches of 200 histories each, one by one and together in groups: N^(-1/2) but for a logarithm."""
-    result = tp.simulate(ONE, particles=200 * 2048, batches=2048, seed=3, threads=1, progress=False)
-    values = result["p"].batch_values / in_fog(1.0) - 1
-    sizes = 4 ** np.arange(5)
-    errors = [float(np.sqrt((values.reshape(-1, n).mean(axis=1) ** 2).mean())) for n in sizes]
-    slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    assert -0.56 < slope < -0.44, (slope, errors)
-    assert abs(values.mean()) < 5 * values.std() / math.sqrt(len(values))
-
-
-@pytest.mark.slow
 def test_its_error_bars_are_right():
-    """z over 300 short runs has mean 0 and spread 1: the variance is finite, and known from 32 batches."""
-    runs = (tp.simulate(ONE, particles=4000, seed=seed, threads=1, progress=False) for seed in range(300))
+    """z over 150 short runs has mean 0 and spread 1: the variance is finite, and known from 32 batches."""
+    runs = (tp.simulate(ONE, particles=4000, seed=seed, threads=1, progress=False) for seed in range(150))
     assert_z_spread(np.array([run["p"].fluence_rate.z(in_fog(1.0)) for run in runs]), math.inf, 1e-6)
 
 
@@ -445,7 +418,7 @@ def test_scores_depend_on_neither_threads_nor_other_detectors_and_change_no_flig
 
 
 @pytest.mark.slow
-def test_errors_can_be_asked_for_and_unknown_quantities_are_named():
+def test_a_run_stops_at_the_error_of_a_point_and_unknown_quantities_are_refused():
     options = {"particles": 100_000, "seed": 1, "threads": 1, "progress": False}
     result = tp.simulate(ONE, error={"p.fluence_rate": 0.05}, **options)
     assert result["p"].fluence_rate.relative_error < 0.05

@@ -69,17 +69,6 @@ def lit():
     return run(ALL_ROUND, looks, particles=400_000)
 
 
-@pytest.mark.parametrize("shape", [BOX, BALL], ids=["box", "ball"])
-def test_the_mean_chord_of_isotropic_rays_is_four_volumes_over_the_surface(shape):
-    """Cauchy (1841): so light of the power P from all of the boundary makes the fluence rate 4 P/S."""
-    source = tp.Source(shape, tp.Lambertian(power=3.0), side="back")
-    found = run(source, Volume(shape, "inside"))["inside"].fluence_rate
-    assert_agrees(found, 12.0 / shape.area, FALSE_ALARM)
-    assert found.relative_error < 0.01
-    rejects(found, 12.0 / shape.area * 4 / 3)  # the mean over points instead of rays
-    rejects(found, 12.0 / shape.area * 1.05)  # a volume 5 % wrong
-
-
 def test_in_a_uniform_field_the_fluence_rate_is_4_pi_radiance_in_each_cell():
     for reading in map(lit().__getitem__, lit()):
         assert_agrees(reading.fluence_rate, 4 * math.pi, FALSE_ALARM)
@@ -493,18 +482,6 @@ def test_volume_detectors_change_neither_with_threads_nor_the_flights_of_others(
     assert one.cost.collisions == pytest.approx(bare.cost.collisions, rel=0.02)
 
 
-@pytest.mark.slow
-def test_an_error_can_be_asked_for_and_the_report_names_all_quantities():
-    looks = [Volume(BOX, "box"), Volume(BALL, "ball", (2,), sphere(2, 2))]
-    scene = tp.Scene(ALL_ROUND, [], looks)
-    result = tp.simulate(scene, error={"box.fluence_rate": 0.05}, seed=1, progress=False)
-    assert result["box"].fluence_rate.relative_error <= 0.05
-    text = result.report()
-    assert "volume detector 'box'" in text and "radiance" in text and "absorbed_power" not in text
-    assert result.quantity("ball.radiance").dims == ("r", "mu", "phi")
-    assert result["ball"].fluence_rate.to_xarray()["r"].attrs == {"units": "m"}
-
-
 # ---- rings and layers of cylinders ----
 
 ROD = tp.Cylinder(radius=0.6, height=1.4, center=(0.1, -0.2, 0.3), axis=(1.0, 2.0, 2.0))
@@ -625,20 +602,6 @@ def test_the_rings_add_up_to_the_whole():
     assert rings.absorbed_power.sum().value == pytest.approx(one.absorbed_power.value, rel=1e-12)
     assert rings.fluence_rate.dims == ("r", "z")
     assert rings.absorbed_power.sum().value < box.absorbed_power.sum().value
-
-
-@pytest.mark.parametrize("unit", quick([1e-6, 149_597_870_700.0], 149_597_870_700.0))
-def test_digits_do_not_depend_on_the_unit_of_length(unit):
-    """A rod in fog shrunk and grown: powers of two or not, the same digits to rounding."""
-
-    def powers(unit):
-        rod = tp.Cylinder(radius=0.6 * unit, height=1.4 * unit, axis=(1, 2, 2))
-        source = tp.Source(tp.Point(position=(0.1 * unit, 0, -unit)), tp.Isotropic(power=1.0))
-        fog = M(absorption=0.5 / unit, scattering=1.5 / unit)
-        result = run(source, Volume(rod, "rod", CELLS), (), 20_000, tracking="weighted", medium=fog)
-        return result["rod"].absorbed_power.value
-
-    np.testing.assert_allclose(powers(unit), powers(1.0), rtol=1e-9)
 
 
 @pytest.mark.parametrize("radius", [1.2, 0.7])

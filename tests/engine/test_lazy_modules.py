@@ -32,14 +32,3 @@ def test_threads_that_load_a_module_at_once_wait_until_it_is_complete(tmp_path, 
         thread.join()
     assert seen == [True] * 4
     assert type(module).__name__ == "module"
-
-
-def test_an_attribute_set_before_a_module_is_loaded_stays(monkeypatch):
-    name = "transport.engine.passes.mis"
-    monkeypatch.setitem(sys.modules, name, sys.modules[name])
-    module = registry._lazy_module(registry.FOLDER / "mis.py")
-    module.record_pdf_at_walls = "planted"
-    assert (
-        module.record_pdf_at_walls == "planted"
-        and module.record_pdf_at_collisions.name == "record_pdf_at_collisions"
-    )

@@ -25,7 +25,6 @@ from transport.engine.stages.quasi_random import WORDS, quasi_random_twin
 from transport.physics.streams import event_words, random_words
 from transport.results.batches import batch_of
 from transport.results.result import Result
-from transport.run.schedules import MAX_BATCH_SIZE, net_sizes
 
 NETS = [sampling for sampling in SAMPLINGS if sampling != "random"]
 FALSE_ALARM = 1e-5
@@ -94,9 +93,9 @@ def fluxes(name, sampling, histories, batches, seed=7):
 
 @pytest.mark.slow
 def test_the_error_of_direct_light_falls_faster_than_one_over_n():
-    """True error of one net of 2^12 to 2^20 points, root mean square of 8; 1e-6 with a million."""
+    """True error of one net of 2^12 to 2^20 points, root mean square of 4; 1e-6 with a million."""
     sizes = 2 ** np.arange(12, 21, 2)
-    errors = [np.sqrt(np.mean((fluxes("aimed", "sobol", int(n), 8) / EXACT - 1) ** 2)) for n in sizes]
+    errors = [np.sqrt(np.mean((fluxes("aimed", "sobol", int(n), 4) / EXACT - 1) ** 2)) for n in sizes]
     slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
     assert slope <= -1.0
     assert errors[-1] < 2e-6
@@ -108,23 +107,14 @@ def test_the_error_of_direct_light_falls_faster_than_one_over_n():
     )  # the same fit tells random numbers apart
 
 
-WORTH = {
-    "disks": 1.5,
-    "box": 1.1,
-    "slab": 1.2,
-}  # least ratio of spreads; measured 1.8, 1.2 and 1.4 at 2^10 histories
+# Least ratio of spreads; measured 1.8, 1.2 and 1.4 at 2^10 histories.
+WORTH = {"disks": 1.5, "box": 1.1, "slab": 1.2}
 
 
+@pytest.mark.quick_cases("disks-sobol", "slab-sobol")
 @pytest.mark.parametrize(
-    "name, sampling",
-    [
-        *(
-            pytest.param(name, "sobol", marks=() if name in ("disks", "slab") else pytest.mark.slow)
-            for name in SCENES
-        ),
-        pytest.param("disks", "stratified", marks=pytest.mark.slow),
-        pytest.param("aimed", "stratified", marks=pytest.mark.slow),
-    ],
+    ("name", "sampling"),
+    [*((name, "sobol") for name in SCENES), ("disks", "stratified"), ("aimed", "stratified")],
 )
 def test_no_net_errs_more_than_random_numbers(name, sampling):
     """Spread of 250 batches of 2^10 histories: at most 1.05 times that of random ones, by the F-test; means agree."""
@@ -138,8 +128,7 @@ def test_no_net_errs_more_than_random_numbers(name, sampling):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["disks", pytest.param("aimed", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("sampling", ["sobol", pytest.param("stratified", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("name", "sampling"), [("disks", "sobol"), ("aimed", "stratified")])
 def test_error_bars_of_few_nets_are_honest(name, sampling):
     """Eight batches at a time, through Student's t, against the exact value."""
     values = fluxes(name, sampling, 1 << 8, 8 * 400, seed=3).reshape(400, 8)
@@ -147,19 +136,12 @@ def test_error_bars_of_few_nets_are_honest(name, sampling):
     assert_z_spread(t, 7, FALSE_ALARM)
 
 
-def test_a_run_holds_few_equal_nets_and_says_how_many_histories_they_have():
+def test_a_run_holds_few_equal_nets_and_reports_their_histories():
     result = tp.simulate(disks(METER), particles=100_000, sampling="sobol", seed=2)
     assert [batch.histories for batch in result.batches] == [1 << 14] * 8
     assert result.particles == 1 << 17
     assert_agrees(result["meter"].flux_in, EXACT)
     assert "sobol" in result.report()
-
-
-def test_batches_are_equal_powers_of_two():
-    assert net_sizes(1, 8) == (1, 8)
-    assert net_sizes(1 << 20, 8) == (1 << 17, 8)
-    assert net_sizes((1 << 20) + 1, 8) == (1 << 18, 8)
-    assert net_sizes(10 * MAX_BATCH_SIZE - 1, 4) == (MAX_BATCH_SIZE, 10)
 
 
 @pytest.mark.parametrize("sampling", NETS)

@@ -123,6 +123,11 @@ def ducts(units):
     looks = [
         tp.VolumeDetector("leg 2", "end"),
         tp.VolumeDetector(tp.Sphere(center=units.place(0, 0, 0), radius=2 * units.length), "ball", (3,)),
+        tp.VolumeDetector(
+            tp.Cylinder(**dict(zip(("radius", "height"), units.size(0.6, 1.4), strict=True)), axis=(1, 2, 2)),
+            "rod",
+            (5, 7),
+        ),
         tp.PointDetector(units.place(0.1, 1.2, 1.1), "point"),
     ]
     return tp.Scene(units.lamp((0.1, 0.05, 0.02)), [shield, *hollows], looks)

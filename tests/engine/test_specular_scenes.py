@@ -107,7 +107,7 @@ def run(value: float, error: float, verdict: str, low: float = 0.0, high: float 
     return Run("expected", "expected", 1, 1_000_000, value, error, 31.0, verdict, low, high, 0.1, "")
 
 
-def test_wrong_runs_are_missed_unless_they_say_so():
+def test_wrong_runs_without_a_finding_are_missed():
     far = 0.9, 0.01
     assert judge(run(*far, "sound"), 1.0, 0.0, []).is_missed
     assert not judge(run(*far, "doubtful"), 1.0, 0.0, []).is_missed

@@ -100,7 +100,7 @@ def absorbed(scene, tracking=None):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tau", [1e-12, 1e-9, 1e-4])
+@pytest.mark.parametrize("tau", [1e-12, 1e-4])
 @pytest.mark.parametrize("absorption", ["weighted", "analog"])
 def test_a_thin_slab_scatters_once_where_collisions_are_forced(tau, absorption):
     """Half of tau scatters, half of that upwards; second collisions are of the order tau^2 log tau."""
@@ -125,11 +125,16 @@ def test_a_thin_slab_transmits_all(tau, tracking):
         assert result.ledger["absorbed"].value == pytest.approx(tau / 2, rel=1e-3)
 
 
-AT_LIMITS = [(1e4, 0.5, 0.0), (1e4, 0.9, 0.75), (1e4, 0.99, -0.5), (2.0, 1 - 1e-9, 0.0)]
-AT_LIMITS += [(2.0, 0.9, g) for g in (1e-15, -1e-15, 1e-300)]
+AT_LIMITS = [
+    (1e4, 0.9, 0.75),
+    (1e4, 0.99, -0.5),
+    (2.0, 1 - 1e-9, 0.0),
+    (2.0, 0.9, -1e-15),
+    (2.0, 0.9, 1e-300),
+]
 
 
-@pytest.mark.quick_cases("case1-weighted", "case1-analog")
+@pytest.mark.quick_cases("case0-weighted", "case0-analog")
 @trackings
 @pytest.mark.parametrize("case", quick(AT_LIMITS, (1e4, 0.9, 0.75), (2.0, 1 - 1e-9, 0.0), (2.0, 0.9, 1e-300)))
 def test_slabs_at_their_limits_agree_with_radiative_transfer(case, tracking):
@@ -224,9 +229,9 @@ def far_slab(offset):
     return tp.Scene(beam(center + [0, 0, 0.1], (0, 0, -1)), milk, faces(1.0, tuple(center)))
 
 
-LAYERED = {f"{n} layers": under_beam(layers(n)) for n in (1, 3, 20, 60)}
-LAYERED |= {f"{n} alike": under_beam(layers(n, are_alike=True)) for n in (3, 20, 60)}
-LAYERED |= {f"gaps of {gap:g}": under_beam(layers(3, gap)) for gap in (1e-3, 1e-9, 1e-12, 1e-14)}
+LAYERED = {f"{n} layers": under_beam(layers(n)) for n in (3, 20, 60)}
+LAYERED["20 alike"] = under_beam(layers(20, are_alike=True))
+LAYERED |= {f"gaps of {gap:g}": under_beam(layers(3, gap)) for gap in (1e-3, 1e-12, 1e-14)}
 LAYERED |= {f"{offset:g} from the origin": far_slab(offset) for offset in (1e3, 1e6)}
 
 
@@ -245,15 +250,6 @@ def test_layers_are_one_slab_where_histories_split():
 def test_a_layer_left_out_is_seen():
     with pytest.raises(AssertionError):
         assert_agree(returned_and_passed(run(under_beam(layers(20)[:-1]), None, 20_000)), VAN_DE_HULST)
-
-
-@pytest.mark.parametrize("scale", [1e-12, 1e-6, 1e12])
-def test_slabs_of_picometres_and_of_a_light_hour_give_the_same_digits(scale):
-    found = []
-    for size in (1.0, scale):
-        scene = tp.Scene(beam((0, 0, size), (0, 0, -1)), layers(3, scale=size), faces(size))
-        found.append([estimate.value for estimate in returned_and_passed(run(scene, None, 5_000))])
-    assert found[1] == pytest.approx(found[0], rel=1e-12)
 
 
 # ---- boxes at their edges and corners, and two side by side ----
@@ -466,33 +462,12 @@ def test_weights_that_have_been_lessened_before_are_lessened_right():
 # ---- light fainter than the digits of the sums, 2^-63 of a birth weight ----
 
 
-def through(tau, particles):
-    """A beam through a pure absorber: what comes out, and the fluence in the last metre (tau is 1 per metre)."""
-    last = tp.Box(center=(0, 0, -tau + 0.5), size=1.0)
-    looks = [
-        tp.Detector(tp.Plane(center=(0, 0, -tau)), "far", side="back"),
-        tp.VolumeDetector(last, "last"),
-        tp.VolumeDetector(last, "cells", cells=(1, 1, 4)),
-    ]
-    return tp.simulate(under_beam(slab(DARK, tau), looks), particles=particles, seed=5, threads=1)
-
-
-@pytest.mark.parametrize("tau", quick([30.0, 40.0, 45.0, 50.0], 45.0, 50.0))
-def test_faint_light_is_right_in_the_mean(tau):
-    """A code that cuts off what is less than the unit reports 0 beyond 44 mean free paths, with a known error."""
-    exact, result = math.exp(-tau), through(tau, 200_000)
-    assert_agrees(result["far"].flux_out, exact, 1e-4)
-    assert_agrees(result["last"].fluence_rate, exact * (math.e - 1), 1e-4)
-    quarters = exact * 4 * (np.exp(np.arange(1, 5) / 4) - np.exp(np.arange(4) / 4))
-    assert_agrees(result["cells"].fluence_rate[0, 0], quarters, 1e-4)
-    assert_agrees(result["last"].absorbed_power, exact * (math.e - 1), 1e-4)
-
-
 def test_light_brighter_than_the_unit_has_no_noise_and_too_faint_light_has_no_score():
-    flux = through(20.0, 10_000)["far"].flux_out
-    assert flux.value == pytest.approx(math.exp(-20), abs=2.0**-63) and math.isnan(flux.error)
-    flux = through(80.0, 1000)["far"].flux_out
-    assert flux.value == 0 and flux.reason == "no score"
+    bright, faint = (
+        run(under_beam(slab(DARK, tau), faces(tau)), None, 1000)["below"].flux_in for tau in (20.0, 80.0)
+    )
+    assert bright.value == pytest.approx(math.exp(-20), abs=2.0**-63) and math.isnan(bright.error)
+    assert faint.value == 0 and faint.reason == "no score"
 
 
 @pytest.mark.parametrize("weight", [0.0, 2.0**-63, 2.0**-40, 1e-15, 1e-20, 1e-30, 0.3, 1.0])

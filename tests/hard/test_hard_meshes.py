@@ -268,8 +268,15 @@ def crossed(mesh, lamps):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("offset", [(0, 0, 0), (0.1, 0.7, -0.3)])
-@pytest.mark.parametrize(("start", "way", "entries"), [(9, -1, 49), (-5, 1, 49), (2.5, 1, 0), (1.5, -1, 0)])
+@pytest.mark.parametrize(
+    ("offset", "start", "way", "entries"),
+    [
+        ((0, 0, 0), 9, -1, 49),
+        ((0.1, 0.7, -0.3), -5, 1, 49),
+        ((0, 0, 0), 2.5, 1, 0),
+        ((0.1, 0.7, -0.3), 1.5, -1, 0),
+    ],
+)
 def test_rays_through_vertices_and_edges_cross_exactly_once(offset, start, way, entries):
     mesh = lattice(4).moved(offset)
     lamps = [beam(np.add((x, y, start), offset), np.add((x, y, start + way), offset)) for x, y in PLACES]
@@ -383,7 +390,7 @@ def test_a_plate_of_glass_transmits_alike_through_the_edges_of_its_facets(glass)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["mesh", "faces"])
-@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_light_leaves_a_box_of_glass_as_it_entered_but_for_signs(seed, kind):
     """A box of index above sqrt 2 sends light out only through the faces opposite to those by which it came in, or these, so
     the direction keeps its cosines but for signs.  A medium that is flipped at an edge would bend it elsewhere."""

@@ -1,4 +1,4 @@
-"""Numbers at the ends of what floating point holds: lengths, powers, speeds, random draws, sums over trillions; the table of hard cases.
+"""Numbers at the ends of what floating point holds: lengths, powers, speeds, random draws; the table of hard cases.
 
 What does not fit is refused with the reason.
 """
@@ -10,7 +10,6 @@ import os
 import subprocess
 import sys
 import warnings
-from functools import reduce
 from itertools import islice
 from pathlib import Path
 
@@ -25,7 +24,6 @@ from tests.plain_scenes import SCENES
 from tests.slow import quick
 from transport.physics.device import ARITHMETIC, EXACT
 from transport.physics.streams import random_words
-from transport.results.result import Result
 from transport.verification.hard.cases import FALSE_ALARM, cases_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -170,52 +168,6 @@ def test_an_aim_behind_its_source_in_fog_is_reported_without_nan():
         report = run(lamp, tp.Detector("fog"), 500, surfaces=fog).report()
     assert "nothing is emitted towards the aim" in report
     assert "nan" not in report
-
-
-# ---- trillions of histories, made by merging batches with themselves: no number overflows ----
-
-HISTORIES, DOUBLINGS = 1600, 30
-
-
-@pytest.fixture(scope="module")
-def runs():
-    """A short run with every kind of detector, and the same with all batches doubled: 1.7e12 histories."""
-    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
-    looks = [
-        tp.Detector(tp.Sphere(radius=1.0), "meter", side="inside", directions=tp.Directions(mu=2)),
-        tp.VolumeDetector(tp.Box(size=1.0), "box", cells=(2, 1, 1)),
-        tp.PointDetector((0.5, 0.0, 0.2), "point"),
-    ]
-    fog = tp.Surface(tp.Sphere(radius=2.0), tp.Transparent(), inside=tp.Medium(scattering=1.0))
-    short = tp.simulate(tp.Scene(lamp, fog, looks), HISTORIES, batches=16, seed=1, progress=False)
-    whole = [reduce(lambda b, _: b.merged(b, 0), range(DOUBLINGS), batch) for batch in short.batches]
-    return short, Result(short.plan, whole, 1, None, True, [])
-
-
-@pytest.mark.parametrize(
-    ("name", "growth"),
-    [(f"{name}.counts", 2.0**DOUBLINGS) for name in ("meter", "box", "point")]
-    + [
-        (name, 1.0)
-        for name in ("meter.flux_in", "meter.irradiance", "box.fluence_rate", "point.fluence_rate")
-    ],
-)
-def test_counts_of_a_trillion_histories_are_whole_and_means_do_not_depend_on_their_number(runs, name, growth):
-    """The product of a batch's scores and all histories is beyond 2^63."""
-    short, long = (
-        run[name.removesuffix(".counts")].counts if name.endswith("counts") else run.quantity(name)
-        for run in runs
-    )
-    assert long.value == pytest.approx(short.value * growth, rel=1e-14)
-    assert long.error == pytest.approx(short.error * growth, rel=1e-9)
-
-
-def test_the_energy_balance_the_report_and_the_quality_of_a_trillion_histories_hold(runs):
-    short, long = runs
-    for part in short.ledger:
-        assert long.ledger[part].value == pytest.approx(short.ledger[part].value, rel=1e-13)
-    assert f"{HISTORIES << DOUBLINGS:_} particles" in long.report()
-    assert long.quality("meter.flux_in").scores == short.quality("meter.flux_in").scores << DOUBLINGS
 
 
 # ---- draws of 0 and of 1 - 2^-52 in every sampler: no NaN, no infinity, no endless loop, and the energy balance closes ----

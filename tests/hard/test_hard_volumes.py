@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import lru_cache
 from itertools import pairwise, product
 
 import numpy as np
@@ -144,16 +143,6 @@ def test_lengths_in_shells_are_differences_of_chords(cells):
         np.testing.assert_allclose(found, np.diff(inside), rtol=0, atol=2e-14)
 
 
-@both_shapes
-def test_lanes_that_wait_or_have_ended_are_not_counted_again(shape):
-    rays = Rays(shape, (2, 2, 2) if shape is BOX else (3,))
-    them = random_rays(64, 3)
-    assert rays.walk(*them)[0].sum() > 10
-    for values in ({"waits": True}, {"weights": 0.0}):
-        found, counts, _ = rays.walk(*them, **values)
-        assert (found == 0).all() and (counts == 0).all()
-
-
 @pytest.mark.parametrize("cells", [None, (4, 4, 4)])
 def test_a_ray_along_faces_and_edges_counts_once(cells):
     """Within the planes of voxels, and those of the box, along z: 0.25 m in all, with both signs of a zero."""
@@ -191,35 +180,6 @@ def test_a_ray_that_starts_on_a_face_counts_on_the_side_that_it_flies_to(x, ux, 
     assert counts.tolist() == [length > 0 for length in exact]
 
 
-def test_an_aimed_ray_begins_before_its_origin():
-    """Its origin is its target; it starts at a negative distance of it."""
-    found, _, _ = Rays(BOX, (2, 1, 1)).walk([(0.7, 0.0, 0.0)], [(1.0, 0.0, 0.0)], starts=-0.95, ends=0.0)
-    assert found == pytest.approx([0.25, 0.5], abs=1e-15)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("radius", [0.1, 0.2, 0.4, 0.5])
-@pytest.mark.parametrize("beyond", [0.0, 1e-16, -1e-16, 1e-9, -1e-9])
-def test_a_tangent_ray_ends_and_is_whole(radius, beyond):
-    """It touches the sphere of a boundary of shells: inside of it, on it or just outside."""
-    height = radius + beyond
-    found, _, _ = Rays(BALL, 5).walk([(-0.9, height, 0.0)], [(1.0, 0.0, 0.0)])
-    half = math.sqrt(max((0.5 - height) * (0.5 + height), 0.0))
-    assert found.sum() == pytest.approx(2 * half, abs=1e-15)
-    inner = 2 * math.sqrt(max((radius - height) * (radius + height), 0))
-    assert found[: round(radius * 10)].sum() == pytest.approx(inner, abs=4e-8)
-
-
-@pytest.mark.parametrize(
-    ("start", "exact", "passages"),
-    [(-0.9, [0.2] * 5, 9), (0.0, [0.1] * 5, 5), (-0.3, [0.2, 0.2, 0.2, 0.1, 0.1], 7)],
-)
-def test_a_ray_through_the_centre_meets_each_shell_twice_and_the_innermost_at_one_go(start, exact, passages):
-    found, counts, _ = Rays(BALL, 5).walk([(start, 0.0, 0.0)], [(1.0, 0.0, 0.0)])
-    assert found == pytest.approx(exact, abs=1e-15)
-    assert counts.sum() == passages
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("depth", [1e-300, 1e-12, 1e-9, 1e-3, 1.0, 30.0, 1e4])
 @both_shapes
@@ -238,35 +198,6 @@ def test_fading_keeps_its_digits_from_thin_to_thick(shape, depth):
 
 
 # ---- any size and place ----
-
-
-@lru_cache
-def moved(scale, offset):
-    """What two volumes read in a fog, in any unit of length and at any place; back in metres."""
-
-    def place(*p):
-        return tuple(scale * (x + o) for x, o in zip(p, offset, strict=True))
-
-    lamp = tp.Source(tp.Sphere(radius=scale, center=place(0, 0, 0)), tp.Lambertian(power=1.0), side="back")
-    looks = [
-        tp.VolumeDetector(tp.Box(size=0.5 * scale, center=place(0, 0.25, 0)), "box", (3, 2, 1)),
-        tp.VolumeDetector(tp.Sphere(radius=0.5 * scale, center=place(0, 0, 0.25)), "ball", 3),
-    ]
-    medium = tp.Medium(absorption=0.3 / scale, scattering=1.0 / scale)
-    scene = tp.Scene(lamp, [], looks, medium=medium)
-    result = tp.simulate(scene, particles=2000, seed=1, tracking="weighted", progress=False)
-    return {
-        (name, quantity): getattr(result[name], quantity).value * scale**power
-        for name in result
-        for quantity, power in (("fluence_rate", 2), ("absorbed_power", 0))
-    }
-
-
-@pytest.mark.parametrize("scale", quick([1e-9, 1.0, 1.5e11], 1.5e11))
-@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (3.0, -7.0, 5.0)])
-def test_volumes_do_not_depend_on_the_unit_and_the_origin(scale, offset):
-    for key, exact in moved(1.0, (0.0, 0.0, 0.0)).items():
-        np.testing.assert_allclose(moved(scale, offset)[key], exact, rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["at the origin", "aside"])
@@ -420,22 +351,6 @@ def test_forced_collisions_in_a_grid_are_refused():
     grid = tp.Grid(box=tp.Box(size=SIZE), scattering=strewn(seed=2, high=0.8))
     with pytest.raises(tp.SceneError, match="Grid, got forced=True"):
         left_of_beam(grid, (0.1, 0.1, -0.7), (0, 0, 1), tracking=tp.Tracking(forced=True))
-
-
-@pytest.mark.slow
-def test_splitting_in_a_grid_has_the_same_means():
-    tracking = tp.Tracking(splitting=tp.Splitting(start=(0, 0, -0.75), end=(0, 0, 0.75), gain=30.0))
-    source = tp.Source(tp.Point(position=(0.1, 0.1, -0.7)), tp.Beam((0, 0, 1), power=1.0))
-    lid = tp.Detector(tp.Plane(center=(0, 0, 0.76)), name="lid")
-    grid = tp.Grid(
-        box=tp.Box(size=SIZE), absorption=strewn(high=0), scattering=strewn(seed=2, high=0.8), phase=PHASE
-    )
-    analog, split = (
-        tp.simulate(grid_scene(grid, source, lid), particles=100_000, seed=seed, threads=1, tracking=each)
-        for seed, each in enumerate(("analog", tracking))
-    )
-    assert_agrees(analog["lid"].flux_out - split["lid"].flux_out, 0.0, FALSE_ALARM)
-    assert_agrees(analog.ledger["absorbed"] - split.ledger["absorbed"], 0.0, FALSE_ALARM)
 
 
 @pytest.mark.slow

@@ -173,7 +173,7 @@ def test_an_even_box_has_its_extinction_times_the_chord():
 
 
 @pytest.mark.parametrize("direction", [(1, 2, 3), (-1, 0.3, 0.2), (0, 0, -1), (0.8, 0, -1)])
-def test_lines_gather_what_is_along_them(extinction, direction):
+def test_optical_depths_are_sums_along_lines(extinction, direction):
     draws = np.random.default_rng(2)
     starts = draws.uniform(LOW, HIGH, (20, 3))
     found = optical_depths(extinction, LOW, HIGH, starts, direction)

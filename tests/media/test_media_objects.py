@@ -205,7 +205,7 @@ def test_more_voxels_than_fit_into_memory_are_refused_with_the_figure(number, na
 
 
 @pytest.mark.parametrize("names", [("absorption",), ("absorption", "scattering")])
-def test_a_grid_takes_no_more_than_it_is_said_to(names):
+def test_a_grid_takes_no_more_memory_than_documented(names):
     """The most that making it and compiling its scene take at a time, beside the arrays given."""
     rng, n = np.random.default_rng(1), 100
     given = {name: rng.random((n, n, n)) for name in names}
@@ -243,17 +243,6 @@ def test_isotropic_without_an_amount_is_a_phase_only():
             make()
     assert repr(tp.Isotropic()) == "Isotropic()" and tp.Isotropic() != tp.Isotropic(power=1)
     assert tp.Isotropic(power=1).given == "power"
-
-
-def test_tracking_holds_what_it_is_told():
-    deep = tp.Splitting(start=(0, 0, 0), end=[0, 0, 20], gain=1e6)
-    assert deep.end == (0.0, 0.0, 20.0)
-    assert hash(tp.Tracking(splitting=deep)) == hash(tp.Tracking(absorption="weighted", splitting=deep))
-    assert (tp.Tracking().absorption, tp.Tracking().roulette, tp.Tracking().forced) == (
-        "weighted",
-        1e-2,
-        False,
-    )
 
 
 # ---- refusals ----
@@ -388,7 +377,7 @@ def test_layers_of_unlike_index_end_in_a_vacuum_that_is_named(is_empty_below):
         assert "write back=Vacuum()" in refusal(lambda: tp.Scene(BEAM, planes))
 
 
-def test_the_guide_tells_the_most_bodies_and_what_to_do_with_more():
+def test_the_guide_names_the_largest_number_of_bodies_and_the_cure():
     assert f"At most {MAX_BODIES} bodies" in SAID
     layers = [
         tp.Surface(tp.Slab(center=(0, 0, -z), thickness=1), tp.Transparent(), inside=tp.Medium(0.1 * z))

@@ -90,18 +90,6 @@ def test_shares_do_not_depend_on_their_order_and_a_mixture_of_one_material_is_th
     assert both == pytest.approx(0.5, rel=1e-5)
 
 
-def test_the_direction_from_a_diffuse_part_is_independent_of_the_choice_of_the_part():
-    """Cosine law, by chi-square, of what half a wall, or a tenth, sends back."""
-    edges = np.linspace(0, 1, 11)
-    for share in (0.5, 0.1, 0.9):
-        result = shone_on(tp.Mixture({tp.Black(): 1 - share, tp.Diffuse(1.0): share}))
-        back = result["wall"].counts_of("weight out", BINS).sum(axis=0)
-        assert_follows(back, np.diff(edges**2), FALSE_ALARM)
-        assert_follows([back.sum(), PARTICLES - back.sum()], [share, 1 - share], FALSE_ALARM)
-        with pytest.raises(AssertionError):
-            assert_follows(back, np.diff(edges), FALSE_ALARM)
-
-
 def test_choices_at_later_walls_are_new_ones():
     """Between two half mirrors a tenth of a per cent still flies after ten of them: shares multiply."""
     half = tp.Mixture({tp.Mirror(): 0.5, tp.Black(): 0.5})
@@ -116,19 +104,6 @@ def test_choices_at_later_walls_are_new_ones():
     ended = np.append(met[:-1] - met[1:], met[-1])
     assert met[0] == PARTICLES
     assert_follows(ended, np.append(0.5 ** np.arange(1, 8), 0.5**7), FALSE_ALARM)
-
-
-def test_light_through_a_transparent_share_keeps_its_direction():
-    """From the front and from behind, and the wall is met from the other side as from this one."""
-    mixture = tp.Mixture({tp.Transparent(): 0.3, tp.Mirror(): 0.7})
-    passed, mirrored, elsewhere, stayed = fates(shone_on(mixture))
-    assert elsewhere == stayed == 0 and passed + mirrored == PARTICLES
-    beam = tp.Source(tp.Point(position=(0.2, 0.4, 2.0)), tp.Beam(direction=(-0.1, -0.2, -1.0), power=1.0))
-    looks = [tp.Detector("wall"), tp.Detector(tp.Disk(radius=0.01), "spot")]
-    result = run(tp.Scene(beam, tp.Surface(WALL, mixture, "wall"), looks))
-    through = counts(result["wall"], DEPARTURES)
-    assert counts(result["spot"]) == through
-    assert_follows([through, PARTICLES - through], [0.3, 0.7], FALSE_ALARM)
 
 
 # ---- a share that absorbs, and an albedo ----

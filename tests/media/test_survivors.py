@@ -14,7 +14,6 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees, assert_rejected
 from tests.tracking_scenes import FALSE_ALARM, run, slab, splitting
-from transport.results.diagnostics.depth import _roulette_weight
 from transport.statistics.findings import DOUBTFUL, NOTE
 from transport.theory import ordinates
 
@@ -158,22 +157,6 @@ def test_the_cells_of_a_volume_are_doubted_one_by_one():
     assert doubt(run(scene, tp.Tracking(roulette=1e-14), 100_000), "depth") is None
 
 
-class _Batch:
-    def __init__(self, roulette):
-        self.ledger = {"roulette": roulette}
-
-
-def test_the_weight_that_roulette_was_played_for_is_told_from_its_balance():
-    """With few survivors by what was killed, with many by the variance."""
-
-    random = np.random.default_rng(1)
-    for heaviest in (1.0, 1e-4):
-        for played in (1e-3, 30.0, 1e4):  # expected survivors a batch
-            balance = heaviest * (played - random.poisson(played, 32))
-            found = _roulette_weight([_Batch(one) for one in balance], 32_000, heaviest) * 1000 / heaviest
-            assert played / 3 < found < 3 * played
-
-
 def test_bins_are_doubted_where_their_total_is_not():
     """Light that comes back far from where a pencil beam went in: the inner rings are right, the outer ones are not."""
     fog = tp.Medium(absorption=1.0, scattering=1.0)
@@ -207,7 +190,7 @@ def voxels(tau, albedo):
     return tp.Scene(beam, tp.Surface(grid.box, tp.Transparent(), inside=grid), below)
 
 
-def test_in_voxels_what_flies_through_is_rare_and_said_to_be():
+def test_rare_flights_through_voxels_are_reported():
     assert "unknown, not 0; uncollided particles through voxels" in doubt(run(voxels(*DEEP)), "bottom")
     assert "only 6 scores" in doubt(run(voxels(10.0, 0.2), None, 20_000), "bottom")
     assert doubt(run(voxels(3.0, 0.8)), "bottom") is None

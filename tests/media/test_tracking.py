@@ -202,29 +202,11 @@ def _shells():
     return tp.Scene(lamp, shells, looks), ("shell 0", "shell 3"), "within"
 
 
-def _pipe():
-    """A pipe of mirrors between a black and a white lid, full of haze."""
-    pipe = tp.Surface(tp.Cylinder(radius=0.5, height=3.0), tp.Mirror(0.95), "pipe")
-    lids = [
-        tp.Surface(tp.Disk(center=(0, 0, z), radius=0.5), kind, name)
-        for z, kind, name in ((1.5, tp.Black(), "top"), (-1.5, tp.Diffuse(0.5), "bottom"))
-    ]
-    haze = tp.Medium(absorption=0.1, scattering=0.4, phase=tp.HenyeyGreenstein(0.7))
-    lamp = tp.Source(tp.Point(position=(0, 0, 0.1)), tp.Isotropic(power=1.0))
-    looks = [
-        tp.Detector("top", side="back"),
-        tp.Detector("bottom"),
-        tp.VolumeDetector(tp.Sphere(radius=0.4), "within"),
-    ]
-    return tp.Scene(lamp, [pipe, *lids], looks, medium=haze), ("top", "bottom"), "within"
-
-
 @pytest.mark.parametrize(
     "make",
     [
         _ball_of_glass,
         pytest.param(_shells, marks=pytest.mark.slow),
-        pytest.param(_pipe, marks=pytest.mark.slow),
     ],
 )
 def test_all_ways_to_follow_histories_agree(make):

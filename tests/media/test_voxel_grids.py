@@ -134,20 +134,6 @@ def test_swapped_axes_are_seen():
 # ---- the same in other words ----
 
 
-def test_a_grid_of_one_coefficient_is_a_medium():
-    """With the same random numbers, so to nearly all digits."""
-    source = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
-    phase = tp.HenyeyGreenstein(0.6)
-    medium = tp.Medium(absorption=0.7, scattering=2.5, phase=phase)
-    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=0.7, scattering=np.full((7, 3, 9), 2.5), phase=phase)
-    one, other = (
-        tp.simulate(grid_scene(filling, source), particles=50_000, seed=3, threads=1, tracking="analog")
-        for filling in (medium, grid)
-    )
-    assert one.cost.collisions == pytest.approx(other.cost.collisions, rel=1e-4)
-    np.testing.assert_allclose(one.ledger["absorbed"].value, other.ledger["absorbed"].value, rtol=1e-4)
-
-
 def layers(n: int = 4):
     rng = np.random.default_rng(5)
     return rng.uniform(0, 1, n), rng.uniform(0.5, 4, n)

@@ -61,7 +61,7 @@ FAULTS = (
         "error = reduce(np.hypot, errors, np.zeros(self.value.shape))",
         "error = reduce(np.add, errors, np.zeros(self.value.shape))",
         "errors of independent runs added up plainly",
-        ("statistics/test_independent_runs",),
+        ("statistics/test_estimates",),
     ),
     Fault(
         "statistics/replicates.py",

@@ -187,7 +187,7 @@ def test_cosine_and_sine_of_drawn_turns_are_good_to_a_few_places():
     assert np.abs(s - [0, 1, 0, -1]).max() <= 2.0**-52
 
 
-@settings(max_examples=150, **MANY)
+@settings(max_examples=50, **MANY)
 @given(st.floats(0, 1, exclude_max=True, **some_floats))
 @example(5e-324)
 @example(ONE_BELOW)
@@ -222,16 +222,7 @@ def test_azimuths_of_axes_diagonals_and_extremes():
     np.testing.assert_allclose(azimuth_of(x, y), turn, rtol=0, atol=1e-16)
 
 
-def test_azimuth_grows_through_the_quadrants_from_x_towards_y():
-    angle = np.linspace(0, 1, 4001)[:-1]
-    turn = azimuth_of(np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle))
-    assert (turn >= 0).all()
-    assert (turn < 1).all()
-    assert (np.diff(turn) > 0).all()
-    assert np.abs(turn - angle).max() < 1e-15
-
-
-@settings(max_examples=300, **MANY)
+@settings(max_examples=100, **MANY)
 @given(st.floats(**some_floats), st.floats(**some_floats))
 @example(1.0, -1e-17)
 @example(1.0, -1e-16)

@@ -40,23 +40,16 @@ REFUSALS = {
     "mirror sum": (lambda: tp.Mirror(0.75, 0.5), ["Mirror: reflectance + transmission", "0.75 + 0.5 = 1.25"]),
     "a rounding": (lambda: tp.Diffuse(0.7, 0.3 + 2e-16), ["albedo + transmission", "above 1"]),
     "transmission": (lambda: tp.Diffuse(0.1, -0.1), ["Diffuse: transmission", "[0, 1]", "-0.1"]),
-    "mirror transmission": (lambda: tp.Mirror(0.1, NAN), ["Mirror: transmission", "[0, 1]", "nan"]),
     # indices
     "index 0": (lambda: tp.Dielectric(0), ["Dielectric: index_inside", "positive", "got 0"]),
-    "index below 0": (lambda: tp.Dielectric(1.5, -1), ["Dielectric: index_outside", "positive", "-1"]),
-    "index nan": (lambda: tp.Dielectric(NAN), ["Dielectric: index_inside", "nan"]),
-    "index infinite": (lambda: tp.Dielectric(math.inf), ["Dielectric: index_inside", "inf"]),
     "index of text": (lambda: tp.Dielectric("glass"), ["Dielectric: index_inside", "number", "'glass'"]),
     "no index": (lambda: tp.Dielectric(), ["Dielectric: index_inside missing"]),
     # roughness
     "smooth": (lambda: tp.Glossy(0), ["Glossy: roughness", "above 0", "got 0", "Mirror"]),
     "too rough": (lambda: tp.Glossy(1.01), ["Glossy: roughness", "at most 1", "1.01"]),
-    "rough nan": (lambda: tp.Glossy(NAN), ["Glossy: roughness", "nan"]),
     "glossy albedo": (lambda: tp.Glossy(0.1, 1.5), ["Glossy: albedo", "[0, 1]", "1.5"]),
     # lenses
     "flat lens": (lambda: tp.ThinLens(0), ["ThinLens: focal_length", "not zero", "Transparent()"]),
-    "endless lens": (lambda: tp.ThinLens(math.inf), ["ThinLens: focal_length", "finite", "inf"]),
-    "lens of text": (lambda: tp.ThinLens("long"), ["ThinLens: focal_length", "'long'"]),
     "lens on a ball": (
         lambda: tp.Surface(BALL, LENS, "eye"),
         ["Surface 'eye'", "ThinLens", "Disk", "Sphere"],
@@ -154,7 +147,6 @@ REFUSALS |= {
     "a metal without loss": (lambda: tp.Conductor(0.2, 0), ["use Dielectric"]),
     "a metal that gains": (lambda: tp.Conductor(0.2, -1), ["k must be positive"]),
     "a metal without index": (lambda: tp.Conductor(0, 2), ["n must be positive"]),
-    "a metal of nan": (lambda: tp.Conductor(NAN, 2), ["n must be positive"]),
     "a metal too dense": (lambda: tp.Conductor(1e6, 1e6), ["from 0.001 to 1e+06"]),
     "a metal too thin": (lambda: tp.Conductor(1e-4, 1e-4), ["from 0.001 to 1e+06"]),
     "a metal for particles": (

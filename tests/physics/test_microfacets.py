@@ -60,13 +60,6 @@ def test_facets_cover_their_surface_once(roughness):
         assert seen == pytest.approx(1, abs=1e-6)
 
 
-def test_density_of_normals_is_that_of_an_ellipsoid():
-    """Of half an ellipsoid of height alpha (Trowbridge and Reitz 1975): 1/(pi alpha^2) flat, alpha^2/pi on its rim."""
-    assert microfacets.normal_density(1.0, 0.1) == pytest.approx(100 / math.pi)
-    assert microfacets.normal_density(np.array([0.0, 0.3, 1.0]), 1.0) == pytest.approx(1 / math.pi)
-    assert microfacets.normal_density(0.0, 0.1) == pytest.approx(0.01 / math.pi)
-
-
 def density_between(elevation_in, elevation_out, psi, roughness):
     """D of the facet between two directions, by its slope; psi: azimuth away from the mirror image [rad]."""
     half_sum, half_way = (elevation_in + elevation_out) / 2, (elevation_out - elevation_in) / 2
@@ -126,16 +119,15 @@ def _single_albedo(alpha, mu):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("roughness", [0.5, pytest.param(0.2, marks=pytest.mark.slow)])
-def test_single_albedo_agrees_with_textbook_forms_in_mpmath(roughness):
+def test_single_albedo_agrees_with_textbook_forms_in_mpmath():
     with mp.workdps(15):
-        exact = _single_albedo(mp.mpf(roughness), mp.mpf(0.3))
-    assert microfacets.single_albedo(0.3, roughness) == pytest.approx(float(exact), rel=1e-11)
+        exact = _single_albedo(mp.mpf(0.5), mp.mpf(0.3))
+    assert microfacets.single_albedo(0.3, 0.5) == pytest.approx(float(exact), rel=1e-11)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("roughness", ROUGHNESSES)
-def test_what_is_lost_and_what_is_returned_add_up(roughness):
+def test_single_and_lost_albedo_add_up_to_one(roughness):
     """Two integrals over different directions: D G2 over the upper ones, D G1 (1 - G2/G1) over those below too."""
     for mu in COSINES:
         single = albedo(lambda *angles: microfacets.single_reflection(*angles, roughness), mu)
@@ -143,7 +135,7 @@ def test_what_is_lost_and_what_is_returned_add_up(roughness):
 
 
 @pytest.mark.parametrize("roughness", [1.0, 0.1, 1e-3, 1e-8])
-def test_the_table_of_what_is_lost_follows_the_integral(roughness):
+def test_the_table_of_lost_albedo_follows_its_integral(roughness):
     elevation = np.concatenate(
         [np.geomspace(1e-12, math.pi / 2, 200), math.pi / 2 - np.geomspace(1e-6, 0.5, 60)]
     )
@@ -182,13 +174,6 @@ def test_brdf_is_reciprocal_to_the_last_bit(roughness):
     there = microfacets.brdf(one, other, math.pi * phi, roughness, 0.8)
     assert (there == microfacets.brdf(other, one, math.pi * phi, roughness, 0.8)).all()
     assert np.isfinite(there).all() and (there > 0).all()
-
-
-def test_the_mirror_image_is_at_azimuth_pi():
-    toward = microfacets.brdf(0.5, 0.5, math.pi, 0.05)
-    assert toward > 1000 * microfacets.brdf(0.5, 0.5, 0.0, 0.05)
-    peak = 1 / (math.pi * 0.05**2) * microfacets.joint_shadowing(0.5, 0.5, 0.05) / (4 * 0.25)
-    assert microfacets.single_reflection(0.5, 0.5, math.pi, 0.05) == pytest.approx(peak)
 
 
 @pytest.mark.parametrize("roughness", [1.0, 0.3, 1e-3])

@@ -155,19 +155,6 @@ def test_the_formula_of_textbooks_would_be_seen():
     assert np.abs(np.sqrt(1 - mu * mu) / sine - 1).max() > 1e3 * SINE
 
 
-@pytest.mark.parametrize("g", G)
-def test_means_over_henyey_greenstein_angles_are_those_of_closed_forms(g):
-    """Mean cosine, square and cube: integrals over u, in panels that crowd towards both ends."""
-    ends = np.concatenate(([0.0], 2.0 ** np.arange(-45, 0)))
-    edges = np.concatenate((ends, 1 - ends[-2::-1]))
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    half = np.diff(edges)[:, None] / 2
-    u, w = (edges[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
-    mu, _ = by_henyey_greenstein(g, u)
-    found = [w @ mu**power for power in (1, 2, 3)]
-    np.testing.assert_allclose(found, phases.henyey_greenstein_means(g), rtol=0, atol=1e-13)
-
-
 # ---- Rayleigh, and tables ----
 
 
@@ -271,22 +258,6 @@ def test_a_narrow_peak_keeps_the_digits_of_its_angles():
     assert np.abs(np.sqrt((1 - mu[20:200]) * (1 + mu[20:200])) / sine[20:200] - 1).max() > 1e3 * SINE
 
 
-def test_means_over_tabulated_angles_are_those_of_the_table():
-    """The mean over all places of all rows, each by midpoints of equal parts; the phase's own g agrees."""
-    phase = tp.Tabulated(mu=PEAK_MU, density=PEAK)
-    rows, parts = tabulated_rows(phase), 400
-    exact = phases.linear_means(PEAK_MU, PEAK)
-    assert math.isclose(phase.g, exact[0], rel_tol=1e-12)
-    places = (np.arange(parts) + 0.5) / parts
-    for power, mean in enumerate(exact, start=1):
-        total = 0.0
-        for row, kept in enumerate(rows["kept"]):
-            for first, width in ((0.0, kept), (kept, 1 - kept)):
-                mu, _ = by_table(rows, np.minimum((row + first + width * places) / len(rows), LAST))
-                total += width * (mu**power).mean() / len(rows)
-        assert abs(total - mean) < 1e-6
-
-
 # ---- the turn ----
 
 
@@ -302,8 +273,8 @@ def test_a_turn_is_by_the_angle_asked_for_about_any_direction():
         np.testing.assert_allclose(np.linalg.norm(np.cross(v, w), axis=1), sine, rtol=0, atol=4 * ULP)
 
 
-@pytest.mark.parametrize("mu_before", [0.8, -0.35])
-@pytest.mark.parametrize("g", [0.75, -0.5])
+@pytest.mark.slow
+@pytest.mark.parametrize(("g", "mu_before"), [(0.75, -0.35), (-0.5, 0.8)])
 def test_scattered_light_fills_the_ring_about_where_it_flew(g, mu_before):
     """Its cosine to a fixed axis, against the mean over azimuths in closed form; turned by half the azimuths it fails."""
     v = np.tile([math.sqrt((1 - mu_before) * (1 + mu_before)), 0.0, mu_before], (DRAWS, 1))

@@ -137,7 +137,7 @@ def test_an_estimate_prints_its_bound_or_its_doubt(bound, printed):
     assert str(estimate(10.0, 0.01, bound)) == "(10.000 ± 0.010) W" + printed
 
 
-def test_quality_keeps_the_error_that_was_asked_for():
+def test_quality_keeps_the_requested_error():
     """A bound within 1 % of the value, and above what was asked for, is a doubt in both."""
     found = Estimate(1.0 + 1e-6 * np.arange(32), LARGER_RUN, "W")
     found._with_findings(lambda: (Finding("doubtful", "", "", "light not sampled", 5e-3),), allowed=1e-4)
@@ -949,7 +949,7 @@ def test_a_bin_is_not_counted_as_unknown_and_as_doubtful():
     assert words in page(array).text
 
 
-def test_what_is_doubtful_has_no_price():
+def test_a_doubtful_number_has_no_price():
     result = simulate(mirror(), 1e5)
     assert result["m"].flux_in.is_doubtful and "price of" not in result.report()
     assert math.isnan(result.price("m.flux_in", 0.01))
@@ -1048,10 +1048,10 @@ NAMED = [name for name in CASES if name not in ("ball", "ball, behind")]
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMED)
 def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name):
-    """Two seeds of three radii and every estimator; a run of 30 complete ones may be doubtful, or wrong by chance."""
+    """Three radii and every estimator; a run of 30 complete ones may be doubtful, or wrong by chance."""
     case = CASES[name]
     methods = ("analog", "expected", "backward")
-    judged = [run for r in case.radii for run in named_runs(case, r, 2, 3e5, methods)]
+    judged = [run for r in case.radii for run in named_runs(case, r, 1, 3e5, methods)]
     assert sum(run.is_missed for run in judged) <= (1 if any(run.is_complete for run in judged) else 0)
     complete = [run for run in judged if run.is_complete]
     assert sum(run.run.verdict == "doubtful" for run in complete) <= 1
@@ -1059,9 +1059,9 @@ def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name
 
 @pytest.mark.slow
 def test_sound_estimates_of_random_rooms_agree():
-    """10 rooms: the family's false-alarm rate is 1e-3, for pairs of estimates and against the references each."""
-    found = judge_rooms(range(0, 300, 30), 1e5)
-    assert found["pairs"] > 8 and found["disagreements"] == [] and found["off reference"] == []
+    """5 rooms: the family's false-alarm rate is 1e-3, for pairs of estimates and against the references each."""
+    found = judge_rooms(range(0, 300, 60), 1e5)
+    assert found["pairs"] > 4 and found["disagreements"] == [] and found["off reference"] == []
     assert found["missed"] == 0
 
 

@@ -14,7 +14,6 @@ import pytest
 import transport as tp
 from tests.refusals import assert_refused
 from tests.slow import quick
-from transport.geometry.line_crossings import crossings
 from transport.geometry.shape import Shape
 from transport.scene.bodies import (
     bodies_on_sides,
@@ -87,37 +86,6 @@ def test_nested_boxes_that_share_faces():
         assert body_bits_at(scene, shared, [(1, 0, 0), (-1, 0, 0)]).tolist() == [7, 0]
 
 
-@pytest.mark.slow
-def test_each_kind_of_body_holds_the_places_of_its_inequality():
-    """20000 places about five bodies beside one another; the walls of meshes are told by their winding number."""
-    up = np.array([1.0, 2.0, -0.5]) / math.sqrt(5.25)
-    ball = tp.Mesh.sphere(center=(4, 0, 0), radius=1, triangles=320)
-    surfaces = [
-        filled(tp.Sphere(radius=1.2), M(1)),
-        filled(tp.Box(center=(0, 4, 0), size=(1, 2, 3)), M(2)),
-        filled(ball, M(3)),
-        *can(M(4), center=(-4, 0, 0)),
-        filled(tp.Plane(center=7 * up, normal=-up), M(5)),
-        filled(tp.Slab(center=-7 * up, normal=up, thickness=2), M(6)),
-    ]
-    scene = afar(surfaces)
-    r = np.random.default_rng(3).uniform(-8, 8, (20_000, 3))
-    x, y, z = r.T
-    expected = {
-        M(1): x * x + y * y + z * z < 1.44,
-        M(2): (abs(x) < 0.5) & (abs(y - 4) < 1) & (abs(z) < 1.5),
-        M(3): ((ball.vertices[ball.faces[:, 0]][None] - r[:, None]) * ball.normals).sum(axis=2).min(axis=1)
-        > 0,
-        M(4): ((x + 4) ** 2 + y * y < 1) & (abs(z) < 1),
-        M(5): r @ up > 7,
-        M(6): abs(r @ up + 7) < 1,
-    }
-    found = np.array(media_at(scene, r))
-    for medium, is_there in expected.items():
-        assert is_there.sum() > 10 and ((found == medium) == is_there).all(), medium
-    assert (found == V).sum() == len(r) - sum(is_there.sum() for is_there in expected.values())
-
-
 def test_a_body_of_open_surfaces_with_a_bubble_and_a_twin():
     """Two cans of one medium are two bodies; one holds a bubble, a third can, whose walls name vacuum."""
     glass = M(index=1.5)
@@ -158,7 +126,7 @@ def test_places_under_the_skin_of_a_body_are_within_it(kind):
     assert not points_in_body(scene, body, middle + (places - middle) * (1 + 1e-6))[: len(places) // 2].any()
 
 
-def test_sides_of_surfaces_say_which_bodies_they_bound():
+def test_sides_of_surfaces_know_the_bodies_that_they_bound():
     scene = near([tp.Surface(tp.Plane(), T, back=M(1), front=M(2)), filled(corner(1), V)])
     assert scene_bodies(scene)[0].medium == V  # it lies in front of the plane
     media = [body.medium for body in scene_bodies(scene)]
@@ -166,34 +134,6 @@ def test_sides_of_surfaces_say_which_bodies_they_bound():
     assert [media[k] for k in front] == [M(2)] and [media[k] for k in back] == [M(1)]
     assert bodies_on_sides(scene)[1] == ((), (0,))
     assert scene.medium_at((0, 0, 2)) == M(2) and scene.medium_at((0, 0, -2)) == M(1)
-
-
-def test_crossing_each_surface_leads_from_the_bodies_behind_to_those_ahead():
-    """Along 300 lines: bits that change by what bodies_on_sides says are those that hold the place, in every gap."""
-    shapes = [corner(100), corner(50), corner(10), tp.Sphere(center=(75, 75, 75), radius=20)]
-    surfaces = [filled(shape, M(k + 1)) for k, shape in enumerate(shapes)]
-    surfaces += [*can(M(9), center=(-20, 0, 0), radius=5), filled(tp.Plane(center=(0, 0, -30)), M(10))]
-    scene, rng = near(surfaces), np.random.default_rng(5)
-    sides = [[sum(1 << k for k in side) for side in pair] for pair in bodies_on_sides(scene)]
-    u = rng.normal(size=(300, 3))
-    u /= np.linalg.norm(u, axis=1)[:, None]
-    o = rng.uniform(-40, 110, (300, 3))
-    found = [crossings(surface.shape, o, u) for surface in surfaces]
-    for line in range(len(o)):
-        events = sorted(
-            (distance, number, way)
-            for number, f in enumerate(found)
-            for distance, way in zip(f.distances[line], f.sides[line], strict=True)
-            if distance > 0
-        )
-        bits = int(body_bits_at(scene, o[line])[0])
-        ends = [distance for distance, _, _ in [*events, (1e4, 0, 0)]][1:]
-        for (distance, number, way), end in zip(events, ends, strict=True):
-            front, back = sides[number]
-            bits = (bits & ~back) | front if way > 0 else (bits & ~front) | back
-            if end - distance > 1e-9:
-                place = o[line] + (distance + end) / 2 * u[line]
-                assert bits == body_bits_at(scene, place)[0]
 
 
 def test_whether_a_scene_has_media():
@@ -461,7 +401,7 @@ def shards(rng, size) -> list[Part]:
 
 
 KINDS = [box, tin, pipe, bucket, dish, cap, lens, shards]
-BODIES = [(kind, seed) for kind in KINDS for seed in range(1 if kind is shards else 3)]
+BODIES = [(kind, seed) for kind in KINDS for seed in range(1 if kind is shards else 2)]
 MATERIALS = [T, tp.Diffuse(0.5), tp.Black(), tp.Mirror(0.5, 0.25)]
 
 

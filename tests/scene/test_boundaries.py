@@ -14,7 +14,7 @@ import transport as tp
 from tests.refusals import assert_refused
 from transport.geometry.contacts import contact_pairs
 from transport.geometry.line_crossings import crossings
-from transport.scene.checks.refractive_indices import Boundary, _boundary_crossings, check_media
+from transport.scene.checks.refractive_indices import check_media
 from transport.vectors import unit_vector
 
 # ---- which surfaces come inside of one another ----
@@ -405,18 +405,6 @@ def test_nothing_depends_on_the_unit_of_length(scale):
         (glass_ball(scale, scale), "overlapping"),
     ):
         assert_refused(lambda other=other: tp.Scene([lamp], [glass_ball(scale), other]), word)
-
-
-def test_lines_near_an_edge_are_not_judged():
-    """One that touches a box at its edge, one that meets two walls at once; a little further in they are."""
-    touching = np.array([[0.5, 0.5, 0.1]]), np.array([[1.0, -1.0, 0.0]]) / math.sqrt(2)
-    box = [Boundary("box", tp.Box(size=1), GLASS)]
-    assert (_boundary_crossings(box, *touching, 1e-9)[0] == -1).all()
-    assert _boundary_crossings(box, touching[0] - [[1e-6, 0, 0]], touching[1], 1e-9)[0].tolist() == [[0, 1]]
-    balls = [Boundary("ball", tp.Sphere(center=(x, 0, 0), radius=1), GLASS) for x in (-1, 1)]
-    middle, along = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]])
-    assert (_boundary_crossings(balls, middle, along, 1e-9)[0] == -1).all()
-    assert _boundary_crossings(balls, middle + [[0, 0.01, 0]], along, 1e-9)[0].tolist() == [[0, 1, 2, 3]]
 
 
 @pytest.mark.slow

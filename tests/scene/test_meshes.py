@@ -2,10 +2,8 @@
 
 import copy
 import math
-import os
 import pickle
 import struct
-import subprocess
 import sys
 import time
 import types
@@ -77,7 +75,7 @@ def test_an_open_mesh_has_an_area_and_no_volume():
     assert_refused(lambda: TENT.holds((0, 0, 0.1)), "an inside needs a closed mesh")
 
 
-def test_a_mesh_says_briefly_what_it_is():
+def test_the_repr_of_a_mesh_is_short():
     with pytest.warns(MeshWarning):
         shape = Mesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], faces=[(0, 1, 2), (1, 2, 3)])
     assert [repr(m) for m in (CUBE, CUBE.flipped(), TENT, shape)] == [
@@ -145,13 +143,6 @@ def test_a_shell_does_not_hold_its_cavity():
     shell = mesh(np.concatenate([CUBE.vertices, inner.vertices]), faces)
     assert shell.is_closed and shell.volume == pytest.approx(7)
     assert shell.holds((0.7, 0, 0)) and not shell.holds((0.1, 0, 0)) and not shell.holds((2, 0, 0))
-
-
-@pytest.mark.slow
-def test_neither_the_library_nor_a_mesh_asks_for_pyvista():
-    code = "import sys, transport as tp; tp.Mesh.sphere(radius=1); print('pyvista' in sys.modules, 'numba' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False", "False"]
 
 
 # ---- slivers, thin plates and lengths of any scale ----
@@ -340,7 +331,7 @@ def test_triangles_that_collapse_are_left_out_with_their_number():
 
 
 @pytest.mark.parametrize("multipliers", [None, np.ones(3, dtype=np.uint64)], ids=["usual", "colliding"])
-def test_rows_whose_keys_collide_are_told_apart(multipliers, monkeypatch):
+def test_rows_whose_keys_collide_are_distinguished(multipliers, monkeypatch):
     """Two different rows with one key: the slow way is taken."""
     if multipliers is not None:
         monkeypatch.setattr(mesh_topology, "HASH_MULTIPLIERS", multipliers)
@@ -452,22 +443,6 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path, polydata, suffix, binary, 
     part.write_bytes(whole.read_bytes()[: math.ceil(share * whole.stat().st_size)])
     words = f"Mesh.from_file: ... 'part{suffix}' cannot be read as {suffix} ... save it again"
     assert_refused(lambda: Mesh.from_file(part), words)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="looks at how a process ends")
-def test_without_the_look_at_lengths_a_short_file_ends_the_process_or_is_garbage(tmp_path, polydata):
-    """Planted: no look before reading."""
-    polydata.save(tmp_path / "ball.ply", binary=True)
-    whole = (tmp_path / "ball.ply").read_bytes()
-    (tmp_path / "short.ply").write_bytes(whole[: len(whole) // 2])
-    code = (
-        "from transport.geometry import mesh_build as files; from transport.geometry.mesh import Mesh\n"
-        "files.why_not_whole = lambda file: None\n"
-        f"print(Mesh.from_file({str(tmp_path / 'short.ply')!r}))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode != 0 or "Mesh(" in done.stdout
 
 
 WRONG_FILES = {

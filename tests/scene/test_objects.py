@@ -28,6 +28,7 @@ DISK, BALL, CUBE = Disk(radius=1), Sphere(radius=2), Box(size=(1, 2, 3))
 SHEET, RING = Rectangle(width=2, height=4), Disk(radius=2, inner_radius=1)
 LAMP, GAS = Source(DISK, Lambertian(power=1)), Source(CUBE, Gas(1e20, 500))
 WALL = Surface(DISK, Black(), name="floor")
+MAXWELLIAN, TABLE = tp.Maxwellian(temperature=300, mass=4.65e-26), tp.SpeedTable((0, 2), (1, 1))
 X, VX = (-1.0, 0.0, 2.0), (-5.0, 5.0)
 EVERY_OBJECT = [
     DISK, BALL, CUBE, SHEET, Point(), Cloud(sigma=1), Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0.5))),
@@ -36,6 +37,12 @@ EVERY_OBJECT = [
     Rectangle(width=2, height=1, hole=Disk(center=(0.4, 0, 0), radius=0.25)),
     Black(), Diffuse(0.5), Mirror(), Transparent(), WALL, LAMP, GAS,
     Source("floor", Beam((1, 2, 3), irradiance=2), side="back"),
+    MAXWELLIAN, TABLE, tp.Instant(1), tp.BoxPulse(0, 1), tp.GaussianPulse(9, 1), Cloud(sigma=(0, 1, 2)),
+    tp.Effusive(1e20, tp.Maxwellian(sigma=3, drift=(1, 2, 3))), Diffuse(1.0, speed=MAXWELLIAN),
+    Gas(number=5, speed=TABLE, direction=(1, 1, 1), mass=1e-26),
+    Surface(DISK, Mixture({Mirror(): 0.25, Diffuse(1.0, speed=MAXWELLIAN): 0.75}), name="wall"),
+    Mixture({Mirror(): 0.25, Diffuse(0.5): 0.5, Black(): 0.125, Transparent(): 0.125}),
+    Source(Point(), Isotropic(energy=1), pulse=tp.Instant()),
     Detector(DISK, name="meter", directions=Directions(mu=[0, 0.5, 1], phi=4), positions=Positions(u=3)),
     Detector("floor", directions=Directions.cone((0, 1, 1), 0.1)),
     Detector(DISK, name="gate", times=3, speeds=(0, 1, 10), via=("lid", "gate"), events=(1, 2), moments=True),
@@ -47,7 +54,11 @@ EVERY_OBJECT = [
 
 @pytest.mark.parametrize("thing", EVERY_OBJECT, ids=lambda thing: type(thing).__name__)
 def test_objects_are_frozen_hashable_and_survive_copies(thing):
-    for twin in (dataclasses.replace(thing), pickle.loads(pickle.dumps(thing)), eval(repr(thing))):
+    for twin in (
+        dataclasses.replace(thing),
+        pickle.loads(pickle.dumps(thing)),
+        eval(repr(thing), vars(tp) | globals()),
+    ):
         assert twin == thing and hash(twin) == hash(thing)
     with pytest.raises(dataclasses.FrozenInstanceError):
         thing.colour = "red"
@@ -337,7 +348,7 @@ def test_axes_of_phase_space_come_in_one_order():
         (np.linspace(0, 1, 3), (0.0, 0.5, 1.0), True),
     ],
 )
-def test_one_time_and_a_series_of_one_time_are_told_apart(time, times, is_series):
+def test_one_time_differs_from_a_series_of_one_time(time, times, is_series):
     looks = PhaseSpace(x=X, time=time)
     assert (looks.times, looks.is_series) == (times, is_series)
     assert all(type(t) is float for t in looks.times) and hash(looks) is not None

@@ -204,17 +204,6 @@ def test_view_factors_at_any_scale(scale):
     assert_agrees(tp.view_factor(b, a, particles=100_000, seed=3), exact_view_factor(FLOOR, LAMP))
 
 
-def test_solid_angle_is_the_sum_over_its_triangles():
-    shape, eye = polygon(U, turned=True), np.array([0.3, -0.8, 2.0])
-    exact = 0.0
-    for triangle in shape.primitives():
-        a, b, c = (np.subtract(vertex, eye) for vertex in triangle.vertices)
-        p, q, r = map(np.linalg.norm, (a, b, c))
-        below = p * q * r + (a @ b) * r + (b @ c) * p + (c @ a) * q
-        exact += 2 * math.atan2(abs(a @ np.cross(b, c)), below)
-    assert_agrees(tp.solid_angle(shape, tuple(eye), particles=200_000, seed=4), exact)
-
-
 def test_a_beam_fills_it_evenly_by_its_projected_area():
     """The power of an irradiance; and the image of the polygon on a screen of pixels."""
     shape = polygon(L, turned=True)

@@ -129,16 +129,6 @@ def test_area_is_that_of_the_definition(shape):
     assert 2 * math.pi * profile.area_per_radian(profile.low, profile.high) == close(shape.area, 2e-15)
 
 
-def test_area_of_known_shapes():
-    assert Cylinder(radius=2, height=3).area == close(12 * math.pi, 1e-15)
-    assert Cone(radius=3, height=4).area == close(15 * math.pi, 1e-15)
-    assert Cone(radius=5, top_radius=2, height=4).area == close(35 * math.pi, 1e-15)
-    assert Paraboloid(focal_length=0.25, radius=1).area == pytest.approx(
-        math.pi / 6 * (5**1.5 - 1), rel=1e-15
-    )
-    assert Sphere(radius=2, mu_min=0.5).area == close(4 * math.pi, 1e-15)  # 2 pi R h
-
-
 NEARLY = {
     "nearly a cylinder": Cone(radius=1.0, top_radius=1.0 + 1e-9, height=3.0),
     "nearly a disk": Cone(radius=1.0, top_radius=0.1, height=1e-9),

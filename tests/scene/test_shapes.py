@@ -13,9 +13,6 @@ from hypothesis import strategies as st
 
 from tests.agreement import assert_agrees, assert_follows
 from tests.refusals import assert_refused
-from transport.analysis.solid_angle import solid_angle_scene
-from transport.compile.detectors import detector_row, side_rows
-from transport.compile.plan import Plan
 from transport.compile.space import make_space
 from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
 from transport.geometry.mesh import Mesh
@@ -24,14 +21,13 @@ from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Point
 from transport.geometry.solid import Box, Sphere
 from transport.results.solid_angles import solid_angles_of
-from transport.scene.bins import Directions, Positions
+from transport.scene.bins import Directions
 from transport.scene.detectors import Detector
-from transport.scene.emissions import Beam, Effusive, Isotropic, Lambertian
-from transport.scene.materials import Black, Diffuse, Mirror, Surface, Transparent
+from transport.scene.emissions import Effusive, Isotropic, Lambertian
+from transport.scene.materials import Black, Diffuse, Mirror, Surface
 from transport.scene.scene import Scene
 from transport.scene.sheets import scene_sheets
 from transport.scene.sources import Source
-from transport.scene.tracking import Tracking
 from transport.simulate import simulate
 from transport.validation import SceneError
 
@@ -228,18 +224,6 @@ def test_sliver_triangles_keep_all_their_digits(height, middle):
     assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-15)
 
 
-def test_the_usual_formulas_lose_the_digits_that_slivers_keep():
-    """Planted: a vector product in floating point, and Heron's formula."""
-    shape = sliver_of(1e-9, 0.3)
-    a, b, c = np.array(shape.vertices)
-    plain = np.linalg.norm(np.cross(b - a, c - a)) / 2
-    sides = [np.linalg.norm(side) for side in (b - a, c - b, a - c)]
-    half = sum(sides) / 2
-    heron = math.sqrt(max(half * math.prod(half - side for side in sides), 0.0))
-    for wrong in (plain, heron):
-        assert shape.area != pytest.approx(wrong, rel=1e-9, abs=0)
-
-
 @pytest.mark.parametrize("way", [(1, 2, 3), (0.1, 0.2, 0.3), (1e-9, 1, 0), (-0.7, 0.11, 1e5)])
 @pytest.mark.parametrize("scale", [1e-30, 1, 1e30])
 def test_vertices_on_a_line_are_refused_though_rounding_lifts_them_off_it(way, scale):
@@ -269,26 +253,6 @@ def test_no_point_of_a_triangle_is_nearer_than_the_least_distance(weights, place
     assert SLOPED.distance(place) <= math.dist(point, place) + 1e-15
 
 
-def test_triangles_share_the_sheet_of_the_plane_that_they_lie_on():
-    floor = Rectangle(center=(0.1, 0.2, 0.3), normal=(1, 2, 3), width=3, height=3)
-    e_u, e_v, normal = np.array(floor.frame)
-
-    def lying(*corners, lifted=0.0):
-        flat = [np.array(floor.center) + u * e_u + v * e_v + lifted * normal for u, v in corners]
-        return Triangle(vertices=flat)
-
-    near, far = lying((0, 0), (1, 0.1), (0.2, 0.7)), lying((-1, 0.3), (-0.4, 1), (-0.9, -0.9))
-    sliver = lying((-1.1, -0.7), (1.2, 0.9), (0.3, 0.9 * (1 + 1e-12) - 0.9 * 1.6 / 2.3))
-    for shape in (near, far, sliver):
-        assert are_on_one_support(shape, floor) and are_on_one_support(floor, shape)
-    assert are_on_one_support(near, far) and are_on_one_support(near, sliver)
-    lifted = lying((0, 0), (1, 0.1), (0.2, 0.7), lifted=1e-13)
-    for other in (floor, near, far, Sphere(radius=1)):
-        assert not are_on_one_support(lifted, other) and not are_on_one_support(other, lifted)
-    tilted = Triangle(vertices=(*near.vertices[:2], lifted.vertices[2]))
-    assert not are_on_one_support(tilted, floor)
-
-
 @pytest.mark.parametrize("height", [1e-12, 1e-13, 3e-14])
 def test_a_thin_sliver_on_a_wall_stands_on_the_wall_and_takes_its_plane(height):
     """Rounding of its vertices turns its own normal."""
@@ -302,25 +266,6 @@ def test_a_thin_sliver_on_a_wall_stands_on_the_wall_and_takes_its_plane(height):
     for scene in (Scene(LAMP, (), meters), Scene(LAMP, Surface(disk, Black()), meters[0])):
         (sheet,) = scene_sheets(scene)
         assert sheet.support is disk and [m.shape for m in sheet.members] == [disk, sliver]
-
-
-@pytest.mark.parametrize("material", [Black(), Diffuse(1.0), Mirror(), Transparent()])
-def test_a_surface_of_a_triangle_is_a_sheet_that_acts_and_may_emit(material):
-    sail = Surface(SLOPED, material, name="sail")
-    [sheet] = scene_sheets(Scene(Source("sail", Lambertian(power=1)), sail, Detector("sail")))
-    assert sheet.support == SLOPED and len(sheet.members) == 1
-    assert (sheet.members[0].surface is sail) == (not isinstance(material, Transparent))
-
-
-def test_a_detector_an_aim_and_a_source_take_a_triangle():
-    meter = Detector(SLOPED, name="meter", side="back", directions=Directions(mu=4, phi=3))
-    lamp = Source(Point(), Isotropic(power=1), aim=SLOPED)
-    scene = Scene(lamp, Surface(Disk(radius=9, center=(0, 0, -1)), Black()), meter)
-    assert scene.shape_of(meter) is SLOPED and SLOPED.pieces() == (SLOPED,)
-    assert [len(sheet.members) for sheet in scene_sheets(scene)] == [1, 1]
-    assert Source(SLOPED, Lambertian(exitance=2)).amount(SLOPED, None) == 2 * SLOPED.area
-    beam = Source(SLOPED, Beam(SLOPED.normal, irradiance=2))
-    assert beam.amount(SLOPED, None) == pytest.approx(2 * SLOPED.area, rel=1e-15)
 
 
 @pytest.mark.parametrize("source", [Disk(radius=0.5), Rectangle(width=1.0, height=0.7)])
@@ -387,31 +332,6 @@ def test_the_space_holds_what_ends_and_the_centers_of_what_does_not():
     assert make_space(Scene(LAMP, Surface(Cylinder(radius=1, height=33), Black()))).size == 32
 
 
-def test_a_slab_is_two_sheets_and_a_plane_one():
-    meter = Detector(Disk(center=(5, 5, 0.25), radius=1), "m")
-    [upper, lower] = scene_sheets(Scene(LAMP, Surface(GLASS, Black()), meter))
-    assert upper.support == GLASS.planes()[0] and len(upper.members) == 2
-    assert lower.support == GLASS.planes()[1] and len(lower.members) == 1
-
-
-@pytest.mark.parametrize("shape", [TUBE, CONE, DISH, CAP], ids=name_of)
-def test_bins_of_position_are_compiled_in_scene_lengths(shape):
-    """Heights are lengths from the center, polar angles are none."""
-    meter = Detector(shape, "m", positions=Positions(u=2, v=3), side="back")
-    scene = Scene(LAMP, (), [meter, Detector(Disk(center=(0, 0, 5), radius=1), "far")])
-    plan = Plan(scene, make_space(scene), Tracking())
-    plan.rows_of = {"m": side_rows(meter, shape, None, 1)}
-    member = next(m for sheet in scene_sheets(scene) for m in sheet.members if m.shape == shape)
-    row = detector_row(plan, member, meter)
-    assert plan.space.size == 8
-    edges = [kept for kept in plan.kept if kept.dtype == np.float64 and kept.shape == (3,)]
-    low, high = meter.positions.edges(shape)["u"][[0, -1]]
-    scale = 1 if shape is CAP else 8
-    assert edges[-1] * scale == pytest.approx([low, (low + high) / 2, high], rel=1e-15)
-    assert (row["nx"], row["ny"], row["nz"]) == (row["axis_x"], row["axis_y"], row["axis_z"]) == (0, 0, 1)
-    assert row["side"] == -1 and row["handed"] == 1 and row["u_stride"] == 3
-
-
 def test_projected_solid_angles_of_planes_are_those_of_flat_shapes():
     def projected(shape, bins, side="front"):
         return solid_angles_of(Detector(shape, "m", directions=bins, side=side), shape)[1]
@@ -424,20 +344,6 @@ def test_projected_solid_angles_of_planes_are_those_of_flat_shapes():
         assert projected(slab, bins) == pytest.approx((front + back) / 2, rel=1e-14)
     exact = math.pi / 4 * np.array([[0.25] * 2, [0.75] * 2]) * 2
     assert projected(TUBE, Directions(mu=2, phi=2)) == pytest.approx(exact)
-
-
-def test_solid_angles_are_counted_on_a_black_surface_where_rays_may_cross_twice():
-    assert not solid_angle_scene(FRAME, (0, 0, 1)).surfaces
-    for shape in (TUBE, CONE, DISH, CAP, CUBE):
-        [surface] = solid_angle_scene(shape, (0, 0, 9)).surfaces
-        assert surface.shape == shape and surface.material == Black()
-        assert solid_angle_scene(shape, (0, 0, 9)).sources[0].aim == shape
-        assert solid_angle_scene(shape, (0.1, 0, 0.2)).sources[0].aim is None
-    assert solid_angle_scene(FRAME, (0.4, 0, 0)).sources  # in the hole: edge-on
-    for shape in (FLOOR, GLASS, Point()):
-        assert_refused(lambda shape=shape: solid_angle_scene(shape, (0, 0, 1)), "one that has an area")
-    assert_refused(lambda: solid_angle_scene(TUBE, (0.6, 0.8, 0.3)), "must not lie on the Cylinder")
-    assert_refused(lambda: solid_angle_scene(CUBE, (0.6, 1, 0.3)), "must not lie on the Mesh")
 
 
 # ---- points on shapes ----

@@ -29,7 +29,7 @@ from transport.compile.methods import Method
 from transport.sims import diffuse_box, sun
 from transport.statistics.batches import student_quantile
 from transport.statistics.estimates import Estimate, EstimateArray
-from transport.statistics.pooling import pooled_errors, window_sums
+from transport.statistics.pooling import pooled_errors
 from transport.statistics.replicates import Batches
 from transport.theory import effusion, emitters, ordinates
 
@@ -327,17 +327,6 @@ def test_errors_are_free_of_scale_and_of_where_a_circle_begins():
     np.testing.assert_allclose(turned.error, np.roll(first.error, 5, axis=1), rtol=1e-12)
     open_ended = pooled_errors(deviations, *more)
     assert np.abs(open_ended.error / first.error - 1)[:, [0, -1]].max() > 1e-3
-
-
-def test_window_sums_are_those_of_a_loop():
-    terms = np.random.default_rng(6).uniform(size=(3, 7, 5))
-    for reach in (1, 2, 3, 9):
-        found = window_sums(terms, reach, (1, 2), (2,))
-        around = min(reach, 2)  # of five bins on a circle two lie on each side
-        for i, j in np.ndindex(7, 5):
-            columns = [(j + step) % 5 for step in range(-around, around + 1)]
-            expected = terms[:, max(0, i - reach) : i + reach + 1][:, :, columns].sum(axis=(1, 2))
-            np.testing.assert_allclose(found[:, i, j], expected, rtol=1e-13)
 
 
 def test_elements_slices_and_multiples_keep_their_errors_and_sums_theirs():

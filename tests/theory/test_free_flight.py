@@ -105,14 +105,6 @@ def test_bins_hold_their_averages_also_in_a_tail(low, high):
     close(free.bin_velocity_variances(edges, t, *CLOUD), whole, 1e-11)
 
 
-def test_a_bin_is_hotter_than_its_places_by_the_spread_of_velocities_over_it():
-    close(
-        free.bin_velocity_variances([-math.inf, math.inf], 5.0, *CLOUD), 1.44
-    )  # all of the cloud: nothing has cooled
-    narrow = free.bin_velocity_variances([0.7, 0.71], 5.0, *CLOUD)
-    assert 0 < narrow[0] / free.velocity_variance(5.0, *CLOUD) - 1 < 1e-3
-
-
 @pytest.mark.parametrize("time", [0.0, 0.3, 5.0])
 def test_cells_of_phase_space_add_up_and_are_the_integrals_of_the_density(time):
     x = np.linspace(-5, 5, 6)
@@ -189,15 +181,6 @@ def test_cells_between_mirrors_hold_particles_followed_one_by_one(start, law):
     cells = phase_mixing.bin_shares(EDGES, 1.7, start, law, v_edges=v_edges)
     close(cells, turned, 0, 2e-3)
     assert np.abs(cells - straight).max() > 0.01
-
-
-def test_a_density_between_mirrors_becomes_uniform_mode_by_mode():
-    for t in (0.3, 0.6, 1.0):
-        first = phase_mixing.mode(1, t, 0.25, Normal(1.0))
-        close(first, math.cos(math.pi / 4) * math.exp(-((math.pi * t) ** 2) / 2))
-        off = phase_mixing.image_density(0.0, t, 0.25, 1.0) - 1
-        assert abs(off - 2 * first) < 0.1 * abs(off)
-    close(phase_mixing.bin_shares(EDGES, 20.0, 0.25, Normal(1.0)), 0.1, 1e-12)
 
 
 def test_a_water_bag_is_full_or_empty_and_evens_out_now_and_then():

@@ -38,22 +38,16 @@ def gauss(count, low=0.0, high=1.0):
 SLABS = [
     (0.1, 0.5, 0.0, 0.5, 0.04149825402865099, 0.8598280231690119),  # E.slab_isotropic
     (0.1, 0.9, 0.0, 0.01, 0.4911182797406901, 0.3928483950723313),
-    (1.0, 0.9, 0.0, 0.1, 0.5689876569698994, 0.22575327796123695),
     (1.0, 0.99, 0.0, None, 0.4359615977698839, 0.5443523892030422),
-    (2.0, 0.5, 0.0, None, 0.14508538153757, 0.10705530773072386),
     (2.0, 0.9, 0.0, 0.5, 0.4739410915196685, 0.2172358881219712),
     (2.0, 1.0, 0.0, 0.01, 0.8249881368706198, 0.17501186299363508),
-    (5.0, 1.0, 0.0, 1.0, 0.7387211678848982, 0.26127883233199456),
     (10.0, 0.5, 0.0, 0.5, 0.16014443336035003, 1.597315395060293e-05),
     (10.0, 0.99, 0.0, 0.1, 0.8725955710805922, 0.03535304571346936),
-    (10.0, 1.0, 0.0, 0.1, 0.936943787801949, 0.06305621270207702),
     (0.1, 0.5, 0.9, 0.5, 0.0043891478189455515, 0.8989421691322985),  # E.slab_HG
     (2.0, 0.9, 0.9, 1.0, 0.03221529690693779, 0.7595763410251009),
     (10.0, 0.99, 0.9, 1.0, 0.24762764934429707, 0.5890815105839808),
-    (10.0, 0.99, 0.9, 0.5, 0.4364014292590745, 0.3825327433261788),
     (2.0, 0.9, 0.75, None, 0.19109022660045846, 0.5018160583986766),
     (1.0, 1.0, 0.75, 0.1, 0.5814799285560952, 0.418520071442993),
-    (10.0, 0.99, 0.75, 1.0, 0.47257087597472414, 0.3400124326966979),
     (10.0, 0.99, 0.75, 0.1, 0.7717960062606302, 0.12380436500095036),
     (2.0, 0.9, 0.75, 1.0, 0.0973946386719247, 0.6609577001638116),  # E.vandehulst_hg
     (2.0, 0.9, -0.5, 0.1, 0.6528806886527894, 0.08113610764574092),
@@ -61,7 +55,7 @@ SLABS = [
 ]
 
 
-@pytest.mark.parametrize("case", quick(SLABS, SLABS[0], SLABS[12]))
+@pytest.mark.parametrize("case", quick(SLABS, SLABS[0], SLABS[8]))
 def test_discrete_ordinates_of_slabs_agree_with_references(case):
     depth, albedo, g, mu0, *exact = case
     light = slab(depth, albedo, henyey_greenstein(g) if g else ISOTROPIC, mu0)
@@ -274,7 +268,7 @@ def test_the_thickest_slabs_obey_the_law_and_thin_ones_do_not():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("g", [-0.5, 0.5, 0.9])
+@pytest.mark.parametrize("g", [-0.5, 0.9])
 def test_thick_slabs_of_any_phase_function_obey_it_with_their_own_q(g):
     moments, depth = henyey_greenstein(g), 100 / (1 - g)
     assert close(slab(depth, 1.0, moments, None).transmitted, half_space.thick_slab(depth, moments))
@@ -282,8 +276,7 @@ def test_thick_slabs_of_any_phase_function_obey_it_with_their_own_q(g):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mu0", [1.0, 0.2])
-@pytest.mark.parametrize(("index", "albedo"), [(1.5, 0.9), (1.2, 0.99), (2.4, 0.5)])
+@pytest.mark.parametrize(("index", "albedo", "mu0"), [(1.5, 0.9, 1.0), (1.2, 0.99, 0.2), (2.4, 0.5, 0.2)])
 def test_fresnel_s_boundary_agrees_with_the_h_function(index, albedo, mu0):
     """Light within follows from the law of darkening, reflection after reflection; the nodes are others."""
     x, w = gauss(60)
@@ -414,12 +407,12 @@ def test_faint_transmission_keeps_its_digits():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("index", [1.0, 1.37])
 @pytest.mark.parametrize(
-    ("depth", "moments"), [(1e-9, FORWARD), (2.0, FORWARD), (100.0, ISOTROPIC), (1e4, FORWARD)]
+    ("depth", "moments", "index"),
+    [(1e-9, FORWARD, 1.37), (2.0, FORWARD, 1.0), (100.0, ISOTROPIC, 1.37), (1e4, FORWARD, 1.0)],
 )
 def test_without_absorption_nothing_is_lost(depth, moments, index):
-    for mu0 in (1.0, 0.03, None):
+    for mu0 in (0.03, None):
         assert abs(slab(depth, 1.0, moments, mu0, index).absorbed) < 3e-11
 
 
@@ -432,7 +425,7 @@ def test_a_little_absorption_is_kept():
 
 @pytest.mark.parametrize("index", quick([1.0, 1.5], 1.5))
 @pytest.mark.parametrize("moments", quick([ISOTROPIC, FORWARD], ISOTROPIC), ids=["isotropic", "forward"])
-@pytest.mark.parametrize("cosines", quick([(0.2, 0.9), (0.03, 0.5)], (0.2, 0.9)))
+@pytest.mark.parametrize("cosines", [(0.2, 0.9)])
 def test_light_takes_the_same_way_back(cosines, moments, index):
     """Radiance at mu of a beam at mu0, per irradiance, is that at mu0 of a beam at mu."""
     one, other = cosines
@@ -477,15 +470,15 @@ def test_halves_on_the_way_are_slabs():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("moments", [ISOTROPIC, FORWARD], ids=["isotropic", "forward"])
-def test_no_digit_depends_on_the_quadrature(moments, monkeypatch):
+def test_no_digit_depends_on_the_quadrature(monkeypatch):
     """Planted: narrower and lower panels, and a first layer a hundred times thinner."""
-    before = [slab(2.0, 0.9, moments, mu0, index) for mu0 in (1.0, 0.1, None) for index in (1.0, 1.5)]
+    media = (ISOTROPIC, 0.1, 1.5), (FORWARD, 1.0, 1.0), (FORWARD, None, 1.5)
+    before = [slab(2.0, 0.9, *medium) for medium in media]
     changes = {"GRAZING": 1e-7, "WIDTH_FACTOR": 0.8, "MAX_WIDTH": 0.3, "MAX_START_DEPTH": 1e-3}
     for name, value in changes.items():
         monkeypatch.setattr(ordinates, name, value)
     slab.cache_clear()
-    after = [slab(2.0, 0.9, moments, mu0, index) for mu0 in (1.0, 0.1, None) for index in (1.0, 1.5)]
+    after = [slab(2.0, 0.9, *medium) for medium in media]
     slab.cache_clear()
     for old, new in zip(before, after, strict=True):
         assert close([old.reflected, old.transmitted], [new.reflected, new.transmitted])
@@ -571,14 +564,6 @@ def test_bins_of_leaving_light_add_up_to_the_whole():
     for low, high, share in zip(edges[:-1], edges[1:], milk.leaving(edges), strict=True):
         mu, weights = gauss(60, low, high)
         assert close(2 * math.pi * (milk.radiance(mu) * mu) @ weights, share, 1e-10)
-
-
-def test_a_thick_slab_is_a_half_space():
-    thick, endless = solved(**MILK, thickness=2000.0), solved(**MILK)
-    depths = np.array([0.0, 1.0, 50.0])
-    assert close(thick.reflectance, endless.reflectance, 1e-12)
-    assert close(thick.fluence(depths), endless.fluence(depths), 1e-12)
-    assert thick.transmittance < 1e-12
 
 
 def test_hardly_scattering_plates_are_stokes_s():
