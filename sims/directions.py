@@ -209,10 +209,15 @@ def _dome_rows(result: tp.Result) -> dict[str, tp.Estimate]:
 
 
 def _dodecahedron_rows(result: tp.Result) -> dict[str, tp.Estimate]:
-    full, emitted = constant(result, 4 * math.pi, "sr"), result.ledger["emitted"]
-    triangles = [result[name].flux_out / emitted for name in _names()]
-    faces = [sum(triangles[i : i + 3]) * full for i in range(0, len(triangles), 3)]
+    full = constant(result, 4 * math.pi, "sr")
+    faces = [share * full for share in face_shares(result)]
     return {FACE: faces[0], FACES: sharp(sum(faces), of=full)}
+
+
+def face_shares(result: tp.Result) -> list[tp.Estimate]:
+    """Share of the directions that leave through each face of the dodecahedron."""
+    triangles = [result[name].flux_out / result.ledger["emitted"] for name in _names()]
+    return [sum(triangles[i : i + 3]) for i in range(0, len(triangles), 3)]
 
 
 def _names() -> list[str]:
