@@ -24,7 +24,9 @@ SCENE = glow.scene()
 
 
 def run(scene, particles=150_000):
-    return tp.simulate(scene, particles=particles, seed=1, threads=2)
+    result = tp.simulate(scene, particles=particles, seed=1, threads=2)
+    assert result.ledger["lost"].value == 0
+    return result
 
 
 @pytest.fixture(scope="module")
