@@ -13,10 +13,12 @@ import inspect
 from collections.abc import Callable, Collection, Sequence
 from functools import wraps
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from transport import Estimate, Result, SceneError
+from transport.theory.enclosures import chi_square_values
 from transport.verification.experiment import Outcome, Row, defaults_of, experiment, run_experiment
 
 ROUNDING = 1e-12  # of the terms of a difference: what is smaller is left over from their cancellation
@@ -55,6 +57,13 @@ def one_of(sim: str, **choices: tuple[object, Collection]) -> None:
             raise SceneError(f"{sim}: {name} must be one of {words}, got {value!r}")
 
 
+def require(sim: str, **checks: tuple[object, bool, str]) -> None:
+    """Raise SceneError for a parameter out of its range.  checks: name=(value, whether it is allowed, what it must be)."""
+    for name, (value, is_allowed, must) in checks.items():
+        if not is_allowed:
+            raise SceneError(f"{sim}: {name} must be {must}, got {value}")
+
+
 # ---- estimates ----
 
 
@@ -74,6 +83,26 @@ def sharp(estimate: Estimate, of: Estimate) -> Estimate:
         return estimate
     value = 0.0 if abs(estimate.value) <= rounding else estimate.value
     return Estimate(np.full(len(estimate.run), value), estimate.run, estimate.unit, exact=True)
+
+
+# ---- radiance in equilibrium ----
+
+
+class Deviations(NamedTuple):
+    """What the bins of radiance are off in each batch, over what is expected, (B, K) [1], and their throughputs, (K,)."""
+
+    result: Result
+    values: np.ndarray
+    weights: np.ndarray
+
+    def chi_square(self) -> Estimate:
+        """X² over its expectation: 1 where all bins hold what is expected."""
+        run = self.result.run
+        return Estimate(chi_square_values(self.values, self.weights, run.sizes), run, "1")
+
+    def mean(self) -> Estimate:
+        """Radiance over the expected one, the mean over all bins by throughput."""
+        return Estimate(1 + self.values @ self.weights / self.weights.sum(), self.result.run, "1")
 
 
 # ---- answers ----
@@ -108,11 +137,22 @@ def holding(name: str) -> Selection:
     return lambda outcomes: [o for o in outcomes if name in o.result]
 
 
-def grouped(outcomes: Sequence[Outcome], name: str) -> dict[object, list[Outcome]]:
-    """The outcomes by their value of a parameter."""
+def several(select: Selection) -> Selection:
+    """Select those outcomes if they are more than one."""
+    return lambda outcomes: found if len(found := select(outcomes)) > 1 else []
+
+
+def others(select: Selection) -> Selection:
+    """Select all other outcomes."""
+    return lambda outcomes: [o for o in outcomes if o not in select(outcomes)]
+
+
+def grouped(outcomes: Sequence[Outcome], *names: str) -> dict[object, list[Outcome]]:
+    """The outcomes by their value of a parameter, or by their values of several, in a tuple."""
     found: dict[object, list[Outcome]] = {}
     for outcome in outcomes:
-        found.setdefault(outcome.given[name], []).append(outcome)
+        values = tuple(outcome.given[name] for name in names)
+        found.setdefault(values if len(names) > 1 else values[0], []).append(outcome)
     return found
 
 
@@ -155,6 +195,27 @@ def figures(
         return paths
 
     return draw
+
+
+def curves_figure(**labels: object) -> Callable[[Callable[[list[Outcome]], dict[str, object]]], Drawing]:
+    """Decorate a function of outcomes that returns arguments of `plot_curves`: it becomes their drawing.
+
+    labels: the arguments that are the same for all outcomes;  each series is the fields of a viz.Series, in a tuple.
+    """
+
+    def decorate(curves: Callable[[list[Outcome]], dict[str, object]]) -> Drawing:
+        @wraps(curves)
+        def draw(outcomes: list[Outcome], path: Path, note: str) -> None:
+            from transport.viz.curves import Series, plot_curves
+
+            named = {"note": note} | labels | curves(outcomes)
+            series = named.pop("series")
+            named_series = series if isinstance(series, dict) else {"simulated": series}
+            plot_curves({label: Series(*fields) for label, fields in named_series.items()}, path, **named)
+
+        return draw
+
+    return decorate
 
 
 def rows_figure(

@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, furthest, main, of_scene, rows_figure, where
+from transport.sims import constant, figures, furthest, main, of_scene, one_of, require, rows_figure, where
 from transport.theory import ordinates
 from transport.theory.attenuation import optical_depths, shadow_means
 from transport.theory.enclosures import chi_square_values
@@ -94,13 +94,14 @@ def scene(
     """A cloud in the sun.  zenith: the sun's angle [rad];  albedo, g: of the droplets;  extinction: the
     cumulus' largest [m^-1];  ground: its albedo, below the cumulus; layers hang free.
     """
-    if sky not in SKIES or not 0 <= zenith <= FARTHEST or not abs(g) <= 0.9:
-        must = f"sky {' or '.join(SKIES)}, zenith from 0 to {FARTHEST:.4g} rad, g from -0.9 to 0.9"
-        raise tp.SceneError(f"cloud: must have {must}, got {sky=}, {zenith=}, {g=}")
-    if not (0 < extinction < math.inf and 0 <= albedo <= 1):
-        raise tp.SceneError(
-            f"cloud: must have extinction above 0, albedo 0 to 1, got {extinction=}, {albedo=}"
-        )
+    one_of("cloud", sky=(sky, SKIES))
+    require(
+        "cloud",
+        zenith=(zenith, 0 <= zenith <= FARTHEST, f"from 0 to {FARTHEST:.4g} rad"),
+        g=(g, abs(g) <= 0.9, "from -0.9 to 0.9"),
+        extinction=(extinction, 0 < extinction < math.inf, "above 0 and finite"),
+        albedo=(albedo, 0 <= albedo <= 1, "from 0 to 1"),
+    )
     down = (math.sin(zenith), 0.0, -math.cos(zenith))
     phase = tp.HenyeyGreenstein(g)
     return (
@@ -213,13 +214,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return rows | {ALL: (result["sky"].flux_in + result.ledger["absorbed"]) / emitted}
 
 
-def _zone(name: str) -> str:
-    return f"direct light in {name}"
-
-
 def _zones(means: np.ndarray) -> dict[str, np.ndarray]:
     """Which bins of the ground each row is of; a thin cloud has no deep shadow, and no row for it."""
-    held = {_zone(name): (means >= low) & (means < high) for name, (low, high) in ZONES.items()}
+    held = {f"direct light in {name}": (means >= a) & (means < b) for name, (a, b) in ZONES.items()}
     return {name: bins for name, bins in held.items() if bins.any()}
 
 
@@ -473,15 +470,11 @@ def _draw_cut(axes, ground: Ground) -> None:
     axes.set_title("cut at y = 0")
 
 
-def _layers_alone(outcomes: list[Outcome]) -> list[Outcome]:
-    return [] if where(sky="cumulus")(outcomes) else outcomes
-
-
 draw = figures(
     cloud=(draw_cloud, where(sky="cumulus")),
     layers=(
         rows_figure("Layers of voxels, and the slab of their depth", lambda row, _: row.name),
-        _layers_alone,
+        lambda of: [] if where(sky="cumulus")(of) else of,
     ),
 )
 

@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import figures, furthest, main, of_scene, one_of, rows_figure
+from transport.sims import figures, furthest, main, of_scene, one_of, require, rows_figure
 from transport.verification.experiment import Outcome
 
 law = "L_in = n² L in glass, L behind it (Straubel 1902)"
@@ -49,11 +49,10 @@ def scene(place: str = "behind", index: float = 1.5, meter: float = 0.25, radian
     place: of the meter, "inside", in the ball's middle, or "behind" it, below.
     """
     one_of("cost_caustic", place=(place, PLACES))
-    if not 1 < index < math.inf:
-        raise tp.SceneError(f"cost_caustic: index must be above 1, of glass in vacuum, got {index}")
-    if not 0 < meter < largest_meter(place, index):
-        must = f"meter must be above 0 and below {largest_meter(place, index):.4g} m, where all rays come through the glass"
-        raise tp.SceneError(f"cost_caustic: {must}, got {meter}")
+    require("cost_caustic", index=(index, 1 < index < math.inf, "above 1, of glass in vacuum"))
+    largest = largest_meter(place, index)
+    must = f"above 0 and below {largest:.4g} m, where all rays come through the glass"
+    require("cost_caustic", meter=(meter, 0 < meter < largest, must))
     inside = place == "inside"
     disk = tp.Disk(center=(0, 0, 0 if inside else PLACE), radius=meter)
     cone = None if inside else tp.Directions.cone((0, 0, 1), CONE)

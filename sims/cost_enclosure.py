@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import figures, furthest, main, of_scene, rows_figure
+from transport.sims import figures, furthest, main, of_scene, require, rows_figure
 from transport.theory.enclosures import sphere_irradiance_of_wall_patch
 from transport.verification.experiment import Outcome
 
@@ -55,8 +55,7 @@ def scene(albedo: float = 0.9, meter: float = 0.05, lamp: float = 0.02, radius: 
     meter: radius of the disk in its middle, over the sphere's;  lamp: share of the wall that emits, at the bottom.
     """
     for name, value, most in (("albedo", albedo, 1), ("meter", meter, 1), ("lamp", lamp, LARGEST)):
-        if not 0 < value < most:
-            raise tp.SceneError(f"cost_enclosure: {name} must be above 0 and below {most}, got {value}")
+        require("cost_enclosure", **{name: (value, 0 < value < most, f"above 0 and below {most}")})
     rim = 2 * lamp - 1
     parts = {"wall": {"mu_min": rim}, "lamp": {"mu_max": rim}}
     disk = tp.Disk(radius=meter * radius)

@@ -30,7 +30,7 @@ by some number, its slope stays.
 from __future__ import annotations
 
 import transport as tp
-from transport.sims import figures, furthest, main, of_scene, rows_figure
+from transport.sims import figures, furthest, main, of_scene, require, rows_figure
 from transport.theory.emitters import point_flux_through_disk
 from transport.theory.fog_balls import MAX_RADIUS, escape
 from transport.verification.experiment import Outcome
@@ -61,7 +61,14 @@ def scene(
     albedo: of the fog;  radius: of the ball [m];  meter, distance, lamp: radius of the disk, its distance from
     the middle, and radius of the lamp, over the ball's radius.
     """
-    _check(tau, albedo, meter, distance, lamp)
+    require(
+        "cost_fog",
+        tau=(tau, 0 < tau <= MAX_RADIUS, f"above 0 and at most {MAX_RADIUS:g}"),
+        albedo=(albedo, 0 <= albedo <= 1, "from 0 to 1"),
+        lamp=(lamp, 0 < lamp < 1, "above 0 and below 1, the ball's radius"),
+        distance=(distance, distance > 1, "above 1, the ball's radius"),
+        meter=(meter, meter > 0, "above 0"),
+    )
     extinction = tau / radius
     fog = tp.Medium(absorption=(1 - albedo) * extinction, scattering=albedo * extinction)
     disk = tp.Disk(center=(0, 0, distance * radius), normal=(0, 0, -1), radius=meter * radius)
@@ -70,18 +77,6 @@ def scene(
         tp.Surface(tp.Sphere(radius=radius), tp.Transparent(), "fog", inside=fog),
         tp.Detector(disk, "meter"),
     )
-
-
-def _check(tau: float, albedo: float, meter: float, distance: float, lamp: float) -> None:
-    """Refuse what the derivation does not hold for."""
-    if not (0 < tau <= MAX_RADIUS and 0 <= albedo <= 1):
-        must = f"tau must be above 0 and at most {MAX_RADIUS:g}, and albedo from 0 to 1"
-        raise tp.SceneError(f"cost_fog: {must}, got {tau} and {albedo}")
-    if not 0 < lamp < 1 < distance:
-        must = "lamp must be below 1 and distance above it, the ball's radius"
-        raise tp.SceneError(f"cost_fog: {must}, got {lamp} and {distance}")
-    if not meter > 0:
-        raise tp.SceneError(f"cost_fog: meter must be above 0, got {meter}")
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:

@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import figures, furthest, main, of_scene, one_of, rows_figure
+from transport.sims import figures, furthest, main, of_scene, one_of, require, rows_figure
 from transport.theory.enclosures import lamp_irradiance
 from transport.verification.experiment import Outcome
 
@@ -53,7 +53,11 @@ def scene(seen: str = "wall", share: float = 1e-4, meter: float = 0.1, albedo: f
     seen: what its cone is filled by, the "lamp" or the "wall";  share: of its hemisphere that the cone is;
     meter: its radius over the sphere's;  albedo: of the wall.
     """
-    _check(seen, share, meter, albedo)
+    one_of("cost_glint", seen=(seen, SEEN))
+    require("cost_glint", albedo=(albedo, 0 < albedo <= 1, "above 0 and at most 1"))
+    if not (0 < share < 1 and 0 < meter < 1 and _is_filled(half_angle(share), meter)):
+        must = "share and meter must be so small that the lamp fills the cone from all of the meter"
+        raise tp.SceneError(f"cost_glint: {must}, got {share} and {meter}")
     up = 1 if seen == "lamp" else -1
     axis = (math.sin(TILT), 0.0, up * math.cos(TILT))
     disk = tp.Disk(normal=(0, 0, up), radius=meter * RADIUS)
@@ -67,16 +71,6 @@ def scene(seen: str = "wall", share: float = 1e-4, meter: float = 0.1, albedo: f
 def half_angle(share: float) -> float:
     """Of a cone that is that share of a hemisphere [rad]: 1 - cos = share."""
     return 2 * math.asin(math.sqrt(share / 2))
-
-
-def _check(seen: str, share: float, meter: float, albedo: float) -> None:
-    """Refuse what the derivation does not hold for: a cone that looks past the lamp from the meter's rim."""
-    one_of("cost_glint", seen=(seen, SEEN))
-    if not 0 < albedo <= 1:
-        raise tp.SceneError(f"cost_glint: albedo must be above 0 and at most 1, got {albedo}")
-    if not (0 < share < 1 and 0 < meter < 1 and _is_filled(half_angle(share), meter)):
-        must = "share and meter must be so small that the lamp fills the cone from all of the meter"
-        raise tp.SceneError(f"cost_glint: {must}, got {share} and {meter}")
 
 
 def _is_filled(angle: float, meter: float) -> bool:

@@ -28,7 +28,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import figures, furthest, main, of_scene, one_of, rows_figure
+from transport.sims import figures, furthest, main, of_scene, one_of, require, rows_figure
 from transport.theory.view_factors import coaxial_disks
 from transport.verification.experiment import Outcome
 
@@ -53,12 +53,12 @@ def scene(lamp: str = "disk", share: float = 1e-10, distance: float = 1.0, size:
     distance: from its middle [m].
     """
     one_of("cost_speck", lamp=(lamp, LAMPS))
-    if not 0 < share < 0.5:
-        raise tp.SceneError(f"cost_speck: share must be above 0 and below 0.5, got {share}")
-    if not 0 < size < distance:
-        raise tp.SceneError(
-            f"cost_speck: size must be above 0 and below the distance, {distance} m, got {size}"
-        )
+    must = f"above 0 and below the distance, {distance} m"
+    require(
+        "cost_speck",
+        share=(share, 0 < share < 0.5, "above 0 and below 0.5"),
+        size=(size, 0 < size < distance, must),
+    )
     speck = tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=speck_radius(share, distance))
     shape, emission = {
         "point": (tp.Point(), tp.Isotropic(power=POWER)),

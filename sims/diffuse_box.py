@@ -18,7 +18,18 @@ Scene.  A room 4 m long, 3 m wide and 2.5 m high; the ceiling emits, or all wall
 from __future__ import annotations
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, sentence, sharp, where
+from transport.sims import (
+    constant,
+    figures,
+    main,
+    of_scene,
+    one_of,
+    require,
+    rows_figure,
+    sentence,
+    sharp,
+    where,
+)
 from transport.theory import enclosures
 from transport.theory.view_factors import box_view_factors
 from transport.verification.experiment import Outcome, Row
@@ -37,8 +48,7 @@ def cases() -> list[dict[str, object]]:
 
 def scene(albedo: float = 0.5, exitance: float = 100.0, emitting: str = "ceiling") -> tp.Scene:
     """Six diffuse walls seen from inside.  exitance: of the emitting walls [W m^-2];  emitting: "ceiling" or "all walls"."""
-    if albedo == 1:
-        raise tp.SceneError("diffuse_box: albedo must be below 1, got 1: nothing would ever be absorbed")
+    require("diffuse_box", albedo=(albedo, albedo != 1, "below 1, as else nothing would ever be absorbed"))
     faces, emission = ROOM.faces(), tp.Lambertian(exitance=exitance)
     return tp.Scene(
         sources=[tp.Source(name, emission, side="back") for name in _emitting(emitting)],

@@ -22,12 +22,24 @@ K - 1, exactly and for any N (Pearson 1900).  Each batch gives one X²; their me
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 import transport as tp
 from transport.analysis.solid_angle import solid_angle_from_run, solid_angle_scene
-from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, sentence, sharp, where
+from transport.sims import (
+    constant,
+    curves_figure,
+    figures,
+    main,
+    of_scene,
+    one_of,
+    rows_figure,
+    sentence,
+    sharp,
+    where,
+)
 from transport.theory import solid_angles
 from transport.verification.experiment import Outcome, Row
 
@@ -53,6 +65,7 @@ SHAPES = {  # seen from the origin; lengths in `size`
 SUBJECTS = ("isotropic", "cosine law", "dome", *SHAPES, "dodecahedron")
 FACE, FACES = "a dodecahedron's face", "its twelve faces"
 CHI_SQUARE = "χ²/(K − 1)"
+ONTO_BALL, ONTO_DISK, ONTO_BACK = "∫dω, onto a ball", "∫cosθ dω, onto a disk", "∫cosθ dω, onto its back"
 
 
 def cases() -> list[dict[str, object]]:
@@ -82,7 +95,9 @@ def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> 
             }
             return tp.Scene(dome, detectors=[tp.Detector(shape, name) for name, shape in shapes.items()])
         case "dodecahedron":
-            triangles = [tp.Triangle(vertices=vertices) for vertices in _triangles(size)]
+            faces = solid_angles.dodecahedron_faces(size)
+            fans = [face[[0, i, i + 1]] for face in faces for i in (1, 2, 3)]  # normals outwards
+            triangles = [tp.Triangle(vertices=corners) for corners in fans]
             return tp.Scene(point, detectors=[*map(tp.Detector, triangles, _names())])
     return solid_angle_scene(_scaled(SHAPES[subject], size), (0, 0, 0), power)
 
@@ -90,9 +105,9 @@ def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     names = list(result)
     if names == ["sky"]:
-        return _isotropic_rows(result)
+        return _law_rows(result, sky_shares(result), isotropic_probabilities(), 4 * math.pi, _cap)
     if names == ["leaving"]:
-        return _cosine_rows(result)
+        return _law_rows(result, leaving_shares(result), cosine_probabilities(), math.pi, _projected)
     if names == ["ball", "disk"]:
         return _dome_rows(result)
     return _dodecahedron_rows(result) if len(names) > 1 else {"solid angle": solid_angle_from_run(result)}
@@ -102,17 +117,14 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 def exact(subject: str) -> dict[str, float]:
     match subject:
         case "isotropic":
-            caps = {_cap(angle): float(solid_angles.cap_solid_angle(math.radians(angle))) for angle in CAPS}
-            return caps | {CHI_SQUARE: 1.0}
+            filled = solid_angles.cap_solid_angle(np.radians(CAPS))
+            return dict(zip(map(_cap, CAPS), filled.tolist(), strict=True)) | {CHI_SQUARE: 1.0}
         case "cosine law":
-            caps = {_projected(angle): _projected_cap(angle) for angle in CAPS if angle <= 90}
-            return caps | {CHI_SQUARE: 1.0}
+            within = [angle for angle in CAPS if angle <= 90]
+            filled = solid_angles.cap_projected_solid_angle(np.radians(within))
+            return dict(zip(map(_projected, within), filled.tolist(), strict=True)) | {CHI_SQUARE: 1.0}
         case "dome":
-            return {
-                "∫dω, onto a ball": 4 * math.pi,
-                "∫cosθ dω, onto a disk": math.pi,
-                "∫cosθ dω, onto its back": math.pi,
-            }
+            return {ONTO_BALL: 4 * math.pi, ONTO_DISK: math.pi, ONTO_BACK: math.pi}
         case "dodecahedron":
             return {FACE: solid_angles.DODECAHEDRON_FACE, FACES: 4 * math.pi}
     match shape := SHAPES[subject]:
@@ -161,25 +173,16 @@ def chi_square(shares: tp.EstimateArray, probabilities: np.ndarray) -> tp.Estima
     return tp.Estimate(values, shares.run, "1")
 
 
-def _isotropic_rows(result: tp.Result) -> dict[str, tp.Estimate]:
-    shares = sky_shares(result)
-    caps = _cap_rows(result, shares, 4 * math.pi, _cap)
-    return caps | {CHI_SQUARE: chi_square(shares, isotropic_probabilities())}
-
-
-def _cosine_rows(result: tp.Result) -> dict[str, tp.Estimate]:
-    shares = leaving_shares(result)
-    caps = _cap_rows(result, shares, math.pi, _projected)
-    return caps | {CHI_SQUARE: chi_square(shares, cosine_probabilities())}
-
-
-def _cap_rows(result: tp.Result, shares: tp.EstimateArray, whole: float, name) -> dict[str, tp.Estimate]:
-    """The directions within each cap's angle, times what all of them make [sr]."""
+def _law_rows(
+    result: tp.Result, shares: tp.EstimateArray, probabilities: np.ndarray, whole: float, name
+) -> dict[str, tp.Estimate]:
+    """The directions within each cap's angle, times what all of them make [sr], and χ² of all bins."""
     rings, full = shares.sum("phi" if "phi" in shares.dims else "v"), constant(result, whole, "sr")
     step = 90 / POLAR
     caps = [angle for angle in CAPS if angle <= len(rings) * step]
     rows = {name(angle): rings[: round(angle / step)].sum() * full for angle in caps}
-    return rows | {name(caps[-1]): sharp(rows[name(caps[-1])], of=full)}
+    rows[name(caps[-1])] = sharp(rows[name(caps[-1])], of=full)
+    return rows | {CHI_SQUARE: chi_square(shares, probabilities)}
 
 
 def _cap(angle: float) -> str:
@@ -188,10 +191,6 @@ def _cap(angle: float) -> str:
 
 def _projected(angle: float) -> str:
     return f"∫cosθ dω, θ ≤ {angle}°"
-
-
-def _projected_cap(angle: float) -> float:
-    return float(solid_angles.cap_projected_solid_angle(math.radians(angle)))
 
 
 # ---- receivers and shapes ----
@@ -203,15 +202,15 @@ def _dome_rows(result: tp.Result) -> dict[str, tp.Estimate]:
     radiance = result.ledger["emitted"] / constant(result, math.pi * source.shape.area, "m^2 sr")
     section = constant(result, math.pi * ball.detector.shape.radius**2, "m^2")
     return {
-        "∫dω, onto a ball": ball.flux_in / section / radiance,
-        "∫cosθ dω, onto a disk": disk.irradiance / radiance,
-        "∫cosθ dω, onto its back": disk.exitance / radiance,
+        ONTO_BALL: ball.flux_in / section / radiance,
+        ONTO_DISK: disk.irradiance / radiance,
+        ONTO_BACK: disk.exitance / radiance,
     }
 
 
 def _dodecahedron_rows(result: tp.Result) -> dict[str, tp.Estimate]:
     full = constant(result, 4 * math.pi, "sr")
-    faces = [face * full for face in face_shares(result)]
+    faces = [share * full for share in face_shares(result)]
     return {FACE: faces[0], FACES: sharp(sum(faces), of=full)}
 
 
@@ -221,27 +220,19 @@ def face_shares(result: tp.Result) -> list[tp.Estimate]:
     return [sum(triangles[i : i + 3]) for i in range(0, len(triangles), 3)]
 
 
-def _triangles(size: float) -> list[np.ndarray]:
-    """The twelve faces as fans of three triangles, normals outwards."""
-    faces = solid_angles.dodecahedron_faces(size)
-    return [face[[0, i, i + 1]] for face in faces for i in (1, 2, 3)]
-
-
 def _names() -> list[str]:
     return [f"face {face}, triangle {part}" for face in range(1, 13) for part in (1, 2, 3)]
 
 
 def _scaled(shape, size: float):
     """The shape with all lengths multiplied."""
+    lengths = ("center", "radius")
     match shape:
-        case tp.Disk():
-            return tp.Disk(
-                center=size * np.array(shape.center), normal=shape.normal, radius=size * shape.radius
-            )
         case tp.Rectangle():
-            sides = {"width": size * shape.width, "height": size * shape.height}
-            return tp.Rectangle(center=size * np.array(shape.center), normal=shape.normal, **sides)
-    return tp.Triangle(vertices=size * np.array(shape.vertices))
+            lengths = ("center", "width", "height")
+        case tp.Triangle():
+            lengths = ("vertices",)
+    return replace(shape, **{name: size * np.array(getattr(shape, name)) for name in lengths})
 
 
 # ---- answer and pictures ----
@@ -266,10 +257,9 @@ def _label(row: Row, outcome: Outcome) -> str:
     return {"solid angle": subject, CHI_SQUARE: f"{CHI_SQUARE}, {subject}"}.get(row.name, row.name)
 
 
-def draw_law(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(xlabel="polar angle θ  [deg]", ylabel="share of the directions per degree")
+def draw_law(outcomes: list[Outcome]) -> dict[str, object]:
     """Share of the directions per degree of polar angle, against the law."""
-    from transport.viz.curves import Series, plot_curves
-
     result = outcomes[0].result
     if "sky" in result:
         shares, expected, reach = sky_shares(result).sum("v"), isotropic_probabilities(), 180
@@ -280,9 +270,10 @@ def draw_law(outcomes: list[Outcome], **out: object) -> None:
     per_degree, edges = POLAR / 90, np.linspace(0, reach, len(shares) + 1)
     fine = np.linspace(0, reach, 721)
     law = fine, curve(np.radians(fine)) * math.pi / 180
-    series = Series(edges, shares * per_degree, law, expected.sum(axis=1) * per_degree)
-    ylabel = "share of the directions per degree"
-    plot_curves(series, xlabel="polar angle θ  [deg]", ylabel=ylabel, title=title, **out)
+    return {
+        "series": (edges, shares * per_degree, law, expected.sum(axis=1) * per_degree),
+        "title": title,
+    }
 
 
 def draw_radiance(outcomes: list[Outcome], **out: object) -> None:

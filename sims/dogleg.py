@@ -32,7 +32,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, furthest, main, of_scene
+from transport.sims import constant, figures, furthest, main, of_scene, one_of, require
 from transport.theory.ray_integrals import Region, Space, mean_uncollided_fluence, uncollided_fluence
 from transport.verification.experiment import Outcome
 
@@ -102,10 +102,8 @@ def scene(problem: int = 3, scattering: float = 0.0, built: str = "boxes", point
     problem: 1 (void), 2 (straight duct), 3 (dogleg);  scattering: share of collisions that scatter;  built:
     of "boxes" or of "voxels";  points: "few", or "all" that were published.
     """
-    if problem not in LINES or built not in BUILT or points not in ("few", "all") or not 0 <= scattering < 1:
-        built_of = " or ".join(BUILT)
-        must = f"problem 1, 2 or 3, scattering from 0 to below 1, built of {built_of}, points few or all"
-        raise tp.SceneError(f"dogleg: must have {must}, got {problem=}, {scattering=}, {built=}, {points=}")
+    one_of("dogleg", problem=(problem, LINES), built=(built, BUILT), points=(points, ("few", "all")))
+    require("dogleg", scattering=(scattering, 0 <= scattering < 1, "from 0 to below 1"))
     surfaces = _of_voxels(problem, scattering) if built == "voxels" else _of_boxes(problem, scattering)
     low, high = SOURCE
     power = PER_CM2 * math.prod(CM * (b - a) for a, b in zip(low, high, strict=True)) / CM

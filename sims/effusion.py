@@ -28,7 +28,7 @@ import math
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, grouped, main, of_scene, one_of, sentence, where
+from transport.sims import constant, curves_figure, figures, grouped, main, of_scene, one_of, sentence, where
 from transport.theory import effusion as theory
 from transport.verification.experiment import Outcome
 
@@ -256,85 +256,71 @@ def verdict(outcomes: list[Outcome]) -> str:
     )
 
 
-def draw_ball(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(xlabel="time  [mean flights between hits]", ylabel="share of the gas left, N/N₀", log_y=True)
+def draw_ball(outcomes: list[Outcome]) -> dict[str, object]:
     loss = outcomes[0].given["loss"]
-    _draw(
-        np.arange(1, LAST + 1),
-        share_left(outcomes[0].result),
-        lambda t: theory.ball_survivors(t, loss),
-        guides={"exp(−f S v̄ t/4V), as of a small hole": lambda t: np.exp(-loss * t)},
-        xlabel="time  [mean flights between hits]",
-        ylabel="share of the gas left, N/N₀",
-        title=f"A ball of gas whose wall loses {loss:g} of the hits",
-        log_y=True,
-        **out,
-    )
+    flights, left = np.arange(1, LAST + 1), share_left(outcomes[0].result)
+    return {
+        "series": (flights, left, lambda t: theory.ball_survivors(t, loss)),
+        "guides": {"exp(−f S v̄ t/4V), as of a small hole": lambda t: np.exp(-loss * t)},
+        "title": f"A ball of gas whose wall loses {loss:g} of the hits",
+    }
 
 
-def draw_box(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(xlabel="time  [mean flights between hits]", ylabel="share of the gas gone, 1 − N/N₀")
+def draw_box(outcomes: list[Outcome]) -> dict[str, object]:
     hole = outcomes[0].given["hole"]
 
     def law(t: np.ndarray) -> np.ndarray:
         return -np.expm1(-hole * t)
 
-    _draw(
-        np.arange(1, LAST + 1),
-        1 - share_left(outcomes[0].result),
-        law if hole <= SMALL else None,
-        guides={} if hole <= SMALL else {"1 − exp(−A v̄ t/4V), of a small hole": law},
-        xlabel="time  [mean flights between hits]",
-        ylabel="share of the gas gone, 1 − N/N₀",
-        title=f"A gas leaves a box by a hole of {hole:g} of its walls",
-        **out,
-    )
+    gone = np.arange(1, LAST + 1), 1 - share_left(outcomes[0].result)
+    return {
+        "series": (*gone, law) if hole <= SMALL else gone,
+        "guides": {} if hole <= SMALL else {"1 − exp(−A v̄ t/4V), of a small hole": law},
+        "title": f"A gas leaves a box by a hole of {hole:g} of its walls",
+    }
 
 
-def draw_beam(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    xlabel="speed v  [σ]",
+    ylabel="share of the beam, per σ",
+    title="What leaves is faster than the gas: v³ exp(−v²/2σ²)",
+)
+def draw_beam(outcomes: list[Outcome]) -> dict[str, object]:
     width, norm = SPEEDS[1] - SPEEDS[0], math.sqrt(2 / math.pi)
-    _draw(
-        SPEEDS,
-        beam_shares(outcomes[0].result) / width,
-        lambda v: v**3 / 2 * np.exp(-(v**2) / 2),
-        theory.share_of_crossers(SPEEDS[:-1], SPEEDS[1:], 1.0) / width,
-        guides={"in the gas, v² exp(−v²/2σ²)": lambda v: norm * v**2 * np.exp(-(v**2) / 2)},
-        xlabel="speed v  [σ]",
-        ylabel="share of the beam, per σ",
-        title="What leaves is faster than the gas: v³ exp(−v²/2σ²)",
-        **out,
-    )
+    found = beam_shares(outcomes[0].result) / width
+    means = theory.share_of_crossers(SPEEDS[:-1], SPEEDS[1:], 1.0) / width
+    return {
+        "series": (SPEEDS, found, lambda v: v**3 / 2 * np.exp(-(v**2) / 2), means),
+        "guides": {"in the gas, v² exp(−v²/2σ²)": lambda v: norm * v**2 * np.exp(-(v**2) / 2)},
+    }
 
 
-def draw_wind(outcomes: list[Outcome], **out: object) -> None:
-    _draw(
-        [o.given["speed_ratio"] for o in outcomes],
-        [o[ONE_WAY].estimate for o in outcomes],
-        lambda s: theory.drifting_flux_density(1.0, 1.0, math.sqrt(2) * s),
-        guides={"without heat: n u": lambda s: math.sqrt(2) * np.maximum(s, 0)},
-        xlabel="drift s = u/(√2 σ)",
-        ylabel="flux density one way / nσ",
-        title="A drifting Maxwellian crosses a plane",
-        **out,
-    )
+@curves_figure(
+    xlabel="drift s = u/(√2 σ)",
+    ylabel="flux density one way / nσ",
+    title="A drifting Maxwellian crosses a plane",
+    guides={"without heat: n u": lambda s: math.sqrt(2) * np.maximum(s, 0)},
+)
+def draw_wind(outcomes: list[Outcome]) -> dict[str, object]:
+    ratios, one_way = zip(*((o.given["speed_ratio"], o[ONE_WAY].estimate) for o in outcomes), strict=True)
+    return {
+        "series": (ratios, one_way, lambda s: theory.drifting_flux_density(1.0, 1.0, math.sqrt(2) * s)),
+    }
 
 
-def draw_arrivals(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure()
+def draw_arrivals(outcomes: list[Outcome]) -> dict[str, object]:
     setting = outcomes[0].given["setting"]
     edges, unit = CLOCKS[setting][1:], {"flight": "d/σ", "burst": "d/v"}[setting]
-    _draw(
-        edges,
-        arrivals(outcomes[0].result)[1:] / np.diff(edges),
-        expected=np.diff(PAST[setting](1.0, edges, 1.0)) / np.diff(edges),
-        xlabel=f"time t  [{unit}]",
-        ylabel=f"share that arrives, per {unit}",
-        title=f"A burst {'along a line' if setting == 'flight' else 'to all sides'} arrives at a plane",
-        **out,
-    )
-
-
-def _draw(x, estimates, exact=None, expected=None, **named: object) -> None:
-    from transport.viz.curves import Series, plot_curves
-
-    plot_curves(Series(x, estimates, exact, expected), **named)
+    found, expected = arrivals(outcomes[0].result)[1:], np.diff(PAST[setting](1.0, edges, 1.0))
+    return {
+        "series": (edges, found / np.diff(edges), None, expected / np.diff(edges)),
+        "xlabel": f"time t  [{unit}]",
+        "ylabel": f"share that arrives, per {unit}",
+        "title": f"A burst {'along a line' if setting == 'flight' else 'to all sides'} arrives at a plane",
+    }
 
 
 _drawings = (draw_ball, draw_box, draw_beam, draw_wind, draw_arrivals, draw_arrivals)

@@ -27,7 +27,19 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, sentence, sharp, where
+from transport.sims import (
+    constant,
+    curves_figure,
+    figures,
+    main,
+    of_scene,
+    one_of,
+    rows_figure,
+    sentence,
+    several,
+    sharp,
+    where,
+)
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
 from transport.verification.experiment import Outcome, Row
@@ -243,23 +255,25 @@ def _angle(outcome: Outcome) -> float:
     return math.degrees(outcome.given["tilt"])
 
 
-def draw_tilts(outcomes: list[Outcome], **out: object) -> None:
-    from transport.viz.curves import Series, plot_curves
-
+@curves_figure(
+    xlabel="θ between the stream and the normal  [deg]",
+    ylabel="net flux density",
+    title="A stream on a tilted patch: n v cosθ",
+)
+def draw_tilts(outcomes: list[Outcome]) -> dict[str, object]:
     ordered = sorted(outcomes, key=_angle)
     beam = ordered[0].given["density"] * ordered[0].given["speed"]
-    nets = [o[NET].estimate for o in ordered]
-    plot_curves(
-        Series([_angle(o) for o in ordered], nets, lambda angle: beam * np.cos(np.radians(angle))),
-        guides={
-            "along the normal: max(cosθ, 0)": lambda angle: beam * np.maximum(np.cos(np.radians(angle)), 0),
-            "against it: min(cosθ, 0)": lambda angle: beam * np.minimum(np.cos(np.radians(angle)), 0),
+
+    def net(angle: np.ndarray) -> np.ndarray:
+        return beam * np.cos(np.radians(angle))
+
+    return {
+        "series": ([_angle(o) for o in ordered], [o[NET].estimate for o in ordered], net),
+        "guides": {
+            "along the normal: max(cosθ, 0)": lambda angle: np.maximum(net(angle), 0),
+            "against it: min(cosθ, 0)": lambda angle: np.minimum(net(angle), 0),
         },
-        xlabel="θ between the stream and the normal  [deg]",
-        ylabel="net flux density",
-        title="A stream on a tilted patch: n v cosθ",
-        **out,
-    )
+    }
 
 
 def _label(row: Row, outcome: Outcome) -> str:
@@ -301,30 +315,17 @@ def _draw_prism(axes, outcome: Outcome) -> None:
     for words, (chosen, colour) in kinds.items():
         places = starts[beside & chosen][: MOST // 2, [2, 0]]
         axes.plot(*places.T, "o", color=colour, ms=2.6, mew=0, label=words)
-    axes.plot(
-        *np.array([*ends, *(ends[::-1] - path), ends[0]]).T,
-        "--",
-        color=VERMILLION,
-        lw=2.6,
-        label="prism, edge v dt",
-    )
+    outline = np.array([*ends, *(ends[::-1] - path), ends[0]])
+    axes.plot(*outline.T, "--", color=VERMILLION, lw=2.6, label="prism, edge v dt")
     axes.plot(*ends.T, color=INK, lw=6, solid_capstyle="butt", label="patch dA")
+    arrow = {"arrowstyle": "-|>,head_width=0.45,head_length=0.9", "lw": 3, "shrinkA": 0, "path_effects": rim}
+    words = {"ha": "center", "va": "center", "fontweight": "bold", "path_effects": rim}
     for start, way, colour, word in (
         (0, 0.35 * REACH * normal, INK, "n"),
         (-path, 0.4 * path, VERMILLION, "v"),
     ):
-        arrow = {"arrowstyle": "-|>,head_width=0.45,head_length=0.9", "color": colour, "lw": 3, "shrinkA": 0}
-        arrow["path_effects"] = rim
-        axes.annotate("", start + way, np.zeros(2) + start, arrowprops=arrow)
-        axes.annotate(
-            word,
-            start + 1.25 * way,
-            color=colour,
-            ha="center",
-            va="center",
-            fontweight="bold",
-            path_effects=rim,
-        )
+        axes.annotate("", start + way, np.zeros(2) + start, arrowprops=arrow | {"color": colour})
+        axes.annotate(word, start + 1.25 * way, color=colour, **words)
     words = f"θ = {_angle(outcome):.4g}°: {started.sum()} started in the prism,\n{crossed.sum()} crossed"
     axes.set_title(f"{words}, {np.count_nonzero(started != crossed)} differ", fontsize="medium")
     axes.set(aspect="equal", xlabel="z  [m]")
@@ -335,13 +336,9 @@ def _thick(outcomes: list[Outcome]) -> list[Outcome]:
     return [o for o in where(meter="patch")(outcomes) if abs(_angle(o) - 90) > SHOWN][:PANELS]
 
 
-def _several(outcomes: list[Outcome]) -> list[Outcome]:
-    return found if len(found := where(meter="patch")(outcomes)) > 1 else []
-
-
 draw = figures(
     prisms=(draw_prisms, _thick),
-    tilt=(draw_tilts, _several),
+    tilt=(draw_tilts, several(where(meter="patch"))),
     closed=(rows_figure("Net flux out of closed meters: the power inside", _label), where(meter="closed")),
 )
 

@@ -32,12 +32,15 @@ import numpy as np
 import transport as tp
 from transport.sims import (
     constant,
+    curves_figure,
     figures,
     furthest,
     grouped,
     main,
     of_scene,
     one_of,
+    provenance,
+    require,
     rows_figure,
     sentence,
     sharp,
@@ -87,8 +90,8 @@ def scene(
     of the fog before the disk: in a "slab" or a "box" between, or "everywhere".  zenith_angle: of the sun [rad].
     """
     one_of("fog", reading=(reading, READINGS), place=(place, PLACES))
-    if not 0 <= zenith_angle < math.pi / 2 - SUN_ANGLE:
-        raise tp.SceneError(f"fog: zenith_angle must be from 0 to below 90°, got {zenith_angle} rad")
+    is_up = 0 <= zenith_angle < math.pi / 2 - SUN_ANGLE
+    require("fog", zenith_angle=(zenith_angle, is_up, "from 0 to below pi/2 rad"))
     if reading in ("room", "sun"):
         return _room(tau) if reading == "room" else _sun(tau, zenith_angle)
     return _disk(reading, tau, place if reading == "disk" else "slab")
@@ -231,9 +234,9 @@ def _label(outcome: Outcome) -> str:
     return f"τ = {outcome.given['tau']:.3g}, {outcome.given['place']}"
 
 
-def _alike(outcomes: list[Outcome], note: str) -> str:
+def _alike(outcomes: list[Outcome]) -> str:
     """Of what is aimed and absorbed only: cases of one seed have the same rays, and deviate together."""
-    return note + ("; the same rays in every case" if len(outcomes) > 1 else "")
+    return provenance(outcomes) + ("; the same rays in every case" if len(outcomes) > 1 else "")
 
 
 def draw_disk(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -241,7 +244,7 @@ def draw_disk(outcomes: list[Outcome], path: Path, note: str) -> None:
     seen = {_label(o): o.result["view"].radiance for o in outcomes}
     laws = {_label(o): partial(_direct, tau=o.given["tau"], of=DISK) for o in outcomes}
     title = "A bright disk seen through fog: radiance is not invariant there"
-    _draw_views(seen, laws, title, path, _alike(outcomes, note))
+    _draw_views(seen, laws, title, path, _alike(outcomes))
 
 
 def _draw_views(
@@ -289,63 +292,49 @@ def _direct(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np
     return attenuation.disk_radiance(theta, RADIANCE, *of[:2], tau, of[2])
 
 
-def draw_ways(outcomes: list[Outcome], path: Path, note: str) -> None:
+@curves_figure(
+    xlabel="optical depth of the way  τ / cosθ",
+    ylabel="radiance / that in clear air",
+    title="Along every ray radiance falls by exp(-τ)",
+    log_y=True,
+)
+def draw_ways(outcomes: list[Outcome]) -> dict[str, object]:
     """Radiance over that in clear air against the optical depth of the way: one exponential for all."""
-    from transport.viz.curves import Series, plot_curves
-
     cosines = np.cos(_edges("disk"))[: BINS + 1]
     middles, series = (cosines[1:] + cosines[:-1]) / 2, {}
     for outcome in outcomes:
         level = constant(outcome.result, RADIANCE, "W m^-2 sr^-1")
-        rows = outcome.rows[:BINS]
+        rows, depths = outcome.rows[:BINS], outcome.given["tau"] / middles
         shares, expected = [r.estimate / level for r in rows], [r.exact / RADIANCE for r in rows]
-        series[_label(outcome)] = Series(
-            outcome.given["tau"] / middles, shares, lambda way: np.exp(-way), expected
-        )
-    plot_curves(
-        series,
-        path,
-        xlabel="optical depth of the way  τ / cosθ",
-        ylabel="radiance / that in clear air",
-        title="Along every ray radiance falls by exp(-τ)",
-        note=_alike(outcomes, note),
-        log_y=True,
-    )
+        series[_label(outcome)] = depths, shares, lambda way: np.exp(-way), expected
+    return {"series": series, "note": _alike(outcomes)}
 
 
-def draw_irradiance(outcomes: list[Outcome], path: Path, note: str) -> None:
+@curves_figure(
+    guides={"wrong guess: exp(-τ) of that in clear air": np.vectorize(guessed)},
+    xlabel="optical depth τ straight from the disk to the meter",
+    ylabel="irradiance",
+    title="Irradiance in fog falls faster than exp(-τ)",
+    log_y=True,
+)
+def draw_irradiance(outcomes: list[Outcome]) -> dict[str, object]:
     """Irradiance against the optical depth, with the guess that forgets the slant."""
-    from transport.viz.curves import Series, plot_curves
-
     exact_irradiance = np.vectorize(lambda t: attenuation.disk_irradiance(RADIANCE, *DISK[:2], t, DISK[2]))
-    irradiances = [o[IRRADIANCE].estimate for o in outcomes]
-    plot_curves(
-        Series([o.given["tau"] for o in outcomes], irradiances, exact_irradiance),
-        path,
-        guides={"wrong guess: exp(-τ) of that in clear air": np.vectorize(guessed)},
-        xlabel="optical depth τ straight from the disk to the meter",
-        ylabel="irradiance",
-        title="Irradiance in fog falls faster than exp(-τ)",
-        log_y=True,
-        note=_alike(outcomes, note),
-    )
+    depths, irradiances = [o.given["tau"] for o in outcomes], [o[IRRADIANCE].estimate for o in outcomes]
+    return {"series": (depths, irradiances, exact_irradiance), "note": _alike(outcomes)}
 
 
-def draw_sun(outcomes: list[Outcome], path: Path, note: str) -> None:
+@curves_figure(
+    guides={"at its surface, and above the air": lambda depth: np.full(np.shape(depth), SURFACE)},
+    xlabel="optical depth of the air before the sun: τ / cos(zenith angle)",
+    ylabel="radiance of the sun",
+    title=f"The sun through the atmosphere, τ = {ATMOSPHERE:.2f} at the zenith",
+    log_y=True,
+)
+def draw_sun(outcomes: list[Outcome]) -> dict[str, object]:
     """The sun's radiance against the depth of air before it."""
-    from transport.viz.curves import Series, plot_curves
-
-    seen = [o[SUN].estimate for o in outcomes]
-    plot_curves(
-        Series([_air(o) for o in outcomes], seen, lambda depth: SURFACE * np.exp(-depth)),
-        path,
-        guides={"at its surface, and above the air": lambda depth: np.full(np.shape(depth), SURFACE)},
-        xlabel="optical depth of the air before the sun: τ / cos(zenith angle)",
-        ylabel="radiance of the sun",
-        title=f"The sun through the atmosphere, τ = {ATMOSPHERE:.2f} at the zenith",
-        log_y=True,
-        note=_alike(outcomes, note),
-    )
+    depths, seen = [_air(o) for o in outcomes], [o[SUN].estimate for o in outcomes]
+    return {"series": (depths, seen, lambda depth: SURFACE * np.exp(-depth)), "note": _alike(outcomes)}
 
 
 draw = figures(

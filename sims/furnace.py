@@ -33,8 +33,8 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, sharp
-from transport.theory.enclosures import chi_square_values, escape_cosine
+from transport.sims import Deviations, constant, figures, main, of_scene, require, sharp
+from transport.theory.enclosures import escape_cosine
 from transport.theory.solid_angles import bin_projected_solid_angles
 from transport.verification.experiment import Outcome
 
@@ -79,8 +79,7 @@ DARK, ESCAPED = "L, beyond the escape cone", "escaped"
 
 def scene(index: float = 1.5, radiance: float = 1.0) -> tp.Scene:
     """The furnace.  index: of the ball and the block of glass;  radiance: L₀ of a black wall [W m^-2 sr^-1]."""
-    if not 1.01 <= index <= 3:
-        raise tp.SceneError(f"furnace: index must be 1.01 to 3, got {index}; glass has 1.5")
+    require("furnace", index=(index, 1.01 <= index <= 3, "1.01 to 3 (glass has 1.5)"))
     surfaces = [*_enclosure(), *_opaque_things(), *_sheets(), *_glass(index)]
     glows = [(wall, "front", 1.0) for wall in WALLS] + [("ember", "front", 0.5)]
     glows += [("lamp", side, index**2) for side in ("front", "back")]
@@ -225,10 +224,8 @@ def levels(scene: tp.Scene) -> dict[str, np.ndarray]:
     return found
 
 
-def deviations(
-    result: tp.Result, expected: dict[str, np.ndarray], what=BOTH
-) -> tuple[np.ndarray, np.ndarray]:
-    """(L/expected − 1) of all bins in which light is expected, (B, K), and their throughputs, (K,).
+def deviations(result: tp.Result, expected: dict[str, np.ndarray], what=BOTH) -> Deviations:
+    """L/expected of all bins in which light is expected.
 
     expected: over L₀, by meter; broadcasts to its bins.  what: the radiances taken, that arrive and that leave.
     """
@@ -243,25 +240,12 @@ def deviations(
             lit = bright > 0
             found.append(radiance.values[:, lit] / (shine * bright[lit]) - 1)
             weights.append((bright * throughput)[lit])
-    return np.concatenate(found, axis=1), np.concatenate(weights)
-
-
-def chi_square(result: tp.Result, expected: dict[str, np.ndarray], what=BOTH) -> tp.Estimate:
-    """X² over its expectation: 1 where all bins hold what is expected, as `deviations` takes it."""
-    found, weights = deviations(result, expected, what)
-    return tp.Estimate(chi_square_values(found, weights, result.run.sizes), result.run, "1")
-
-
-def mean_level(result: tp.Result, names: tuple[str, ...]) -> tp.Estimate:
-    """Radiance over n² L₀, the mean over all bins of these meters by throughput."""
-    expected = levels(result.scene)
-    found, weights = deviations(result, {name: expected[name] for name in names})
-    return tp.Estimate(1 + found @ weights / weights.sum(), result.run, "1")
+    return Deviations(result, np.concatenate(found, axis=1), np.concatenate(weights))
 
 
 def scores(result: tp.Result) -> np.ndarray:
     """z of the bins in which at least ENOUGH counts are expected: those of fewer follow no normal law."""
-    found, weights = deviations(result, levels(result.scene))
+    _, found, weights = deviations(result, levels(result.scene))
     rate = result.particles * result.scene.sources[0].emission.radiance / result.ledger["emitted"].value
     found = found[:, rate * weights >= ENOUGH]
     number = {"x": np.arange(found.shape[1] + 1.0)}
@@ -269,11 +253,14 @@ def scores(result: tp.Result) -> np.ndarray:
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
-    rows = {CHI_SQUARE: chi_square(result, levels(result.scene))}
-    rows |= {f"L/n²L₀, {kind}": mean_level(result, names) for kind, names in KINDS.items()}
+    known = levels(result.scene)
+    rows = {CHI_SQUARE: deviations(result, known).chi_square()}
+    for kind, names in KINDS.items():
+        rows[f"L/n²L₀, {kind}"] = deviations(result, {name: known[name] for name in names}).mean()
     for one, other in PAIRS:
         rows[_exchange(one, other)] = _sent(result, one, other) / _sent(result, other, one)
-    return rows | _balances(result) | {DARK: _dark(result), ESCAPED: result.ledger["escaped"]}
+    dark = result["ball inside"].radiance[:2].mean()  # in the bins beyond the escape cone of the empty ball
+    return rows | _balances(result) | {DARK: dark, ESCAPED: result.ledger["escaped"]}
 
 
 def _exchange(one: str, other: str) -> str:
@@ -295,11 +282,6 @@ def _balances(result: tp.Result) -> dict[str, tp.Estimate]:
     return {LOSSLESS: sharp(given_off - received, of=received), OWN: sharp(own, of=result.ledger["emitted"])}
 
 
-def _dark(result: tp.Result) -> tp.Estimate:
-    """Mean radiance in the bins beyond the escape cone of the empty ball."""
-    return result["ball inside"].radiance[:2].mean()
-
-
 @of_scene(scene)
 def exact(index: float, radiance: float) -> dict[str, float]:
     ones = [CHI_SQUARE, *(f"L/n²L₀, {kind}" for kind in KINDS), *(_exchange(*pair) for pair in PAIRS)]
@@ -315,12 +297,12 @@ def exact(index: float, radiance: float) -> dict[str, float]:
 def verdict(outcomes: list[Outcome]) -> str:
     outcome = outcomes[0]
     kinds = [row for row in outcome.rows if row.name.startswith("L/n²")]
-    bins = deviations(outcome.result, levels(outcome.result.scene))[1].size
-    off = max(kinds, key=lambda row: abs(row.estimate.value - 1))
+    bins = deviations(outcome.result, levels(outcome.result.scene)).weights.size
+    worst = max(kinds, key=lambda row: abs(row.estimate.value - 1))
     return (
         f"Nothing from anything: in {bins} bins of direction and place χ² is"
         f" {outcome[CHI_SQUARE].estimate} of what chance makes it; by kind of thing farthest off is"
-        f" {off.name} = {off.estimate}; and as much goes from A to B as from B to A."
+        f" {worst.name} = {worst.estimate}; and as much goes from A to B as from B to A."
     )
 
 
@@ -348,13 +330,8 @@ def _draw_floor(panels: np.ndarray, result: tp.Result) -> None:
     low = [s for s in result.scene.surfaces if s.shape.middle[2] < -0.1 and s.name not in UNNAMED]
     for axes, (name, label) in zip(panels, labels.items(), strict=True):
         found = result[name].irradiance / (_shine(result) * constant(result, np.pi, "sr"))
-        style = {
-            "vmin": 0,
-            "vmax": 1.2 * np.quantile(found.value, 0.98),
-            "cmap": SEQUENTIAL,
-            "rasterized": True,
-        }
-        shown = axes.pcolormesh(found.coords["u"], found.coords["v"], found.value.T, **style)
+        style = {"vmin": 0, "vmax": 1.2 * np.quantile(found.value, 0.98), "cmap": SEQUENTIAL}
+        shown = axes.pcolormesh(found.coords["u"], found.coords["v"], found.value.T, rasterized=True, **style)
         axes.figure.colorbar(shown, ax=axes, shrink=0.8, pad=0.015).set_label("E / π L₀")
         for surface in low:
             words = {"color": "white", "fontsize": "small", "ha": "center", "va": "center"}
@@ -387,13 +364,8 @@ def _draw_angles(axes, result: tp.Result) -> None:
         series[f"n = {bright[name].max() ** 0.5:g} in {place}"] = Series(
             theta, seen, expected=bright[name][:, 0]
         )
-    plot_curves(
-        series,
-        ax=axes,
-        xlabel="angle to the normal, in the glass  [deg]",
-        ylabel="L / L₀",
-        legend="upper right",
-    )
+    words = {"xlabel": "angle to the normal, in the glass  [deg]", "ylabel": "L / L₀"}
+    plot_curves(series, ax=axes, legend="upper right", **words)
     axes.set_title("Glass with nothing in it")
 
 

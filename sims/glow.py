@@ -22,14 +22,23 @@ voxels.  "ball", "slab": of the optical radius or thickness `depth`, alone; the 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, where
+from transport.sims import (
+    Deviations,
+    constant,
+    curves_figure,
+    figures,
+    main,
+    of_scene,
+    one_of,
+    require,
+    rows_figure,
+    where,
+)
 from transport.theory import glow as theory
-from transport.theory.enclosures import chi_square_values
 from transport.verification.experiment import Outcome
 
 law = "L = n² L₀ between walls, L₀ (1 − e^(−σ_a s)) without; P = 3ε/4x, (1 − 2E₃)/2τ (Kirchhoff 1860; Case et al. 1953)"
@@ -68,26 +77,22 @@ def scene(
     index: of its glass;  radiance: L₀ [W m^-2 sr^-1].
     """
     one_of("glow", show=(show, SHOWS))
-    if not 0 <= albedo < 1:
-        raise tp.SceneError(f"glow: albedo must be 0 to below 1, got {albedo}; a white wall does not glow")
-    if not 0 < depth < math.inf:
-        raise tp.SceneError(f"glow: depth must be above 0 and finite, got {depth}")
-    if not 0 < radiance < math.inf:
-        raise tp.SceneError(f"glow: radiance must be above 0 and finite, got {radiance} W m^-2 sr^-1")
+    require(
+        "glow",
+        albedo=(albedo, 0 <= albedo < 1, "0 to below 1 (a white wall does not glow)"),
+        depth=(depth, 0 < depth < math.inf, "above 0 and finite"),
+        radiance=(radiance, 0 < radiance < math.inf, "above 0 and finite"),
+    )
     if show == "furnace":
         return _furnace(albedo, index, radiance)
     fog = tp.Medium(absorption=depth, emission=theory.emission(depth, radiance))
     bins = tp.Directions(mu=BINS)
     if show == "ball":
         ball = tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), "ball", inside=fog)
-        return tp.Scene(
-            (),
-            ball,
-            [tp.Detector("ball", directions=bins), tp.VolumeDetector("ball", "shells", cells=(SHELLS,))],
-        )
+        shells = tp.VolumeDetector("ball", "shells", cells=(SHELLS,))
+        return tp.Scene((), ball, [tp.Detector("ball", directions=bins), shells])
     box = tp.Box(size=1.0)
-    sides = [face for face in box.faces().values() if face.normal[2] == 0]
-    top = next(face for face in box.faces().values() if face.normal[2] == 1)
+    top, sides = box.faces()["+z"], [face for face in box.faces().values() if face.normal[2] == 0]
     slab = tp.Surface(box, tp.Transparent(), "slab", inside=fog)
     mirrors = [tp.Surface(side, tp.Mirror(), f"mirror {k}") for k, side in enumerate(sides)]
     return tp.Scene((), [slab, *mirrors], tp.Detector(top, "top", directions=bins))
@@ -123,13 +128,8 @@ def _bodies(index: float, radiance: float) -> list[tp.Surface]:
         emission = theory.emission(absorption, radiance, n)
         return tp.Medium(absorption, scattering, phase or tp.Isotropic(), n, emission)
 
-    grid = tp.Grid(
-        box=voxels,
-        absorption=4.0,
-        scattering=scattering,
-        phase=hg(-0.5),
-        emission=theory.emission(4.0, radiance),
-    )
+    glow = theory.emission(4.0, radiance)
+    grid = tp.Grid(box=voxels, absorption=4.0, scattering=scattering, phase=hg(-0.5), emission=glow)
     return [
         tp.Surface(thin, tp.Transparent(), "thin", inside=fog(0.5)),
         tp.Surface(thick, tp.Transparent(), "thick", inside=fog(20.0, 40.0, hg(0.8))),
@@ -163,10 +163,8 @@ def levels(scene: tp.Scene) -> dict[str, np.ndarray]:
     return found | {"in room": cells}
 
 
-def deviations(result: tp.Result, expected: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """(L/expected - 1) of all bins of these meters, (B, K), and their throughputs, of a volume's cells 1/4 of the
-    surface's solid angle, (K,).
-    """
+def deviations(result: tp.Result, expected: dict[str, np.ndarray]) -> Deviations:
+    """L/expected of all bins of these meters; a volume's cells count as 1/4 of their surface's solid angle."""
     found, weights, shine = [], [], shine_of(result)
     for name, level in expected.items():
         reading = result[name]
@@ -183,25 +181,14 @@ def deviations(result: tp.Result, expected: dict[str, np.ndarray]) -> tuple[np.n
             bright, throughput = np.broadcast_arrays(level, sizes * angles)
             found.append((radiance.values / (shine * bright) - 1).reshape(len(result.run), -1))
             weights.append((bright * throughput).ravel())
-    return np.concatenate(found, axis=1), np.concatenate(weights)
-
-
-def chi_square(result: tp.Result, expected: dict[str, np.ndarray]) -> tp.Estimate:
-    """X² over its expectation: 1 where all bins hold what is expected."""
-    found, weights = deviations(result, expected)
-    return tp.Estimate(chi_square_values(found, weights, result.run.sizes), result.run, "1")
-
-
-def mean_level(result: tp.Result, names: tuple[str, ...]) -> tp.Estimate:
-    """Radiance over n² L₀, the mean over all bins of these meters."""
-    expected = levels(result.scene)
-    found, weights = deviations(result, {name: expected[name] for name in names})
-    return tp.Estimate(1 + found @ weights / weights.sum(), result.run, "1")
+    return Deviations(result, np.concatenate(found, axis=1), np.concatenate(weights))
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     if show_of(result) == "furnace":
-        rows = {f"L/n²L₀, {kind}": mean_level(result, names) for kind, names in KINDS.items()}
+        known, rows = levels(result.scene), {}
+        for kind, names in KINDS.items():
+            rows[f"L/n²L₀, {kind}"] = deviations(result, {name: known[name] for name in names}).mean()
         return rows | _balances(result) | {ESCAPED: result.ledger["escaped"]}
     emitted, leaving = result.ledger["emitted"], leaving_share(result)
     rows = {
@@ -269,9 +256,8 @@ def expected_leaving(show: str, depth: float) -> np.ndarray:
 def verdict(outcomes: list[Outcome]) -> str:
     said = []
     for outcome in where(show="furnace")(outcomes):
-        expected = levels(outcome.result.scene)
-        bins, found = deviations(outcome.result, expected)[1].size, chi_square(outcome.result, expected)
-        words = f"in {bins} bins of place and direction χ² is {found} of what chance makes it"
+        off = deviations(outcome.result, levels(outcome.result.scene))
+        words = f"in {off.weights.size} bins of place and direction χ² is {off.chi_square()} of what chance makes it"
         said.append(f"Between hot walls it looks like nothing: {words}.")
     if dark := [f"{o[SHARE].estimate} of {_words(o)}" for o in where(show=("ball", "slab"))(outcomes)]:
         said.append(f"In the dark it shines by its depth: of its own light escapes {', '.join(dark)}.")
@@ -283,46 +269,36 @@ def _words(outcome: Outcome) -> str:
     return f"a {show} of optical {'radius' if show == 'ball' else 'thickness'} {depth:g}"
 
 
-def draw_rays(outcomes: list[Outcome], path: Path, note: str) -> None:
+@curves_figure(
+    xlabel=r"optical length of the (mean) ray  $\tau = \sigma_a s$",
+    ylabel="radiance / that of a black body",
+    title="Hot fog in the dark and between hot walls",
+    guides={r"thin: $\tau$": lambda t: np.where(t < 2, t, np.nan), "black body: 1": np.ones_like},
+    log_x=True,
+    log_y=True,
+)
+def draw_rays(outcomes: list[Outcome]) -> dict[str, object]:
     """Radiance by the optical length of the (mean) ray, in the dark and between walls."""
-    from transport.viz.curves import Series, plot_curves
-
     series = {}
     for outcome in where(show=("ball", "slab"))(outcomes):
         expected = expected_leaving(outcome.given["show"], outcome.given["depth"])
         lengths = theory.mean_beam_length(np.minimum(expected, BRIGHTEST), 1.0)
-        series[_words(outcome)] = Series(lengths, leaving_share(outcome.result), theory.ray_share, expected)
+        series[_words(outcome)] = lengths, leaving_share(outcome.result), theory.ray_share, expected
     for outcome in where(show="furnace")(outcomes)[:1]:
         series["between hot walls"] = _fogs(outcome.result)
-    lengths = np.concatenate([each.x for each in series.values()])
-    plot_curves(
-        series,
-        path,
-        xlabel=r"optical length of the (mean) ray  $\tau = \sigma_a s$",
-        ylabel="radiance / that of a black body",
-        guides={
-            r"thin: $\tau$": lambda t: np.where(t < 2, t, np.nan),
-            "black body: 1": lambda t: np.ones_like(t),
-        },
-        title="Hot fog in the dark and between hot walls",
-        log_x=True,
-        log_y=True,
-        span=(0.7 * lengths.min(), 1.4 * lengths.max()),
-        note=note,
-    )
+    lengths = np.concatenate([fields[0] for fields in series.values()])
+    return {"series": series, "span": (0.7 * lengths.min(), 1.4 * lengths.max())}
 
 
-def _fogs(result: tp.Result):
+def _fogs(result: tp.Result) -> tuple:
     """The mean L/L₀ that leaves each fog of a furnace, by σ_a times its mean chord."""
-    from transport.viz.curves import Series
-
     whole, lengths, found = constant(result, math.pi * shine_of(result), "W m^-2"), [], []
     for name in FOGS:
         surface = result.scene.surface(name)
         chord = 4 * surface.shape.volume / surface.shape.area
         lengths.append(chord * float(np.max(surface.inside.absorption)))
         found.append(result[f"{name} outside"].exitance / whole)
-    return Series(lengths, found, np.ones_like)
+    return lengths, found, np.ones_like
 
 
 def _dark(outcomes: list[Outcome]) -> list[Outcome]:

@@ -31,7 +31,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import figures, main, of_scene, one_of, rows_figure, sharp, where
+from transport.sims import figures, main, of_scene, one_of, require, rows_figure, sharp, where
 from transport.theory import goniometry, microfacets
 from transport.verification.experiment import Outcome
 
@@ -77,10 +77,8 @@ def scene(show: str = "beam", sample: str = "satin", angle: float = math.pi / 4)
     """A sample under one of SHOWS.  angle: of the beam, or the middle of the lamp, to the normal [rad]."""
     one_of("gonioreflectometer", show=(show, SHOWS), sample=(sample, SAMPLES))
     highest = math.pi / 2 - (WIDE if show == "lamp" else 0)
-    if not 0 <= angle < highest:
-        raise tp.SceneError(
-            f"gonioreflectometer: angle must be 0 to below {highest:.4g} rad, lest the lamp set, got {angle}"
-        )
+    must = f"0 to below {highest:.4g} rad, lest the lamp set"
+    require("gonioreflectometer", angle=(angle, 0 <= angle < highest, must))
     disk = tp.Disk(radius=RADIUS)
     surface = tp.Surface(disk, SAMPLES[sample], name="sample")
     shine = tp.Lambertian(radiance=RADIANCE)
@@ -236,10 +234,8 @@ def verdict(outcomes: list[Outcome]) -> str:
     """A sentence for each thing that was shown."""
     said: dict[str, list[str]] = {show: [] for show in HEADS}
     for outcome in outcomes:
-        show, seen = (
-            outcome.given["show"],
-            [row for row in outcome.rows if row.name.startswith(("f at", "L_out at"))],
-        )
+        show = outcome.given["show"]
+        seen = [row for row in outcome.rows if row.name.startswith(("f at", "L_out at"))]
         row = outcome[RATIO] if show == "swap" else max(seen, key=lambda row: row.estimate.value)
         what = "" if show == "swap" else f" at {row.name.split(' at ')[1]}"
         said[show].append(f"{row.estimate} of {outcome.given['sample']}{what}")

@@ -31,7 +31,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, furthest, grouped, main, of_scene, one_of, sentence
+from transport.sims import constant, figures, furthest, grouped, main, of_scene, one_of, require, sentence
 from transport.sims.slab import falling_light
 from transport.theory import half_space as theory
 from transport.theory import ordinates
@@ -86,20 +86,19 @@ def scene(
     the medium [m].
     """
     one_of("half_space", setting=(setting, SETTINGS), incidence=(incidence, INCIDENCES))
-    if not 0 < mean_free_path < math.inf:
-        raise tp.SceneError(f"half_space: mean_free_path must be above 0, got {mean_free_path} m")
+    is_finite = 0 < mean_free_path < math.inf
+    require("half_space", mean_free_path=(mean_free_path, is_finite, "above 0 and finite"))
     if setting == "milne":
         return _star(tau, mean_free_path)
-    if not 0 < albedo < 1:
-        must = "albedo must be above 0, or none would return, and below 1, or none would be gone"
-        raise tp.SceneError(f"half_space: {must}, got {albedo}")
-    if not 0 < mu0 <= 1:
-        raise tp.SceneError(f"half_space: mu0 must be above 0 and at most 1, got {mu0}")
     has_boundary = setting == "boundary"
-    if has_boundary and not 1 <= index < math.inf:
-        raise tp.SceneError(
-            f"half_space: index must be 1 or more, of the medium over that before it, got {index}"
-        )
+    can_refract = not has_boundary or 1 <= index < math.inf
+    scatters = "above 0, or none would return, and below 1, or none would be gone"
+    require(
+        "half_space",
+        albedo=(albedo, 0 < albedo < 1, scatters),
+        mu0=(mu0, 0 < mu0 <= 1, "above 0 and at most 1"),
+        index=(index, can_refract, "1 or more, of the medium over that before it"),
+    )
     extinction = 1 / mean_free_path
     coefficients = {"absorption": (1 - albedo) * extinction, "scattering": albedo * extinction}
     medium = tp.Medium(**coefficients, index=index if has_boundary else 1.0)
@@ -116,17 +115,15 @@ def _detectors(setting: str, mu0: float, mirrors: bool) -> list[tp.Detector]:
     whole = tp.Detector("face", setting, directions=tp.Directions(mu=BINS))
     if not mirrors:
         return [whole]
-    if np.abs(EDGES[:-1] - mu0).min() < EDGE:
-        must = f"mu0 must not be an edge of the bins, a multiple of {1 / BINS:g}"
-        raise tp.SceneError(f"half_space: {must}, got {mu0}, where what is mirrored is in neither")
+    must = f"off the edges of the bins, the multiples of {1 / BINS:g}, where what is mirrored is in neither"
+    require("half_space", mu0=(mu0, np.abs(EDGES[:-1] - mu0).min() >= EDGE, must))
     ray = tp.Directions.cone((math.sqrt((1 - mu0) * (1 + mu0)), 0, mu0), SHARP)
     return [whole, tp.Detector("face", "mirrored", directions=ray)]
 
 
 def _star(tau: float, mean_free_path: float) -> tp.Scene:
     """A slab below z = 0, lit from below."""
-    if not 0 < tau < math.inf:
-        raise tp.SceneError(f"half_space: tau must be above 0, got {tau}")
+    require("half_space", tau=(tau, 0 < tau < math.inf, "above 0 and finite"))
     depth = tau * mean_free_path
     slab = tp.Slab(center=(0, 0, -depth / 2), thickness=depth)
     medium = tp.Medium(scattering=1 / mean_free_path)

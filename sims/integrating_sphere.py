@@ -30,6 +30,7 @@ import numpy as np
 import transport as tp
 from transport.sims import (
     constant,
+    curves_figure,
     figures,
     furthest,
     grouped,
@@ -37,6 +38,8 @@ from transport.sims import (
     main,
     of_scene,
     one_of,
+    provenance,
+    require,
     sentence,
     where,
 )
@@ -85,8 +88,7 @@ def scene(
     """
     one_of("integrating_sphere", light=(light, LIGHTS))
     for name, share in (("port", port), ("sample", sample)):
-        if not 0 <= share <= 0.4:
-            raise tp.SceneError(f"integrating_sphere: {name} must be a share from 0 to 0.4, got {share!r}")
+        require("integrating_sphere", **{name: (share, 0 <= share <= 0.4, "a share from 0 to 0.4")})
     bottom, top = 2 * sample - 1, 1 - 2 * port
     surfaces = [_surface("wall", radius, bottom, top, albedo)]
     if sample > 0:
@@ -182,50 +184,37 @@ def multiplier_of(outcome: Outcome) -> Row:
     return outcome[RADIOSITY if outcome.given["light"] == "lamp" else REFLECTED]
 
 
-def draw_rings(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    xlabel="angle from the middle of the port  [°]",
+    ylabel="irradiance × A/Φ",
+    title="Inside an integrating sphere the irradiance is the same everywhere",
+)
+def draw_rings(outcomes: list[Outcome]) -> dict[str, object]:
     """The same at all angles: what falls on rings of the inside, ports and samples included."""
-    from transport.viz.curves import Series, plot_curves
-
     series, edges = {}, np.linspace(0, 180, BINS + 1)
     for outcome in outcomes:
         level, of = outcome[RING].exact, outcome.given
         words = f"{of['light']}: ρ = {of['albedo']:g}, f = {of['port']:g}" + ", sample" * bool(of["sample"])
-        series[words] = Series(
-            edges, rings(outcome.result), lambda angle, level=level: np.full_like(angle, level)
-        )
-    out["note"] += "; of a beam the light that was reflected"
-    title = "Inside an integrating sphere the irradiance is the same everywhere"
-    plot_curves(
-        series, xlabel="angle from the middle of the port  [°]", ylabel="irradiance × A/Φ", title=title, **out
-    )
+        series[words] = edges, rings(outcome.result), lambda angle, level=level: np.full_like(angle, level)
+    return {"series": series, "note": f"{provenance(outcomes)}; of a beam the light that was reflected"}
 
 
-def draw_multipliers(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    xlabel="what the wall takes of each hit, 1 − ρ",
+    ylabel="sphere multiplier M",
+    title="The whiter the wall, the more a port costs",
+    log_x=True,
+    log_y=True,
+)
+def draw_multipliers(outcomes: list[Outcome]) -> dict[str, object]:
     """M by what a hit on the wall costs, a curve a port."""
-    from transport.viz.curves import Series, plot_curves
-
-    series = {}
+    series, fine = {}, np.geomspace(1e-3, 0.8, 301)
     for port, found in sorted(grouped(outcomes, "port").items()):
-        taken, multipliers = (
-            [1 - o.given["albedo"] for o in found],
-            [multiplier_of(o).estimate for o in found],
-        )
-        fine = np.geomspace(1e-3, 0.8, 301)
-        series[f"port f = {port:g}"] = Series(
-            taken,
-            multipliers,
-            (fine, theory.multiplier(1 - fine, port)),
-            [multiplier_of(o).exact for o in found],
-        )
-    plot_curves(
-        series,
-        xlabel="what the wall takes of each hit, 1 − ρ",
-        ylabel="sphere multiplier M",
-        title="The whiter the wall, the more a port costs",
-        log_x=True,
-        log_y=True,
-        **out,
-    )
+        taken, rows = [1 - o.given["albedo"] for o in found], [multiplier_of(o) for o in found]
+        curve = fine, theory.multiplier(1 - fine, port)
+        multipliers, expected = [row.estimate for row in rows], [row.exact for row in rows]
+        series[f"port f = {port:g}"] = taken, multipliers, curve, expected
+    return {"series": series}
 
 
 def _empty(outcomes: list[Outcome]) -> list[Outcome]:

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, sentence, where
+from transport.sims import constant, curves_figure, figures, main, of_scene, one_of, sentence, where
 from transport.theory import emitters
 from transport.verification.experiment import Outcome
 
@@ -66,15 +66,11 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         rows = {f"irradiance at {name}": result[name].irradiance for name in DISTANCES}
         return rows | {"E(1 mm) / E(1 km)": result["1 mm"].irradiance / result["1 km"].irradiance}
     distance = result.scene.detectors[0].shape.center[2]
-    point = constant(result, _intensity(source.shape, source.emission.power) / distance**2, "W m^-2")
+    seen = math.pi * source.shape.radius**2
+    intensity = source.emission.power / (math.pi * source.shape.area) * seen  # L times the area that is seen
+    point = constant(result, intensity / distance**2, "W m^-2")
     irradiance = result["meter"].irradiance
     return {"irradiance": irradiance, "irradiance / inverse square": irradiance / point}
-
-
-def _intensity(shape: tp.Disk | tp.Sphere, power: float) -> float:
-    """Towards the meter [W/sr]: L times the area that is seen, L = P/(π A)."""
-    seen = math.pi * shape.radius**2
-    return power / (math.pi * shape.area) * seen
 
 
 @of_scene(scene)
@@ -103,22 +99,20 @@ def verdict(outcomes: list[Outcome]) -> str:
     return sentence(*said)
 
 
-def draw_points(outcomes: list[Outcome], **out: object) -> None:
-    from transport.viz.curves import Series, plot_curves
-
-    result = outcomes[0].result
-    power, far = result.scene.sources[0].emission.power, list(DISTANCES.values())
-    irradiances = [result[name].irradiance for name in DISTANCES]
-    plot_curves(
-        Series(far, irradiances, lambda r: emitters.mean_point_irradiance(power, r / 2, r)),
-        guides={"1/r": lambda r: emitters.mean_point_irradiance(power, 0.5, 1.0) / r},
-        xlabel="distance r  [m]",
-        ylabel="mean irradiance E",
-        title="A point source: inverse square over six decades",
-        log_x=True,
-        log_y=True,
-        **out,
-    )
+@curves_figure(
+    xlabel="distance r  [m]",
+    ylabel="mean irradiance E",
+    title="A point source: inverse square over six decades",
+    log_x=True,
+    log_y=True,
+)
+def draw_points(outcomes: list[Outcome]) -> dict[str, object]:
+    result, power = outcomes[0].result, outcomes[0].given["power"]
+    far, irradiances = list(DISTANCES.values()), [result[name].irradiance for name in DISTANCES]
+    return {
+        "series": (far, irradiances, lambda r: emitters.mean_point_irradiance(power, r / 2, r)),
+        "guides": {"1/r": lambda r: emitters.mean_point_irradiance(power, 0.5, 1.0) / r},
+    }
 
 
 draw = figures(points=(draw_points, where(emitter="point")))

@@ -40,7 +40,19 @@ import numpy as np
 
 import transport as tp
 from transport.geometry import solid_angles as solid_angles_geometry
-from transport.sims import constant, figures, holding, main, of_scene, one_of, provenance, rows_figure, where
+from transport.sims import (
+    constant,
+    curves_figure,
+    figures,
+    holding,
+    main,
+    of_scene,
+    one_of,
+    provenance,
+    require,
+    rows_figure,
+    where,
+)
 from transport.theory import emitters, solid_angles
 from transport.verification.experiment import Outcome, Row
 
@@ -89,8 +101,8 @@ def scene(
     disk; by a "ball" on the axis, its radius the share `ball` of the distance.
     """
     one_of("lambert_disk", reading=(reading, READINGS))
-    if distance < 0:
-        raise tp.SceneError(f"distance must not be negative, got {distance}; the disk emits towards +z")
+    must = "0 or more, as the disk emits towards +z"
+    require("lambert_disk", distance=(distance, distance >= 0, must))
     disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)
     if distance == 0:
         detectors, aim = tp.Detector(disk, name="meter", directions=tp.Directions(theta=LEAVING)), None
@@ -121,10 +133,8 @@ def _turned(radius: float, distance: float, tilt: float) -> tuple[tp.Detector, t
 
 
 def _ball(distance: float, share: float) -> tuple[tp.Detector, tp.Sphere]:
-    if not 0 < share < 1:
-        raise tp.SceneError(
-            f"ball must be between 0 and 1, a share of its distance from the disk, got {share}"
-        )
+    must = "between 0 and 1, a share of its distance from the disk"
+    require("lambert_disk", ball=(share, 0 < share < 1, must))
     sphere = tp.Sphere(center=(0, 0, distance), radius=share * distance)
     return tp.Detector(sphere, name="ball"), sphere
 
@@ -233,9 +243,15 @@ def verdict(outcomes: list[Outcome]) -> str:
     return f"Radiance is L in all {len(scores)} readings, {off}{also}."
 
 
-def draw_distances(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    title="A Lambert disk seen from several distances: the same radiance",
+    xlabel="polar angle θ  [deg]",
+    ylabel="radiance L",
+    log_x=True,
+    span=(0.3, 90),
+)
+def draw_distances(outcomes: list[Outcome]) -> dict[str, object]:
     """Radiance by polar angle, seen from the axis."""
-    from transport.viz.curves import plot_curves
     from transport.viz.directions import polar_curves
 
     curves, laws = {}, {}
@@ -244,9 +260,7 @@ def draw_distances(outcomes: list[Outcome], **out: object) -> None:
         rim, label = math.atan(of["radius"] / of["distance"]), f"at {of['distance']:g} m"
         curves[label] = outcome.result["meter"].radiance
         laws[label] = lambda theta, rim=rim, level=of["radiance"]: np.where(theta < rim, level, 0.0)
-    title = "A Lambert disk seen from several distances: the same radiance"
-    axes = {"xlabel": "polar angle θ  [deg]", "ylabel": "radiance L", "log_x": True, "span": (0.3, 90)}
-    plot_curves(polar_curves(curves, laws), title=title, **axes, **out)
+    return {"series": polar_curves(curves, laws)}
 
 
 def draw_map(outcomes: list[Outcome], **out: object) -> None:
@@ -266,24 +280,21 @@ def draw_map(outcomes: list[Outcome], **out: object) -> None:
     plot_map(seen, label="radiance L", exact=exact_radiance, cut=0.0, title=title, **out)
 
 
-def draw_turned(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    xlabel="cosine of the sheet's normal to the line of sight",
+    ylabel="irradiance / that face on",
+    title="The sheet turned to 89.9°: irradiance falls with the cosine",
+    log_x=True,
+    log_y=True,
+)
+def draw_turned(outcomes: list[Outcome]) -> dict[str, object]:
     """Irradiance over that of the sheet face on, which falls with the cosine."""
-    from transport.viz.curves import Series, plot_curves
-
     shares = []
     for outcome in outcomes:
         seen = solid_angles.disk_projected_solid_angle(outcome.given["radius"], outcome.given["distance"])
         facing = constant(outcome.result, outcome.given["radiance"] * seen, "W m^-2")
         shares.append(outcome["irradiance"].estimate / facing)
-    plot_curves(
-        Series([math.cos(o.given["tilt"]) for o in outcomes], shares, lambda mu: mu),
-        xlabel="cosine of the sheet's normal to the line of sight",
-        ylabel="irradiance / that face on",
-        title="The sheet turned to 89.9°: irradiance falls with the cosine",
-        log_x=True,
-        log_y=True,
-        **out,
-    )
+    return {"series": ([math.cos(o.given["tilt"]) for o in outcomes], shares, lambda mu: mu)}
 
 
 def _is_whole(outcome: Outcome) -> bool:

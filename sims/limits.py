@@ -149,10 +149,8 @@ class Burst:
         way = self.flight * self.sigma * tp.speed_of_light
         lamp = tp.Rectangle(width=self.side, height=self.side)
         meter = tp.Rectangle(center=(0, 0, way), normal=(0, 0, -1), width=self.meter, height=self.meter)
-        beam, pulse = (
-            tp.Beam((0, 0, 1), energy=self.energy),
-            tp.GaussianPulse(self.start * self.sigma, self.sigma),
-        )
+        beam = tp.Beam((0, 0, 1), energy=self.energy)
+        pulse = tp.GaussianPulse(self.start * self.sigma, self.sigma)
         times = (self.start + self.flight) * self.sigma + np.linspace(-self.span, self.span, BINS + 1)
         return tp.Scene(
             sources=tp.Source(lamp, beam, pulse=pulse),

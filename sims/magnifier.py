@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import figures, main, of_scene, one_of, where
+from transport.sims import figures, main, of_scene, one_of, require, where
 from transport.theory import emitters, lenses, optical_paths
 from transport.theory.optical_paths import Rays
 from transport.verification.experiment import Outcome
@@ -54,12 +54,8 @@ STOP = 0.96  # the same for the ball's stop, in its back focal length: close bel
 CM, HIGHEST = 100.0, 0.24  # of a metre; m, upper end of the figure
 ANGLES = (0.3, 1, 3, 10, 30, 90)  # deg, of its ticks
 FINE = 5  # bins in a third of the cone, all of equal projected solid angle
-L_FRONT, E_FRONT, E_FOCUS, GAIN = (
-    "radiance in front",
-    "irradiance in front",
-    "irradiance in the focus",
-    "gain",
-)
+L_FRONT, GAIN = "radiance in front", "gain"
+E_FRONT, E_FOCUS = "irradiance in front", "irradiance in the focus"
 BEHIND = tuple(f"radiance behind, {part} third of the cone" for part in ("inner", "middle", "outer"))
 
 
@@ -125,9 +121,8 @@ def scene(
     _check_filled(made, detector, page)
     focus = tp.Disk(normal=(0, 0, made.up), radius=detector)
     edge = math.atan((page.radius - made.front.radius) / (distance - made.front.center[2]))
-    front = tp.Detector(
-        made.front, "front", directions=tp.Directions(theta=(0, edge))
-    )  # within what all of it sees
+    page_alone = tp.Directions(theta=(0, edge))  # what all of it sees the page in
+    front = tp.Detector(made.front, "front", directions=page_alone)
     seen, straight = tp.Directions(theta=made.theta_edges(detector)), None if made.faces is None else 2
     return tp.Scene(
         sources=tp.Source(page, tp.Lambertian(radiance=radiance), aim=made.front),
@@ -140,14 +135,12 @@ def optic_of(optic: str, cone: float, index: float) -> Optic:
     """The optic of that name, its focus at the origin.  Raises SceneError for a cone that it cannot have."""
     one_of("magnifier", optic=(optic, OPTICS))
     widest = math.pi / 2 if optic == "burning mirror" else math.pi / 4
-    if not 0 < cone <= widest:
-        raise tp.SceneError(
-            f"magnifier: cone must be in (0, {widest:.4g}] rad for optic {optic!r}, got {cone}"
-        )
-    if optic in ("glass ball", "biconvex lens") and not 1 < index < 2:
-        raise tp.SceneError(
-            f"magnifier: index must be in (1, 2), so that light is focused behind, got {index}"
-        )
+    can_focus = optic not in ("glass ball", "biconvex lens") or 1 < index < 2
+    require(
+        "magnifier",
+        cone=(cone, 0 < cone <= widest, f"in (0, {widest:.4g}] rad for optic {optic!r}"),
+        index=(index, can_focus, "in (1, 2), so that light is focused behind"),
+    )
     made = dict(zip(OPTICS, (_ideal, _ball, _biconvex, _mirror), strict=True))
     return made[optic](cone, index)
 
@@ -175,23 +168,13 @@ def _biconvex(cone: float, index: float) -> Optic:
     """Two caps that meet on the rim; their curvature is that of a thin lens of this focal length."""
     height, curvature = FOCUS * FOCAL, 2 * (index - 1) * FOCAL
     rim = height * math.tan(cone)
-    if rim >= curvature:
-        raise tp.SceneError(
-            f"magnifier: cone must be below {math.atan(curvature / height):.4g} rad, got {cone}"
-        )
+    require("magnifier", cone=(cone, rim < curvature, f"below {math.atan(curvature / height):.4g} rad"))
     depth = math.sqrt((curvature - rim) * (curvature + rim))
-    lower, upper = (
-        tp.Sphere(
-            center=(0, 0, height - up * depth), radius=curvature, axis=(0, 0, up), mu_min=depth / curvature
-        )
-        for up in (-1, 1)
-    )
+    cap = {"radius": curvature, "mu_min": depth / curvature}
+    lower, upper = (tp.Sphere(center=(0, 0, height - up * depth), axis=(0, 0, up), **cap) for up in (-1, 1))
     glass = tp.Dielectric(index)
     surfaces = tp.Surface(lower, glass, name="lens"), tp.Surface(upper, glass, name="upper face")
-    front, faces = (
-        _above(height - depth + curvature, 1.01 * rim),
-        lenses.biconvex(height, rim, curvature),
-    )
+    front, faces = _above(height - depth + curvature, 1.01 * rim), lenses.biconvex(height, rim, curvature)
     return Optic(surfaces, front, rim, height, 1, lenses.steps(faces, index), faces)
 
 
@@ -219,11 +202,11 @@ def seen_rays(optic: Optic, detector: float) -> Rays:
 def _check_filled(optic: Optic, detector: float, page: tp.Disk) -> None:
     """Refuse a page that does not fill all directions that the detector sees by the optic, or that stands in it."""
     height = page.center[2]
-    if not height > optic.front.center[2]:
-        least = f"more than {optic.front.center[2]:g} m, where light enters the optic"
-        raise tp.SceneError(f"magnifier: distance must be {least}, got {height}")
+    entrance = optic.front.center[2]
+    must = f"more than {entrance:g} m, where light enters the optic"
+    require("magnifier", distance=(height, height > entrance, must))
     rays = optic.way_back(seen_rays(optic, detector))[-1]
-    entering, reaching = (optical_paths.reach_at(rays, z) for z in (optic.front.center[2], height))
+    entering, reaching = (optical_paths.reach_at(rays, z) for z in (entrance, height))
     if not (detector < optic.window and entering <= optic.front.radius):  # nan where a ray misses the glass
         raise tp.SceneError(
             f"magnifier: cone must be smaller, or detector, got {detector} m: not all that it sees comes through the optic"
@@ -246,15 +229,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 
 @of_scene(scene)
-def exact(
-    optic: str,
-    cone: float,
-    half_angle: float,
-    radiance: float,
-    index: float,
-    detector: float,
-    distance: float,
-) -> dict[str, float]:
+def exact(optic, cone, half_angle, radiance, index, detector, distance) -> dict[str, float]:
     made, page = optic_of(optic, cone, index), distance * math.tan(half_angle)
     of_front = made.front.radius, distance - made.front.center[2]
     before = float(emitters.mean_disk_irradiance(radiance, page, *of_front))
@@ -310,11 +285,8 @@ def draw_glasses(outcomes: list[Outcome], path: Path, note: str) -> None:
             section.set_title(outcome.given["optic"])
             chart.get_legend().remove()
         page.axes[0].set_ylabel("height  [cm]")
-        found = {
-            words: line
-            for axes in page.axes
-            for line, words in zip(*axes.get_legend_handles_labels(), strict=True)
-        }
+        drawn = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in page.axes]
+        found = {words: line for each in drawn for line, words in each}
         page.legend(found.values(), found.keys(), loc="outside lower center", ncols=3)
 
 
@@ -346,19 +318,16 @@ def _draw_section(axes, optic: Optic, outcome: Outcome) -> None:
     rays.append(optical_paths.to_plane(rays[-1], 2.5 * FOCAL))
     for line in np.stack([each.points[:, [0, 2]] for each in rays], axis=1):
         axes.plot(*(CM * line).T, color=VERMILLION, lw=1.3, zorder=2)
-    outlines = [
-        CM * each for each in cross_sections(surface.shape for surface in outcome.result.scene.surfaces)
-    ]
+    shapes = [surface.shape for surface in outcome.result.scene.surfaces]
+    outlines = [CM * each for each in cross_sections(shapes)]
     for outline in outlines:
         if len(outline) > 2:
             axes.fill(*outline.T, fc=SKY, ec=INK, lw=1.8, alpha=0.45, zorder=3)
         else:
             axes.plot(*outline.T, color=INK, lw=3.5, zorder=3)
     top = max(outline[:, 1].max() for outline in outlines)
-    cones = [
-        ("θ$_s$", _half_angle(outcome), top + 0.4, 6.0, ORANGE),
-        ("θ'", optic.half_angle, 0.0, 3.0, BLUE),
-    ]
+    in_front = "θ$_s$", _half_angle(outcome), top + 0.4, 6.0, ORANGE
+    cones = [in_front, ("θ'", optic.half_angle, 0.0, 3.0, BLUE)]
     for name, half_angle, foot, length, colour in cones:
         turn, style = np.degrees(half_angle), {"fc": colour, "ec": colour, "alpha": 0.5, "zorder": 1}
         axes.add_patch(Wedge((0, foot), length, 90 - turn, 90 + turn, **style))
@@ -380,17 +349,11 @@ def _draw_radiance(axes, optic: Optic, outcome: Outcome) -> None:
     fine = np.linspace(0, optic.half_angle, 501)
     fault = np.degrees(fine), lenses.tangent_lens_radiance(1.0, 0.0, fine)
     sines = np.sin(seen.coords["theta"]) ** 2
-    middles = np.degrees(
-        np.arcsin(np.sqrt((sines[1:] + sines[:-1]) / 2))
-    )  # of the bins' projected solid angles
-    plot_curves(
-        {"behind": Series(middles, seen, (np.degrees(theta), shares))},
-        ax=axes,
-        xlabel="polar angle θ  [deg]",
-        ylabel="radiance / that in front",
-        guides={} if optic.faces else {"if the lens mapped tangents": fault},
-        legend="best",
-    )
+    halves = np.arcsin(np.sqrt((sines[1:] + sines[:-1]) / 2))  # of the bins' projected solid angles
+    series = {"behind": Series(np.degrees(halves), seen, (np.degrees(theta), shares))}
+    guides = {} if optic.faces else {"if the lens mapped tangents": fault}
+    words = {"xlabel": "polar angle θ  [deg]", "ylabel": "radiance / that in front", "legend": "best"}
+    plot_curves(series, ax=axes, guides=guides, **words)
     front = [0, math.degrees(_half_angle(outcome))]
     axes.fill_between(front, 1, color=ORANGE, alpha=0.35, lw=0, label="in front")
     axes.set_ylim(0, 1.65)
@@ -432,15 +395,8 @@ def _draw_spot(axes, outcome: Outcome, rank: int) -> None:
     ends = outcome[E_FRONT].estimate, outcome[E_FOCUS].estimate
     x = np.degrees([_half_angle(outcome), _optic(outcome).half_angle])
     y, bars = [end.value / unit for end in ends], [2 * end.error / unit for end in ends]
-    arrow = {
-        "arrowstyle": "-|>",
-        "color": colour,
-        "lw": 1.8,
-        "shrinkA": 6,
-        "shrinkB": 8,
-        "mutation_scale": 20,
-    }
-    arrow["connectionstyle"] = f"arc3,rad={0.12 + 0.07 * rank}"
+    arrow = {"arrowstyle": "-|>", "color": colour, "lw": 1.8, "shrinkA": 6, "shrinkB": 8}
+    arrow |= {"mutation_scale": 20, "connectionstyle": f"arc3,rad={0.12 + 0.07 * rank}"}
     axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops=arrow, zorder=2)
     gain = f"{_name(outcome)}: {y[1] / y[0]:.5g}-fold"
     axes.errorbar(x, y, bars, fmt=marker, color=colour, label=gain, zorder=4, **POINTS)

@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, furthest, main, of_scene
+from transport.sims import constant, curves_figure, figures, furthest, main, of_scene, require
 from transport.theory.turbid import MAX_ALBEDO, MAX_G, Diffusion, Turbid, solved
 from transport.verification.experiment import Outcome
 
@@ -50,10 +50,14 @@ FIRST, UPPER, LOWER = (f"fluence / irradiance, {part}" for part in ("first cell"
 def scene(scattering: float = 1e4, absorption: float = 10.0, g: float = 0.9, index: float = 1.37) -> tp.Scene:
     """A pencil beam on a half space below z = 0.  scattering, absorption: coefficients [m^-1];  index: over that of air."""
     medium = tp.Medium(absorption, scattering, tp.HenyeyGreenstein(g), index)
-    if not (0 < medium.albedo <= MAX_ALBEDO and abs(g) <= MAX_G and index >= 1):
-        must = f"absorption and scattering above 0, absorption 1e-6 of both or more, |g| up to {MAX_G}, index from 1"
-        got = f"{absorption=}, {scattering=}, {g=}, {index=}"
-        raise tp.SceneError(f"milk: must have {must}, got {got}; others have no exact value here")
+    known = "others have no exact value here"
+    require(
+        "milk",
+        absorption=(absorption, medium.albedo <= MAX_ALBEDO, f"1e-6 of both or more; {known}"),
+        scattering=(scattering, medium.albedo > 0, f"above 0; {known}"),
+        g=(g, abs(g) <= MAX_G, f"from -{MAX_G} to {MAX_G}; {known}"),
+        index=(index, index >= 1, f"1 or more; {known}"),
+    )
     skin = tp.Dielectric(index) if index > 1 else tp.Transparent()
     start = tp.Point(position=(0, 0, SHALLOW / medium.extinction))
     return tp.Scene(
@@ -145,16 +149,13 @@ def verdict(outcomes: list[Outcome]) -> str:
     said = []
     for outcome in outcomes:
         medium = medium_of(outcome.result)
+        kept_out = outcome[SPECULAR].estimate if medium.index > 1 else "nothing"
         said.append(
             f"Where light is scattered {medium.scattering / medium.absorption:.4g} times before it is absorbed,"
-            f" {outcome[DIFFUSE].estimate} of it comes back and {_kept_out(outcome)} does not enter; under the"
+            f" {outcome[DIFFUSE].estimate} of it comes back and {kept_out} does not enter; under the"
             f" surface it is {outcome[FIRST].estimate} times as bright as the beam; {furthest([outcome])}."
         )
     return " ".join(said)
-
-
-def _kept_out(outcome: Outcome) -> str:
-    return str(outcome[SPECULAR].estimate) if medium_of(outcome.result).index > 1 else "nothing"
 
 
 def _whitest(outcomes: list[Outcome]) -> list[Outcome]:
@@ -177,15 +178,10 @@ def draw_depths(outcomes: list[Outcome], path: Path, note: str) -> None:
         for column, (name, words) in zip(columns, WINDOWS.items(), strict=True):
             means, shown = half_space.mean_fluence(depths(name, medium)), fluence(result, name)
             series = Series(1e3 * shown.coords["z"], shown, lambda z: half_space.fluence(z * optical), means)
-            plot_curves(
-                series,
-                ax=tuple(column),
-                xlabel="depth  [mm]",
-                ylabel="fluence rate / irradiance",
-                guides={"diffusion": lambda z: diffusion.fluence(z * optical)},
-                levels={"the beam's irradiance": 1.0},
-                log_y=name == "deep",
-            )
+            axes = {"ax": tuple(column), "xlabel": "depth  [mm]", "ylabel": "fluence rate / irradiance"}
+            guides = {"diffusion": lambda z: diffusion.fluence(z * optical)}
+            level = {"the beam's irradiance": 1.0}
+            plot_curves(series, guides=guides, levels=level, log_y=name == "deep", **axes)
             column[0].set_title(words)
 
 
@@ -193,29 +189,25 @@ def _ratio(medium: tp.Medium) -> str:
     return rf"$\sigma_s/\sigma_a = {medium.scattering / medium.absorption:.4g}$"
 
 
-def draw_angles(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    xlabel="cosine of the angle to the surface's normal",
+    ylabel="radiance × π / irradiance",
+    title="Light that comes back out of a milky medium, by direction",
+)
+def draw_angles(outcomes: list[Outcome]) -> dict[str, object]:
     """Radiance that leaves, over that of a white surface, by the angle."""
-    from transport.viz.curves import Series, plot_curves
-
     series, edges = {}, np.linspace(0, 1, ANGLES + 1)
     middles = np.sqrt((edges[1:] ** 2 + edges[:-1] ** 2) / 2)  # of the bins' projected solid angles
     areas = np.diff(edges**2)  # of bins: projected solid angle over π
     for result in (outcome.result for outcome in outcomes):
-        half_space = solution(medium_of(result))
-        shares = (
-            result["diffuse"].intensity_out
-            * constant(result, 2 * math.pi / ANGLES / POWER, "W^-1 sr")
-            / areas
+        half_space, unit = (
+            solution(medium_of(result)),
+            constant(result, 2 * math.pi / ANGLES / POWER, "W^-1 sr"),
         )
+        shares = result["diffuse"].intensity_out * unit / areas
         law, means = lambda mu, h=half_space: math.pi * h.radiance(mu), half_space.leaving(edges) / areas
-        series[_ratio(medium_of(result))] = Series(middles, shares, law, means)
-    plot_curves(
-        series,
-        xlabel="cosine of the angle to the surface's normal",
-        ylabel="radiance × π / irradiance",
-        title="Light that comes back out of a milky medium, by direction",
-        **out,
-    )
+        series[_ratio(medium_of(result))] = middles, shares, law, means
+    return {"series": series}
 
 
 draw = figures(depths=(draw_depths, _whitest), angles=draw_angles)

@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, one_of
+from transport.sims import constant, figures, main, one_of, require
 from transport.statistics.quadrature import legendre_nodes
 from transport.theory import shadows
 from transport.verification.experiment import Outcome
@@ -150,15 +150,10 @@ def scene(
     the cylinder's radius [m].
     """
     one_of("penumbra", occluder=(occluder, OCCLUDERS))
-    if not 0 < gap < distance:
-        raise tp.SceneError(f"penumbra: gap must be between 0 and the distance {distance} m, got {gap}")
-    if occluder == "edge":
-        thickness = 0.0
-    elif not 0 < thickness < min(gap, distance - gap):
-        raise tp.SceneError(
-            f"penumbra: thickness must be between 0 and {min(gap, distance - gap)} m, got {thickness}; the cylinder"
-            " touches neither lamp nor screen"
-        )
+    require("penumbra", gap=(gap, 0 < gap < distance, f"between 0 and the distance {distance} m"))
+    thickness, free = 0.0 if occluder == "edge" else thickness, min(gap, distance - gap)
+    must = f"between 0 and {free} m, so that the cylinder touches neither lamp nor screen"
+    require("penumbra", thickness=(thickness, occluder == "edge" or 0 < thickness < free, must))
     return Shadow(occluder, radius, gap, distance, thickness).scene(radiance)
 
 

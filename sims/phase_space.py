@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, sentence, sharp, where
+from transport.sims import constant, curves_figure, figures, main, of_scene, one_of, sentence, sharp, where
 from transport.theory import free_flight, phase_mixing
 from transport.verification.experiment import Outcome
 
@@ -285,24 +285,17 @@ def draw_portrait(outcomes: list[Outcome], path: Path, note: str) -> None:
     )
 
 
-def draw_velocity(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(xlabel="position x  [m]", ylabel="mean velocity")
+def draw_velocity(outcomes: list[Outcome]) -> dict[str, object]:
     """The mean velocity of the cloud by place."""
-    from transport.viz.curves import Series, plot_curves
-
     length, speed, t = outcomes[0].given["length"], outcomes[0].given["speed"], TIMES["cloud"][1]
+    found, means = outcomes[0].result["slabs 1"].mean_vx, expected("cloud", 1, length, speed)["u"]
     time = t * length / speed
-    plot_curves(
-        Series(
-            _slabs(t) * length,
-            outcomes[0].result["slabs 1"].mean_vx,
-            expected=expected("cloud", 1, length, speed)["u"],
-        ),
-        guides={"x / t, as from a point": lambda x: x / time},
-        xlabel="position x  [m]",
-        ylabel="mean velocity",
-        title=rf"A free cloud sorts its velocities: $u = x\,\sigma_v^2 t/\sigma^2$ at t = {time:.4g} s",
-        **out,
-    )
+    return {
+        "series": (_slabs(t) * length, found, None, means),
+        "guides": {"x / t, as from a point": lambda x: x / time},
+        "title": rf"A free cloud sorts its velocities: $u = x\,\sigma_v^2 t/\sigma^2$ at t = {time:.4g} s",
+    }
 
 
 def _contours(start: str, length: float, speed: float, names: list[str]) -> dict:

@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, where
+from transport.sims import constant, curves_figure, figures, main, of_scene, one_of, where
 from transport.theory import effusion
 from transport.theory.solid_angles import bin_projected_solid_angles, bin_solid_angles
 from transport.verification.experiment import Outcome
@@ -123,15 +123,16 @@ def verdict(outcomes: list[Outcome]) -> str:
     return f"A stream brings n v cosθ: over its fluence rate, {', '.join(shares)}."
 
 
-def draw_gas(outcomes: list[Outcome], **out: object) -> None:
-    from transport.viz.curves import Series, plot_curves
-
+@curves_figure(
+    xlabel="μ = cosθ",
+    ylabel="flux density",
+    title="An isotropic gas crosses a patch: n v cosθ / 4π a steradian",
+)
+def draw_gas(outcomes: list[Outcome]) -> dict[str, object]:
     result = outcomes[0].result
     flux, emission = result[result.scene.detectors[0].name].flux_density, result.scene.sources[0].emission
     level = effusion.radiance(emission.density, emission.speed)
-    title = "An isotropic gas crosses a patch: n v cosθ / 4π a steradian"
-    series = Series(flux.coords["mu"], flux, lambda mu: level * mu)
-    plot_curves(series, xlabel="μ = cosθ", ylabel="flux density", title=title, **out)
+    return {"series": (flux.coords["mu"], flux, lambda mu: level * mu)}
 
 
 draw = figures(gas=(draw_gas, where(motion="isotropic")))

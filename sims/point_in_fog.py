@@ -31,12 +31,23 @@ less h²/12 (Sheppard 1898), which is good to 5e-7.  Longer times, other albedos
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, furthest, main, of_scene, one_of, provenance, sentence, where
+from transport.sims import (
+    constant,
+    curves_figure,
+    figures,
+    furthest,
+    main,
+    of_scene,
+    one_of,
+    provenance,
+    require,
+    sentence,
+    where,
+)
 from transport.theory import point_source, random_flights
 from transport.verification.experiment import Outcome
 
@@ -72,9 +83,8 @@ def scene(
     "clock".
     """
     one_of("point_in_fog", subject=(subject, ("steady", "clock")))
-    if not 0 < albedo < 1:
-        must = "albedo must be above 0 and below 1, so that light is scattered and ends"
-        raise tp.SceneError(f"point_in_fog: {must}, got {albedo!r}")
+    must = "above 0 and below 1, so that light is scattered and ends"
+    require("point_in_fog", albedo=(albedo, 0 < albedo < 1, must))
     return _steady(albedo, mean_free_path) if subject == "steady" else _clock(mean_free_path, g)
 
 
@@ -210,61 +220,60 @@ def _straight_share(index: int, albedo: float) -> float:
     return float(point_source.shell_means(edges)[0] / point_source.shell_means(edges, 1.0, albedo)[0])
 
 
-def draw_fluence(outcomes: list[Outcome], path: Path, note: str) -> None:
+@curves_figure(
+    xlabel="distance from the source  [mean free paths]",
+    ylabel="fluence rate per watt",
+    log_x=True,
+    log_y=True,
+)
+def draw_fluence(outcomes: list[Outcome]) -> dict[str, object]:
     """Of the lowest albedo: by distance, with what comes straight, and diffusion.
 
     Each shell's mean stands where the exact fluence rate has that value.
     """
-    from transport.viz.curves import Series, plot_curves
-
     outcome = min(outcomes, key=lambda o: o.given["albedo"])
     albedo, scale = outcome.given["albedo"], 1 / outcome.given["mean_free_path"] ** 2
     fine = np.geomspace(SHELLS[1] / 10, SHELLS[-1], 1000)
     means, curve = point_source.shell_means(SHELLS, 1.0, albedo), point_source.fluence_rate(fine, 1.0, albedo)
     places = np.interp(-np.log(means), -np.log(curve), fine)
-    plot_curves(
-        Series(places, outcome.result["track"].fluence_rate, (fine, scale * curve), scale * means),
-        path,
-        guides={
+    return {
+        "series": (places, outcome.result["track"].fluence_rate, (fine, scale * curve), scale * means),
+        "guides": {
             "light that comes straight, alone": lambda r: scale * point_source.uncollided(r),
             "diffusion theory": lambda r: scale * point_source.diffusion(r, albedo),
         },
-        xlabel="distance from the source  [mean free paths]",
-        ylabel="fluence rate per watt",
-        title=f"A point of light in fog of albedo {albedo:g}",
-        log_x=True,
-        log_y=True,
-        note=provenance([outcome]),
-    )
+        "title": f"A point of light in fog of albedo {albedo:g}",
+        "note": provenance([outcome]),
+    }
 
 
-def draw_spread(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    xlabel="time  [mean free times]",
+    ylabel=r"mean square displacement $\langle r^2\rangle$",
+    title="Light in fog: straight flight first, diffusion in the end",
+    log_x=True,
+    log_y=True,
+)
+def draw_spread(outcomes: list[Outcome]) -> dict[str, object]:
     """⟨r²⟩ in time: straight flight at first, diffusion in the end."""
-    from transport.viz.curves import Series, plot_curves
-
     fine, series = np.geomspace(TIMES[0] / 2, 2 * TIMES[-1], 200), {}
     for outcome in outcomes:
         area, g = outcome.given["mean_free_path"] ** 2, outcome.given["g"]
         rows = [outcome[_spread(t)] for t in TIMES]
         curve = fine, area * random_flights.mean_square_displacement(fine, g)
         guide = {f"diffusion, 2 t/(1 - g), g = {g:g}": (fine, 2 * area * fine / (1 - g))}
-        both = [r.estimate for r in rows], curve, [r.exact for r in rows]
-        series[f"g = {g:g}"] = Series(TIMES, *both, guides=guide)
-    plot_curves(
-        series,
-        xlabel="time  [mean free times]",
-        ylabel=r"mean square displacement $\langle r^2\rangle$",
-        title="Light in fog: straight flight first, diffusion in the end",
-        log_x=True,
-        log_y=True,
-        **out,
-    )
+        found, expected = [row.estimate for row in rows], [row.exact for row in rows]
+        series[f"g = {g:g}"] = TIMES, found, curve, expected, None, guide
+    return {"series": series}
 
 
-def draw_pulse(outcomes: list[Outcome], path: Path, note: str) -> None:
-    """The burst along x, at several times."""
-    from transport.viz.curves import Series, plot_curves
-
+@curves_figure(
+    xlabel="x  [mean free paths]",
+    ylabel="share of the particles per mean free path",
+    title="A burst in fog along one axis after t mean free times: a front, then a bell",
+)
+def draw_pulse(outcomes: list[Outcome]) -> dict[str, object]:
+    """The burst along x, at several times; a curve ends at its front."""
     result, series, group = outcomes[0].result, {}, BINS // 25
     for t in PULSES:
         number, edges = result[_counter(t)].number, _bins(t)[::group]
@@ -272,21 +281,9 @@ def draw_pulse(outcomes: list[Outcome], path: Path, note: str) -> None:
         shares = [number[i : i + group].sum() / widths for i in range(0, BINS, group)]
         expected = random_flights.plane_pulse_shares(edges, t) / np.diff(edges)
         fine = np.linspace(-t, t, 301)
-        curve = fine, [_up_to_front(x, t) for x in fine]
-        series[f"t = {t:g}"] = Series(edges, shares, curve, expected)
-    plot_curves(
-        series,
-        path,
-        xlabel="x  [mean free paths]",
-        ylabel="share of the particles per mean free path",
-        title="A burst in fog along one axis after t mean free times: a front, then a bell",
-        note=provenance(outcomes[:1]),
-    )
-
-
-def _up_to_front(x: float, time: float) -> float:
-    """Density of the burst along x; nan beyond its front, where the line ends."""
-    return float(random_flights.plane_pulse(x, time)) if abs(x) < time else math.nan
+        curve = fine, [float(random_flights.plane_pulse(x, t)) if abs(x) < t else math.nan for x in fine]
+        series[f"t = {t:g}"] = edges, shares, curve, expected
+    return {"series": series, "note": provenance(outcomes[:1])}
 
 
 draw = figures(

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, rows_figure
+from transport.sims import constant, figures, main, of_scene, one_of, require, rows_figure
 from transport.theory import effusion
 from transport.verification.experiment import Outcome
 
@@ -58,8 +58,7 @@ def scene(
     motions = ("isotropic", "stream")
     one_of("pressure", stuff=(stuff, ("light", "gas")), motion=(motion, motions), wall=(wall, WALLS))
     if motion == "stream":
-        if not 0 <= tilt < math.pi / 2:
-            raise tp.SceneError(f"pressure: tilt must be from 0 to below 90 degrees, got {tilt!r} rad")
+        require("pressure", tilt=(tilt, 0 <= tilt < math.pi / 2, "from 0 to below pi/2 rad"))
         return _in_stream(stuff, WALLS[wall], tilt, energy_density, density)
     if stuff == "light":
         light = tp.Isotropic(energy=energy_density * ROOM.volume)

@@ -41,6 +41,7 @@ from transport.sims import (
     main,
     of_scene,
     one_of,
+    require,
     rows_figure,
     sentence,
     sharp,
@@ -88,10 +89,11 @@ def scene(show: str = "sky", index: float = 1.5, angle: float = 0.5, side: str =
     angle: between a beam and the normal [rad];  side: from which beams come, "air" or "glass".
     """
     one_of("refraction", show=(show, SHOWS), side=(side, SIDES))
-    if not LEAST <= index < math.inf:
-        raise tp.SceneError(f"refraction: index must be {LEAST} or more, got {index}; glass has 1.5")
-    if not 0 <= angle < math.pi / 2:
-        raise tp.SceneError(f"refraction: angle must be 0 to below pi/2 rad, got {angle}; write 60 * tp.deg")
+    require(
+        "refraction",
+        index=(index, LEAST <= index < math.inf, f"{LEAST} or more (glass has 1.5)"),
+        angle=(angle, 0 <= angle < math.pi / 2, "0 to below pi/2 rad, such as 60 * tp.deg"),
+    )
     glass = tp.Dielectric(float(index))
     if show == "fan":
         return _fan(glass, side)
@@ -372,11 +374,8 @@ def draw_shares(outcomes: list[Outcome], path: Path, note: str) -> None:
 
     for outcome in where(show="fan")(outcomes):
         side, ratio = outcome.given["side"], index if outcome.given["side"] == "air" else 1 / index
-        reflected = Series(
-            np.degrees(fan_angles(index, side)),
-            [row.estimate for row in outcome.rows],
-            lambda degrees, ratio=ratio: fresnel.reflectance(mu(degrees), ratio),
-        )
+        angles, shares = np.degrees(fan_angles(index, side)), [row.estimate for row in outcome.rows]
+        reflected = Series(angles, shares, lambda degrees, r=ratio: fresnel.reflectance(mu(degrees), r))
         panels.setdefault("Reflected by one boundary", {})[f"from {side}"] = reflected
     if plates := where(show="plate")(outcomes):
         angles, passed = (
@@ -387,10 +386,8 @@ def draw_shares(outcomes: list[Outcome], path: Path, note: str) -> None:
         panels["Let through by a plate"] = {"(1 − R)/(1 + R)": series}
     guides = {
         "Reflected by one boundary": {
-            f"from air, R{name}": lambda degrees, which=which: getattr(
-                fresnel.reflectances(mu(degrees), index), which
-            )
-            for name, which in (("ₛ", "s"), ("ₚ", "p"))
+            "from air, Rₛ": lambda degrees: fresnel.reflectances(mu(degrees), index).s,
+            "from air, Rₚ": lambda degrees: fresnel.reflectances(mu(degrees), index).p,
         },
         "Let through by a plate": {
             "if it stayed polarised": lambda degrees: fresnel.plate_transmittance(mu(degrees), index, True)

@@ -24,12 +24,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, furthest, main, of_scene, one_of, sentence
+from transport.sims import (
+    constant,
+    curves_figure,
+    figures,
+    furthest,
+    grouped,
+    main,
+    of_scene,
+    one_of,
+    require,
+    sentence,
+    several,
+)
 from transport.theory import ordinates
 from transport.verification.experiment import Outcome
 
@@ -49,6 +60,7 @@ LEAST = 1e-4  # share that passes straight; less is no row
 BACK, ON, STAYS = "reflected R", "transmitted T, with the unscattered", "absorbed"
 STRAIGHT, SCATTERED = "transmitted unscattered", "transmitted scattered"
 PATH = "mean path / thickness"
+KIND = ("albedo", "g", "mu0", "incidence", "phase")  # of a slab, whatever its depth
 SHOWN = 4  # slabs in the figure of radiance
 DEEPEST, OCTAVES, STEPS = 16.0, 8, 2  # of the curves: depth, how often it is halved, exact points an octave
 
@@ -84,16 +96,15 @@ def scene(
     incidence: of a "beam" or "lambertian";  phase: "henyey-greenstein", or "rayleigh", which has no g.
     """
     one_of("slab", incidence=(incidence, INCIDENCES), phase=(phase, PHASES))
-    if not 0 < mu0 <= 1:
-        raise tp.SceneError(f"slab: mu0 must be above 0 and at most 1, the cosine of incidence, got {mu0}")
-    if not (0 < tau < math.inf and 0 <= albedo <= 1):
-        raise tp.SceneError(f"slab: tau must be above 0 and albedo from 0 to 1, got {tau} and {albedo}")
-    if phase != "rayleigh" and abs(g) > STEEPEST:
-        raise tp.SceneError(
-            f"slab: g must be from -{STEEPEST} to {STEEPEST}, for which R and T are known, got {g}"
-        )
-    if not thickness > 0:
-        raise tp.SceneError(f"slab: thickness must be above 0, got {thickness} m")
+    is_known = phase == "rayleigh" or abs(g) <= STEEPEST
+    require(
+        "slab",
+        mu0=(mu0, 0 < mu0 <= 1, "above 0 and at most 1, the cosine of incidence"),
+        tau=(tau, 0 < tau < math.inf, "above 0 and finite"),
+        albedo=(albedo, 0 <= albedo <= 1, "from 0 to 1"),
+        g=(g, is_known, f"from -{STEEPEST} to {STEEPEST}, for which R and T are known"),
+        thickness=(thickness, thickness > 0, "above 0"),
+    )
     extinction = tau / thickness
     henyey = tp.HenyeyGreenstein(g) if g else tp.Isotropic()
     kind = tp.Rayleigh() if phase == "rayleigh" else henyey
@@ -203,46 +214,28 @@ def verdict(outcomes: list[Outcome]) -> str:
     return sentence(said, furthest(outcomes))
 
 
-def _kind(outcome: Outcome) -> tuple:
-    return tuple(outcome.given[name] for name in ("albedo", "g", "mu0", "incidence", "phase"))
-
-
-def _kinds(outcomes: list[Outcome]) -> dict[tuple, list[Outcome]]:
+def _kinds(outcomes: list[Outcome]) -> dict[object, list[Outcome]]:
     """The slabs that differ in depth alone."""
-    kinds: dict[tuple, list[Outcome]] = {}
-    for outcome in outcomes:
-        kinds.setdefault(_kind(outcome), []).append(outcome)
-    return kinds
+    return grouped(outcomes, *KIND)
 
 
 def _alike(outcomes: list[Outcome]) -> list[Outcome]:
-    """The most slabs of one kind, if they are several."""
-    found = max(_kinds(outcomes).values(), key=len)
-    return found if len(found) > 1 else []
+    """The most slabs of one kind."""
+    return max(_kinds(outcomes).values(), key=len)
 
 
-def draw_shares(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(xlabel="optical depth τ", ylabel="share of the light", log_x=True)
+def draw_shares(outcomes: list[Outcome]) -> dict[str, object]:
     """What returns, passes and stays against the depth."""
-    from transport.viz.curves import Series, plot_curves
-
-    depths, lights = curve_points(*_optics(*_kind(outcomes[0])))
-    series = {}
-    for name, words in {
-        BACK: "reflected",
-        ON: "transmitted",
-        STRAIGHT: "unscattered",
-        STAYS: "absorbed",
-    }.items():
+    depths, lights = curve_points(*_optics(*(outcomes[0].given[name] for name in KIND)))
+    series, words = {}, {BACK: "reflected", ON: "transmitted", STRAIGHT: "unscattered", STAYS: "absorbed"}
+    for name, label in words.items():
         if shown := [o for o in outcomes if name in o]:
-            rows, known = [o[name] for o in shown], {STRAIGHT: "unscattered_on"}.get(name, words)
-            both = (
-                [row.estimate for row in rows],
-                smooth(depths, [getattr(light, known) for light in lights]),
-                [row.exact for row in rows],
-            )
-            series[words] = Series([o.given["tau"] for o in shown], *both)
-    title = f"A slab of fog: {_described(outcomes[0])}"
-    plot_curves(series, xlabel="optical depth τ", ylabel="share of the light", title=title, log_x=True, **out)
+            known = "unscattered_on" if name == STRAIGHT else label
+            curve = smooth(depths, [getattr(light, known) for light in lights])
+            found, expected = [o[name].estimate for o in shown], [o[name].exact for o in shown]
+            series[label] = [o.given["tau"] for o in shown], found, curve, expected
+    return {"series": series, "title": f"A slab of fog: {_described(outcomes[0])}"}
 
 
 def smooth(depths: np.ndarray, shares: list[float]) -> tuple[np.ndarray, np.ndarray]:
@@ -263,34 +256,27 @@ def curve_points(*optics: object) -> tuple[np.ndarray, list[ordinates.Light]]:
     return np.array(sorted(found)), [found[depth] for depth in sorted(found)]
 
 
-def draw_radiance(outcomes: list[Outcome], path: Path, note: str) -> None:
+@curves_figure(
+    xlabel="cosine μ:  passes, scattered < 0 < comes back",
+    ylabel="π L / irradiance",
+    title="Radiance of a slab of fog, by angle",
+    legend="right",
+    log_y=True,
+)
+def draw_radiance(outcomes: list[Outcome]) -> dict[str, object]:
     """Radiance by angle of up to four slabs: of what passes, scattered, at negative cosines."""
-    from transport.viz.curves import Series, plot_curves
-
     series, mu = {}, (EDGES[1:] + EDGES[:-1]) / 2
     projected, fine = np.diff(EDGES**2), np.linspace(1e-3, 1, 400)  # of each bin, over that of a hemisphere
     for outcome in [found[0] for found in _kinds(outcomes).values()][:SHOWN]:
         light = light_of(**outcome.parameters)
         sides = shares_on(outcome.result), shares_back(outcome.result)
-        both = [
-            _mirrored(*(getattr(side, name) / projected for side in sides)) for name in ("value", "error")
-        ]
+        found = [_mirrored(*(getattr(s, name) / projected for s in sides)) for name in ("value", "error")]
         means = [each(EDGES) / projected for each in (light.transmitted_in, light.reflected_in)]
         laws = [math.pi * each(fine) for each in (light.transmitted_radiance, light.reflected_radiance)]
-        x, curve = _mirrored(-mu, mu), (_mirrored(-fine, fine, [math.nan]), _mirrored(*laws, [math.nan]))
-        series[f"τ = {outcome.given['tau']:g}, {_described(outcome)}"] = Series(
-            x, tuple(both), curve, _mirrored(*means)
-        )
-    plot_curves(
-        series,
-        path,
-        xlabel="cosine μ:  passes, scattered < 0 < comes back",
-        ylabel="π L / irradiance",
-        title="Radiance of a slab of fog, by angle",
-        legend="right",
-        log_y=True,
-        note=note,
-    )
+        curve = _mirrored(-fine, fine, [math.nan]), _mirrored(*laws, [math.nan])
+        label = f"τ = {outcome.given['tau']:g}, {_described(outcome)}"
+        series[label] = _mirrored(-mu, mu), tuple(found), curve, _mirrored(*means)
+    return {"series": series}
 
 
 def _mirrored(on: np.ndarray, back: np.ndarray, between: Sequence[float] = ()) -> np.ndarray:
@@ -305,7 +291,7 @@ def _described(outcome: Outcome) -> str:
     return f"a = {of['albedo']:g}, {scatters}, {falls}"
 
 
-draw = figures(shares=(draw_shares, _alike), radiance=draw_radiance)
+draw = figures(shares=(draw_shares, several(_alike)), radiance=draw_radiance)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,18 @@ from typing import NamedTuple
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, provenance, rows_figure, sharp, where
+from transport.sims import (
+    constant,
+    figures,
+    main,
+    of_scene,
+    one_of,
+    provenance,
+    require,
+    rows_figure,
+    sharp,
+    where,
+)
 from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import Rays, reach_at
 from transport.verification.experiment import Outcome, Row
@@ -44,10 +55,7 @@ SHOWS = ("flat mirror", "spherical mirror", "paraboloid", "glass ball", "lens", 
 FOCAL = 0.1  # m, of the lens and of both curved mirrors
 NEAR, FAR = 1.5 * FOCAL, 3 * FOCAL  # of aperture 1 and of its image
 RIM = 0.5 * FOCAL  # m, radius of the lens
-CAP, BOWL = (
-    math.radians(30),
-    math.radians(75),
-)  # of the mirrors' rims, seen from the center and from the focus
+CAP, BOWL = 30 * tp.deg, 75 * tp.deg  # of the mirrors' rims, seen from the center and from the focus
 BALL, WINDOW = 0.06, 0.025  # m, radii of the ball and of the stop before it
 ROOM = 1.02  # of aperture 2 over what the traced rays need
 HOLE, SENSOR = 0.01, 0.02  # m, radii
@@ -103,15 +111,8 @@ def scene(
 
 def beam_of(show: str, size: float, index: float) -> Beam:
     """The beam of that name with an aperture 1 of that radius [m]."""
-    if not 0 < size < 0.5 * FOCAL:
-        raise tp.SceneError(f"throughput: size must be in (0, {0.5 * FOCAL:g}) m, got {size}")
-    made = {
-        "flat mirror": _flat,
-        "spherical mirror": _cap,
-        "paraboloid": _bowl,
-        "glass ball": partial(_ball, index=index),
-        "lens": _lens,
-    }
+    require("throughput", size=(size, 0 < size < 0.5 * FOCAL, f"in (0, {0.5 * FOCAL:g}) m"))
+    made = dict(zip(SHOWS, (_flat, _cap, _bowl, partial(_ball, index=index), _lens), strict=False))
     return made[show](size)
 
 
@@ -236,13 +237,9 @@ def _portraits(beam: Beam) -> list[tp.Detector]:
     slits = []
     for name, height, reach, steep in zip(PLANES, heights, reaches, steepest, strict=True):
         slit = tp.Rectangle(center=(0, 0, height), normal=(0, 0, -1), width=2 * reach, height=SLIT)
-        directions = tp.Directions(
-            theta=np.arcsin(np.linspace(0, steep, BINS // 2 + 1)),
-            phi=(-SECTOR, SECTOR, math.pi - SECTOR, math.pi + SECTOR),
-        )
-        slits.append(
-            tp.Detector(slit, name, directions=directions, positions=tp.Positions(u=BINS), via="one")
-        )
+        theta, phi = np.arcsin(np.linspace(0, steep, BINS // 2 + 1)), (-SECTOR, SECTOR)
+        bins = tp.Directions(theta=theta, phi=(*phi, *(math.pi + angle for angle in phi)))
+        slits.append(tp.Detector(slit, name, directions=bins, positions=tp.Positions(u=BINS), via="one"))
     return slits
 
 
@@ -251,11 +248,8 @@ def verdict(outcomes: list[Outcome]) -> str:
     sentences = []
     if beams := where(show=SHOWS[:-1])(outcomes):
         scores = [abs((o[T_1].estimate / o[T_2].estimate).z(1.0)) for o in beams]
-        names, words = (
-            ", ".join(o.given["show"] for o in beams),
-            f"at most {max(scores):.1f} standard errors apart",
-        )
-        sentences.append(f"By way of {names} rays count alike from both ends, {words}.")
+        names, off = ", ".join(o.given["show"] for o in beams), f"{max(scores):.1f} standard errors apart"
+        sentences.append(f"By way of {names} rays count alike from both ends, at most {off}.")
     if read := [row.estimate.value / row.exact for o in where(show="sensor")(outcomes) for row in o.rows]:
         sentences.append(
             f"R/T is {min(read):.4f} to {max(read):.4f} L for every distance of wall and sensor."
@@ -279,15 +273,8 @@ def draw_portraits(outcomes: list[Outcome], path: Path, note: str) -> None:
                 closed = np.concatenate([outline, outline[:1]])
                 axes.plot(cm * closed[:, 0], closed[:, 1], line, color=colour, lw=2.4)
                 place = {"transform": axes.transAxes, "ha": "center", "path_effects": outlined()}
-                low = line == "-"
-                axes.text(
-                    0.5,
-                    0.03 if low else 0.97,
-                    f"{words}{1e3 * area:.3f} mm",
-                    color=colour,
-                    va="bottom" if low else "top",
-                    **place,
-                )
+                height, place["va"] = (0.03, "bottom") if line == "-" else (0.97, "top")
+                axes.text(0.5, height, f"{words}{1e3 * area:.3f} mm", color=colour, **place)
             axes.set(
                 title=plane, xlabel="place x  [cm]", xlim=cm * x[[0, -1]], ylim=p[[0, -1]], facecolor="black"
             )

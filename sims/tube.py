@@ -23,7 +23,18 @@ from __future__ import annotations
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, furthest, holding, main, of_scene, sentence, where
+from transport.sims import (
+    constant,
+    curves_figure,
+    figures,
+    furthest,
+    holding,
+    main,
+    of_scene,
+    require,
+    sentence,
+    where,
+)
 from transport.theory import clausing
 from transport.theory.round_view_factors import base_to_base
 from transport.verification.experiment import Outcome
@@ -51,10 +62,8 @@ def scene(length: float = 2.0, radius: float = 1.0, albedo: float = 1.0, detail:
 
     detail: also by place along the wall, at several times the cost.
     """
-    if not 0 < length <= clausing.MAX_LENGTH:
-        raise tp.SceneError(
-            f"tube: length must be above 0 and at most {clausing.MAX_LENGTH:g} radii, got {length!r}"
-        )
+    is_known = 0 < length <= clausing.MAX_LENGTH
+    require("tube", length=(length, is_known, f"above 0 and at most {clausing.MAX_LENGTH:g} radii"))
     height = length * radius
     entrance = tp.Disk(radius=radius)
     exit_ = tp.Disk(center=(0, 0, height), normal=(0, 0, -1), radius=radius)
@@ -127,39 +136,37 @@ def _by_length(outcomes: list[Outcome]) -> list[Outcome]:
     return white if len(white) > 1 or not holding("profile")(outcomes) else []
 
 
-def draw_walls(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    xlabel="depth / length of the tube",
+    ylabel="falls on the wall / enters, per area",
+    title="A diffuse-walled tube: what its wall receives",
+)
+def draw_walls(outcomes: list[Outcome]) -> dict[str, object]:
     """H by depth over length, a curve a tube."""
-    from transport.viz.curves import Series, plot_curves
-
     series, shares, fine = {}, np.linspace(0, 1, BINS + 1), np.linspace(0, 1, 301)
     for outcome in outcomes:
         tube = clausing.solved_tube(float(outcome.given["length"]), float(outcome.given["albedo"]))
         curve = fine, [tube.incident_at(share * tube.length) for share in fine]
-        series[f"l = {tube.length:g} R{_shade(outcome)}"] = Series(
-            shares, incident(outcome.result), curve, tube.mean_incident(edges(tube.length))
-        )
-    ylabel, title = "falls on the wall / enters, per area", "A diffuse-walled tube: what its wall receives"
-    plot_curves(series, xlabel="depth / length of the tube", ylabel=ylabel, title=title, **out)
+        means = tube.mean_incident(edges(tube.length))
+        series[f"l = {tube.length:g} R{_shade(outcome)}"] = shares, incident(outcome.result), curve, means
+    return {"series": series}
 
 
-def draw_lengths(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    guides={"8R/3l": clausing.long_tube, "1/(1 + 3l/8R)": clausing.dushman},
+    xlabel="length / radius",
+    ylabel="transmission W",
+    title="What gets through a diffuse-walled tube",
+    log_x=True,
+    log_y=True,
+)
+def draw_lengths(outcomes: list[Outcome]) -> dict[str, object]:
     """W by length, beside the long tube's law and the two resistances added."""
-    from transport.viz.curves import Series, plot_curves
-
     lengths, albedo = np.array([float(o.given["length"]) for o in outcomes]), outcomes[0].given["albedo"]
     nodes = np.geomspace(0.8 * lengths.min(), min(1.25 * lengths.max(), clausing.MAX_LENGTH), 100)
     curve = nodes, [clausing.transmission(length, albedo) for length in nodes]
-    through = [o[THROUGH].estimate for o in outcomes]
-    plot_curves(
-        Series(lengths, through, curve, expected=[o[THROUGH].exact for o in outcomes]),
-        guides={"8R/3l": clausing.long_tube, "1/(1 + 3l/8R)": clausing.dushman},
-        xlabel="length / radius",
-        ylabel="transmission W",
-        title="What gets through a diffuse-walled tube",
-        log_x=True,
-        log_y=True,
-        **out,
-    )
+    through = [o[THROUGH] for o in outcomes]
+    return {"series": (lengths, [row.estimate for row in through], curve, [row.exact for row in through])}
 
 
 draw = figures(walls=(draw_walls, holding("profile")), lengths=(draw_lengths, _by_length))

@@ -23,12 +23,24 @@ Aimed sources send out only the rays that are wanted here; that is what the warn
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, rows_figure, sharp, where
+from transport.sims import (
+    constant,
+    curves_figure,
+    figures,
+    main,
+    of_scene,
+    one_of,
+    others,
+    provenance,
+    rows_figure,
+    several,
+    sharp,
+    where,
+)
 from transport.theory import enclosures, etendue
 from transport.verification.experiment import Outcome, Row
 
@@ -217,16 +229,7 @@ def throughput_of(one: tp.Rectangle, two: tp.Rectangle) -> float:
 
 
 @of_scene(scene)
-def exact(
-    show: str,
-    size_1: float,
-    size_2: float,
-    tilt_1: float,
-    tilt_2: float,
-    distance: float,
-    radiance: float,
-    body: str,
-) -> dict[str, float]:
+def exact(show, size_1, size_2, tilt_1, tilt_2, distance, radiance, body) -> dict[str, float]:
     if show == "chord":
         shape = _body(body, size_1)
         return {CHORD: float(enclosures.mean_chord(shape.volume, shape.area))}
@@ -269,31 +272,22 @@ def _alike(outcomes: list[Outcome]) -> list[Outcome]:
     return [o for o in where(show="throughput")(outcomes) if o.given["size_1"] == o.given["size_2"]]
 
 
-def draw_bias(outcomes: list[Outcome], path: Path, note: str) -> None:
+@curves_figure(
+    guides={"2 (a/r)²": lambda ratio: 2 * ratio**2, "falls with a/r only": lambda ratio: ratio},
+    xlabel="radius of both disks over their distance, a/r",
+    ylabel="1 − L by the middles / L",
+    title="Finite elements: what their middles get wrong falls as (a/r)²",
+    log_x=True,
+    log_y=True,
+)
+def draw_bias(outcomes: list[Outcome]) -> dict[str, object]:
     """The bias of elements against their size."""
-    from transport.viz.curves import Series, plot_curves
-
     ratios = [o.given["size_1"] / o.given["distance"] for o in outcomes]
     biases = [-1 * o[BIAS].estimate for o in outcomes]
-    plot_curves(
-        Series(ratios, biases, lambda ratio: -etendue.disks_bias(ratio, ratio)),
-        path,
-        guides={"2 (a/r)²": lambda ratio: 2 * ratio**2, "falls with a/r only": lambda ratio: ratio},
-        xlabel="radius of both disks over their distance, a/r",
-        ylabel="1 − L by the middles / L",
-        title="Finite elements: what their middles get wrong falls as (a/r)²",
-        log_x=True,
-        log_y=True,
-        note=f"{note}, the same random numbers in each",
-    )
-
-
-def _several(outcomes: list[Outcome]) -> list[Outcome]:
-    return found if len(found := _alike(outcomes)) > 1 else []
-
-
-def _others(outcomes: list[Outcome]) -> list[Outcome]:
-    return [o for o in outcomes if o not in _several(outcomes)]
+    return {
+        "series": (ratios, biases, lambda ratio: -etendue.disks_bias(ratio, ratio)),
+        "note": f"{provenance(outcomes)}, the same random numbers in each",
+    }
 
 
 def _label(row: Row, outcome: Outcome) -> str:
@@ -309,7 +303,7 @@ def _label(row: Row, outcome: Outcome) -> str:
 
 
 _laws = rows_figure("Rays that join two elements", _label, lambda row: row.name not in (SAME, WHOLE))
-draw = figures(bias=(draw_bias, _several), laws=(_laws, _others))
+draw = figures(bias=(draw_bias, several(_alike)), laws=(_laws, others(several(_alike))))
 
 
 if __name__ == "__main__":

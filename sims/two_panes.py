@@ -45,19 +45,9 @@ def scene(incidence: str = "grazing", index: float = GLASS) -> tp.Scene:
         tp.Surface(tp.Plane(center=(0, 0, -z), normal=(0, 0, z)), tp.Dielectric(index), name)
         for name, z in (("lower", GAP / 2), ("upper", -GAP / 2))
     ]
-    meters = [
-        tp.Detector(
-            tp.Rectangle(
-                center=(k * GAP * math.tan(angle), 0, 0),
-                normal=(-1, 0, 0),
-                width=GAP,
-                height=GAP,
-                up=(0, 0, 1),
-            ),
-            _meter(k),
-        )
-        for k in AFTER[incidence]
-    ]
+    across = {"normal": (-1, 0, 0), "up": (0, 0, 1), "width": GAP, "height": GAP}
+    places = {k: (k * GAP * math.tan(angle), 0, 0) for k in AFTER[incidence]}
+    meters = [tp.Detector(tp.Rectangle(center=at, **across), _meter(k)) for k, at in places.items()]
     beam = tp.Beam((math.sin(angle), 0, math.cos(angle)), power=POWER)
     return tp.Scene(tp.Source(tp.Point(), beam), panes, meters)
 

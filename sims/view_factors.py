@@ -31,14 +31,26 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 import transport as tp
 from transport.analysis.view_factors import view_factor_from_run, view_factor_scene
-from transport.sims import figures, furthest, grouped, main, of_scene, one_of, rows_figure, sentence, where
+from transport.sims import (
+    curves_figure,
+    figures,
+    furthest,
+    grouped,
+    main,
+    of_scene,
+    one_of,
+    others,
+    provenance,
+    rows_figure,
+    sentence,
+    where,
+)
 from transport.theory import occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
@@ -128,14 +140,6 @@ def _corner(ratio: float, size: float, _: float) -> Parts:
     return {"a": floor, "b": wall}
 
 
-def _ball_and_disk(ratio: float, size: float, _: float) -> Parts:
-    return {"a": tp.Sphere(center=(0, 0, 1), radius=size / 2), "b": tp.Disk(radius=ratio)}
-
-
-def _balls(ratio: float, size: float, _: float) -> Parts:
-    return {"a": tp.Sphere(radius=1.0), "b": tp.Sphere(center=(0, 0, 1 + size + ratio), radius=size)}
-
-
 def _end(radius: float = 1.0) -> tp.Disk:
     return tp.Disk(radius=radius)
 
@@ -147,10 +151,6 @@ def _tube(height: float, radius: float = 1.0) -> tp.Cylinder:
 
 def _tubes(ratio: float, size: float, _: float) -> tuple[tp.Cylinder, tp.Cylinder]:
     return _tube(ratio, 1 + size), _tube(ratio)
-
-
-def _cone(ratio: float, *_: float) -> Parts:
-    return _itself(tp.Cone(radius=ratio, top_radius=0.0, height=1.0))
 
 
 def _itself(shape: tp.Cylinder | tp.Sphere, *blockers: tp.Cylinder | tp.Sphere) -> Parts:
@@ -186,10 +186,6 @@ def _mirrors(x: tuple[float, float], z: tuple[float, float]) -> list[tp.Rectangl
     ]
 
 
-def _past_disk(ratio: float, size: float, obstacle: float) -> Parts:
-    return _disks(ratio, size, 0.0) | {"blockers": tp.Disk(center=(0, 0, ratio / 2), radius=obstacle)}
-
-
 def _through_disk(ratio: float, size: float, obstacle: float) -> Parts:
     reach = 2 * max(1.0, size, obstacle)
     screen = tp.Disk(center=(0, 0, ratio / 2), radius=reach, inner_radius=obstacle)
@@ -221,9 +217,15 @@ PAIRS = {
     ),
     "corner": Pair("width 2 / edge", _corner, lambda x, s, o: of_flat.perpendicular_rectangles(s, x)),
     "ball and disk": Pair(
-        "disk's radius / distance", _ball_and_disk, lambda x, s, o: of_round.sphere_to_disk(x, 1.0)
+        "disk's radius / distance",
+        lambda x, s, o: {"a": tp.Sphere(center=(0, 0, 1), radius=s / 2), "b": _end(x)},
+        lambda x, s, o: of_round.sphere_to_disk(x, 1.0),
     ),
-    "balls": Pair("gap / radius", _balls, lambda x, s, o: of_round.spheres(1.0, s, 1 + s + x)),
+    "balls": Pair(
+        "gap / radius",
+        lambda x, s, o: {"a": tp.Sphere(radius=1.0), "b": tp.Sphere(center=(0, 0, 1 + s + x), radius=s)},
+        lambda x, s, o: of_round.spheres(1.0, s, 1 + s + x),
+    ),
     "tube, end to wall": Pair(
         "height / radius",
         lambda x, s, o: {"a": _end(), "b": _tube(x), "side_b": "back"},
@@ -237,7 +239,11 @@ PAIRS = {
     "tube, wall to wall": Pair(
         "height / radius", lambda x, s, o: _itself(_tube(x)), lambda x, s, o: of_round.side_to_side(1.0, x)
     ),
-    "cone to itself": Pair("radius / height", _cone, lambda x, s, o: of_round.cone_to_itself(x, 1.0)),
+    "cone to itself": Pair(
+        "radius / height",
+        lambda x, s, o: _itself(tp.Cone(radius=x, top_radius=0.0, height=1.0)),
+        lambda x, s, o: of_round.cone_to_itself(x, 1.0),
+    ),
     "hemisphere to itself": Pair(
         "none",
         lambda x, s, o: _itself(tp.Sphere(radius=1.0, mu_min=0.0)),
@@ -249,7 +255,9 @@ PAIRS = {
         "gap / radius", _cylinders, lambda x, s, o: of_flat.infinite_cylinders(1.0, x)
     ),
     "disks past a disk": Pair(
-        "distance / radius", _past_disk, lambda x, s, o: occlusion.disks_past_disk(1.0, s, x, o, x / 2)
+        "distance / radius",
+        lambda x, s, o: _disks(x, s, o) | {"blockers": tp.Disk(center=(0, 0, x / 2), radius=o)},
+        lambda x, s, o: occlusion.disks_past_disk(1.0, s, x, o, x / 2),
     ),
     "disks through a hole": Pair(
         "distance / radius", _through_disk, lambda x, s, o: occlusion.disks_through_hole(1.0, s, x, o, x / 2)
@@ -289,28 +297,23 @@ def verdict(outcomes: list[Outcome]) -> str:
     return sentence(found, furthest(outcomes))
 
 
-def draw_curves(outcomes: list[Outcome], path: Path, note: str) -> None:
+@curves_figure(
+    xlabel="ratio of lengths, as named beside each pair",
+    ylabel="view factor F₁₂",
+    title="View factors over six decades: points counted, lines exact",
+    log_x=True,
+    log_y=True,
+)
+def draw_curves(outcomes: list[Outcome]) -> dict[str, object]:
     """View factors along the ratios."""
-    from transport.viz.curves import Series, plot_curves
-
     series, errors = {}, [o[FACTOR].estimate.relative_error for o in outcomes]
     for pair, found in grouped(outcomes, "pair").items():
-        ratios = [o.given["ratio"] for o in found]
+        ratios, factors = [o.given["ratio"] for o in found], [o[FACTOR].estimate for o in found]
         fine = np.geomspace(min(ratios), max(ratios), 301)
         curve = fine, [PAIRS[pair].exact(x, 1.0, 0.5) for x in fine]
-        series[f"{pair}: {PAIRS[pair].ratio}"] = Series(
-            ratios, [o[FACTOR].estimate for o in found], curve, [o[FACTOR].exact for o in found]
-        )
-    plot_curves(
-        series,
-        path,
-        xlabel="ratio of lengths, as named beside each pair",
-        ylabel="view factor F₁₂",
-        title="View factors over six decades: points counted, lines exact",
-        note=f"{note}; relative standard errors {np.nanmin(errors):.0e} to {np.nanmax(errors):.0e}",
-        log_x=True,
-        log_y=True,
-    )
+        series[f"{pair}: {PAIRS[pair].ratio}"] = ratios, factors, curve, [o[FACTOR].exact for o in found]
+    spread = f"{np.nanmin(errors):.0e} to {np.nanmax(errors):.0e}"
+    return {"series": series, "note": f"{provenance(outcomes)}; relative standard errors {spread}"}
 
 
 def _on_curves(outcomes: list[Outcome]) -> list[Outcome]:
@@ -319,13 +322,8 @@ def _on_curves(outcomes: list[Outcome]) -> list[Outcome]:
     return [o for found in grouped(plain, "pair").values() if len(found) > 1 for o in found]
 
 
-def _others(outcomes: list[Outcome]) -> list[Outcome]:
-    drawn = _on_curves(outcomes)
-    return [o for o in outcomes if o not in drawn]
-
-
 _rows = rows_figure("View factors, obstacles among them", lambda row, o: o.title.replace("pair=", ""))
-draw = figures(curves=(draw_curves, _on_curves), others=(_rows, _others))
+draw = figures(curves=(draw_curves, _on_curves), others=(_rows, others(_on_curves)))
 
 
 if __name__ == "__main__":

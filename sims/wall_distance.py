@@ -39,7 +39,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, one_of, where
+from transport.sims import constant, curves_figure, figures, main, one_of, where
 from transport.theory import emitters, view_factors
 from transport.theory.etendue import DEPTH, Eye
 from transport.verification.experiment import Outcome
@@ -218,10 +218,15 @@ def _sides(outcome: Outcome) -> float:
     return _away(outcome) / outcome.given["size"]
 
 
-def draw_brightness(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    title="A wall is as bright from further away",
+    xlabel="distance of the wall  [m]",
+    ylabel="reading",
+    log_x=True,
+    log_y=True,
+)
+def draw_brightness(outcomes: list[Outcome]) -> dict[str, object]:
     """R / L T of the middle cell, which stays, and the irradiance at the pupil, which does not."""
-    from transport.viz.curves import plot_curves
-
     name, series, marks, kinds = BRIGHTNESS.format("middle cell"), {}, {}, _kinds(outcomes)
     d = _beyond([_away(o) for o in outcomes])
     for words, found in kinds.items():
@@ -229,20 +234,17 @@ def draw_brightness(outcomes: list[Outcome], **out: object) -> None:
         marks[f"{words}: too small"] = eye.furthest
         middle = [replace(eye, distance=x).brightness(0.0, eye.cell) for x in d]
         if known := [o for o in found if name in o]:
-            series[f"brightness R/(L T), {words}"] = _series(known, name, 1.0, (d, np.array(middle, float)))
+            series[f"brightness R/(L T), {words}"] = _fields(known, name, 1.0, (d, np.array(middle, float)))
     arriving = emitters.mean_disk_irradiance(1 / math.pi, eye.wall, eye.pupil, d)
     unit = math.pi * found[0].given["radiance"]
-    series["irradiance at the pupil / π L"] = _series(found, AT_PUPIL, unit, (d, arriving))
-    axes = {"xlabel": "distance of the wall  [m]", "ylabel": "reading", "log_x": True, "log_y": True}
-    plot_curves(series, marks=marks, title="A wall is as bright from further away", **axes, **out)
+    series["irradiance at the pupil / π L"] = _fields(found, AT_PUPIL, unit, (d, arriving))
+    return {"series": series, "marks": marks}
 
 
-def _series(outcomes: list[Outcome], name: str, unit: float, curve: tuple[np.ndarray, np.ndarray]) -> object:
+def _fields(outcomes: list[Outcome], name: str, unit: float, curve: tuple[np.ndarray, np.ndarray]) -> tuple:
     """A row of several outcomes by the distance, over a unit of its own."""
-    from transport.viz.curves import Series
-
     estimates = [o[name].estimate / constant(o.result, unit, str(o[name].estimate.unit)) for o in outcomes]
-    return Series([_away(o) for o in outcomes], estimates, curve, [o[name].exact / unit for o in outcomes])
+    return [_away(o) for o in outcomes], estimates, curve, [o[name].exact / unit for o in outcomes]
 
 
 def draw_retina(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -284,44 +286,50 @@ def _picture(result: tp.Result) -> np.ndarray:
     return result["picture"].irradiance.value / seen
 
 
-def draw_panel(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    title="Twice as far from a square panel: a quarter of E and of Ω, the same L",
+    xlabel="distance d  [sides of the panel]",
+    ylabel="at 2d over at d",
+    levels={"1/4": 0.25},
+    marks={"five sides": 5.0},
+    log_x=True,
+)
+def draw_panel(outcomes: list[Outcome]) -> dict[str, object]:
     """Ratios at twice the distance, from near to far."""
     d = _beyond([_sides(o) for o in outcomes])
     words = "irradiance, E(2d)/E(d)", "solid angle, Ω(2d)/Ω(d)", "radiance, L(2d)/L(d)"
     curves = emitters.doubled_irradiance(1.0, d), emitters.doubled_solid_angle(1.0, d), np.ones_like(d)
-    title = "Twice as far from a square panel: a quarter of E and of Ω, the same L"
-    laws = {label: (name, (d, curve)) for label, name, curve in zip(words, RATIOS, curves, strict=True)}
-    _panel_chart(
-        outcomes, laws, lambda x: x, title=title, ylabel="at 2d over at d", levels={"1/4": 0.25}, **out
-    )
+    rows = zip(words, RATIOS, curves, strict=True)
+    return {
+        "series": {label: _ratios(outcomes, name, (d, curve), lambda x: x) for label, name, curve in rows}
+    }
 
 
-def draw_excess(outcomes: list[Outcome], **out: object) -> None:
+@curves_figure(
+    title="How far away must one be for a quarter?",
+    xlabel="distance d  [sides of the panel]",
+    ylabel="more than a quarter, by a share of",
+    marks={"five sides": 5.0},
+    log_x=True,
+    log_y=True,
+)
+def draw_excess(outcomes: list[Outcome]) -> dict[str, object]:
     """How much more than a quarter, beside what it tends to far away."""
     d = _beyond([_sides(o) for o in outcomes])
-    curves = 4 * emitters.doubled_irradiance(1.0, d) - 1, 4 * emitters.doubled_solid_angle(1.0, d) - 1
     words = "irradiance, 4 E(2d)/E(d) − 1", "solid angle, 4 Ω(2d)/Ω(d) − 1"
-    laws = {label: (name, (d, curve)) for label, name, curve in zip(words, RATIOS[:2], curves, strict=True)}
+    curves = 4 * emitters.doubled_irradiance(1.0, d) - 1, 4 * emitters.doubled_solid_angle(1.0, d) - 1
+    rows, share = zip(words, RATIOS[:2], curves, strict=True), lambda x: 4.0 * x - 1.0
     guides = {"far away: (a/2d)²": (d, emitters.far_irradiance_excess(1.0, d))}
     guides["far away: 3/4 (a/2d)²"] = d, emitters.far_solid_angle_excess(1.0, d)
-    out |= {
-        "title": "How far away must one be for a quarter?",
-        "ylabel": "more than a quarter, by a share of",
-    }
-    _panel_chart(outcomes, laws, lambda x: 4.0 * x - 1.0, guides=guides, log_y=True, **out)
+    series = {label: _ratios(outcomes, name, (d, curve), share) for label, name, curve in rows}
+    return {"series": series, "guides": guides}
 
 
-def _panel_chart(outcomes: list[Outcome], laws: dict, shown: Callable, **named: object) -> None:
-    """laws: label -> (row, curve along d);  shown: what is drawn of a ratio."""
-    from transport.viz.curves import Series, plot_curves
-
-    series = {}
-    for label, (name, curve) in laws.items():
-        rows = [outcome[name] for outcome in outcomes]
-        both = [shown(row.estimate) for row in rows], curve, [shown(row.exact) for row in rows]
-        series[label] = Series([_sides(o) for o in outcomes], *both)
-    marks, xlabel = {"five sides": 5.0}, "distance d  [sides of the panel]"
-    plot_curves(series, xlabel=xlabel, marks=marks, log_x=True, **named)
+def _ratios(outcomes: list[Outcome], name: str, curve: tuple, shown: Callable) -> tuple:
+    """A ratio by the distance.  curve: exact, along d;  shown: what is drawn of a ratio."""
+    rows = [outcome[name] for outcome in outcomes]
+    places, expected = [_sides(o) for o in outcomes], [shown(row.exact) for row in rows]
+    return places, [shown(row.estimate) for row in rows], curve, expected
 
 
 def _beyond(places: list[float]) -> np.ndarray:

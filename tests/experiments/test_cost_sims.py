@@ -191,13 +191,13 @@ def test_a_run_meets_the_law_and_none_of_the_wrong_ones(name, runs):
         (cost_caustic, {"place": "inside", "meter": 0.6}, {"index": 1.45}),
     ],
 )
-def test_a_scene_that_is_slightly_another_is_told(sim, right, wrong):
-    [outcome] = run_experiment(sim, right | wrong, particles=1_000_000, seed=1, threads=2)
+def test_a_slightly_different_scene_is_rejected(sim, right, wrong):
+    [outcome] = run_experiment(sim, right | wrong, particles=300_000, seed=1, threads=2)
     assert not agrees(outcome.rows[0].estimate, the_value(sim, **right))
 
 
 @slow
-def test_what_no_history_reaches_is_said_to_be_unknown():
+def test_a_detector_without_scores_has_no_error_bar():
     """The speck's analog run and the glint's: 0 without an error bar, and a verdict that claims none."""
     for sim in (cost_speck, cost_glint):
         outcomes = run_experiment(sim, particles=10_000, seed=1, estimator="analog", threads=1)

@@ -14,6 +14,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_rejected
+from tests.sim_runs import judge
 from transport.sims import effusion
 from transport.theory import effusion as theory
 from transport.verification.experiment import run_experiment
@@ -174,7 +175,7 @@ def test_a_wind_crosses_by_the_drifting_law_and_rms_speed_or_a_turned_drift_are_
         2.0: 7.072796728100218,
     }
     for ratio, flux in exact.items():
-        rows = run(10_000_000, setting="wind", speed_ratio=ratio)
+        rows = run(2_000_000, setting="wind", speed_ratio=ratio)
         one_way = rows[effusion.ONE_WAY].estimate * n_sigma
         assert_agrees(one_way, flux, FALSE_ALARM)
         assert_agrees(rows[effusion.NET].estimate, math.sqrt(2) * ratio, FALSE_ALARM)
@@ -228,7 +229,7 @@ def test_walls_that_forget_the_flux_weighting_are_rejected():
 @slow
 @pytest.mark.parametrize("loss", [0.1, 0.5, 1.0])
 def test_a_leaky_ball_empties_by_the_renewal_law_not_by_the_exponential(loss):
-    left = effusion.share_left(run(setting="ball", loss=loss).result)[:10]
+    left = effusion.share_left(run(300_000, setting="ball", loss=loss).result)[:10]
     flights = np.arange(1, 11)
     assert_agrees(left, theory.ball_survivors(flights, loss), FALSE_ALARM)
     assert_rejected(left, np.exp(-loss * flights))
@@ -236,22 +237,18 @@ def test_a_leaky_ball_empties_by_the_renewal_law_not_by_the_exponential(loss):
 
 @slow
 def test_a_leaky_ball_keeps_its_books():
-    result = run(100_000, setting="ball").result
+    result = run(20_000, setting="ball").result
     alive = result["ball"].alive
     assert np.all(np.diff(alive.value) < 0)
     assert alive[-1].value == pytest.approx(result.ledger["in_flight"].value, rel=1e-14)
-    kept = alive[-1] + result.ledger["absorbed"]
-    assert kept.value == pytest.approx(result.ledger["emitted"].value, rel=1e-14)
 
 
 @slow
 def test_a_box_with_a_small_hole_empties_by_the_exponential():
-    rows = run(300_000, setting="box").rows
-    assert len(rows) == 5
-    for row in rows:
-        assert_agrees(row.estimate, row.exact, FALSE_ALARM)
-    energy = next(row for row in rows if row.name == effusion.ENERGY)
-    assert_rejected(energy.estimate, 1.5)
+    outcome = run(300_000, setting="box")
+    assert len(outcome.rows) == 5
+    judge([outcome])
+    assert_rejected(outcome[effusion.ENERGY].estimate, 1.5)
 
 
 @slow
@@ -266,13 +263,6 @@ def test_a_large_hole_empties_a_box_faster_by_about_its_share_of_the_walls():
 
 
 @slow
-@pytest.mark.parametrize(
-    "changed", [{"temperature": 4.0}, {"mass": 1e-20}, {"accommodation": 1.0}, {"loss": 0.9}]
-)
-def test_rows_hold_for_any_gas_and_wall(changed):
-    outcomes = run_experiment(effusion, changed, particles=200_000, seed=1)
-    rows = [row for outcome in outcomes for row in outcome.rows]
-    for row in rows:
-        if row.estimate.reason != "no score":
-            assert_agrees(row.estimate, row.exact, FALSE_ALARM)
-    assert len(rows) > 20
+def test_rows_hold_for_any_gas_and_wall():
+    changed = {"temperature": 4.0, "mass": 1e-20, "accommodation": 1.0, "loss": 0.9}
+    assert len(judge(run_experiment(effusion, changed, particles=200_000, seed=1))) > 20

@@ -6,13 +6,13 @@ All runs have seed 1.  Each judgement fails right code in one of 10^5 seeds, or 
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_rejected
-from tests.sim_runs import judge
 from transport.sims import fog
 from transport.theory import attenuation
 from transport.verification.experiment import run_experiment
@@ -25,7 +25,7 @@ FALSE_ALARM = 1e-5
 
 @pytest.fixture(scope="module")
 def outcomes():
-    return run_experiment(fog, particles=1_000_000, seed=1, threads=2)
+    return run_experiment(fog, particles=500_000, seed=1, threads=2)
 
 
 @pytest.fixture(scope="module")
@@ -67,11 +67,6 @@ def test_irradiance_in_clear_air_times_the_straight_transmittance_is_rejected(ca
     assert_rejected(irradiance.estimate, attenuation.lambertian_transmission(tau) * clear_irradiance("disk"))
 
 
-@pytest.mark.parametrize("place", fog.PLACES)
-def test_fog_is_the_same_in_a_slab_in_a_box_and_everywhere(place):
-    judge(run_experiment(fog, {"reading": "disk", "tau": 0.7, "place": place}, particles=200_000, seed=1))
-
-
 def test_scattered_light_comes_on_top_of_the_direct_part(cases):
     lamp = cases["lamp", 1.0]
     assert_agrees(lamp[fog.DIRECT].estimate, lamp[fog.DIRECT].exact, FALSE_ALARM)
@@ -82,7 +77,7 @@ def test_scattered_light_comes_on_top_of_the_direct_part(cases):
 
 
 @pytest.mark.parametrize("albedo", [0.0, 0.4, 1.0])
-def test_the_direct_part_does_not_ask_what_became_of_the_rest(albedo):
+def test_the_direct_part_depends_on_extinction_alone(albedo):
     """Absorbed or scattered, in any proportion: exp(-τ) counts the extinction."""
     meter = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.3)
     scene = tp.Scene(
@@ -94,7 +89,7 @@ def test_the_direct_part_does_not_ask_what_became_of_the_rest(albedo):
         ),
         tp.Detector(meter, "meter", events=0),
     )
-    direct = tp.simulate(scene, particles=300_000, seed=1)["meter"].irradiance
+    direct = tp.simulate(scene, particles=100_000, seed=1)["meter"].irradiance
     assert_agrees(direct, attenuation.disk_irradiance(1.0, 0.2, 1.0, 1.0, 0.3), FALSE_ALARM)
     assert_rejected(direct, attenuation.disk_irradiance(1.0, 0.2, 1.0, 1 - albedo / 3, 0.3) * 1.1)
 
@@ -158,11 +153,5 @@ def test_nothing_comes_through_fog_that_is_too_thick():
     assert "inf times too much" in fog.verdict([outcome])
 
 
-def test_the_verdict_and_the_pictures(outcomes, tmp_path):
-    for path in fog.draw(outcomes, tmp_path / "0.png"):
-        assert path.read_bytes().startswith(b"\x89PNG")
-    said = fog.verdict(outcomes)
-    assert "1.94 times too much at τ = 2" in said or "1.95 times too much at τ = 2" in said
-    names = {path.name for path in tmp_path.iterdir()}
-    words = ("", "_ways", "_irradiance", "_lamp", "_room", "_sun")
-    assert names == {f"0{word}.png" for word in words}
+def test_the_verdict_says_how_wrong_the_guess_is(outcomes):
+    assert re.search(r"1\.9[45] times too much at τ = 2", fog.verdict(outcomes))

@@ -25,11 +25,11 @@ FINE = np.linspace(0, math.pi / 2, 61), np.linspace(0, 2 * math.pi, 37)
 PROJECTED = np.outer(np.diff(np.sin(FINE[0]) ** 2) / 2, np.diff(FINE[1]))
 
 
-def run(particles=400_000, **parameters):
+def run(particles=200_000, **parameters):
     return tp.simulate(sim.scene(**parameters), particles=particles, seed=1, threads=1)
 
 
-def rows(particles=400_000, **parameters):
+def rows(particles=200_000, **parameters):
     """(estimate, exact) by name."""
     measured, exact = sim.measure(run(particles, **parameters)), sim.exact(**parameters)
     assert measured.keys() == exact.keys()
@@ -124,11 +124,20 @@ def test_quadrature_nodes_suffice_for_the_cases_of_the_sim(monkeypatch):
 # ---- measured ----
 
 
+UNLISTED = [  # shows and angles that are not among the sim's own cases
+    *({"sample": sample, "angle": angle} for sample in SAMPLES for angle in (0.0, math.radians(75))),
+    *({"show": "swap", "sample": sample} for sample in ("matt", "satin")),
+    *(
+        {"show": show, "sample": sample}
+        for show, sample in (("lamp", "satin"), ("lamp", "paper"), ("sky", "satin"))
+    ),
+]
+
+
 @slow
-@pytest.mark.parametrize("angle", [0.0, math.pi / 4, math.radians(75)])
-@pytest.mark.parametrize("sample", SAMPLES)
-def test_f_of_every_sample_is_measured(sample, angle):
-    for estimate, exact in rows(sample=sample, angle=angle).values():
+@pytest.mark.parametrize("parameters", UNLISTED)
+def test_every_sample_is_measured_under_every_light(parameters):
+    for estimate, exact in rows(**parameters).values():
         assert_agrees(estimate, exact, FALSE_ALARM)
 
 
@@ -166,16 +175,9 @@ def test_wrong_laws_are_rejected():
 
 
 @slow
-@pytest.mark.parametrize("sample", ["matt", "satin", "gloss", "varnish"])
-def test_lamp_and_eye_may_be_exchanged(sample):
-    for estimate, exact in rows(show="swap", sample=sample).values():
-        assert_agrees(estimate, exact, FALSE_ALARM)
-
-
-@slow
-def test_what_is_not_reciprocal_is_seen():
+def test_a_law_that_is_not_reciprocal_is_rejected():
     """Intensity over irradiance, the cosine at the eye forgotten, differs by cosθ_o/cosθ_i = 0.63."""
-    result = run(show="swap", sample="gloss")
+    result = run(400_000, show="swap", sample="gloss")
     shares = [result[name].flux_density[0] / result[name].irradiance for name in ("i to o", "o to i")]
     assert not agrees(shares[0] / shares[1], 1.0)
     estimate = sim.measure(result)[RATIO]
@@ -184,7 +186,7 @@ def test_what_is_not_reciprocal_is_seen():
 
 
 @slow
-def test_the_light_of_both_lamps_is_told_apart():
+def test_via_separates_the_light_of_both_lamps():
     """Without `via` the eye would see the other lamp's light too."""
     result = run(show="swap", sample="satin")
     lit = {name: result[f"lamp {name}"].flux_out for name in "io"}
@@ -192,14 +194,6 @@ def test_the_light_of_both_lamps_is_told_apart():
         reading = result[f"{a} to {b}"]
         assert reading.flux_in.value == pytest.approx(lit[a].value, rel=1e-9)
     assert not agrees(result["i to o"].flux_in / result["o to i"].flux_in, 1.0)
-
-
-@slow
-@pytest.mark.parametrize("sample", ["satin", "gloss", "paper"])
-@pytest.mark.parametrize("show", ["lamp", "sky"])
-def test_radiance_is_the_sum_of_f_over_what_arrives(show, sample):
-    for estimate, exact in rows(show=show, sample=sample).values():
-        assert_agrees(estimate, exact, FALSE_ALARM)
 
 
 @slow
@@ -211,14 +205,14 @@ def test_wrong_sums_are_rejected():
     as_beam = lit * goniometry.bin_means(law_of(SAMPLES["gloss"]), math.pi / 4, theta, phi)[0, 0]
     assert agrees(estimate, exact)
     assert not agrees(estimate, as_beam)
-    estimate, exact = rows(show="sky", sample="satin")["L_out at 66° to 72°"]
+    estimate, exact = rows(400_000, show="sky", sample="satin")["L_out at 66° to 72°"]
     once = exact * microfacets.single_albedo(math.cos(math.radians(69)), 0.5)
     assert smallest_bias(estimate, FALSE_ALARM) < 0.05
     assert not agrees(estimate, once)
 
 
 @slow
-def test_what_passes_through_paper_is_told_from_what_it_reflects():
+def test_reflected_and_transmitted_light_of_paper_differ():
     found = rows(sample="paper")
     behind, _ = found["f behind it at 42° to 48°"]
     assert not agrees(behind, 0.6 / math.pi)

@@ -244,7 +244,7 @@ def test_glass_that_let_all_through_would_be_seen():
 
 
 @slow
-def test_light_that_came_by_reflections_inside_is_told_apart():
+def test_events_separate_light_reflected_inside():
     """Without `events` the focus receives more, as the exact value is of what goes straight through."""
     case = {"optic": "biconvex lens"}
     right = magnifier.scene(**case)

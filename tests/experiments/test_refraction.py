@@ -116,7 +116,7 @@ def test_a_lamp_in_glass_gets_out_what_the_escape_cone_lets_through(index):
     assert theory.escape_from_point(index) == pytest.approx(float(exact), rel=1e-11)
 
 
-def test_what_unpolarised_crossings_miss_is_as_told():
+def test_unpolarised_crossings_miss_as_much_as_documented():
     """The sim's docstring: by 1.0 % at Brewster's angle and up to 3.9 % at 79° for n = 1.5, 16 % for n = 2.4."""
     angles = np.radians(np.arange(0, 90, 0.1))
     for index, most, where in ((1.5, 0.0394, 78.7), (2.4, 0.1586, 78.1)):

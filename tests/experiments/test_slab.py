@@ -113,6 +113,6 @@ def test_curves_through_few_exact_points_are_within_6e_4():
         assert between == pytest.approx([getattr(light, name) for light in lights], abs=6e-4)
 
 
-def test_what_passes_without_a_collision_is_told_as_well():
+def test_the_verdict_of_a_slab_without_collisions_has_an_error():
     outcomes = run_experiment(sim, {"tau": 1e-9}, particles=1000, seed=1)
     assert sim.verdict(outcomes[:1]).endswith("standard errors off.")
