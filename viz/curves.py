@@ -56,6 +56,7 @@ LINE, BAND = {"lw": 2.2}, {"lw": 7.0, "alpha": 0.3}  # of an exact curve, of its
 GUIDES = (ORANGE, PURPLE, SKY, VERMILLION)
 ERRORS_SHOWN = "points ± 2 standard errors"
 UNSURE = "error unknown or doubtful"
+LONG_LABEL = 20  # characters; with longer labels the entries of a legend above its panel stand one below another
 MOST_INSIDE = 4  # entries of a legend in the panel; more stand beside it
 
 
@@ -473,9 +474,10 @@ def _draw_legend(axes: Axes, place: str) -> None:
     """Points first; outside the panel where it could hide something."""
     found = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     order = sorted(found, key=lambda label: not isinstance(found[label], ErrorbarContainer))
+    columns = min(2, len(order)) if max(map(len, order), default=0) <= LONG_LABEL else 1
     where = {
         "right": {"loc": "center left", "bbox_to_anchor": (1.01, 0.5)},
-        "above": {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncol": min(2, len(order))},
+        "above": {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncol": columns},
         "below": {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncol": min(2, len(order))},
     }.get(place, {"loc": place})
     axes.legend(

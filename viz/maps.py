@@ -60,7 +60,7 @@ ERROR_LABEL = "relative standard error  [%]"
 ERROR_DECADES = 2.0  # at most: what is nearly exact does not stretch the scale
 WORST = 100.0  # %, at the top of the scale of errors at the most
 WIDE = 5.0  # times the least error, from which on its scale is logarithmic
-PANEL, CUT = 5.0, 5.6  # inches: the longer side of a map, the width of a cut
+PANEL, BESIDE, CUT = 5.0, 1.9, 6.2  # inches: the longer side of a map, what stands beside it, the width of a cut
 SWATCH = 0.4  # inches, of what explains the hatching
 LOW = 4.0  # inches, of a map whose bar has a small label
 STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
@@ -175,9 +175,12 @@ def plot_map(
         return axes[0]
     has_cut = cut is not False
     with figure(suited_size(bins, has_cut, bool(title)), title, note, path) as page:
-        across = _panel(bins)[0]
-        ratios = (across, across, CUT) if has_cut else (across, across)
-        _draw(page.subplots(1, len(ratios), width_ratios=ratios), bins, exact, cut, decades, norm, bar)
+        if has_cut:  # the legend of the cut takes no room from the maps
+            maps, beside = page.subfigures(1, 2, width_ratios=(2 * (_panel(bins)[0] + BESIDE), CUT))
+            axes = [*maps.subplots(1, 2), beside.subplots()]
+        else:
+            axes = page.subplots(1, 2)
+        _draw(axes, bins, exact, cut, decades, norm, bar)
     return page
 
 
@@ -778,7 +781,7 @@ def suited_size(bins: Bins, has_cut: bool = False, has_title: bool = False) -> t
     """Width and height of a figure of values, errors and cut [inches]."""
     across, up = _panel(bins)
     height = max(up + 1.6, 5.8 if has_cut else 4.2) + 0.7 * has_title
-    return 2 * (across + 1.9) + (CUT + 0.6) * has_cut, height
+    return 2 * (across + BESIDE) + CUT * has_cut, height
 
 
 # ---- Cuts
