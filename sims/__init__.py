@@ -238,7 +238,8 @@ def draw_rows(
     """Every reading of every case beside its exact value."""
     from transport.viz.comparisons import comparison
 
-    words = label or (lambda row, outcome: "\n".join(filter(None, (row.name, outcome.title))))
+    several = len(outcomes) > 1  # the title of a single case would stand at every row
+    words = label or (lambda row, outcome: "\n".join(filter(None, (row.name, several and outcome.title))))
     rows = [(words(row, outcome), row) for outcome in outcomes for row in outcome.rows]
     table = {
         name: (row.estimate, row.exact) for name, row in [each for each in rows if keep(each[1])] or rows

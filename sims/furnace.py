@@ -366,6 +366,7 @@ def _draw_angles(axes, result: tp.Result) -> None:
         )
     words = {"xlabel": "angle to the normal, in the glass  [deg]", "ylabel": "L / L₀"}
     plot_curves(series, ax=axes, legend="upper right", **words)
+    axes.set_ylim(top=1.6 * axes.get_ylim()[1])  # for the legend
     axes.set_title("Glass with nothing in it")
 
 

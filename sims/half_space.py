@@ -229,10 +229,8 @@ def draw_limbs(outcomes: list[Outcome], path: Path, note: str) -> None:
         grid = page.add_gridspec(2, 2 if stars else 1, height_ratios=(2.6, 1))
         main = page.add_subplot(grid[0, 0])
         panels = main, page.add_subplot(grid[1, 0], sharex=main)
-        words, level = "cosine μ of the angle to the normal", {"Lambert's law": 1.0}
-        plot_curves(
-            series, ax=panels, xlabel=words, ylabel="radiance  π L / exitance", levels=level, legend="best"
-        )
+        words = {"xlabel": "cosine μ of the angle to the normal", "ylabel": "radiance  π L / exitance"}
+        plot_curves(series, ax=panels, guides={"Lambert's law": np.ones_like}, legend="best", **words)
         main.tick_params(labelbottom=False)
         if stars:
             _draw_star(page.add_subplot(grid[:, 1]), *stars[0])
@@ -240,6 +238,8 @@ def draw_limbs(outcomes: list[Outcome], path: Path, note: str) -> None:
 
 def _draw_star(axes, counted: np.ndarray, law: tuple[np.ndarray, np.ndarray]) -> None:
     """The disk as it is seen from afar, half by bins and half by the law: at the distance r of its middle mu is sqrt(1 - r^2)."""
+    from transport.viz.style import INK
+
     across = np.linspace(-1, 1, PIXELS)
     r2 = across**2 + across[:, None] ** 2
     mu = np.sqrt(np.clip(1 - r2, 0, 1))
@@ -247,6 +247,7 @@ def _draw_star(axes, counted: np.ndarray, law: tuple[np.ndarray, np.ndarray]) ->
     shown = np.ma.masked_where(r2 > 1, np.where(across < 0, counted[place], np.interp(mu, *law)))
     style = {"cmap": "afmhot", "vmin": 0, "vmax": 1.15 * float(shown.max()), "rasterized": True}
     picture = axes.pcolormesh(across, across, shown, **style)
+    axes.plot([0, 0], [-1.06, 1.06], color=INK, lw=1.2, ls=":")
     for x, words in ((-0.5, "counted, by bins"), (0.5, "by the law")):
         axes.text(x, 1.1, words, ha="center")
     axes.set(aspect="equal", xlim=(-1.08, 1.08), ylim=(-1.36, 1.24), title="Milne's star, seen from afar")

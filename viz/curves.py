@@ -56,7 +56,9 @@ LINE, BAND = {"lw": 2.2}, {"lw": 7.0, "alpha": 0.3}  # of an exact curve, of its
 GUIDES = (ORANGE, PURPLE, SKY, VERMILLION)
 ERRORS_SHOWN = "points ± 2 standard errors"
 UNSURE = "error unknown or doubtful"
-LONG_LABEL = 20  # characters; with longer labels the entries of a legend above its panel stand one below another
+LONG_LABEL = (
+    20  # characters; with longer labels the entries of a legend above its panel stand one below another
+)
 MOST_INSIDE = 4  # entries of a legend in the panel; more stand beside it
 
 
@@ -131,7 +133,7 @@ def plot_curves(
     log_x, log_y : bool
         Logarithmic axes.
     span : tuple of float, optional
-        Range of the exact functions and the guides [default: that of all x].
+        Range of the axis, the exact functions and the guides; it grows to hold all points [default: that of all x].
     steps : bool
         Whether estimates over bins are also drawn as steps.
     means : bool
@@ -162,7 +164,7 @@ def plot_curves(
     named = {"simulated": series} if isinstance(series, Series) else dict(series)
     points = _resolved(named, span, log_x)
     has_residuals = residuals and any(each.expected is not None for each in points.values())
-    panel = Panel(points, guides or {}, levels or {}, marks or {}, log_x, log_y, steps, means)
+    panel = Panel(points, guides or {}, levels or {}, marks or {}, span, log_x, log_y, steps, means)
     many = sum((len(points), len(panel.guides), *(len(each.guides) for each in points.values())))
     legend = legend or ("best" if many <= MOST_INSIDE else "right")
     if ax is not None:
@@ -258,6 +260,7 @@ class Panel(NamedTuple):
     guides: Mapping[str, Curve]
     levels: Mapping[str, float]
     marks: Mapping[str, float]
+    span: tuple[float, float] | None
     log_x: bool
     log_y: bool
     steps: bool
@@ -377,6 +380,9 @@ def _draw(main: Axes, below: Axes | None, panel: Panel, xlabel: str, ylabel: str
         _set_limits(main, panel)
     _draw_guides(main, panel)
     lowest = main if below is None else below
+    if panel.span:
+        places = np.concatenate([points.places for points in panel.points.values()])
+        main.set_xlim(min(panel.span[0], np.nanmin(places)), max(panel.span[1], np.nanmax(places)))
     if panel.log_x:
         tick_log(main.xaxis)
     if panel.log_y:

@@ -60,7 +60,11 @@ ERROR_LABEL = "relative standard error  [%]"
 ERROR_DECADES = 2.0  # at most: what is nearly exact does not stretch the scale
 WORST = 100.0  # %, at the top of the scale of errors at the most
 WIDE = 5.0  # times the least error, from which on its scale is logarithmic
-PANEL, BESIDE, CUT = 5.0, 1.9, 6.2  # inches: the longer side of a map, what stands beside it, the width of a cut
+PANEL, BESIDE, CUT = (
+    5.0,
+    1.9,
+    6.2,
+)  # inches: the longer side of a map, what stands beside it, the width of a cut
 SWATCH = 0.4  # inches, of what explains the hatching
 LOW = 4.0  # inches, of a map whose bar has a small label
 STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
