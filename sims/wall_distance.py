@@ -319,10 +319,17 @@ def draw_excess(outcomes: list[Outcome]) -> dict[str, object]:
     words = "irradiance, 4 E(2d)/E(d) − 1", "solid angle, 4 Ω(2d)/Ω(d) − 1"
     curves = 4 * emitters.doubled_irradiance(1.0, d) - 1, 4 * emitters.doubled_solid_angle(1.0, d) - 1
     rows, share = zip(words, RATIOS[:2], curves, strict=True), lambda x: 4.0 * x - 1.0
-    guides = {"far away: (a/2d)²": (d, emitters.far_irradiance_excess(1.0, d))}
-    guides["far away: 3/4 (a/2d)²"] = d, emitters.far_solid_angle_excess(1.0, d)
+    far = (
+        {"far away: (a/2d)²": (d, emitters.far_irradiance_excess(1.0, d))},
+        {"far away: 3/4 (a/2d)²": (d, emitters.far_solid_angle_excess(1.0, d))},
+    )
     series = {label: _ratios(outcomes, name, (d, curve), share) for label, name, curve in rows}
-    return {"series": series, "guides": guides}
+    return {
+        "series": {
+            label: (*fields, None, guides)
+            for (label, fields), guides in zip(series.items(), far, strict=True)
+        }
+    }
 
 
 def _ratios(outcomes: list[Outcome], name: str, curve: tuple, shown: Callable) -> tuple:

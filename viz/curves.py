@@ -50,8 +50,9 @@ Curve = Callable[[np.ndarray], ArrayLike] | tuple[ArrayLike, ArrayLike]  # a fun
 FINE = 4001  # points of a function's curve: a jump looks upright
 FURTHEST = 6.0  # standard errors; a residual beyond is an arrow at the edge
 TRUSTED = 0.25  # relative error; less certain points do not stretch a scale
+LOWEST = 1e-9  # share of a value, to which a bar reaches on a logarithmic axis at the most
 MANY = 60  # points above which they are drawn small
-SMALL_POINTS = POINTS | {"capsize": 0, "lw": 1.4, "mew": 0.0, "ms": 4}
+SMALL_POINTS = POINTS | {"capsize": 0, "lw": 1.4, "mew": 0.0, "ms": 6}
 LINE, BAND = {"lw": 2.2}, {"lw": 7.0, "alpha": 0.3}  # of an exact curve, of its means over bins
 GUIDES = (ORANGE, PURPLE, SKY, VERMILLION)
 ERRORS_SHOWN = "points ± 2 standard errors"
@@ -201,9 +202,9 @@ def draw_points(
     """Points with bars of two standard errors in the look of a series' rank; hollow where that is unknown or doubtful."""
     colour, marker = look(rank)
     known = np.isfinite(error)
-    bars = 2 * error[known]
-    if axes.get_yscale() == "log":
-        bars = np.minimum(bars, 0.9 * np.abs(value[known]))  # a bar stays above 0
+    bars = np.tile(2 * error[known], (2, 1))
+    if axes.get_yscale() == "log":  # a bar that reaches 0 ends below the panel
+        bars[0] = np.minimum(bars[0], (1 - LOWEST) * np.abs(value[known]))
     style = POINTS if len(x) <= MANY else SMALL_POINTS
     axes.errorbar(x[known], value[known], bars, fmt=marker, color=colour, label=label, zorder=4, **style)
     unsure = ~known if doubtful is None else ~known | doubtful
@@ -221,7 +222,7 @@ def draw_residuals(axes: Axes, x: np.ndarray, residual: np.ndarray, rank: int = 
         axes.axhspan(-2, 2, color=WITHIN_TWO, lw=0)
         axes.axhline(0, color=INK, lw=1.6)
     reach = max(reach, 1.25 * np.abs(residual[inside]).max(initial=0.0))
-    small = {"mew": 0.8} if len(x) <= MANY else {"mew": 0.0, "ms": 4}
+    small = {"mew": 0.8} if len(x) <= MANY else {"mew": 0.0, "ms": 6}
     axes.plot(x[inside], residual[inside], marker, color=colour, mec="white", **small)
     for sign, arrow in ((1, "^"), (-1, "v")):
         beyond = sign * residual > FURTHEST
@@ -376,8 +377,7 @@ def _draw(main: Axes, below: Axes | None, panel: Panel, xlabel: str, ylabel: str
             draw_residuals(below, points.places, residual, rank)
     _explain_exact(main, panel, INK if is_alone else MUTED)
     _draw_lines(main, panel)
-    if not panel.log_y:
-        _set_limits(main, panel)
+    _set_limits(main, panel)
     _draw_guides(main, panel)
     lowest = main if below is None else below
     if panel.span:
@@ -441,7 +441,7 @@ def _draw_lines(axes: Axes, panel: Panel) -> None:
 
 
 def _set_limits(axes: Axes, panel: Panel) -> None:
-    """All that is exact or well known; zero is shown unless the values lie far from it."""
+    """All that is exact or well known; on a linear axis zero is shown unless the values lie far from it."""
     shown = [np.array(list(panel.levels.values()))]
     for points in panel.points.values():
         shown += [points.curve[1]] if points.curve is not None else []
@@ -452,6 +452,9 @@ def _set_limits(axes: Axes, panel: Panel) -> None:
         shown += [(points.value + sign * bars)[trusted] for sign in (-1, 1)]
     heights = np.concatenate(shown)
     heights = heights[np.isfinite(heights)]
+    if panel.log_y:
+        _set_log_limits(axes, panel, heights[heights > 0])
+        return
     low, high = heights.min(initial=np.inf), heights.max(initial=-np.inf)
     if not low < high:
         return
@@ -460,6 +463,17 @@ def _set_limits(axes: Axes, panel: Panel) -> None:
     else:
         margin = 0.06 * (high - low)
         axes.set_ylim(low - margin, high + margin)
+
+
+def _set_log_limits(axes: Axes, panel: Panel, heights: np.ndarray) -> None:
+    """All points too, with their bars: down to a tenth of a value whose bar reaches 0."""
+    for points in panel.points.values():
+        bars = 2 * np.nan_to_num(points.error)
+        ends = np.concatenate([np.maximum(points.value - bars, 0.1 * points.value), points.value + bars])
+        heights = np.concatenate([heights, ends[np.isfinite(ends) & (ends > 0)]])
+    low, high = np.log(heights.min(initial=np.inf)), np.log(heights.max(initial=0.0))
+    if low < high:
+        axes.set_ylim(np.exp(low - 0.05 * (high - low)), np.exp(high + 0.05 * (high - low)))
 
 
 def _draw_guides(axes: Axes, panel: Panel) -> None:
