@@ -332,7 +332,7 @@ def _draw_floor(panels: np.ndarray, result: tp.Result) -> None:
         found = result[name].irradiance / (_shine(result) * constant(result, np.pi, "sr"))
         style = {"vmin": 0, "vmax": 1.2 * np.quantile(found.value, 0.98), "cmap": SEQUENTIAL}
         shown = axes.pcolormesh(found.coords["u"], found.coords["v"], found.value.T, rasterized=True, **style)
-        axes.figure.colorbar(shown, ax=axes, shrink=0.8, pad=0.015).set_label("E / π L₀")
+        axes.figure.colorbar(shown, ax=axes, shrink=0.8, pad=0.015, extend="max").set_label("E / π L₀")
         for surface in low:
             words = {"color": "white", "fontsize": "small", "ha": "center", "va": "center"}
             axes.text(*surface.shape.middle[:2], surface.name, path_effects=outlined(2.4), **words)

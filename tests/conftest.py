@@ -49,6 +49,8 @@ def pytest_collection_modifyitems(config, items):
     missing = set()
     for item in items:
         if quick := item.get_closest_marker("quick_cases"):
+            if not hasattr(item, "callspec"):
+                raise pytest.UsageError(f"{item.nodeid} has quick_cases but no cases")
             missing |= {f"{item.nodeid.partition('[')[0]}[{name}]" for name in quick.args}
             if item.callspec.id not in quick.args:
                 item.add_marker(pytest.mark.slow)

@@ -16,12 +16,12 @@ def words(page: Figure) -> str:
 
 
 def points_of(axes) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """x, y and half bars of each series of points with bars."""
+    """x, y and upper bars of each series of points with bars."""
     found = []
     for container in axes.containers:
         line, _, (bars,) = container.lines
-        lengths = np.array(bars.get_segments())[:, :, 1]
-        found.append((*line.get_data(), (lengths[:, 1] - lengths[:, 0]) / 2))
+        x, y = line.get_data()
+        found.append((x, y, np.array(bars.get_segments())[:, 1, 1] - y))
     return found
 
 

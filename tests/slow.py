@@ -7,7 +7,10 @@ import pytest
 
 
 def quick(cases: Iterable[Any], *chosen: Any) -> list[Any]:
-    """The cases for parametrize: all but the chosen ones are marked slow.  Raises ValueError for a choice that is no case."""
+    """Plain values for parametrize: all but the chosen ones are marked slow.  Raises ValueError for a choice that is no case.
+
+    Where several parametrize stand on one test, `quick_cases` (conftest.py) names the quick ones by their ids.
+    """
     cases = list(cases)
     if missing := [case for case in chosen if case not in cases]:
         raise ValueError(f"quick: {missing} are no cases of {cases}")

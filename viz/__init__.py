@@ -1,7 +1,8 @@
 """Pictures of results.
 
-Every function takes results, returns the figure (or the axes that it was given as `ax=`), and writes a file only where a
-path is given.  `plot_curves` and `plot_map` draw any series and any map; `figure` makes pages of several panels.
+Every function takes results, returns the figure, and writes a file only where a path is given.  `plot_curves` and `plot_map`
+draw any series and any map, in a figure of their own or in the axes that they are given as `ax=`; `figure` makes pages of several
+panels.  `transport.viz.scene.draw_scene` draws a scene in space (it needs PyVista).
 """
 
 if __name__ == "viz":

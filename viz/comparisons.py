@@ -82,7 +82,8 @@ def _draw_differences(axes: Axes, rows: Rows) -> None:
     for row, (difference, bar) in enumerate(relative):
         x, half = factor * difference, factor * bar
         if math.isnan(x):
-            axes.text(0.02 * reach, row, "exact value 0: see z", color=MUTED, va="center", fontsize=16)
+            words = "no value" if rows[row][1] else "exact value 0: see z"
+            axes.text(0.02 * reach, row, words, color=MUTED, va="center", fontsize=16)
         elif math.isfinite(half):
             axes.errorbar(x, row, xerr=half, fmt="o", color=BLUE, capsize=9, lw=3.2, capthick=3, ms=13)
         elif abs(x) < reach:

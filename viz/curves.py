@@ -29,6 +29,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from transport import Estimate, EstimateArray
+from transport.validation import short_repr
 from transport.viz.style import (
     HOLLOW,
     INK,
@@ -91,7 +92,7 @@ class Series(NamedTuple):
 
 
 def plot_curves(
-    series: Series | Mapping[str, Series],
+    series: Series | EstimateArray | Mapping[str, Series | EstimateArray],
     path: str | os.PathLike | None = None,
     *,
     ax: Axes | tuple[Axes, Axes] | None = None,
@@ -115,8 +116,8 @@ def plot_curves(
 
     Parameters
     ----------
-    series : Series, or mapping of str to Series
-        What is drawn, by its label.
+    series : Series or EstimateArray, or mapping of str to them
+        What is drawn, by its label; of an array with one axis the coordinates are taken in SI units.
     path : str or os.PathLike, optional
         File to write [default: none].
     ax : Axes or (Axes, Axes), optional
@@ -162,14 +163,18 @@ def plot_curves(
     Points whose error is unknown or doubtful are hollow; without an error there is no residual.  A residual beyond six standard errors is an arrow
     at the edge.  Points with a relative error above 25 % do not stretch a linear scale.
     """
-    named = {"simulated": series} if isinstance(series, Series) else dict(series)
+    if ax is not None and (path is not None or title or note or size):
+        raise ValueError(
+            "plot_curves: path, title, note and size are of a new figure; leave them out with ax="
+        )
+    named = dict(series) if isinstance(series, Mapping) else {"simulated": series}
     points = _resolved(named, span, log_x)
     has_residuals = residuals and any(each.expected is not None for each in points.values())
     panel = Panel(points, guides or {}, levels or {}, marks or {}, span, log_x, log_y, steps, means)
     many = sum((len(points), len(panel.guides), *(len(each.guides) for each in points.values())))
     legend = legend or ("best" if many <= MOST_INSIDE else "right")
     if ax is not None:
-        main, below = ax if isinstance(ax, tuple) else (ax, None)
+        main, below = (ax, None) if isinstance(ax, Axes) else np.ravel(ax)[:2]
         _draw(main, below, panel, xlabel, ylabel, legend)
         return main
     with figure(size or (16.5 if legend == "right" else 14, 10), title, note, path) as page:
@@ -279,6 +284,7 @@ def _resolved(
 ) -> dict[str, Points]:
     if not series:
         raise ValueError("plot_curves: at least one series is needed, got none")
+    series = {label: _as_series(label, each) for label, each in series.items()}
     read = {label: _read(label, each) for label, each in series.items()}
     if len(units := {unit for *_, unit in read.values() if unit is not None}) > 1:
         raise ValueError(f"plot_curves: estimates of one unit are needed, got {sorted(units)}")
@@ -288,6 +294,15 @@ def _resolved(
     fine = (np.geomspace if log_x and low > 0 else np.linspace)(low, high, FINE)
     unit = next(iter(units), None)
     return {label: _points(label, series[label], fine, *read[label][:-1], unit) for label in series}
+
+
+def _as_series(label: str, each: object) -> Series:
+    if isinstance(each, EstimateArray) and len(each.dims) == 1:
+        return Series(each.coords[each.dims[0]], each)
+    if not isinstance(each, Series):
+        must = f"{label!r} must be a Series or an EstimateArray with one axis"
+        raise ValueError(f"plot_curves: {must}, got {short_repr(each)}")
+    return each
 
 
 def _read(
@@ -305,8 +320,11 @@ def _read(
         if len(units := {str(one.unit) for one in estimates}) != 1:
             raise ValueError(f"plot_curves: estimates of one unit are needed, got {sorted(units)}")
         unit = units.pop()
-    else:
+    elif isinstance(estimates, tuple) and len(estimates) == 2:
         value, error = estimates
+    else:
+        must = f"the estimates of {label!r} must be an EstimateArray, a list of Estimate or (values, errors)"
+        raise ValueError(f"plot_curves: {must}, got {short_repr(estimates)}")
     value, error, x = (np.asarray(numbers, dtype=float) for numbers in (value, error, each.x))
     if x.ndim != 1 or len(x) not in (len(value), len(value) + 1):
         must = f"{len(value)} places or {len(value) + 1} edges"
@@ -333,7 +351,9 @@ def _points(
         if callable(each.exact):
             expected = np.broadcast_to(each.exact(places), places.shape)
         else:
-            expected = np.interp(places, *each.exact, left=np.nan, right=np.nan)
+            x_exact, exact = (np.asarray(numbers, dtype=float) for numbers in each.exact)
+            order = np.argsort(x_exact, kind="stable")
+            expected = np.interp(places, x_exact[order], exact[order], left=np.nan, right=np.nan)
     if expected is not None:
         expected = np.asarray(expected, dtype=float)
         if expected.shape != value.shape:
@@ -494,6 +514,10 @@ def _draw_legend(axes: Axes, place: str) -> None:
     """Points first; outside the panel where it could hide something."""
     found = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     order = sorted(found, key=lambda label: not isinstance(found[label], ErrorbarContainer))
+    if len(order) == 1:  # what the axes say already
+        corner = {"transform": axes.transAxes, "ha": "right", "va": "bottom", "color": MUTED}
+        axes.text(1.0, 1.01, ERRORS_SHOWN, fontsize="small", **corner)
+        return
     columns = min(2, len(order)) if max(map(len, order), default=0) <= LONG_LABEL else 1
     where = {
         "right": {"loc": "center left", "bbox_to_anchor": (1.01, 0.5)},

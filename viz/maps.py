@@ -38,6 +38,7 @@ from transport.results.backward import ViewReading
 from transport.results.tally import Tally
 from transport.results.volumes import VolumeReading
 from transport.statistics.axes import axis_symbol, axis_unit
+from transport.validation import short_repr
 from transport.viz.curves import TRUSTED, Series, plot_curves
 from transport.viz.directions import POLAR_ANGLE, Radiance, direction_bins, polar_series
 from transport.viz.style import (
@@ -70,10 +71,11 @@ LOW = 4.0  # inches, of a map whose bar has a small label
 STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
 FINEST = 1.5  # deg, of an arc that is drawn as one cell
 MOST_COLUMNS = 6  # maps side by side
+MAX_DECADES = 300  # of a double
 LABELLED = math.radians(56)  # azimuth at which rings carry their angle, between the spokes
 COMPASS = ((0, "left", "center"), (90, "center", "bottom"), (180, "right", "center"), (270, "center", "top"))
 
-FLAT, DISK, PLAN, SKY, IMAGE = "flat", "disk", "plan", "sky", "image"  # how a map lies
+FRAMES = FLAT, DISK, PLAN, SKY, IMAGE = "flat", "disk", "plan", "sky", "image"  # how a map lies
 POLAR = ("mu", "theta")
 UPRIGHT = (*POLAR, "v")  # axes that stand upright if they come first
 CELLS = ("z", "y", "x")  # axes of which the middle bin is taken, in this order
@@ -128,8 +130,8 @@ def plot_map(
     label : str, optional
         Name of the quantity; the unit is added [default: `quantity`, or "estimate" of an array].
     exact : ndarray or callable, optional
-        For the cut: means over the bins, shaped as the quantity; or of directions the exact radiance, a function of
-        arrays theta and phi [rad], which may jump.
+        For the cut: means over the bins, shaped as the quantity; or of a plan of directions the exact radiance, a function
+        of arrays theta and phi [rad], which may jump.
     cut : bool or float, default False
         Whether there is a cut, through the brightest row of bins; or where it runs: the coordinate [SI unit] of a row
         of bins, or the azimuth [rad] on a disk and of directions, where it goes on at the opposite azimuth.
@@ -153,7 +155,8 @@ def plot_map(
     Raises
     ------
     ValueError
-        For a quantity without bins, more than two axes of bins, `exact` of another shape, and a cut outside.
+        For a quantity without bins, more than two axes of bins, `exact` of another shape, a cut outside, and for what is of
+        a new figure together with `ax`.
 
     Notes
     -----
@@ -163,8 +166,15 @@ def plot_map(
     The brightest row is that of the greatest value less its standard error, so that one large score of a rare
     particle does not decide; of equal rows the one nearest the middle is taken, of equal azimuths the first.
     """
+    if ax is not None and (path is not None or title or note):
+        raise ValueError("plot_map: path, title and note are of a new figure; leave them out with ax=")
     chosen = _chosen(data, quantity, at, label, frame)
     if chosen.listed:
+        if ax is not None or exact is not None or cut is not False or norm is not None:
+            where = f"at={{{chosen.listed!r}: 0}}"
+            raise ValueError(
+                f"plot_map: several maps have no ax, exact, cut or norm; choose one with {where}"
+            )
         panels = _by_instants(chosen.array, chosen.listed)
         return plot_maps(panels, path, label=chosen.label, decades=decades, title=title, note=note)
     if chosen.is_line:
@@ -174,7 +184,9 @@ def plot_map(
     if exact is not None and not callable(exact):
         exact = bins.arranged(chosen.taken(np.asarray(exact, dtype=float)))
     if ax is not None:
-        axes = [ax] if isinstance(ax, Axes) else list(ax)
+        axes = [ax] if isinstance(ax, Axes) else list(np.ravel(ax))
+        if not 1 <= len(axes) <= 3 or not all(isinstance(each, Axes) for each in axes):
+            raise ValueError(f"plot_map: ax must be one to three Axes of matplotlib, got {short_repr(ax)}")
         _draw(axes, bins, exact, cut, decades, norm, bar)
         return axes[0]
     has_cut = cut is not False
@@ -221,7 +233,14 @@ def plot_maps(
     if not panels:
         raise ValueError("plot_maps: at least one panel is needed, got none")
     shown = {name: bins_of(each, quantity, at, label, frame) for name, each in panels.items()}
-    first = next(iter(shown.values()))
+    first, *others = shown.values()
+    for other, name in zip(others, list(shown)[1:], strict=True):
+        for what, one, its in (
+            ("unit", str(first.unit), str(other.unit)),
+            ("axes", (first.across.label, first.up.label), (other.across.label, other.up.label)),
+        ):
+            if one != its:
+                raise ValueError(f"plot_maps: all panels need the same {what}, {one}, got {its} in {name!r}")
     norm, worst = value_norm(shown.values(), decades), error_norm(shown.values())
     across, up = _panel(first)
     size = 1.0 * across * len(shown) + 3.0, 2 * up + 1.2 + (0.7 if title else 0)
@@ -342,9 +361,8 @@ def bins_of(
     """The two axes of bins that `plot_map` draws of the same arguments.  Raises ValueError if they are not two."""
     chosen = _chosen(data, quantity, at, label, frame)
     if chosen.listed or chosen.is_line:
-        raise ValueError(
-            f"plot: a map has two axes of bins, got {chosen.array.dims}; take one of {chosen.listed}"
-        )
+        cure = f"take one {chosen.listed}" if chosen.listed else "use plot_curves"
+        raise ValueError(f"plot: a map has two axes of bins, got {chosen.array.dims}; {cure}")
     return _arranged(chosen)
 
 
@@ -380,14 +398,20 @@ def _chosen(
     data: Data, quantity: str | None, at: Mapping[str, int], label: str | None, frame: str | None
 ) -> Chosen:
     """The bins to draw: one of the axes that `at` names, of three axes of cells, and of axes with a single bin."""
-    shape = None
+    shape, is_of_flight = None, False
+    if frame not in (None, *FRAMES):
+        raise ValueError(f"plot: frame must be one of {', '.join(FRAMES)}, got {frame!r}")
     if isinstance(data, EstimateArray):
         array, label, whose = data, label or "estimate", "the array"
+    elif not hasattr(data, "named"):
+        cure = 'give it a result["name"], or one of its quantities with bins'
+        raise ValueError(f"plot: a Tally or EstimateArray is drawn, got {type(data).__name__}; {cure}")
     else:
         name = quantity or main_quantity(data)
         array, whose = data.named(name), f"{name} of {data.name!r}"
         label = label or name.replace("_", " ")
-        shape = None if isinstance(data, VolumeReading) else getattr(data, "shape", None)
+        is_of_flight = isinstance(data, VolumeReading)  # its bins are not of where particles come from
+        shape = None if is_of_flight else getattr(data, "shape", None)
         if isinstance(data, ViewReading):
             frame = frame or (SKY if "theta" in array.dims else IMAGE)
         if not isinstance(array, EstimateArray):
@@ -410,11 +434,25 @@ def _chosen(
             )
         at[middle] = bins[middle] // 2
         left.remove(middle)
+    for name, place in at.items():
+        if not -bins[name] <= place < bins[name]:
+            raise ValueError(f"plot: {whose} has {bins[name]} bins of {name}, got {place} in at=")
     index = tuple(at.get(name, slice(None)) if name not in left else slice(None) for name in array.dims)
+    label += "".join(_place_words(array, name, at[name]) for name in at if bins[name] > 1)
     shown = array[index]
+    if is_of_flight and frame is None and {"theta", "phi"} <= set(shown.dims):
+        frame = FLAT if array.coords["theta"].max() > math.pi / 2 + 1e-9 else None
     if not isinstance(shown, EstimateArray):
         raise ValueError(f"plot: {whose} at {dict(at)} is one bin, {shown}; leave an axis out of at=")
     return Chosen(shown, index, array.shape, label, shape, frame, listed)
+
+
+def _place_words(array: EstimateArray, name: str, place: int) -> str:
+    """Where an array is cut, such as ", z = -4.5 mm"."""
+    along = alongs(array)[array.dims.index(name)]
+    if along.names:
+        return f", {along.names[place]}"
+    return f", {along.words} = {along.middles[place]:.3g} {along.unit}".rstrip().replace("-", "−")
 
 
 def main_quantity(tally: Tally) -> str:
@@ -447,7 +485,9 @@ def _names(array: EstimateArray, listed: str) -> tuple[str, ...]:
     """What stands at the places of a list."""
     if listed == "medium":
         return tuple(f"medium {place:.0f}" for place in array.coords[listed])
-    return tuple(f"t = {place:.4g} s" for place in array.coords[listed])
+    places = array.coords[listed]
+    digits = next((n for n in range(4, 17) if len({f"{place:.{n}g}" for place in places}) == len(places)), 17)
+    return tuple(f"t = {place:.{digits}g} s" for place in places)
 
 
 def alongs(array: EstimateArray, shape: object = None) -> list[Along]:
@@ -516,11 +556,18 @@ def _frame(array: EstimateArray, shape: object) -> str:
 # ---- Scales
 
 
+def _check_decades(decades: float | None) -> None:
+    if decades is not None and not (isinstance(decades, int | float) and 0 < decades <= MAX_DECADES):
+        must = f"decades must be above 0 and at most {MAX_DECADES}"
+        raise ValueError(f"plot: {must}, got {short_repr(decades)}; leave it out for a linear scale")
+
+
 def value_norm(bins: Bins | Iterable[Bins], decades: float | None = None) -> Normalize:
     """The scale of maps: from 0 (or the least, below it) to the greatest value that is well known, or so many decades down from there.
 
-    Raises ValueError for decades of negative values.
+    Raises ValueError for decades of negative values, and for decades that are not above 0.
     """
+    _check_decades(decades)
     bins = [bins] if isinstance(bins, Bins) else list(bins)
     value, error = (np.concatenate([getattr(b, name).ravel() for b in bins]) for name in ("value", "error"))
     trusted = value[error <= TRUSTED * np.abs(value)]
@@ -644,7 +691,7 @@ def draw_field(
     axes.grid(False)
     shown = np.ma.masked_invalid(bins.drawn(field))
     x, y = bins.outlines
-    if np.isnan(field).any():
+    if not np.isfinite(field).all():
         # One hatched face below all bins: hatching each of them takes seconds.
         rim = [np.concatenate([c[0], c[:, -1], c[-1, ::-1], c[::-1, 0]]) for c in (x, y)]
         axes.fill(*rim, facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0, zorder=-5)
@@ -673,7 +720,7 @@ def _furnish_flat(axes: Axes, bins: Bins) -> None:
         return
     from_inside = ", seen from inside" if bins.frame == SKY else ""
     axes.set(xlabel=across.label + from_inside, ylabel=up.label)
-    axes.xaxis.set_inverted(up.name in POLAR and across.name == "phi")
+    axes.xaxis.set_inverted(bins.frame == SKY and across.name == "phi")
     axes.yaxis.set_inverted(up.name == "theta" or up.words.startswith("polar angle"))
     for axis, along in ((axes.xaxis, across), (axes.yaxis, up)):
         if along.names:
@@ -813,8 +860,10 @@ def _sides(bins: Bins, cut: bool | float) -> list[Side]:
 
 
 def _row_at(bins: Bins, place: float) -> int | None:
-    """Which row holds this coordinate, or None where none does."""
+    """Which row holds this coordinate, or None where none does; of a list the nearest."""
     edges = bins.up.edges
+    if bins.up.names:
+        return int(np.argmin(np.abs(bins.source.coords[bins.up.name] - place)))
     if bins.is_round:
         place = edges[0] + np.mod(place - edges[0] + 1e-9, 360)
     row = int(np.searchsorted(edges, place, side="right")) - 1
@@ -865,9 +914,16 @@ def _draw_cut(
 
 def _cut_series(bins: Bins, side: Side, exact: np.ndarray | Radiance | None) -> Series:
     if bins.frame == PLAN:
+        if exact is not None and not callable(exact):
+            raise ValueError("plot_map: exact of a plan of directions must be a function of theta and phi")
         return polar_series(bins.source, exact, side.row, side.sign)
-    row, expected = side.row, None if exact is None else exact[side.row]
-    return Series(side.sign * bins.across.edges, (bins.value[row], bins.error[row]), expected=expected)
+    if callable(exact):
+        raise ValueError(
+            "plot_map: exact must be an array of means over the bins, but of a plan of directions"
+        )
+    estimates = bins.source[(slice(None), side.row) if bins.is_transposed else (side.row,)]
+    expected = None if exact is None else exact[side.row]
+    return Series(side.sign * bins.across.edges, estimates, expected=expected)
 
 
 def _side_label(bins: Bins, side: Side) -> str:
@@ -895,6 +951,7 @@ def _plot_line(
     note: str | None,
 ) -> Figure | Axes:
     """Bins along one axis as steps with points; a list of instants as points, of media by their names."""
+    _check_decades(decades)
     array, (along,) = chosen.array, alongs(chosen.array, chosen.shape)
     x, label = along.edges, along.label
     if along.names:

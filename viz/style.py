@@ -87,7 +87,7 @@ def figure(
     Parameters
     ----------
     size : tuple of float
-        Width and height [inches].
+        Width and height [inches]; type is 18 points high, so that a panel needs about 6 by 5 inches.
     title, note : str, optional
         Headline, and provenance in small type, such as particles and seed.
     path : str or os.PathLike, optional

@@ -25,7 +25,7 @@ def main(arguments: list[str]) -> int:
     first = next((k for k, word in enumerate(arguments) if word not in known), len(arguments))
     names, options = arguments[:first], arguments[first:]
     if not names:
-        if options:
+        if options not in ([], ["--help"], ["-h"]):
             print(f"no benchmark {options[0]!r}; there are: {', '.join(known)}", file=sys.stderr)
             return 2
         print("python -m tests.bench NAME [OPTIONS]; NAME --help lists the options")

@@ -5,7 +5,7 @@ python -m tests.bench limits
 
 from __future__ import annotations
 
-import sys
+import typer
 
 from tests.bench.mesh import measure
 from tests.bench.speed import bench
@@ -35,13 +35,13 @@ def checks() -> dict[str, tuple[float, float]]:
     }
 
 
-def main() -> int:
-    """Print each check and whether it holds; return 1 where one does not."""
+def main() -> None:
+    """Print each check and whether it holds; status 1 where one does not."""
     found = checks()
     for name, (margin, value) in found.items():
         print(f"{'held' if margin >= 0 else 'MISSED':6}  {name}: {value:.3g}")
-    return int(any(margin < 0 for margin, _ in found.values()))
+    raise typer.Exit(int(any(margin < 0 for margin, _ in found.values())))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    typer.run(main)

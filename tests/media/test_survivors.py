@@ -7,6 +7,7 @@ run.  At 8 mean free paths (4.2e-4) enough of them come.
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees, assert_rejected
 from tests.tracking_scenes import FALSE_ALARM, run, slab, splitting
+from transport.results.diagnostics.depth import _roulette_weight
 from transport.statistics.findings import DOUBTFUL, NOTE
 from transport.theory import ordinates
 
@@ -155,6 +157,17 @@ def test_the_cells_of_a_volume_are_doubted_one_by_one():
     scene = tp.Scene(scene.sources, scene.surfaces, tp.VolumeDetector(box, "depth", cells=(1, 1, 20)))
     assert "which matters in 9 of 20 bins" in doubt(run(scene, tp.Tracking(roulette=1e-2), 100_000), "depth")
     assert doubt(run(scene, tp.Tracking(roulette=1e-14), 100_000), "depth") is None
+
+
+def test_the_weight_that_roulette_was_played_for_follows_from_its_balance():
+    """With few survivors from the weight of killed particles, with many from the variance."""
+    random = np.random.default_rng(1)
+    for heaviest in (1.0, 1e-4):
+        for played in (1e-3, 30.0, 1e4):  # expected survivors a batch
+            balance = heaviest * (played - random.poisson(played, 32))
+            batches = [SimpleNamespace(ledger={"roulette": one}) for one in balance]
+            found = _roulette_weight(batches, 32_000, heaviest) * 1000 / heaviest
+            assert played / 3 < found < 3 * played
 
 
 def test_bins_are_doubted_where_their_total_is_not():

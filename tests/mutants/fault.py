@@ -15,7 +15,7 @@ class Fault:
     """One change of one file of the library.
 
     file: within transport/;  old: a piece of its text that occurs once there;  new: what takes its place;  what: what is wrong
-    then, in words;  tests: where a developer would look, as "test_rays" or "hard/test_hard_points::test_detours_follow_their_law".
+    then, in words;  tests: where a developer would look, as "physics/test_rays" or "hard/test_hard_points::test_detours_follow_their_law".
     """
 
     file: str

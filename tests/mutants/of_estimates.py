@@ -8,6 +8,20 @@ BACKWARD = "detectors/test_estimators::test_forward_and_backward_runs_agree"
 
 FAULTS = (
     Fault(
+        "statistics/pooling.py",
+        "[(far, far)]",
+        "[(2 * far, 0)]",
+        "windows of pooled errors that lie to one side of their bin",
+        ("statistics/test_error_bars",),
+    ),
+    Fault(
+        "statistics/pooling.py",
+        "variance = np.where(claims_own, np.maximum(variance, moments.variance), variance)",
+        "variance = np.where(claims_own, np.minimum(variance, moments.variance), variance)",
+        "a bin unlike its neighbours that takes the smaller error",
+        ("statistics/test_error_bars",),
+    ),
+    Fault(
         STATISTICS,
         "return scale * np.sqrt(squares / (len(values) - 1))",
         "return scale * np.sqrt(squares / len(values))",

@@ -385,7 +385,7 @@ def test_a_plan_has_each_direction_in_its_place_and_both_halves_of_its_cut():
     (here, value, bars), (there, opposite, _) = points_of(cut)
     assert (here > 0).all() and (there < 0).all()
     np.testing.assert_allclose(value, values[:, 2])
-    np.testing.assert_allclose(bars, np.minimum(2 * L.error[:, 2], 0.9 * value))
+    np.testing.assert_allclose(bars, 2 * L.error[:, 2])
     np.testing.assert_allclose(opposite, values[:, 5])
     lines = {
         float(np.sign(line.get_xdata()[-1])): line.get_ydata()[-1]
@@ -496,3 +496,53 @@ def test_a_lamp_above_a_ball_lights_the_top_of_its_map():
     pole, floor = axes.transData.transform([(0, 0), (0, 180)])[:, 1]
     assert pole > floor
     assert axes.get_xlim()[0] < axes.get_xlim()[1]
+
+
+def test_a_cut_shows_doubtful_bins_hollow():
+    values, edges = np.random.default_rng(4).normal(10.0, 1.0, (32, 20, 20)), np.linspace(0, 1, 21)
+    values[7, 5, 6] += 1000  # one batch is far above all others
+    array = EstimateArray(values, EVEN_RUN, "W", ("x", "y"), {"x": edges, "y": edges})
+    doubtful = np.flatnonzero(array.is_doubtful[:, 6])
+    assert 5 in doubtful and len(doubtful) < 10
+    cut = plot_map(array, cut=edges[6] + 0.01).axes[2]
+    (hollow,) = [line for line in cut.lines if line.get_label() == "error unknown or doubtful"]
+    np.testing.assert_allclose(hollow.get_xdata(), edges[doubtful] + 0.025)
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ({"unit": "W"}, "the same unit, W m\\^-2, got W in 'b'"),
+        ({"edges": (np.linspace(0, 1e-3, 5), np.linspace(0, 1e-3, 4))}, "the same axes"),
+    ],
+    ids=["unit", "axes"],
+)
+def test_maps_of_unlike_units_or_axes_are_refused(other, said):
+    edges = np.linspace(0, 1, 5), np.linspace(0, 1, 4)
+    one = estimates(np.ones((4, 3)), ("x", "y"), edges, unit="W m^-2")
+    another = estimates(
+        np.ones((4, 3)), ("x", "y"), other.get("edges", edges), unit=other.get("unit", "W m^-2")
+    )
+    with pytest.raises(ValueError, match=said):
+        plot_maps({"a": one, "b": another})
+
+
+def test_close_instants_have_their_own_maps():
+    times = np.array([10.0001, 10.0002, 10.0003])
+    array = estimates(
+        np.ones((3, 4, 4)), ("time", "x", "y"), (times, np.linspace(0, 1, 5), np.linspace(0, 1, 5))
+    )
+    page = plot_map(array)
+    assert [axes.get_title() for axes in page.axes[:3]] == ["t = 10.0001 s", "t = 10.0002 s", "t = 10.0003 s"]
+
+
+def test_what_belongs_to_a_new_figure_is_refused_in_given_axes(result):
+    axes = Figure().subplots()
+    with pytest.raises(ValueError, match="path, title and note are of a new figure"):
+        plot_map(result["floor"], "floor.png", ax=axes)
+    with pytest.raises(ValueError, match="ax must be one to three Axes"):
+        plot_map(result["floor"], ax=Figure().subplots(2, 2))
+    with pytest.raises(ValueError, match="frame must be one of flat, disk, plan, sky, image, got 'round'"):
+        plot_map(result["floor"], frame="round")
+    with pytest.raises(ValueError, match="a Tally or EstimateArray is drawn, got Result"):
+        plot_map(result)

@@ -1054,7 +1054,7 @@ def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name
     judged = [run for r in case.radii for run in named_runs(case, r, 1, 3e5, methods)]
     assert sum(run.is_missed for run in judged) <= (1 if any(run.is_complete for run in judged) else 0)
     complete = [run for run in judged if run.is_complete]
-    assert sum(run.run.verdict == "doubtful" for run in complete) <= 1
+    assert sum(run.run.verdict == "doubtful" for run in complete) <= len(complete) // 25
 
 
 @pytest.mark.slow

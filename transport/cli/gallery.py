@@ -40,7 +40,7 @@ HEADINGS = {
 
 @dataclass(frozen=True)
 class Piece:
-    """One entry of the gallery; `draw(folder)` draws its pictures and returns them as a Hung."""
+    """One entry of the gallery; `draw(folder)` draws its pictures and returns them as a DrawnPiece."""
 
     name: str
     heading: str
@@ -64,7 +64,7 @@ Timed = tuple[Piece, DrawnPiece, float]  # a piece, its outcome, and the seconds
 
 @dataclass(frozen=True)
 class GallerySettings:
-    """GallerySettings of the gallery's runs; `particles` limits the number per scene, None: no limit."""
+    """Settings of the gallery's runs; `particles` limits the number per scene, None: no limit."""
 
     particles: int | None = None
     seed: int = 0

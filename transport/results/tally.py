@@ -494,9 +494,7 @@ class Tally:
         measure = self.measures[name]()
         return Estimate(np.full(len(self.run), measure.values), self.run, measure.unit, exact=True)
 
-    def plot(
-        self, quantity: str | None = None, axes: Axes | None = None, decades: float | None = None
-    ) -> Axes:
+    def plot(self, quantity: str | None = None, ax: Axes | None = None, decades: float | None = None) -> Axes:
         """Draw a quantity over one or two axes of bins (needs matplotlib).
 
         Parameters
@@ -504,7 +502,7 @@ class Tally:
         quantity : str, optional
             Name of a quantity with bins [default: such as radiance with bins of direction, irradiance with
             bins of position, fluence_rate of cells].
-        axes : matplotlib.axes.Axes, optional
+        ax : matplotlib.axes.Axes, optional
             Where to draw [default: a new figure of pyplot, in which a map stands beside that of its relative
             standard error].
         decades : float, optional
@@ -524,12 +522,12 @@ class Tally:
         Notes
         -----
         Bars are two standard errors; bins without a known error are hollow points, or hatched on grey, and
-        bins with a doubtful one are hatched above their colour.  `transport.viz` has pictures for one kind of
-        detector, with exact values and cuts.
+        bins with a doubtful one are hatched above their colour.  `transport.viz.plot_map` draws cuts
+        and exact values too, and panels of a figure.
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, quantity, axes, decades)
+        return draw(self, quantity, ax, decades)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

@@ -389,12 +389,12 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
             coords |= {name + end: (name, place, about) for end, place in places.items()}
         return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
 
-    def plot(self, axes: Axes | None = None, decades: float | None = None, label: str = "estimate") -> Axes:
+    def plot(self, ax: Axes | None = None, decades: float | None = None, label: str = "estimate") -> Axes:
         """Draw the array over its one or two axes (needs matplotlib).
 
         Parameters
         ----------
-        axes : matplotlib.axes.Axes, optional
+        ax : matplotlib.axes.Axes, optional
             Where to draw [default: a new figure of pyplot, in which a map stands beside that of its relative
             standard error].
         decades : float, optional
@@ -414,7 +414,7 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, axes, decades, label)
+        return draw(self, ax, decades, label)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
