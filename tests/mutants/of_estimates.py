@@ -18,7 +18,7 @@ FAULTS = (
         "statistics/pooling.py",
         "variance = np.where(claims_own, np.maximum(variance, moments.variance), variance)",
         "variance = np.where(claims_own, np.minimum(variance, moments.variance), variance)",
-        "a bin unlike its neighbours that takes the smaller error",
+        "bins of few scores that take the smaller of their own and the pooled error",
         ("statistics/test_error_bars",),
     ),
     Fault(
