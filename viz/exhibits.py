@@ -148,7 +148,7 @@ EXHIBITS = (
     Exhibit(
         "camera_picture",
         "The room as a camera sees it, by histories that start at its pinhole, over three decades of radiance; the"
-        " errors beside it show what is dear: what the glass ball lights, with single bright pixels round about, and the fog.",
+        " errors beside it are largest where the glass ball lights, with single bright pixels round about, and in the fog.",
         _map("view", "The room, by histories that start at the camera", decades=3),
         particles=12_000_000,
         looks=EYES,

@@ -90,11 +90,9 @@ def _draw_scores(figure: Figure, row: np.ndarray, panels: Mapping, exact: Mappin
             continue
         z, bins = scores(each, exact[label]), bins_of(each)
         draw_field(axes, bins, bins.arranged(z), norm, DIVERGING)
-        told = np.isfinite(z)
-        words = (
-            f"rms {np.sqrt(np.mean(z[told] ** 2)):.3f} in {told.sum()} bins" if told.any() else "no bin told"
-        )
-        axes.set_title(words, fontsize=18)
+        known = np.isfinite(z)
+        rms = f"rms {np.sqrt(np.mean(z[known] ** 2)):.3f} in {known.sum()} bins" if known.any() else ""
+        axes.set_title(rms or "no error known", fontsize=18)
     _bar(figure, row, norm, DIVERGING, "z  [standard errors]", extend="both")
 
 

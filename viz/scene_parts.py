@@ -7,6 +7,7 @@ and a wall with a detector only the detector's side, so that the wall between th
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -109,7 +110,7 @@ def by_place(estimate: Estimate | EstimateArray) -> Estimate | EstimateArray:
 def _limits(detector: object, estimate: Estimate | EstimateArray, duration: float | None) -> str | None:
     """What a detector counts, if it is not everything."""
     limits = {name: getattr(detector, name, None) for name in ("via", "events")}
-    found = [f"{name}={limit!r}" for name, limit in limits.items() if limit is not None]
+    found = [f"{name}={limit!r}" for name, limit in limits.items() if limit not in (None, (0, math.inf))]
     for name, edges in estimate.coords.items():
         is_whole = name == "time" and edges[0] == 0 and edges[-1] == duration
         if name in SPAN_UNITS and not is_whole:

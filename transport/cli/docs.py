@@ -32,6 +32,10 @@ from transport.validation import SceneError, pip_install
 FACTORS = {"m": "nm um mm cm km au", "s": "ns us", "rad": "deg arcmin arcsec mrad"}
 UNITS = {name: unit for unit, names in FACTORS.items() for name in names.split()}
 UNITS["speed_of_light"] = "m s^-1"
+PICTURES = (
+    "plot_map", "plot_maps", "plot_curves", "curves.Series", "polar_curves", "comparison", "convergence",
+    "power_flow", "phase_portraits", "figure", "scene.draw_scene",
+)  # fmt: skip
 RETURNED_CLASSES = (
     Reading, VolumeReading, PointReading, PhaseReading, SnapshotReading, Ledger, ViewReading, Cost,
 )  # fmt: skip
@@ -45,12 +49,16 @@ class Page:
     title: str
     modules: tuple[str, ...]
     extra_classes: tuple[type, ...] = ()  # classes that results return
+    pictures: tuple[str, ...] = ()  # names in transport.viz
     names: list[str] = field(default_factory=list)
 
     @property
     def text(self) -> str:
         """The page as MyST Markdown for Sphinx."""
         entries = [*map(_autodoc_entry, self.names), *map(_class_entry, self.extra_classes)]
+        for name in (f"transport.viz.{name}" for name in self.pictures):
+            kind = "class" if name.rpartition(".")[2].istitle() else "function"
+            entries.append(f".. auto{kind}:: {name}")
         return f"# {self.title}\n\n```{{eval-rst}}\n{chr(10).join(entries)}\n```\n"
 
 
@@ -75,6 +83,8 @@ def pages() -> list[Page]:
     for name in sorted(transport.__all__, key=str.lower):
         module = getattr(getattr(transport, name), "__module__", "transport.units")
         _page_of(module, name, found).names.append(name)
+    if importlib.util.find_spec("matplotlib") is not None:
+        found.append(Page("pictures", "Pictures", (), pictures=PICTURES))
     return found
 
 

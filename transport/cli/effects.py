@@ -139,8 +139,10 @@ def print_effects(effects: Effects, scene: Treatment) -> None:
     print_labelled("memory", memory_line(footprint_of(scene.program)))
     measured = measure(scene)
     print_labelled("compiled", start_line(measured["compiled"]))
-    for number, births in enumerate(effects.births):
-        print_rich(f"\nbirths at emitter {number}", style="bold")
+    for births, alike in groupby(enumerate(effects.births), key=lambda pair: pair[1]):
+        first, *_, last = (number for number, _ in (*alike,) * 2)
+        emitters = f"emitter {first}" if first == last else f"emitters {first} to {last}"
+        print_rich(f"\nbirths at {emitters}", style="bold")
         print_rich(pass_table(births, measured["costs"]))
     print_rich("\nevery step", style="bold")
     print_rich(pass_table(effects.steps, measured["costs"]))
