@@ -24,7 +24,9 @@ def test_every_public_name_is_on_one_page():
     names = [name for page in pages() for name in page.names]
     assert sorted(names) == sorted(tp.__all__)
     for page in pages():
-        assert (page.names or page.pictures) and all(re.search(rf"\b{name}\b", page.text) for name in page.names)
+        assert (page.names or page.pictures) and all(
+            re.search(rf"\b{name}\b", page.text) for name in page.names
+        )
 
 
 def test_the_quantities_of_each_tally_are_in_a_table_with_their_meaning():
