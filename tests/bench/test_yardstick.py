@@ -55,6 +55,7 @@ def test_yardstick_and_engine_agree_on_the_radiance_of_every_wall(engine):
             assert_agrees(getattr(engine[name], quantity) - by_one, 0.0)
 
 
+@pytest.mark.slow
 def test_a_yardstick_of_another_albedo_does_not_agree(engine):
     arrivals, _ = walls_one_by_one(albedo=0.52)
     with pytest.raises(AssertionError, match="z ="):

@@ -109,6 +109,7 @@ def test_every_pass_of_a_program_has_a_cost(costs):
     assert sum(cost.ns_per_lane for cost in costs.values()) > 0.1  # ns: less than one random block takes
 
 
+@pytest.mark.slow
 def test_lanes_per_history_follow_from_the_albedo(costs):
     """At an albedo of a half every second landing is followed by a roulette, which a quarter survives: 2 / (1 - 1/4)."""
     assert costs["start_history"].lanes == 1.0

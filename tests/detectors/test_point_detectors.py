@@ -95,6 +95,7 @@ def way_in_ball(place, center=3.0, radius=0.5):
     return max(0.0, distance - foot + math.sqrt(radius**2 - (center**2 - foot**2)))
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_filled_dims_what_passes_through_it():
     mesh, _ = seen(LAMP, [(2.0, 0.3, 0.1)], [filled(tp.Mesh.sphere(radius=1.0, triangles=320), M(0.8))])
     ball, _ = seen(LAMP, [(2.0, 0.3, 0.1)], [filled(BALL, M(0.8))])

@@ -292,6 +292,7 @@ def test_scattered_light_fills_the_ring_about_where_it_flew(g, mu_before):
     assert not follows(scattered(0.98 * g, v, u, turn)[:, 2], edges, shares)
 
 
+@pytest.mark.slow
 def test_the_mean_cosine_after_n_scatterings_is_g_to_the_n():
     """And the mean of the second Legendre polynomial is g^(2n): 6 scatterings, to 5 standard errors."""
     count, g = 40_000, 0.9

@@ -340,6 +340,7 @@ def test_a_run_for_particles_is_analog(limits):
     assert result.choice is None and result.plan.method == ANALOG
 
 
+@pytest.mark.slow
 def test_sampling_alone_restricts_the_default_and_a_named_estimator_is_taken():
     result = tp.simulate(scene(), error=ERROR, sampling="stratified", seed=1)
     assert {each.method.sampling for each in result.choice.pilots} == {"stratified"}

@@ -352,6 +352,7 @@ def test_ctrl_c_gives_what_is_done_and_it_goes_on_elsewhere(
     assert [record.getMessage() for record in caplog.records if record.name == "asyncio"] == []
 
 
+@pytest.mark.slow
 def test_batches_that_are_out_are_taken_back_when_time_is_up(cluster):
     result = tp.simulate(scene(), seconds=0.5, estimator="analog", cluster=cluster.address)
     assert result.is_complete and 0.5 < result.cost.seconds < 2
