@@ -62,6 +62,7 @@ def test_a_yardstick_of_another_albedo_does_not_agree(engine):
         assert_agrees(engine["-z"].irradiance - estimated(arrivals[:, 4].sum(-1)), 0.0)
 
 
+@pytest.mark.slow
 def test_a_history_lands_twice_at_an_albedo_of_a_half():
     arrivals, departures = walls_one_by_one()
     assert_agrees(estimated(arrivals.sum((1, 2)), "1"), 2.0)

@@ -116,6 +116,7 @@ def test_lanes_per_history_follow_from_the_albedo(costs):
     assert costs["absorb"].lanes == pytest.approx(8 / 3, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_sum_over_the_passes_is_about_the_time_of_a_whole_run(costs):
     """The driver's own work is not in the sum, and other load may be in the run: within a factor of three."""
     total = sum(cost.ns for cost in costs.values())

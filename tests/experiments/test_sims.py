@@ -191,6 +191,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         assert_agrees(row.estimate, row.exact, FALSE_ALARM / len(rows))
 
 
+@pytest.mark.slow
 def test_stuff_flows_in_its_own_unit():
     module = experiment("photon_gas")
     units = {"photons": "s^-1 m^-2", "mass": "kg s^-1 m^-2", "charge": "C s^-1 m^-2", "energy": "W m^-2"}

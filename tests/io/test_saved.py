@@ -273,6 +273,7 @@ def test_kills_at_random_instants_tear_no_file():
     assert kills
 
 
+@pytest.mark.slow
 def test_histories_of_other_seeds_have_other_numbers():
     """Of a sample: the first seed's keep theirs, and one history has one number in all snapshots."""
     runs = [run("snapshots", seed=seed) for seed in (3, 5)]

@@ -279,6 +279,7 @@ def test_all_that_may_pass_a_mixture_passes_by_its_share():
     assert rejects(out, lambert(0.25, 0.25), even_cells(), beams)
 
 
+@pytest.mark.slow
 def test_each_side_has_its_own_material():
     """Gloss in front, half mirrored milk behind: by the side of arrival."""
     half = tp.Mixture({tp.Mirror(): 0.5, tp.Diffuse(0.6, 0.2): 0.5})

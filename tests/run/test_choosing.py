@@ -459,6 +459,7 @@ def test_a_run_for_an_error_may_know_less_and_refuses_what_it_does_not_know():
     assert named.ledger["emitted"].value == pytest.approx(1)
 
 
+@pytest.mark.slow
 def test_a_run_that_pilots_chose_does_not_advise_pilots():
     few = {"particles": 40, "seed": 1}
     named = tp.simulate(glint(), **few, estimator="analog")

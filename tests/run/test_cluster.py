@@ -453,6 +453,7 @@ def test_the_command_line_sends_a_run_to_a_cluster(cluster, call):
     assert there["cost"]["workers"] == there["cost"]["threads"] == tp.load("there.npz").cost.workers == 2
 
 
+@pytest.mark.slow
 def test_the_example_of_the_guide_runs(cluster):
     """But for its address and its size."""
     text = (GUIDES / "clusters.md").read_text(encoding="utf-8")
@@ -463,6 +464,7 @@ def test_the_example_of_the_guide_runs(cluster):
     assert known["result"].particles == 10_000 and known["result"].cost.workers == 2
 
 
+@pytest.mark.slow
 def test_no_scene_stays_at_a_worker_and_no_task_at_the_scheduler(cluster):
     cluster.wait_until_empty()
     with Client(cluster.address, set_as_default=False) as client:

@@ -8,7 +8,6 @@ import time
 import pytest
 
 import transport as tp
-from tests.slow import quick
 from transport.compile.compiler import compile_scene
 from transport.compile.limits_exceeded import OverrunError, full_bank_error, too_many_crossings_error
 from transport.engine import driver
@@ -49,7 +48,8 @@ def split(gain, absorption="weighted"):
     return tp.Tracking(absorption=absorption, splitting=tp.Splitting(start=UP, end=DOWNWARDS, gain=gain))
 
 
-@pytest.mark.parametrize("absorption", quick(["weighted", "analog"], "weighted"))
+@pytest.mark.slow
+@pytest.mark.parametrize("absorption", ["weighted", "analog"])
 def test_a_gain_far_too_high_stops_soon_and_is_named(absorption):
     """Each history would make 1e30 copies; 2e4 of each, in the mean, are a sign."""
     simulate(FOGGY, 100, tracking=absorption)
