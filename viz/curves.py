@@ -58,6 +58,7 @@ LINE, BAND = {"lw": 2.2}, {"lw": 7.0, "alpha": 0.3}  # of an exact curve, of its
 GUIDES = (ORANGE, PURPLE, SKY, VERMILLION)
 ERRORS_SHOWN = "points ± 2 standard errors"
 UNSURE = "error unknown or doubtful"
+UNNAMED = "simulated"  # label of a series without one
 LONG_LABEL = (
     20  # characters; with longer labels the entries of a legend above its panel stand one below another
 )
@@ -167,7 +168,7 @@ def plot_curves(
         raise ValueError(
             "plot_curves: path, title, note and size are of a new figure; leave them out with ax="
         )
-    named = dict(series) if isinstance(series, Mapping) else {"simulated": series}
+    named = dict(series) if isinstance(series, Mapping) else {UNNAMED: series}
     points = _resolved(named, span, log_x)
     has_residuals = residuals and any(each.expected is not None for each in points.values())
     panel = Panel(points, guides or {}, levels or {}, marks or {}, span, log_x, log_y, steps, means)
@@ -514,9 +515,11 @@ def _draw_legend(axes: Axes, place: str) -> None:
     """Points first; outside the panel where it could hide something."""
     found = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     order = sorted(found, key=lambda label: not isinstance(found[label], ErrorbarContainer))
-    if len(order) == 1:  # what the axes say already
+    if len(order) == 1:
         corner = {"transform": axes.transAxes, "ha": "right", "va": "bottom", "color": MUTED}
-        axes.text(1.0, 1.01, ERRORS_SHOWN, fontsize="small", **corner)
+        is_said = order[0] == UNNAMED or order[0] in axes.get_ylabel()
+        words = ERRORS_SHOWN if is_said else f"{order[0]}, {ERRORS_SHOWN}"
+        axes.text(1.0, 1.01, words, fontsize="small", **corner)
         return
     columns = min(2, len(order)) if max(map(len, order), default=0) <= LONG_LABEL else 1
     where = {

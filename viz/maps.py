@@ -901,9 +901,8 @@ def _draw_cut(
     """Points along the rows of the cut before what is exact, on the scale of the map."""
     series = {_side_label(bins, side): _cut_series(bins, side, exact) for side in sides}
     xlabel = POLAR_ANGLE if bins.frame == PLAN else bins.across.label
-    is_log, named = isinstance(norm, LogNorm), with_unit(bins.label, bins.unit)
-    ylabel = bins.label if bins.frame == PLAN else named
-    plot_curves(series, ax=axes, xlabel=xlabel, ylabel=ylabel, log_y=is_log, means=True, legend="above")
+    is_log = isinstance(norm, LogNorm)
+    plot_curves(series, ax=axes, xlabel=xlabel, ylabel=bins.label, log_y=is_log, means=True, legend="above")
     if is_log:
         axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
     axes.xaxis.set_major_locator(FewTicks(bins.across.unit == "°"))

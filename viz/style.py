@@ -145,7 +145,10 @@ def tick_log(axis: Axis, decades: float = 2.5) -> None:
         axis.set_major_locator(LogLocator(10, numticks=12))
         axis.set_major_formatter(LogFormatterMathtext())
         return
-    axis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
+    room = axis.get_tick_space() / np.log10(high / low)  # labels per decade
+    axis.set_major_locator(
+        LogLocator(10, (1, 2, 5) if room >= 3 else (1, 3) if room >= 2 else (1,), numticks=12)
+    )
     axis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
     axis.set_minor_locator(NullLocator())
 

@@ -95,6 +95,7 @@ def test_a_map_and_its_cut_are_logarithmic_together(result):
     values, _, cut = plot_map(result["floor"], decades=2, cut=True).axes
     norm, (low, high) = values.images[0].norm, cut.get_ylim()
     assert cut.get_yscale() == "log"
+    assert cut.get_ylabel().count("[") == 1  # the unit once
     assert low == norm.vmin and high >= norm.vmax == 100 * low
 
 
