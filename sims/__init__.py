@@ -208,10 +208,12 @@ def curves_figure(**labels: object) -> Callable[[Callable[[list[Outcome]], dict[
         def draw(outcomes: list[Outcome], path: Path, note: str) -> None:
             from transport.viz.curves import Series, plot_curves
 
-            named = {"note": note} | labels | curves(outcomes)
-            series = named.pop("series")
-            named_series = series if isinstance(series, dict) else {"simulated": series}
-            plot_curves({label: Series(*fields) for label, fields in named_series.items()}, path, **named)
+            found = {"note": note} | labels | curves(outcomes)
+            series = found.pop("series")
+            if isinstance(series, dict):
+                plot_curves({label: Series(*fields) for label, fields in series.items()}, path, **found)
+            else:
+                plot_curves(Series(*series), path, **found)
 
         return draw
 
@@ -238,8 +240,8 @@ def draw_rows(
     """Every reading of every case beside its exact value."""
     from transport.viz.comparisons import comparison
 
-    several = len(outcomes) > 1  # the title of a single case would stand at every row
-    words = label or (lambda row, outcome: "\n".join(filter(None, (row.name, several and outcome.title))))
+    has_titles = len(outcomes) > 1  # that of a single case would stand at every row
+    words = label or (lambda row, outcome: "\n".join(filter(None, (row.name, has_titles and outcome.title))))
     rows = [(words(row, outcome), row) for outcome in outcomes for row in outcome.rows]
     table = {
         name: (row.estimate, row.exact) for name, row in [each for each in rows if keep(each[1])] or rows

@@ -175,7 +175,10 @@ def plot_curves(
     many = sum((len(points), len(panel.guides), *(len(each.guides) for each in points.values())))
     legend = legend or ("best" if many <= MOST_INSIDE else "right")
     if ax is not None:
-        main, below = (ax, None) if isinstance(ax, Axes) else np.ravel(ax)[:2]
+        panels = [ax] if isinstance(ax, Axes) else list(np.ravel(ax))
+        if not 1 <= len(panels) <= 2 or not all(isinstance(each, Axes) for each in panels):
+            raise ValueError(f"plot_curves: ax must be one or two Axes of matplotlib, got {short_repr(ax)}")
+        main, below = (*panels, None)[:2]
         _draw(main, below, panel, xlabel, ylabel, legend)
         return main
     with figure(size or (16.5 if legend == "right" else 14, 10), title, note, path) as page:

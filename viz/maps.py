@@ -61,11 +61,8 @@ ERROR_LABEL = "relative standard error  [%]"
 ERROR_DECADES = 2.0  # at most: what is nearly exact does not stretch the scale
 WORST = 100.0  # %, at the top of the scale of errors at the most
 WIDE = 5.0  # times the least error, from which on its scale is logarithmic
-PANEL, BESIDE, CUT = (
-    5.0,
-    1.9,
-    6.2,
-)  # inches: the longer side of a map, what stands beside it, the width of a cut
+PANEL, CUT = 5.0, 6.2  # inches: the longer side of a map, the width of a cut with its labels
+BESIDE = 1.9  # inches, of a map's labels and its colour bar
 SWATCH = 0.4  # inches, of what explains the hatching
 LOW = 4.0  # inches, of a map whose bar has a small label
 STRETCHED = 4.0  # most, of the sides of a map that is drawn to scale
@@ -440,10 +437,10 @@ def _chosen(
     index = tuple(at.get(name, slice(None)) if name not in left else slice(None) for name in array.dims)
     label += "".join(_place_words(array, name, at[name]) for name in at if bins[name] > 1)
     shown = array[index]
-    if is_of_flight and frame is None and {"theta", "phi"} <= set(shown.dims):
-        frame = FLAT if array.coords["theta"].max() > math.pi / 2 + 1e-9 else None
     if not isinstance(shown, EstimateArray):
         raise ValueError(f"plot: {whose} at {dict(at)} is one bin, {shown}; leave an axis out of at=")
+    if is_of_flight and frame is None and {"theta", "phi"} <= set(shown.dims):
+        frame = FLAT if array.coords["theta"].max() > math.pi / 2 + 1e-9 else None
     return Chosen(shown, index, array.shape, label, shape, frame, listed)
 
 

@@ -27,6 +27,7 @@ ROUNDS = 800  # of LANES draws
 PATH_BITS, COLLISION_BITS, TURN_BITS = 44, 44, 32  # of the uniforms that are told apart here
 WORDS = {"all zeros": 0, "all ones": 0xFFFFFFFF}
 LAST = 1 - 2.0**-52
+NUMBERS = np.arange(LANES)
 FLIGHTS = (collisions.sample_free_path, variance_reduction.sample_free_or_forced_path)
 
 
@@ -117,6 +118,41 @@ def test_free_paths_follow_the_exponential_law(fly):
     assert path.min() > 0
 
 
+@pytest.mark.parametrize("fly", FLIGHTS, ids=lambda p: p.name)
+def test_lanes_that_wait_escape_or_are_dead_are_left_alone(fly):
+    """A lane that met a surface, one that left, one of weight 0: neither flies nor uses up a number."""
+    kind = NUMBERS % 4
+    distance = np.where(kind == 1, np.inf, 0.5)
+    lanes = Lanes(hit=kind == 0, distance=distance, weight=kind != 2)
+    event = lanes["event"]
+    lanes.run(fly)
+    assert (lanes["flies"] == (kind == 3)).all() and (lanes["event"] - event == (kind == 3)).all()
+    assert (lanes["distance"] == distance)[kind != 3].all()
+
+
+def test_flights_in_vacuum_have_no_collision():
+    lanes = Lanes(mfp=np.inf).run(collisions.sample_free_path)
+    assert np.isinf(lanes["distance"]).all()
+    assert (lanes.run(collisions.collide)["collides"] == 0).all()
+    assert (lanes["z"] == 0).all() and int(lanes.bundle["collisions"][0]) == 0
+
+
+def test_a_collision_is_at_the_end_of_its_path_and_only_there():
+    lanes = Lanes(start=0.25, x=1.0, ux=0.6, uz=0.8, sheet=5)
+    lanes.run(collisions.sample_free_path)
+    path = lanes["distance"]
+    lanes["hit"] = np.where(np.arange(LANES) % 3 == 0, 9, 0)
+    lanes.run(collisions.collide)
+    collided = lanes["hit"] == 0
+    way = np.where(collided, path - layout.COLLISION_CLEARANCE, 0.0)
+    np.testing.assert_allclose(lanes["x"], 1 + 0.6 * way, rtol=1e-15)
+    np.testing.assert_allclose(lanes["z"], 0.8 * way, rtol=1e-15)
+    assert (lanes["collides"] == collided).all()
+    assert (lanes["start"] == np.where(collided, 0.0, 0.25)).all()
+    assert (lanes["sheet"] == np.where(collided, 0, 5)).all()
+    assert int(lanes.bundle["collisions"][0]) == collided.sum() == int(lanes.bundle["colliding"][0])
+
+
 @pytest.mark.parametrize("word", WORDS.values(), ids=WORDS)
 def test_extreme_draws_make_finite_paths(word, monkeypatch):
     """Plain Python with a stream of zeros, and of ones: no path is 0 or longer than 37 mean ones; none in vacuum ends."""
@@ -156,6 +192,32 @@ def test_a_forced_collision_carries_its_probability_and_follows_the_truncated_ex
     if tau >= 0.1:
         with pytest.raises(AssertionError):  # evenly along the way
             assert_follows(np.histogram(depths, cells)[0], np.diff(cells), FALSE_ALARM)
+
+
+def test_no_collision_is_forced_in_vacuum_without_a_surface_ahead_or_twice():
+    kinds = np.arange(LANES) % 4
+    ahead = np.where(kinds == 2, variance_reduction.FREE, variance_reduction.UNCOLLIDED)
+    lanes = Lanes(mfp=np.where(kinds == 0, np.inf, 1.0), forced_path=ahead).run(
+        variance_reduction.sample_free_or_forced_path
+    )
+    distance = lanes["distance"]
+    lanes["distance"] = np.where(kinds == 3, 1.0, distance)
+    lanes.run(variance_reduction.force_collision)
+    assert (lanes["copies"] == (kinds == 3)).all()
+    assert (lanes["weight"] == 1.0)[kinds != 3].all()
+    assert (
+        lanes["forced_path"]
+        == np.where(np.isin(kinds, (1, 2)), variance_reduction.FREE, variance_reduction.UNCOLLIDED)
+    ).all()
+    assert np.isinf(lanes["distance"])[kinds == 0].all() and np.isfinite(lanes["distance"])[kinds != 0].all()
+
+
+def test_a_copy_flies_its_own_path_once():
+    lanes = Lanes(forced_path=0.125).run(variance_reduction.sample_free_or_forced_path)
+    np.testing.assert_allclose(lanes["distance"], 0.125, rtol=1e-12)
+    assert (lanes["forced_path"] == variance_reduction.FREE).all()
+    lanes["distance"], lanes["hit"] = 0.0, 0
+    assert len(np.unique(lanes.run(variance_reduction.sample_free_or_forced_path)["distance"])) == LANES
 
 
 @pytest.mark.parametrize("word", WORDS.values(), ids=WORDS)
@@ -263,6 +325,12 @@ def test_roulette_keeps_the_expectation_and_balances_the_ledger(threshold, level
         is_even(numbers)
 
 
+@pytest.mark.parametrize("play", [play for play, _, _ in GAMES.values()], ids=GAMES)
+def test_lanes_that_meet_nothing_play_no_roulette(play):
+    lanes = Lanes(collides=0, hit=0, weight=1e-6, u0=0.5, u2=0.5).run(play, threshold=0.5, level=1.0)
+    assert (lanes["weight"] == 1e-6).all() and lanes.gained(layout.ROULETTE) == 0
+
+
 def test_extreme_draws_absorb_or_leave_a_number_below_one():
     cases = itertools.product([0.0, 1e-300, 0.5, 1.0], [0.0, 2.0**-52, 0.5, LAST])
     survival, u = np.resize(list(cases), (LANES, 2)).T
@@ -307,11 +375,11 @@ def test_copies_have_independent_random_numbers():
         assert worst(plain.sum(axis=0) / math.sqrt(len(bits))) < 1
 
 
-def weighed(ratio, gain, z):
+def weighed(ratio, seed=1, gain=1e6, z=0.0, **fields):
     """Lanes of that weight over the one to have at z, after the pass, and the importance there."""
     table = {"kz": math.log(gain), "most": math.log(gain)}
     importance = math.exp(min(max(z, 0.0), 1.0) * math.log(gain))
-    lanes = Lanes(seed=1, z=z, cut=1, weight=ratio * 0.5 / importance, birth=0.5)
+    lanes = Lanes(seed=seed, z=z, cut=1, weight=ratio * 0.5 / importance, birth=0.5, **fields)
     lanes.run(variance_reduction.split_or_roulette, **table)
     return lanes, 0.5 / importance
 
@@ -329,6 +397,36 @@ def test_splitting_divides_a_weight_among_its_copies(gain, z):
         lanes, wanted = weighed(ratio, gain=gain, z=z)
         assert (lanes["copies"] == 0).all() and lanes.gained(layout.ROULETTE) == 0
         np.testing.assert_allclose(lanes["weight"], ratio * wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [0.49, 0.1, 1e-3])
+def test_thinning_out_keeps_the_expectation_and_balances_the_ledger(ratio):
+    alive, rounds = 0, 300
+    for seed in range(rounds):
+        lanes, wanted = weighed(ratio, seed=seed, gain=100.0, z=0.25)
+        lives = lanes["weight"] > 0
+        np.testing.assert_allclose(lanes["weight"][lives], wanted, rtol=1e-12)
+        taken = LANES * ratio * wanted - lanes["weight"].sum()
+        assert lanes.gained(layout.ROULETTE) == pytest.approx(taken, rel=1e-9, abs=1e-12)
+        alive += lives.sum()
+    draws = rounds * LANES
+    limit = -ndtri(FALSE_ALARM / 2) * math.sqrt(draws * ratio * (1 - ratio))
+    assert abs(alive - draws * ratio) < limit < draws * ratio
+
+
+def test_lanes_that_meet_a_surface_or_wait_are_not_split():
+    lanes = Lanes(cut=0, weight=1e3, birth=1.0)
+    lanes.run(variance_reduction.split_or_roulette, kz=1.0, most=1.0)
+    assert (lanes["weight"] == 1e3).all() and (lanes["copies"] == 0).all()
+
+
+def test_a_station_is_no_collision():
+    lanes = Lanes(flies=1, distance=np.where(np.arange(LANES) % 2, 5.0, 0.01), uz=1.0)
+    lanes.run(variance_reduction.cut_flight, kz=variance_reduction.LN_2 / 0.1, most=1e3)
+    np.testing.assert_allclose(lanes["distance"], np.where(np.arange(LANES) % 2, 0.1, 0.01), rtol=1e-12)
+    lanes.run(collisions.collide).run(variance_reduction.revoke_station_collisions)
+    assert (lanes["collides"] == (np.arange(LANES) % 2 == 0)).all()
+    assert (lanes["cut"] == 1).all() and int(lanes.bundle["collisions"][0]) == LANES // 2
 
 
 # ---- scattering ----

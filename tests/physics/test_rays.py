@@ -1,4 +1,4 @@
-"""Where rays meet planes and spheres, against 50 digits: errors in units of rounding (2^-53).
+"""Where rays meet planes, spheres and boxes, against 50 digits: errors in units of rounding (2^-53).
 
 A crossing cannot be known better than its ray.  So errors are measured against what rounding the ray itself would do:
 for a plane |Δt cosθ| against the lengths that go in, for a sphere how far the point found lies off the sphere,
@@ -7,18 +7,24 @@ against the distance of the ray's origin.  The textbook quadratic fails these te
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import mpmath as mp
 import numpy as np
 import pytest
 
-from transport.physics.rays import plane_crossing, sphere_crossing
+from transport.physics.rays import box_crossings, plane_crossing, sphere_crossing
 
 ROUNDING = 2.0**-53
 DIGITS = 50
 PLANE_LIMIT = 4  # roundings; measured 2.3
 SPHERE_LIMIT = 12  # measured 8.5
-over_planes = np.vectorize(plane_crossing, otypes=[float] * 4)
-over_spheres = np.vectorize(sphere_crossing, otypes=[float])
+BOX_LIMIT = 4  # measured 2.3
+over_planes, over_spheres, over_boxes = (
+    np.vectorize(function, otypes=[float] * count)
+    for function, count in ((plane_crossing, 4), (sphere_crossing, 1), (box_crossings, 4))
+)
 
 
 def plane(r, u, n):
@@ -97,6 +103,26 @@ def test_a_ray_meets_a_plane_where_it_does():
             assert size(off) <= PLANE_LIMIT * scale
 
 
+def test_a_ray_at_right_angles_meets_a_plane_to_the_last_places():
+    """Without an inclination the distance is good relatively, whatever the scale."""
+    rng = np.random.default_rng(2)
+    n = units(200, rng)
+    d = 10 ** rng.uniform(-12, 12, 200)
+    found = plane(d[:, None] * n, n, n)
+    assert np.abs(found[:, 0] / d - 1).max() <= PLANE_LIMIT * ROUNDING
+    assert (size(found[:, 1:]) <= PLANE_LIMIT * ROUNDING * d).all()
+
+
+@pytest.mark.parametrize("height", [1.0, 0.0, -1.0])
+def test_a_ray_parallel_to_a_plane_meets_it_nowhere(height):
+    """Infinity or NaN: no comparison of the form `start < t < nearest` takes it."""
+    r, u, n = np.array([[0.3, 0.2, height]]), np.array([[0.6, 0.8, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    t, x, y, z = plane(r, u, n)[0]
+    assert not (0 < t < math.inf)
+    assert not abs(x) <= 1e300
+    assert not x * x + y * y + z * z <= 1e300
+
+
 @pytest.mark.parametrize("decades", [0, 3, 6, 9, 12])
 def test_the_point_found_lies_on_the_sphere_near_and_far(decades):
     """A sphere seen from up to 1e12 of its radii: off by roundings of the distance; never a ray lost inside the rim."""
@@ -115,6 +141,17 @@ def test_the_point_found_lies_on_the_sphere_near_and_far(decades):
     assert (beyond >= t).all()
     if decades >= 6:
         assert off_sphere(o, u, textbook_sphere(o, u, 1.0)).max() > 1000 * SPHERE_LIMIT * ROUNDING
+
+
+def test_a_ray_outside_the_rim_or_away_misses_the_sphere():
+    rng = np.random.default_rng(21)
+    distance = 10 ** rng.uniform(0, 12, 300)
+    gap = 1e-14 + 8 * distance * ROUNDING
+    for impact, before in (
+        (1 + gap * 10 ** rng.uniform(0, 3, 300), distance),
+        (rng.uniform(0, 1, 300), -(distance + 1)),
+    ):
+        assert np.isinf(sphere(*rays_past(impact, before, rng))).all()
 
 
 @pytest.mark.parametrize("radius", [1e-12, 1.0, 1e12])
@@ -153,3 +190,72 @@ def test_a_particle_that_stands_on_a_sphere_meets_it_again_only_across():
     assert off_sphere(o, u, t).max() <= SPHERE_LIMIT * ROUNDING
     o, u, _ = on_sphere(400, rng, inwards=False)
     assert np.isinf(sphere(o, u, standing=True)).all()
+
+
+@pytest.mark.parametrize("ahead", [1e-3, 1.0, 1e3, 1e6])
+def test_an_aimed_particle_meets_spheres_from_where_it_stands_behind_the_origin_of_its_ray(ahead):
+    """Its ray has its origin at the target, and the particle is at start < 0: on a sphere, or before another one."""
+    rng = np.random.default_rng(24)
+    blur = SPHERE_LIMIT * ROUNDING * max(1, ahead)
+    o, u, mu = on_sphere(400, rng, inwards=True)
+    t, deep = sphere(o + ahead * u, u, start=-ahead, standing=True), -2 * mu > 4 * blur
+    assert np.abs(t + ahead + 2 * mu)[deep].max() <= 2 * blur
+    assert off_sphere(o + ahead * u, u, t)[deep].max() <= SPHERE_LIMIT * ROUNDING
+    o, u, mu = on_sphere(400, rng, inwards=False)
+    assert np.isinf(sphere(o + ahead * u, u, start=-ahead, standing=True))[2 * mu > 4 * blur].all()
+    o, u = rays_past(rng.uniform(0, 0.9, 300), np.full(300, 3.0), rng)
+    moved = sphere(o + ahead * u, u, start=-ahead)
+    assert np.abs(moved + ahead - sphere(o, u)).max() <= 4 * blur
+    assert np.isinf(sphere(o + (3 + ahead) * u, u, start=2.0)).all()  # behind
+
+
+def exact_box(o, u, h):
+    """Entry and exit by 50 digits; axes to which the ray is parallel only say whether it can meet the box at all."""
+    near, far = (-mp.inf, 0), (mp.inf, 0)
+    for a, b, c in zip(*(exact_vector(v) for v in (o, u, h)), strict=True):
+        if b == 0:
+            if abs(a) > c:
+                return None
+            continue
+        first, last = sorted(((-c - a) / b, (c - a) / b))
+        near, far = max(near, (first, abs(b))), min(far, (last, abs(b)))
+    return (*near, *far)
+
+
+def agrees_with_box(o, u, h):
+    with np.errstate(all="ignore"):
+        found = np.stack(over_boxes(*o.T, *u.T, *h.T), axis=1)
+    with mp.workdps(DIGITS):
+        for k in range(len(o)):
+            exact = exact_box(o[k], u[k], h[k])
+            if exact is None:
+                assert not found[k, 0] <= found[k, 2], f"o {o[k]}, u {u[k]}, h {h[k]}: {found[k]} should miss"
+                continue
+            scale = ROUNDING * (size(o[k]) + size(h[k]))
+            for i in (0, 2):
+                assert found[k, i + 1] == float(exact[i + 1]), f"o {o[k]}, u {u[k]}, h {h[k]}: {found[k]}"
+                off = abs(float((mp.mpf(float(found[k, i])) - exact[i]) * exact[i + 1]))
+                assert off <= BOX_LIMIT * scale, f"o {o[k]}, u {u[k]}, h {h[k]}: {found[k]}"
+    return found
+
+
+@pytest.mark.parametrize("decades", [0, 6, 12])
+def test_a_ray_enters_and_leaves_a_box_where_it_does(decades):
+    """From inside and from up to 1e12 of its sizes; entry and exit lie on the faces to roundings of the distance."""
+    rng = np.random.default_rng(31 + decades)
+    h = 10 ** rng.uniform(-1, 1, (300, 3))
+    goal = rng.uniform(-1, 1, (300, 3)) * h
+    u = units(300, rng)
+    o = goal - rng.uniform(0, 10.0**decades, (300, 1)) * u
+    found = agrees_with_box(o, u, h)
+    assert (found[:, 0] <= found[:, 2]).mean() > (0.99 if decades < 12 else 0.9)
+    aside = agrees_with_box(o + 10 * across(u, rng) * size(h)[:, None], u, h)
+    assert (aside[:, 0] > aside[:, 2]).all()
+
+
+def test_a_ray_parallel_to_the_faces_of_a_box_meets_the_others():
+    """Hits from inside and outside, misses beside: a component of 0 is a direction like others."""
+    ways = [(0, 0, 1), (0, 0, -1), (-1, 0, 0), (0, 0.6, 0.8), (-0.6, 0, 0.8), (-0.0, -0.0, 1)]
+    places = [(0, 0, 0), (0.1, 0.2, -0.3), (0, 0, -5), (0.1, -0.2, 5), (5, 0.1, 0), (3, 0.2, -5)]
+    o, u = (np.array(each, float) for each in zip(*itertools.product(places, ways), strict=True))
+    agrees_with_box(o, u, np.full((36, 3), [1.0, 0.5, 2.0]))

@@ -190,3 +190,25 @@ def test_radiance_at_several_distances_is_drawn_side_by_side_on_its_laws(tmp_pat
         polar_curves({"map": seen(1.0, phi=(0.0, 1.0, 2.0))})
     with pytest.raises(ValueError, match="the curves are"):
         polar_curves(curves, {"d = 3 m": laws["d = 1.0 m"]})
+
+
+def test_axes_and_series_of_the_wrong_kind_are_refused():
+    series = Series([1.0, 2.0], ([1.0, 2.0], [0.1, 0.1]))
+    with pytest.raises(ValueError, match="ax must be one or two Axes"):
+        plot_curves(series, ax=Figure().subplots(2, 2))
+    with pytest.raises(ValueError, match="path, title, note and size are of a new figure"):
+        plot_curves(series, ax=Figure().subplots(), title="Two")
+    with pytest.raises(ValueError, match=r"the estimates of 'simulated' must be .*\(values, errors\), got"):
+        plot_curves(Series([1.0, 2.0], np.array([1.0, 2.0])))
+
+
+def test_an_array_with_one_axis_is_a_series_over_its_bins():
+    array = estimates([1.0, 2.0, 3.0], ("x",), (np.array([0.0, 1.0, 2.0, 4.0]),))
+    (x, y, _), *_ = points_of(plot_curves(array).axes[0])
+    assert x.tolist() == [0.5, 1.5, 3.0] and y == pytest.approx(array.value)
+
+
+def test_bars_on_a_logarithmic_axis_are_whole_above_their_points():
+    (axes,) = plot_curves(Series([1.0, 2.0], ([1.0, 2.0], [3.0, 0.1])), log_y=True).axes
+    (_, _, bars), *_ = points_of(axes)
+    assert bars == pytest.approx([6.0, 0.2]) and axes.get_ylim()[0] > 0.01 and axes.get_ylim()[1] > 7

@@ -1048,20 +1048,20 @@ NAMED = [name for name in CASES if name not in ("ball", "ball, behind")]
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMED)
 def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name):
-    """Three radii and every estimator; a run of 30 complete ones may be doubtful, or wrong by chance."""
+    """Two seeds of three radii and every estimator; a run of 30 complete ones may be doubtful, or wrong by chance."""
     case = CASES[name]
     methods = ("analog", "expected", "backward")
-    judged = [run for r in case.radii for run in named_runs(case, r, 1, 3e5, methods)]
+    judged = [run for r in case.radii for run in named_runs(case, r, 2, 3e5, methods)]
     assert sum(run.is_missed for run in judged) <= (1 if any(run.is_complete for run in judged) else 0)
     complete = [run for run in judged if run.is_complete]
-    assert sum(run.run.verdict == "doubtful" for run in complete) <= len(complete) // 25
+    assert sum(run.run.verdict == "doubtful" for run in complete) <= 1
 
 
 @pytest.mark.slow
 def test_sound_estimates_of_random_rooms_agree():
-    """5 rooms: the family's false-alarm rate is 1e-3, for pairs of estimates and against the references each."""
-    found = judge_rooms(range(0, 300, 60), 1e5)
-    assert found["pairs"] > 4 and found["disagreements"] == [] and found["off reference"] == []
+    """30 rooms: the family's false-alarm rate is 1e-3, for pairs of estimates and against the references each."""
+    found = judge_rooms(range(0, 300, 10), 1e5)
+    assert found["pairs"] > 25 and found["disagreements"] == [] and found["off reference"] == []
     assert found["missed"] == 0
 
 

@@ -232,11 +232,8 @@ def test_a_batch_that_stands_alone_is_found():
     rng = np.random.default_rng(8)
     rows = rng.normal(size=(1000, 32))
     assert sum(outlier_probability(row) < 1e-3 for row in rows) <= 8
-    for first in (
-        rows[:, 3:4],
-        rows[:, 3:6],
-    ):  # the largest of three is hardly above the rest: they are above all others
-        first += 50
+    for raised in (rows[:, 3:4], rows[:, 3:6]):  # of three the largest is hardly above the next
+        raised += 50
         assert max(outlier_probability(row) for row in rows) < 1e-8
     values = (np.random.default_rng(1).random((32, 100)) < 0.1).astype(float)
     values[7] = 1.0
@@ -279,19 +276,20 @@ def test_a_heavy_tail_is_flagged_where_the_answer_is_off_and_a_light_one_hardly_
         assert flagged <= 0.02 * SEEDS
 
 
+@pytest.mark.slow
 def test_the_trap_of_an_aim_is_flagged_before_the_mean_is_right_and_a_sound_aim_is_not():
     """Births near the target are missed: far too little, with an error far too small.  Every such run says so."""
-    truth, off, flagged, lowest, seeds = exact(0.01, 0.001), 0, 0, 1.0, 60
-    for seed in range(seeds):
+    truth, off, flagged, lowest = exact(0.01, 0.001), 0, 0, 1.0
+    for seed in range(SEEDS):
         result = run(aimed(), 3000, seed)
         found = result["meter"].irradiance
         if abs(found.z(truth)) > 3:
             off, lowest = off + 1, min(lowest, found.value / truth)
             flagged += not result.quality("meter.irradiance").is_sound
-    assert off > 0.2 * seeds and lowest < 0.25
+    assert off > 0.2 * SEEDS and lowest < 0.25
     assert flagged >= 0.95 * off
-    sound = [run(aimed(0.1, 0.01), 10_000, seed).quality("meter.flux_in").is_sound for seed in range(60)]
-    assert sound.count(False) <= 1
+    sound = [run(aimed(0.1, 0.01), 10_000, seed).quality("meter.flux_in").is_sound for seed in range(100)]
+    assert sound.count(False) <= 2
 
 
 def test_quasi_random_points_leave_nothing_to_come():

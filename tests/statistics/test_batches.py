@@ -39,6 +39,16 @@ def test_error_of_unlike_batches_is_free_of_bias():
     assert abs(wrong.mean() - 1) > 5 * wrong.std() / 200
 
 
+def test_a_mean_of_a_billion_does_not_swallow_a_variance_of_one():
+    """As the sum of the squares less the square of the sum would."""
+    noise = np.random.default_rng(3).integers(-4, 5, size=64) / 4  # exact beside 1e9
+    sizes = np.arange(64) % 2 + 10
+    far, near = standard_error(1e9 + noise, sizes), standard_error(noise, sizes)
+    assert far == pytest.approx(near, rel=1e-6)
+    one_pass = ((1e9 + noise) ** 2).mean() - (1e9 + noise).mean() ** 2
+    assert abs(one_pass / noise.var() - 1) > 0.1
+
+
 def test_errors_scale_with_the_unit_and_equal_batches_have_none():
     for scale in (1e-200, 1.0, 1e200):
         expected = scale * standard_error(VALUES, SIZES)
@@ -100,6 +110,17 @@ def test_normal_score_has_the_tail_of_t(t, dof):
         # d log(tail) / dz is about -z: an error of 1e-11 z in z.
         difference = mpmath.log(mpmath.erfc(z / mpmath.sqrt(2)) / 2) - mpmath.log(tail)
         assert abs(difference) < 1e-11 * (1 + z * z)
+
+
+def test_normal_score_is_odd_finite_and_monotonic():
+    t = np.concatenate([np.linspace(0, 60, 601), np.logspace(2, 30, 57)])
+    for dof in (2, 31, 500, 1e6):
+        z = normal_score(t, dof)
+        assert np.isfinite(z).all()
+        assert (np.diff(z) > 0).all()
+        np.testing.assert_array_equal(normal_score(-t, dof), -z)
+    assert normal_score(40.0, math.inf) == 40.0
+    assert np.isnan(normal_score(np.nan, 31))
 
 
 def test_effective_freedom_lies_between_the_parts_and_their_sum():

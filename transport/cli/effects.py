@@ -140,8 +140,8 @@ def print_effects(effects: Effects, scene: Treatment) -> None:
     measured = measure(scene)
     print_labelled("compiled", start_line(measured["compiled"]))
     for births, alike in groupby(enumerate(effects.births), key=lambda pair: pair[1]):
-        first, *_, last = (number for number, _ in (*alike,) * 2)
-        emitters = f"emitter {first}" if first == last else f"emitters {first} to {last}"
+        numbers = [number for number, _ in alike]
+        emitters = f"emitter {numbers[0]}" if len(numbers) == 1 else f"emitters {numbers[0]} to {numbers[-1]}"
         print_rich(f"\nbirths at {emitters}", style="bold")
         print_rich(pass_table(births, measured["costs"]))
     print_rich("\nevery step", style="bold")
