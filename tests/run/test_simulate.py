@@ -14,6 +14,7 @@ import pytest
 import transport as tp
 from tests.processes import pressing_ctrl_c
 from transport.results.result import Ledger
+from transport.run.interruption import Interruption
 from transport.validation import SIMULATE_PARAMETERS
 
 LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
@@ -148,7 +149,16 @@ def test_a_run_goes_on_where_ctrl_c_is_ignored():
     assert result.is_complete and result.cost.seconds >= 0.4
 
 
-def test_ctrl_c_within_the_first_batch_stops_at_once_with_a_cure(press_ctrl_c):
+@pytest.mark.parametrize("delay", [0.0, 0.2])
+def test_ctrl_c_within_the_first_batch_stops_at_once_with_a_cure(press_ctrl_c, monkeypatch, delay):
+    """Also where the signal's handler takes longer than the run waits for batches: the machine is busy."""
+    remember = Interruption._remember
+
+    def remember_late(*arguments):
+        time.sleep(delay)
+        remember(*arguments)
+
+    monkeypatch.setattr(Interruption, "_remember", remember_late)
     faces = tp.Box(size=2.0).faces().items()
     walls = [tp.Surface(face, tp.Diffuse(0.9999), name=name) for name, face in faces]
     bright = tp.Scene(tp.Source("+z", tp.Lambertian(power=1.0), side="back"), walls)

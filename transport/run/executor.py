@@ -131,7 +131,9 @@ class ThreadExecutor(Executor):
         super().__init__(compiled.program.plan, threads)
         self.compiled, self.seed = compiled, seed
         self.bundles = [empty_bundle() for _ in range(threads)]
-        self.finished: queue.SimpleQueue = queue.SimpleQueue()  # parcels of batches, or exceptions
+        # Parcels of batches, or exceptions. Not a SimpleQueue: where the handler of Ctrl-C outlasts the
+        # timeout, its `get` waits without end (CPython 3.11).
+        self.finished: queue.Queue = queue.Queue()
         self.running: list[threading.Thread] = []
 
     @property
