@@ -60,7 +60,7 @@ class Lanes:
         """The same as plain Python, where what the pass calls can be replaced."""
         table = layout.row(lane_pass.table, **values) if values else table
         with np.errstate(over="ignore"):
-            lane_pass.function(
+            lane_pass.run_plainly(
                 self.bundle.view(np.recarray)[0], table.reshape(1).view(np.recarray)[0], 0, LANES
             )
         return self

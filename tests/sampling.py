@@ -220,7 +220,7 @@ def cosine_law(count: int, seed: int, side: float = -1.0) -> np.ndarray:
 def _ready(step, table: np.ndarray) -> tuple[Callable, object]:
     """What to call with a bundle, and its table."""
     if config.DISABLE_JIT:
-        return step.function, table.reshape(1).view(np.recarray)[0]
+        return step.entry, table.reshape(1).view(np.recarray)[0]
     return PASS(step.entry), table.ctypes.data
 
 

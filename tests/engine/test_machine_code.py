@@ -15,12 +15,11 @@ from pathlib import Path
 import llvmlite.binding as llvm
 import numba
 import pytest
-from numba import cfunc, config, from_dtype, types
+from numba import cfunc, config
 
 from tests.same_batches import scene
 from transport.compile.compiler import compile_scene
 from transport.engine import cache
-from transport.engine.bundle import Bundle
 from transport.engine.program import build_program
 from transport.engine.registry import PASSES, Pass
 from transport.engine.stages.quasi_random import quasi_random_twin
@@ -94,8 +93,7 @@ def assembly(lane_pass):
     """Machine code as text; what was loaded from the cache has none and is compiled once more."""
     compiled = lane_pass.compiled
     if compiled.cache_hits:
-        signature = types.int64(from_dtype(Bundle), from_dtype(lane_pass.table), types.uint64, types.uint64)
-        compiled = cfunc(signature, **lane_pass.arithmetic)(lane_pass.function)
+        compiled = cfunc(lane_pass.signature, **lane_pass.arithmetic)(lane_pass.loop)
     return compiled._library.get_asm_str()
 
 
@@ -184,14 +182,11 @@ def test_quasi_random_twins_are_vectorised(name, sampling):
     assert is_vectorised(assembly(quasi_random_twin(PASSES[name], sampling)), 0.05)
 
 
-def branching(b, table, first, live):
-    """A pass as it must not be: a branch with a store in it, and a recurrence from lane to lane."""
-    for k in range(first, live):
-        if b.weight[k] < 0.5:
-            b.x[k] = b.y[k - 1] * b.x[k - 1]
-        else:
-            b.bin[b.hit[k]] += 1
-    return live
+def branching(lane, table):
+    """A body as it must not be: a sum in memory, and a branch that divides."""
+    lane.scored += 1
+    if lane.weight < 0.5:
+        lane.x = lane.y / lane.scored
 
 
 @needs("avx2")

@@ -78,7 +78,7 @@ class Rays:
                 continue
             if config.DISABLE_JIT:
                 tables = bundle.view(np.recarray)[0], table.reshape(1).view(np.recarray)[0]
-                lane_pass.function(*tables, 0, count)
+                lane_pass.entry(*tables, 0, count)
             else:
                 PASS(lane_pass.entry)(bundle.ctypes.data, table.ctypes.data, 0, count)
         row, cells = self.volume.row, self.volume.detector.volumes(self.volume.shape).size

@@ -18,6 +18,7 @@ FOLDERS = ("engine", "physics")
 SOURCES = ("engine", "engine/passes")  # of what Numba keeps on disk
 MARKS = (
     "@lane_pass",
+    "@bundle_pass",
     "@device",
     "@exact_device",
     "njit",

@@ -37,7 +37,7 @@ HEADER = (
     "seed_low",  # lower 32 bits of the seed
     "seed_high",  # upper 32 bits of the seed
     "batch",  # number of the batch: part of every random counter
-    "next_history",  # number of the history that the next newborn lane begins
+    "next_history",  # number of the history of a newborn lane 0
     "birth_factor",  # float64 bits: factor of the current emitter's birth weights (driver._deal_histories)
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",  # surface crossings so far
@@ -48,7 +48,6 @@ HEADER = (
     "bank_capacity",  # capacity of the bank in copies
     "bank_overflow",  # 1: the bank overflowed; > 1: number of copies made, where too many; else 0
     "colliding",  # lanes that collided in the last pass over flights and fly on
-    "any_grazing",  # 1 if the last binning pass scored a crossing with |mu| below the grazing cut, else 0
     "scored",  # bound of the sums of volume, point and expected-crossing scores (driver.MAX_SCORED)
     "shadow",  # address of the bundle of shadow rays, where point or expected detectors exist
     "rays_cast",  # number of rays that the last casting pass listed ...
@@ -147,6 +146,7 @@ SCRATCH = (
     ("bin", "i8"),  # tally row to score into; 0: none
     ("high", "i8"),  # weight to score in units of 2^-32 ...
     ("low", "i8"),  # ... its remainder in units of 2^-63 ...
+    ("count", "i8"),  # ... number, and above it grazing crossings (tally.count_of_score)
     ("slant", "i8"),  # ... and weight/|mu| in units of 2^-22
     ("flight_end", "f8"),  # ray parameter at the end of a flight: the next hit, or where the clock stops
     ("length_before", "f8"),  # path length before the flight enters the volume detector ...

@@ -121,7 +121,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
         while live < LANES and emitter < count:
             born = min(LANES - live, end - history)
             if born > 0:
-                b.next_history, b.birth_factor = history, bits_of(worths[emitter])
+                b.next_history, b.birth_factor = history - live, bits_of(worths[emitter])
                 for p in range(emitters[emitter], emitters[emitter + 1]):
                     call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
                     _trace_shadow_rays(b, handle, sight)

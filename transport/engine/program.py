@@ -119,6 +119,7 @@ def _use_sampling(program, sampling):
 
 def _flight(plan, moved):
     """Yield the steps from the end of a round to the surface: count escapes, compact lanes, move."""
+    yield step(intersections.end_not_finite)
     yield step(intersections.end_escaped)
     yield step(lanes.compact_and_sort if plan.scatters else lanes.compact_lanes, moved)
     if plan.contacts:

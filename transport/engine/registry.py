@@ -1,24 +1,18 @@
 """Passes by name, and steps: a pass with its table."""
 
-import dis
-import itertools
+import re
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from threading import RLock
-from types import FunctionType, ModuleType
+from types import ModuleType
 
 import numpy as np
-from numba import cfunc, config, from_dtype, types
 
 from transport.compile import layout
 from transport.compile.plan import Plan
-from transport.engine.bundle import CARRIED, SCRATCH, Bundle
-from transport.engine.cache import cached_kernels
-from transport.physics.device import ARITHMETIC
+from transport.engine.bodies import Pass
 
 # ---- Lazy loading of the modules of passes: a module is executed when a scene first needs one of its passes.
 #
@@ -26,7 +20,7 @@ from transport.physics.device import ARITHMETIC
 # `from transport.engine.passes import collisions` and an editor's jump to a definition work as usual.
 
 FOLDER = Path(__file__).parent / "passes"
-PASS_MARK = "\n@lane_pass("
+PASS_MARK = re.compile(r"\n@(?:lane|bundle)_pass\(")
 # attributes that the import system reads before a module is executed
 IMPORT_ATTRIBUTES = "__name__", "__spec__"
 EXECUTING = []
@@ -35,7 +29,7 @@ EXECUTION_LOCK = RLock()
 
 def _passes_in(path: Path) -> list[str]:
     """Return the names of the passes of a file, from its text alone."""
-    after = path.read_text(encoding="utf-8").split(PASS_MARK)[1:]
+    after = PASS_MARK.split(path.read_text(encoding="utf-8"))[1:]
     return [text.partition("\ndef ")[2].partition("(")[0] for text in after]
 
 
@@ -89,71 +83,6 @@ def _lazy_modules() -> tuple[dict[str, ModuleType], dict[str, str]]:
 
 
 MODULES, MODULE_OF_PASS = _lazy_modules()
-
-
-# ---- A pass: one physical step as a loop over lanes [first, live), with one signature and its own table.
-#
-#     @lane_pass(Table)
-#     def step(bundle, table, first, live): ...; return live
-#
-# The docstring of a pass lists the bundle's fields that it reads, updates and writes, but the random counter.
-#
-# It is compiled as a C callback when a program first needs it and cached on disk separately, so a new kind of
-# scene compiles only its new passes. With NUMBA_DISABLE_JIT=1 the same function runs as plain Python on
-# records.
-
-LANE_FIELDS = tuple(name for name, _ in CARRIED + SCRATCH)
-
-
-@dataclass(frozen=True)
-class Pass:
-    """A lane loop, the record type of its table and its floating-point options."""
-
-    function: object
-    table: np.dtype
-    arithmetic: dict = field(default_factory=lambda: ARITHMETIC, compare=False)
-
-    @property
-    def name(self) -> str:
-        """Name of the function."""
-        return self.function.__name__
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """Names of the lane fields that the loop uses, itself or in functions that it gives the bundle to."""
-        named = _bundle_attributes(self.function)
-        return tuple(name for name in LANE_FIELDS if name in named)
-
-    @cached_property
-    def compiled(self):
-        """The C callback, compiled now or loaded from disk."""
-        signature = types.int64(from_dtype(Bundle), from_dtype(self.table), types.uint64, types.uint64)
-        with cached_kernels():
-            return cfunc(signature, cache=True, **self.arithmetic)(self.function)
-
-    @property
-    def entry(self):
-        """Address of the callback for the driver, or the Python function without compilation."""
-        return self.function if config.DISABLE_JIT else self.compiled.address
-
-
-def _bundle_attributes(function: FunctionType) -> set[str]:
-    """Return the attributes of the bundle, a function's first parameter, by its bytecode and that of the
-    functions that it calls with a bundle `b`.
-    """
-    bundle, steps = function.__code__.co_varnames[0], list(dis.get_instructions(function))
-    named = {after.argval for step, after in itertools.pairwise(steps) if step.argval == bundle}
-    for name in {step.argval for step in steps if step.opname == "LOAD_GLOBAL"}:
-        value = function.__globals__.get(name)
-        called = getattr(value, "py_func", value)
-        if isinstance(called, FunctionType) and called.__code__.co_varnames[:1] == ("b",):
-            named |= _bundle_attributes(called)
-    return named
-
-
-def lane_pass(table: np.dtype, arithmetic: dict = ARITHMETIC):
-    """Return a decorator that makes a function a pass whose table has this record type."""
-    return lambda function: Pass(function, table, arithmetic)
 
 
 # ---- Steps.

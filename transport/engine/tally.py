@@ -19,23 +19,13 @@ HALF_CUT = GRAZING_CUT * 0.5**0.5
 
 
 @device
-def is_grazing(here, mu):
-    """Return 1 for a scored crossing below the cut, else 0."""
-    return 1 if here & (abs(mu) <= GRAZING_CUT) else 0
+def count_of_score(mu):
+    """Return what a score adds to the word of counts.
 
-
-@device
-def count_grazing(b, first, live):
-    """Count lanes that have just scored below the cut: +1 below cut/sqrt(2), -1 above it.
-
-    Fields: reads `mu`, `bin`, `is_grazing`.
+    1, and in the upper bits +1 or -1 for a crossing below the cut.
     """
-    if b.any_grazing != 0:
-        for k in range(first, live):
-            mu = abs(b.mu[k])
-            if b.bin[k] != 0 and mu <= GRAZING_CUT:
-                side = 1 if mu < HALF_CUT else -1
-                add_to_row(b.tallies + 32 * b.bin[k], 0, 0, side << COUNT_BITS, 0)
+    m = abs(mu)
+    return 1 + (((1 if m < HALF_CUT else -1) << COUNT_BITS) if m <= GRAZING_CUT else 0)
 
 
 # ---- Exact sums: a weight becomes two integers, whose total does not depend on the order.

@@ -9,9 +9,9 @@ import numpy as np
 from numba import int64, uint64
 
 from transport.compile import layout
-from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
+from transport.engine.bodies import lane_pass, lane_word, set_lane_word
+from transport.engine.bundle import CARRIED, view
 from transport.engine.passes.lanes import FIELDS
-from transport.engine.registry import lane_pass
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
@@ -37,82 +37,51 @@ def number_of_copy(history, event, place):
 
 
 @device
-def list_copied_lanes(b, first, live):
-    """List the lanes with copies to bank; returns their number.
-
-    Fields: reads `copies`.
-    """
-    n = 0
-    for k in range(first, live):
-        b.listed[n] = k
-        n += 1 if b.copies[k] > 0 else 0
-    return n
+def has_copies(lane, table):
+    """Return whether a lane has copies to bank."""
+    return lane.copies > 0
 
 
 @device
-def write_copy(b, fields, words, count, k, place):
-    """Write a copy of lane k into the bank and return its row.
+def write_copy(lane, table, place):
+    """Write a copy of a lane into the bank and return its row.
 
     A full bank sets `bank_overflow` and reuses the first row.
-
-    Fields: reads `history`, `event`; updates `banked`, `bank_overflow`.
     """
-    b.bank_overflow |= 1 if b.banked >= b.bank_capacity else 0
-    row = view(b.bank + (0 if b.bank_overflow != 0 else 8 * FIELDS * b.banked), FIELDS, np.int64)
-    for f in range(count):
-        row[fields[f]] = words[CARRIED_WORDS + fields[f] * PITCH + k]
-    row[HISTORY] = number_of_copy(b.history[k], b.event[k], place)
-    b.banked += 1 if b.bank_overflow == 0 else 0
+    fields = view(table.fields, table.count, np.int64)
+    lane.bank_overflow |= 1 if lane.banked >= lane.bank_capacity else 0
+    row = view(lane.bank + (0 if lane.bank_overflow != 0 else 8 * FIELDS * lane.banked), FIELDS, np.int64)
+    for f in range(table.count):
+        row[fields[f]] = lane_word(lane, fields[f])
+    row[HISTORY] = number_of_copy(lane.history, lane.event, place)
+    lane.banked += 1 if lane.bank_overflow == 0 else 0
     return row
 
 
-@lane_pass(layout.FIELD_MOVES)
-def bank_copies(b, table, first, live):
-    """Put `copies` copies of each lane into the bank.
-
-    Fields: reads `history`, `event`; updates `copies`, `banked`, `bank_overflow`.
-    """
-    fields = view(table.fields, table.count, np.int64)
-    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for j in range(list_copied_lanes(b, first, live)):
-        k = b.listed[j]
-        for place in range(b.copies[k]):
-            write_copy(b, fields, words, table.count, k, place)
-        b.copies[k] = 0
-    return live
+@lane_pass(layout.FIELD_MOVES, when=has_copies)
+def bank_copies(lane, table):
+    """Put `copies` copies of each lane into the bank."""
+    for place in range(lane.copies):
+        write_copy(lane, table, place)
+    lane.copies = 0
 
 
-@lane_pass(layout.FIELD_MOVES)
-def bank_forced_copies(b, table, first, live):
-    """Put the copies of force_collision into the bank, with a weight and a path of their own.
-
-    Fields: reads `weight`, `birth`, `history`, `event`, `copy_weight`, `copy_path`; updates `copies`,
-    `banked`, `bank_overflow`.
-    """
-    fields = view(table.fields, table.count, np.int64)
-    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for j in range(list_copied_lanes(b, first, live)):
-        k = b.listed[j]
-        row = write_copy(b, fields, words, table.count, k, FORCED)
-        caught = b.copy_weight[k]
-        # Roulette treats the copy like the undivided particle.
-        birth = caught * (b.birth[k] / (b.weight[k] + caught))
-        row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.copy_path[k])
-        b.copies[k] = 0
-    return live
+@lane_pass(layout.FIELD_MOVES, when=has_copies)
+def bank_forced_copies(lane, table):
+    """Put the copies of force_collision into the bank, with a weight and a path of their own."""
+    row = write_copy(lane, table, FORCED)
+    caught = lane.copy_weight
+    # Roulette treats the copy like the undivided particle.
+    birth = caught * (lane.birth / (lane.weight + caught))
+    row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(lane.copy_path)
+    lane.copies = 0
 
 
 @lane_pass(layout.FIELD_MOVES)
-def take_copies(b, table, first, live):
-    """Fill free lanes with copies from the bank.
-
-    Fields: updates `banked`.
-    """
+def take_copies(lane, table):
+    """Fill free lanes with copies from the bank."""
     fields = view(table.fields, table.count, np.int64)
-    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for k in range(first, live):
-        b.banked -= 1
-        row = view(b.bank + 8 * FIELDS * b.banked, FIELDS, np.int64)
-        for f in range(table.count):
-            words[CARRIED_WORDS + fields[f] * PITCH + k] = row[fields[f]]
-    return live
+    lane.banked -= 1
+    row = view(lane.bank + 8 * FIELDS * lane.banked, FIELDS, np.int64)
+    for f in range(table.count):
+        set_lane_word(lane, fields[f], row[fields[f]])

@@ -13,8 +13,8 @@ import math
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE
 from transport.compile.media import SEGMENT
+from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
-from transport.engine.registry import lane_pass
 from transport.engine.tally import add_to_ledger, hash_salt, hashed_uniform, limbs, limbs_of_loss
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
@@ -62,28 +62,18 @@ def attenuated(before, depth, salt):
 
 
 @lane_pass(layout.NO_TABLE)
-def start_flight(b, table, first, live):
-    """Mark all lanes as flying: distance 0, no hit.
-
-    Fields: writes `distance`, `hit`.
-    """
-    for k in range(first, live):
-        b.distance[k] = 0.0
-        b.hit[k] = 0
-    return live
+def start_flight(lane, table):
+    """Mark all lanes as flying: distance 0, no hit."""
+    lane.distance = 0.0
+    lane.hit = 0
 
 
 @lane_pass(layout.NO_TABLE)
-def fly_uncollided(b, table, first, live):
-    """Set an infinite free path (no collisions): fly to the next surface.
-
-    Fields: writes `distance`, `hit`, `flies`.
-    """
-    for k in range(first, live):
-        b.distance[k] = math.inf
-        b.hit[k] = 0
-        b.flies[k] = 1
-    return live
+def fly_uncollided(lane, table):
+    """Set an infinite free path (no collisions): fly to the next surface."""
+    lane.distance = math.inf
+    lane.hit = 0
+    lane.flies = 1
 
 
 @device
@@ -93,234 +83,177 @@ def is_flying(hit, distance, weight):
 
 
 @lane_pass(layout.NO_TABLE)
-def sample_free_path(b, table, first, live):
-    """Sample a free path by the exponential law, and the uniforms u0, u1 of the collision at its end.
-
-    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
-    `flies`.
-    """
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
-        flies = is_flying(b.hit[k], b.distance[k], b.weight[k])
-        path = depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE
-        b.distance[k] = b.start[k] + path if flies else b.distance[k]
-        b.event[k] += 1 if flies else 0
-        b.flies[k] = 1 if flies else 0
-    return live
-
-
-@lane_pass(layout.NO_TABLE)
-def collide(b, table, first, live):
-    """Move lanes to the end of the free path where no surface came before it; mark them as colliding.
-
-    Fields: reads `ux, uy, uz`, `weight`, `distance`, `hit`, `flies`; updates `x, y, z`, `sheet`, `start`,
-    `collisions`; writes `collides`, `colliding`.
-    """
-    colliding = 0
-    for k in range(first, live):
-        collides = (b.flies[k] != 0) & (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
-        d = b.distance[k] - COLLISION_CLEARANCE if collides else 0.0
-        b.x[k] += d * b.ux[k]
-        b.y[k] += d * b.uy[k]
-        b.z[k] += d * b.uz[k]
-        b.start[k] = 0.0 if collides else b.start[k]
-        b.sheet[k] = 0 if collides else b.sheet[k]
-        b.collides[k] = 1 if collides else 0
-        colliding += 1 if collides else 0
-    b.colliding = colliding
-    b.collisions += colliding
-    return live
-
-
-@lane_pass(layout.NO_TABLE)
-def attenuate(b, table, first, live):
-    """Absorb along the path: weight times exp(-sigma_a path).
-
-    `high`, `low` receive the absorbed weight as a difference of exact sums.
-
-    Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
-    """
-    any_thin = 0
-    for k in range(first, live):
-        any_thin |= 1 if is_weak(b.sigma_a[k] * (b.distance[k] - b.start[k])) else 0
-    if any_thin != 0:
-        attenuate_unbiased(b, first, live)
-        return live
-    for k in range(first, live):
-        length, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
-        depth = sigma_a * length if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
-        after = before * exp_negative(-depth)
-        b.high[k], b.low[k] = limbs_of_loss(before, after)
-        b.weight[k] = after
-    return live
+def sample_free_path(lane, table):
+    """Sample a free path by the exponential law, and the uniforms u0, u1 of the collision at its end."""
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
+    flies = is_flying(lane.hit, lane.distance, lane.weight)
+    path = depth * lane.mfp + 2.0 * COLLISION_CLEARANCE
+    lane.distance = lane.start + path if flies else lane.distance
+    lane.event += 1 if flies else 0
+    lane.flies = 1 if flies else 0
 
 
 @device
-def attenuate_unbiased(b, first, live):
-    """Absorb along the path where the change of a weight may be below its last digits; unbiased.
+def count_collisions(lane, table, colliding):
+    """Count the collisions of this round, and all."""
+    lane.colliding = colliding
+    lane.collisions += colliding
 
-    Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
-    """
-    salt = hash_salt(b.seed_low, b.batch)
-    for k in range(first, live):
-        length, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
-        depth = sigma_a * length if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
-        after = attenuated(before, depth, salt + b.history[k])
-        b.high[k], b.low[k] = limbs_of_loss(before, after)
-        b.weight[k] = after
+
+@lane_pass(layout.NO_TABLE, sums=count_collisions)
+def collide(lane, table):
+    """Move lanes to the end of the free path where no surface came before it; mark them as colliding."""
+    collides = (lane.flies != 0) & (lane.hit == 0) & (lane.distance < math.inf) & (lane.weight != 0.0)
+    d = lane.distance - COLLISION_CLEARANCE if collides else 0.0
+    lane.x += d * lane.ux
+    lane.y += d * lane.uy
+    lane.z += d * lane.uz
+    lane.start = 0.0 if collides else lane.start
+    lane.sheet = 0 if collides else lane.sheet
+    lane.collides = 1 if collides else 0
+    return 1 if collides else 0
+
+
+@device
+def path_depth(lane):
+    """Return the optical depth by which absorption along the path lessens a weight."""
+    is_absorbed = (lane.flies != 0) & (lane.sigma_a > 0.0)
+    return lane.sigma_a * (lane.distance - lane.start) if is_absorbed else 0.0
+
+
+@device
+def is_path_weak(lane, table):
+    """Return whether the path absorbs too little for the digits of a weight."""
+    return is_weak(lane.sigma_a * (lane.distance - lane.start))
 
 
 @lane_pass(layout.NO_TABLE)
-def absorb_at_collisions(b, table, first, live):
-    """Absorb all or nothing at a collision: survive with probability `survival`; rescales and reuses u0.
+def attenuate_unbiased(lane, table):
+    """Absorb along the path where the change of a weight may be below its last digits; unbiased."""
+    before = lane.weight
+    after = attenuated(before, path_depth(lane), hash_salt(lane.seed_low, lane.batch) + lane.history)
+    lane.high, lane.low = limbs_of_loss(before, after)
+    lane.weight = after
 
-    Fields: reads `survival`; updates `weight`, `u0`, `collides`; writes `high`, `low`.
+
+@lane_pass(layout.NO_TABLE, unless=(is_path_weak, attenuate_unbiased))
+def attenuate(lane, table):
+    """Absorb along the path: weight times exp(-sigma_a path).
+
+    `high`, `low` receive the absorbed weight as a difference of exact sums.
     """
-    for k in range(first, live):
-        u, survival, collides = b.u0[k], b.survival[k], b.collides[k] != 0
-        dies = collides & (u >= survival)
-        fresh = u / survival
-        b.u0[k] = fresh if fresh < 1.0 else 0.0
-        high, low = limbs(b.weight[k] if dies else 0.0)
-        b.high[k], b.low[k] = high, low
-        b.weight[k] = 0.0 if dies else b.weight[k]
-        b.collides[k] = 0 if dies else b.collides[k]
-    return live
+    before = lane.weight
+    after = before * exp_negative(-path_depth(lane))
+    lane.high, lane.low = limbs_of_loss(before, after)
+    lane.weight = after
+
+
+@lane_pass(layout.NO_TABLE)
+def absorb_at_collisions(lane, table):
+    """Absorb all or nothing at a collision: survive with probability `survival`; rescales and reuses u0."""
+    u, survival, collides = lane.u0, lane.survival, lane.collides != 0
+    dies = collides & (u >= survival)
+    fresh = u / survival
+    lane.u0 = fresh if fresh < 1.0 else 0.0
+    high, low = limbs(lane.weight if dies else 0.0)
+    lane.high, lane.low = high, low
+    lane.weight = 0.0 if dies else lane.weight
+    lane.collides = 0 if dies else lane.collides
+
+
+@device
+def add_to_medium(lane, table, high, low):
+    """Add to the medium's row of the ledger."""
+    add_to_ledger(lane, table.ledger, high, low)
+
+
+@lane_pass(layout.ABSORBING_MEDIUM, sums=add_to_medium)
+def account_absorbed_in(lane, table):
+    """Add the absorption in one medium to its row of the ledger."""
+    here = lane.medium == table.medium
+    return lane.high if here else 0, lane.low if here else 0
 
 
 @lane_pass(layout.ABSORBING_MEDIUM)
-def account_absorbed_in(b, table, first, live):
-    """Add the absorption in one medium to its row of the ledger.
-
-    Fields: reads `medium`, `high`, `low`.
-    """
-    high, low, medium = 0, 0, table.medium
-    for k in range(first, live):
-        here = b.medium[k] == medium
-        high += b.high[k] if here else 0
-        low += b.low[k] if here else 0
-    add_to_ledger(b, table.ledger, high, low)
-    return live
-
-
-@lane_pass(layout.ABSORBING_MEDIUM)
-def account_absorbed_in_all(b, table, first, live):
-    """Add the absorption in all media to their rows of the ledger: one addition per lane.
-
-    Fields: reads `medium`, `high`, `low`.
-    """
-    rows = b.ledger + 32 * table.ledger
-    for k in range(first, live):
-        add_to_row(rows + 32 * b.medium[k], b.high[k], b.low[k], 0, 0)
-    return live
+def account_absorbed_in_all(lane, table):
+    """Add the absorption in all media to their rows of the ledger: one addition per lane."""
+    rows = lane.ledger + 32 * table.ledger
+    add_to_row(rows + 32 * lane.medium, lane.high, lane.low, 0, 0)
 
 
 @lane_pass(layout.TWO_ROWS)
-def choose_phase(b, table, first, live):
+def choose_phase(lane, table):
     """Choose the phase function of the medium; of a mixture, one part with the probability of its share.
 
     The uniform u0 is rescaled within the part's share and reused.
-
-    Fields: reads `medium`; updates `u0`, `collides`.
     """
     media = view(table.rows, table.count, layout.MEDIA)
     laws = view(table.others, table.other_count, layout.PHASE_LAW)
-    for k in range(first, live):
-        if b.collides[k] != 0:
-            chosen = media[b.medium[k]].phase
-            low, last, u = 0.0, chosen + laws[chosen - 1].parts - 1, b.u0[k]
-            while chosen < last and u >= laws[chosen - 1].share:
-                low = laws[chosen - 1].share
-                chosen += 1
-            if laws[chosen - 1].parts > 1:
-                b.u0[k] = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)
-            b.collides[k] = chosen
-    return live
+    if lane.collides != 0:
+        chosen = media[lane.medium].phase
+        low, last, u = 0.0, chosen + laws[chosen - 1].parts - 1, lane.u0
+        while chosen < last and u >= laws[chosen - 1].share:
+            low = laws[chosen - 1].share
+            chosen += 1
+        if laws[chosen - 1].parts > 1:
+            lane.u0 = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)
+        lane.collides = chosen
 
 
 @lane_pass(layout.PHASE_LAW)
-def scatter_isotropic(b, table, first, live):
-    """Sample an isotropic direction.
-
-    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
-    """
+def scatter_isotropic(lane, table):
+    """Sample an isotropic direction."""
     number = table.number
-    for k in range(first, live):
-        ux, uy, uz = sample_isotropic(b.u0[k], b.u1[k])
-        here = b.collides[k] == number
-        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
-    return live
+    ux, uy, uz = sample_isotropic(lane.u0, lane.u1)
+    here = lane.collides == number
+    lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
 
 
 @lane_pass(layout.PHASE_LAW)
-def scatter_henyey_greenstein(b, table, first, live):
-    """Sample the scattering angle by the phase function of Henyey and Greenstein (1941).
-
-    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
-    """
+def scatter_henyey_greenstein(lane, table):
+    """Sample the scattering angle by the phase function of Henyey and Greenstein (1941)."""
     number, g = table.number, table.g
-    for k in range(first, live):
-        mu, sine = sample_henyey_greenstein(g, b.u0[k])
-        ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
-        here = b.collides[k] == number
-        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
-    return live
+    mu, sine = sample_henyey_greenstein(g, lane.u0)
+    ux, uy, uz = turned_by_angle(lane.ux, lane.uy, lane.uz, mu, sine, lane.u1)
+    here = lane.collides == number
+    lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
 
 
 @lane_pass(layout.PHASE_LAW)
-def scatter_rayleigh(b, table, first, live):
-    """Sample the scattering angle by the phase function of Rayleigh (1871), 3/(16 pi) (1 + mu^2).
-
-    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
-    """
+def scatter_rayleigh(lane, table):
+    """Sample the scattering angle by the phase function of Rayleigh (1871), 3/(16 pi) (1 + mu^2)."""
     number = table.number
-    for k in range(first, live):
-        mu, sine = sample_rayleigh(b.u0[k])
-        ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
-        here = b.collides[k] == number
-        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
-    return live
+    mu, sine = sample_rayleigh(lane.u0)
+    ux, uy, uz = turned_by_angle(lane.ux, lane.uy, lane.uz, mu, sine, lane.u1)
+    here = lane.collides == number
+    lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
 
 
 @lane_pass(layout.PHASE_LAW)
-def choose_segment_of_table(b, table, first, live):
+def choose_segment_of_table(lane, table):
     """Choose a segment of a tabulated phase function (alias method).
 
     Puts start, width and share of the segment into nx, ny, nz. The gather is a pass of its own because it
     would slow down the loop that turns directions.
-
-    Fields: reads `collides`; updates `u0`; writes `nx, ny, nz`.
     """
     number, count, rows = table.number, table.count, view(table.rows, table.count, SEGMENT)
-    for k in range(first, live):
-        if b.collides[k] == number:
-            b.nx[k], b.ny[k], b.nz[k], b.u0[k] = choose_segment(rows, count, b.u0[k])
-    return live
+    if lane.collides == number:
+        lane.nx, lane.ny, lane.nz, lane.u0 = choose_segment(rows, count, lane.u0)
 
 
 @lane_pass(layout.PHASE_LAW)
-def scatter_tabulated(b, table, first, live):
-    """Sample the scattering angle by a tabulated phase function, within the chosen segment.
-
-    Fields: reads `nx, ny, nz`, `u0`, `u1`, `collides`; updates `ux, uy, uz`.
-    """
+def scatter_tabulated(lane, table):
+    """Sample the scattering angle by a tabulated phase function, within the chosen segment."""
     number = table.number
-    for k in range(first, live):
-        here = b.collides[k] == number
-        start, width, share = b.nx[k] if here else 0.0, b.ny[k] if here else 1.0, b.nz[k] if here else 0.5
-        mu, sine = sample_segment(start, width, share, b.u0[k])
-        ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
-        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
-    return live
+    here = lane.collides == number
+    start, width, share = lane.nx if here else 0.0, lane.ny if here else 1.0, lane.nz if here else 0.5
+    mu, sine = sample_segment(start, width, share, lane.u0)
+    ux, uy, uz = turned_by_angle(lane.ux, lane.uy, lane.uz, mu, sine, lane.u1)
+    lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
 
 
 @lane_pass(layout.NO_TABLE)
-def count_scatterings(b, table, first, live):
-    """Count the scattering of lanes that collided and survived.
-
-    Fields: reads `collides`; updates `reflections`.
-    """
-    for k in range(first, live):
-        b.reflections[k] += 1 if b.collides[k] != 0 else 0
-    return live
+def count_scatterings(lane, table):
+    """Count the scattering of lanes that collided and survived."""
+    lane.reflections += 1 if lane.collides != 0 else 0

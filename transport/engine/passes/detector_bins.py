@@ -9,8 +9,8 @@ import math
 import numpy as np
 
 from transport.compile import layout
+from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.registry import lane_pass
 from transport.engine.words import sheet_of
 from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn
@@ -74,136 +74,108 @@ def tangential_part(ax, ay, az, nx, ny, nz):
 
 
 @lane_pass(layout.LAYERS)
-def find_detector_row(b, table, first, live):
-    """Set the index of the detector's row, for the bin axes that follow.
-
-    Fields: reads `hit`; writes `detector_index`.
-    """
+def find_detector_row(lane, table):
+    """Set the index of the detector's row, for the bin axes that follow."""
     rows = view(table.rows, table.count, layout.LAYER)
-    for k in range(first, live):
-        b.detector_index[k] = rows[sheet_of(b.hit[k])].detector
-    return live
+    lane.detector_index = rows[sheet_of(lane.hit)].detector
 
 
 @lane_pass(layout.LAYERS)
-def refine_by_time(b, table, first, live):
+def refine_by_time(lane, table):
     """Bin by the time of crossing.
 
     Each bin of time has outside rows of its own for direction and position.
-
-    Fields: reads `time`, `detector_index`; updates `detector_row`, `bin`.
     """
     detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
-    for k in range(first, live):
-        if b.bin[k] != 0:
-            m = detectors[b.detector_index[k]]
-            if m.time_cells != 0:
-                found = find_cell(b.time[k], m.time_cells, m.time_edges)
-                outside = m.outside + (table.half if b.detector_row[k] >= table.half else 0)
-                b.bin[k] = row_after(b.bin[k], outside, found, m.time_stride)
-                b.detector_row[k] = row_after(b.detector_row[k], outside, found, m.time_stride)
-    return live
+    if lane.bin != 0:
+        m = detectors[lane.detector_index]
+        if m.time_cells != 0:
+            found = find_cell(lane.time, m.time_cells, m.time_edges)
+            outside = m.outside + (table.half if lane.detector_row >= table.half else 0)
+            lane.bin = row_after(lane.bin, outside, found, m.time_stride)
+            lane.detector_row = row_after(lane.detector_row, outside, found, m.time_stride)
 
 
 @lane_pass(layout.LAYERS)
-def refine_by_speed(b, table, first, live):
-    """Bin by speed, with outside rows like those of time.
-
-    Fields: reads `speed`, `detector_index`; updates `detector_row`, `bin`.
-    """
+def refine_by_speed(lane, table):
+    """Bin by speed, with outside rows like those of time."""
     detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
-    for k in range(first, live):
-        if b.bin[k] > b.detector_row[k]:
-            m = detectors[b.detector_index[k]]
-            if m.speed_cells != 0:
-                found = find_cell(b.speed[k], m.speed_cells, m.speed_edges)
-                outside = m.outside + (table.half if b.detector_row[k] >= table.half else 0)
-                b.bin[k] = row_after(b.bin[k], outside, found, m.speed_stride)
-                b.detector_row[k] = row_after(b.detector_row[k], outside, found, m.speed_stride)
-    return live
+    if lane.bin > lane.detector_row:
+        m = detectors[lane.detector_index]
+        if m.speed_cells != 0:
+            found = find_cell(lane.speed, m.speed_cells, m.speed_edges)
+            outside = m.outside + (table.half if lane.detector_row >= table.half else 0)
+            lane.bin = row_after(lane.bin, outside, found, m.speed_stride)
+            lane.detector_row = row_after(lane.detector_row, outside, found, m.speed_stride)
 
 
 @lane_pass(layout.LAYERS)
-def refine_by_cosine(b, table, first, live):
-    """Bin by cosine with given edges, by cosine in the world's frame, or by one cone.
-
-    Fields: reads `ux, uy, uz`, `mu`, `detector_row`, `detector_index`; updates `bin`.
-    """
+def refine_by_cosine(lane, table):
+    """Bin by cosine with given edges, by cosine in the world's frame, or by one cone."""
     detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
-    for k in range(first, live):
-        if b.bin[k] > b.detector_row[k]:  # not yet outside of another axis
-            m = detectors[b.detector_index[k]]
-            if m.mu_kind != 0:
-                toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by the direction they come from
-                value = abs(b.mu[k])
-                if m.mu_kind == layout.WORLD_COSINE:
-                    value = toward * b.uz[k]
-                if m.mu_kind == layout.CONE:
-                    value = -sine_squared(
-                        toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z
-                    )
-                found = find_cell(value, m.mu_cells, m.mu_edges)
-                b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.mu_stride)
-    return live
+    if lane.bin > lane.detector_row:  # not yet outside of another axis
+        m = detectors[lane.detector_index]
+        if m.mu_kind != 0:
+            toward = -1.0 if m.side * lane.mu < 0.0 else 1.0  # arrivals by the direction they come from
+            value = abs(lane.mu)
+            if m.mu_kind == layout.WORLD_COSINE:
+                value = toward * lane.uz
+            if m.mu_kind == layout.CONE:
+                value = -sine_squared(
+                    toward * lane.ux, toward * lane.uy, toward * lane.uz, m.axis_x, m.axis_y, m.axis_z
+                )
+            found = find_cell(value, m.mu_cells, m.mu_edges)
+            lane.bin = row_after(lane.bin, lane.detector_row, found, m.mu_stride)
 
 
 @lane_pass(layout.LAYERS)
-def refine_by_azimuth(b, table, first, live):
-    """Bin by azimuth of the direction, from e_u towards e_v, or from the world's x towards y.
-
-    Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `detector_row`, `detector_index`; updates `bin`.
-    """
+def refine_by_azimuth(lane, table):
+    """Bin by azimuth of the direction, from e_u towards e_v, or from the world's x towards y."""
     detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
-    for k in range(first, live):
-        if b.bin[k] > b.detector_row[k]:
-            m = detectors[b.detector_index[k]]
-            if m.turn_kind != 0:
-                toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0
-                ux, uy, uz = toward * b.ux[k], toward * b.uy[k], toward * b.uz[k]
-                eux, euy, euz, evx, evy, evz = m.eux, m.euy, m.euz, m.evx, m.evy, m.evz
-                # On a sphere: e_v = projected axis, e_u = e_v x n; lengths do not matter.
-                if m.turn_kind == layout.SPHERE_AZIMUTH:
-                    nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]
-                    evx, evy, evz = tangential_part(m.axis_x, m.axis_y, m.axis_z, nx, ny, nz)
-                    if evx * evx + evy * evy + evz * evz < PARALLEL:  # a facet of a mesh across the axis
-                        evx, evy, evz = tangential_part(m.evx, m.evy, m.evz, nx, ny, nz)
-                    eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
-                e_u, e_v = ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz
-                if m.turn_kind == layout.WORLD_AZIMUTH:
-                    e_u, e_v = ux, uy
-                found = azimuth_cell(e_u, e_v, m.turn_low, m.turn_cells, m.turn_edges)
-                b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.turn_stride)
-    return live
+    if lane.bin > lane.detector_row:
+        m = detectors[lane.detector_index]
+        if m.turn_kind != 0:
+            toward = -1.0 if m.side * lane.mu < 0.0 else 1.0
+            ux, uy, uz = toward * lane.ux, toward * lane.uy, toward * lane.uz
+            eux, euy, euz, evx, evy, evz = m.eux, m.euy, m.euz, m.evx, m.evy, m.evz
+            # On a sphere: e_v = projected axis, e_u = e_v x n; lengths do not matter.
+            if m.turn_kind == layout.SPHERE_AZIMUTH:
+                nx, ny, nz = m.side * lane.nx, m.side * lane.ny, m.side * lane.nz
+                evx, evy, evz = tangential_part(m.axis_x, m.axis_y, m.axis_z, nx, ny, nz)
+                if evx * evx + evy * evy + evz * evz < PARALLEL:  # a facet of a mesh across the axis
+                    evx, evy, evz = tangential_part(m.evx, m.evy, m.evz, nx, ny, nz)
+                eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
+            e_u, e_v = ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz
+            if m.turn_kind == layout.WORLD_AZIMUTH:
+                e_u, e_v = ux, uy
+            found = azimuth_cell(e_u, e_v, m.turn_low, m.turn_cells, m.turn_edges)
+            lane.bin = row_after(lane.bin, lane.detector_row, found, m.turn_stride)
 
 
 @lane_pass(layout.LAYERS)
-def refine_by_place(b, table, first, live):
+def refine_by_place(lane, table):
     """Bin by position in the shape's coordinates: width and height.
 
     Radius and azimuth; polar angle and azimuth.
-
-    Fields: reads `x, y, z`, `detector_row`, `detector_index`; updates `bin`.
     """
     detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
-    for k in range(first, live):
-        if b.bin[k] > b.detector_row[k]:
-            m = detectors[b.detector_index[k]]
-            if m.place != 0:
-                px, py, pz = b.x[k] - m.cx, b.y[k] - m.cy, b.z[k] - m.cz
-                u = px * m.eux + py * m.euy + pz * m.euz
-                v = px * m.evx + py * m.evy + pz * m.evz
-                if m.place == layout.RECTANGLE_PLACE:
-                    u = m.handed * u
-                elif m.place == layout.DISK_PLACE:
-                    u = m.handed * u
-                    u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI
-                else:
-                    w = px * m.nx + py * m.ny + pz * m.nz
-                    polar = azimuth_turn(w, math.sqrt(u * u + v * v)) * TWO_PI
-                    u, v = w if m.place == layout.REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
-                found = find_cell(u, m.u_cells, m.u_edges)
-                b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.u_stride)
-                if b.bin[k] > b.detector_row[k]:
-                    found = find_cell(v, m.v_cells, m.v_edges)
-                    b.bin[k] = row_after(b.bin[k], b.detector_row[k], found, m.v_stride)
-    return live
+    if lane.bin > lane.detector_row:
+        m = detectors[lane.detector_index]
+        if m.place != 0:
+            px, py, pz = lane.x - m.cx, lane.y - m.cy, lane.z - m.cz
+            u = px * m.eux + py * m.euy + pz * m.euz
+            v = px * m.evx + py * m.evy + pz * m.evz
+            if m.place == layout.RECTANGLE_PLACE:
+                u = m.handed * u
+            elif m.place == layout.DISK_PLACE:
+                u = m.handed * u
+                u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI
+            else:
+                w = px * m.nx + py * m.ny + pz * m.nz
+                polar = azimuth_turn(w, math.sqrt(u * u + v * v)) * TWO_PI
+                u, v = w if m.place == layout.REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
+            found = find_cell(u, m.u_cells, m.u_edges)
+            lane.bin = row_after(lane.bin, lane.detector_row, found, m.u_stride)
+            if lane.bin > lane.detector_row:
+                found = find_cell(v, m.v_cells, m.v_edges)
+                lane.bin = row_after(lane.bin, lane.detector_row, found, m.v_stride)

@@ -4,8 +4,8 @@ import math
 
 from transport.compile import layout
 from transport.compile.layout import EDGE, ROUNDING
+from transport.engine.bodies import lane_pass
 from transport.engine.passes.intersections import is_ahead, keep_nearest
-from transport.engine.registry import lane_pass
 from transport.engine.words import sheet_of, standing_sheet
 from transport.physics.device import device
 from transport.physics.rays import plane_crossing
@@ -23,38 +23,29 @@ def distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
 
 
 @lane_pass(layout.PLANE)
-def meet_plane(b, table, first, live):
-    """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
-    """
+def meet_plane(lane, table):
+    """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     code, sheet = table.code, table.sheet
-    for k in range(first, live):
-        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        t, _, _, _ = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
-        nearer = (t < b.distance[k]) & (t > b.start[k]) & (standing_sheet(b.sheet[k]) != sheet)
-        b.distance[k] = t if nearer else b.distance[k]
-        b.hit[k] = code if nearer else b.hit[k]
-    return live
+    ux, uy, uz = lane.ux, lane.uy, lane.uz
+    t, _, _, _ = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
+    nearer = (t < lane.distance) & (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
+    lane.distance = t if nearer else lane.distance
+    lane.hit = code if nearer else lane.hit
 
 
 @lane_pass(layout.PLANE)
-def cover_plane(b, table, first, live):
+def cover_plane(lane, table):
     """Intersect rays with a transparent detector on a plane; keep it if its sheet is the nearest ahead.
 
     On the sheet of the nearest hit, adds its bit to the hit.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     nx, ny, nz, sx, sy, sz = table.nx, table.ny, table.nz, table.sx, table.sy, table.sz
     code, sheet = table.code, table.sheet
-    for k in range(first, live):
-        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
-        start, places = b.start[k], b.sheet[k]
-        b.distance[k], b.hit[k] = keep_nearer_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
-    return live
+    ux, uy, uz = lane.ux, lane.uy, lane.uz
+    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
+    start, places = lane.start, lane.sheet
+    lane.distance, lane.hit = keep_nearer_plane(t, code, sheet, start, places, lane.distance, lane.hit)
 
 
 @device
@@ -65,109 +56,88 @@ def keep_nearer_plane(t, code, sheet, start, places, distance, hit):
 
 
 @lane_pass(layout.PLANES)
-def cover_planes(b, table, first, live):
-    """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
-    """
+def cover_planes(lane, table):
+    """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine."""
     one, other = table.one, table.other
     nx, ny, nz, sx, sy, sz = one.nx, one.ny, one.nz, one.sx, one.sy, one.sz
     ox, oy, oz = other.sx, other.sy, other.sz
     code, sheet, other_code, other_sheet = one.code, one.sheet, other.code, other.sheet
-    for k in range(first, live):
-        x, y, z, start, places = b.x[k], b.y[k], b.z[k], b.start[k], b.sheet[k]
-        inverse = 1.0 / (b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz)
-        t = ((sx - x) * nx + (sy - y) * ny + (sz - z) * nz) * inverse
-        distance, hit = keep_nearer_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
-        t = ((ox - x) * nx + (oy - y) * ny + (oz - z) * nz) * inverse
-        b.distance[k], b.hit[k] = keep_nearer_plane(t, other_code, other_sheet, start, places, distance, hit)
-    return live
+    x, y, z, start, places = lane.x, lane.y, lane.z, lane.start, lane.sheet
+    inverse = 1.0 / (lane.ux * nx + lane.uy * ny + lane.uz * nz)
+    t = ((sx - x) * nx + (sy - y) * ny + (sz - z) * nz) * inverse
+    distance, hit = keep_nearer_plane(t, code, sheet, start, places, lane.distance, lane.hit)
+    t = ((ox - x) * nx + (oy - y) * ny + (oz - z) * nz) * inverse
+    lane.distance, lane.hit = keep_nearer_plane(t, other_code, other_sheet, start, places, distance, hit)
 
 
 @lane_pass(layout.TRIANGLE)
-def meet_triangle(b, table, first, live):
-    """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
-    """
+def meet_triangle(lane, table):
+    """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
     least_a, least_b, least_c = table.least_a, table.least_b, table.least_c
     code, sheet = table.code, table.sheet
-    for k in range(first, live):
-        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
-        p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
-        r, beyond = 1.0 - p - q, slack + ROUNDING * t
-        nearer = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (r >= -beyond * reach_c)
-        nearer &= (t < b.distance[k]) & (t > b.start[k]) & (standing_sheet(b.sheet[k]) != sheet)
-        edge = (p < least_a) | (q < least_b) | (r < least_c)
-        b.distance[k] = t if nearer else b.distance[k]
-        b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
-    return live
+    ux, uy, uz = lane.ux, lane.uy, lane.uz
+    t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
+    p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
+    r, beyond = 1.0 - p - q, slack + ROUNDING * t
+    nearer = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (r >= -beyond * reach_c)
+    nearer &= (t < lane.distance) & (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
+    edge = (p < least_a) | (q < least_b) | (r < least_c)
+    lane.distance = t if nearer else lane.distance
+    lane.hit = (code | EDGE if edge else code) if nearer else lane.hit
 
 
 @lane_pass(layout.TRIANGLE)
-def cover_triangle(b, table, first, live):
+def cover_triangle(lane, table):
     """Intersect rays with a transparent detector on a triangle; keep it if its sheet is the nearest ahead.
 
     On the sheet of the nearest hit, adds its bit to the hit. The triangles of a polygon reach over the sides
     between them by rounding, so that no ray passes between two; elsewhere their reach is 0.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
     code, sheet = table.code, table.sheet
-    for k in range(first, live):
-        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
-        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
-        px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
-        p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
-        same = sheet_of(b.hit[k]) == sheet
-        beyond = slack + ROUNDING * abs(t)
-        covers = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (p + q <= 1.0 + beyond * reach_c)
-        covers &= is_ahead(t, b.start[k], sheet, b.sheet[k])
-        b.distance[k], b.hit[k] = keep_nearest(covers, same, t, code, b.distance[k], b.hit[k])
-    return live
+    ux, uy, uz = lane.ux, lane.uy, lane.uz
+    rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
+    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
+    px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
+    p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
+    same = sheet_of(lane.hit) == sheet
+    beyond = slack + ROUNDING * abs(t)
+    covers = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (p + q <= 1.0 + beyond * reach_c)
+    covers &= is_ahead(t, lane.start, sheet, lane.sheet)
+    lane.distance, lane.hit = keep_nearest(covers, same, t, code, lane.distance, lane.hit)
 
 
 @lane_pass(layout.HOLED)
-def meet_holed(b, table, first, live):
-    """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
-    """
+def meet_holed(lane, table):
+    """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
     hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
     half_p, half_q, margin, code, sheet = table.half_p, table.half_q, table.margin, table.code, table.sheet
-    for k in range(first, live):
-        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
-        pu, pv, slack = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz, ROUNDING * t
-        u, v = abs(pu), abs(pv)
-        beyond = distance_from_hole(pu, pv, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
-        nearer = (u - slack <= half_u) & (v - slack <= half_v) & (beyond + slack >= 0.0) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & (standing_sheet(b.sheet[k]) != sheet)
-        edge = (u > inner_u) | (v > inner_v) | (beyond < margin)
-        b.distance[k] = t if nearer else b.distance[k]
-        b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
-    return live
+    ux, uy, uz = lane.ux, lane.uy, lane.uz
+    t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
+    pu, pv, slack = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz, ROUNDING * t
+    u, v = abs(pu), abs(pv)
+    beyond = distance_from_hole(pu, pv, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
+    nearer = (u - slack <= half_u) & (v - slack <= half_v) & (beyond + slack >= 0.0) & (t < lane.distance)
+    nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
+    edge = (u > inner_u) | (v > inner_v) | (beyond < margin)
+    lane.distance = t if nearer else lane.distance
+    lane.hit = (code | EDGE if edge else code) if nearer else lane.hit
 
 
 @lane_pass(layout.HOLED)
-def cover_holed(b, table, first, live):
+def cover_holed(lane, table):
     """Intersect rays with a transparent detector on a rectangle with a hole; keep it if nearest.
 
     On the sheet of the nearest hit, adds its bit to the hit.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
@@ -175,15 +145,13 @@ def cover_holed(b, table, first, live):
     half_u, half_v, code, sheet = table.half_u, table.half_v, table.code, table.sheet
     hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
     half_p, half_q = table.half_p, table.half_q
-    for k in range(first, live):
-        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
-        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
-        px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
-        u, v = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz
-        beyond = distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
-        same = sheet_of(b.hit[k]) == sheet
-        covers = (abs(u) <= half_u) & (abs(v) <= half_v) & (beyond >= 0.0)
-        covers &= is_ahead(t, b.start[k], sheet, b.sheet[k])
-        b.distance[k], b.hit[k] = keep_nearest(covers, same, t, code, b.distance[k], b.hit[k])
-    return live
+    ux, uy, uz = lane.ux, lane.uy, lane.uz
+    rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
+    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
+    px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
+    u, v = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz
+    beyond = distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
+    same = sheet_of(lane.hit) == sheet
+    covers = (abs(u) <= half_u) & (abs(v) <= half_v) & (beyond >= 0.0)
+    covers &= is_ahead(t, lane.start, sheet, lane.sheet)
+    lane.distance, lane.hit = keep_nearest(covers, same, t, code, lane.distance, lane.hit)

@@ -6,8 +6,8 @@ from numba import uint64
 
 from transport.compile import layout
 from transport.compile.layout import EDGE
+from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.registry import lane_pass
 from transport.engine.words import sheet_of, standing_sheet, surface_of
 from transport.physics.device import device
 from transport.physics.quadrics import quadric_form
@@ -20,83 +20,61 @@ CONTACT_ZONE = 64.0  # in units of `reach`: distance from a surface within which
 
 
 @lane_pass(layout.ROWS)
-def set_sheet(b, table, first, live):
+def set_sheet(lane, table):
     """Set the sheet and its normal.
 
     The gather is a pass of its own because it would slow down a longer loop.
-
-    Fields: reads `hit`; writes `sheet`, `nx, ny, nz`.
     """
     sheets = view(table.rows, table.count, layout.SHEET)
-    for k in range(first, live):
-        s = sheet_of(b.hit[k])
-        b.sheet[k] = s
-        row = sheets[uint64(s)]
-        b.nx[k], b.ny[k], b.nz[k] = row.nx, row.ny, row.nz
-    return live
+    s = sheet_of(lane.hit)
+    lane.sheet = s
+    row = sheets[uint64(s)]
+    lane.nx, lane.ny, lane.nz = row.nx, row.ny, row.nz
 
 
 @lane_pass(layout.ROWS)
-def project_onto_sphere(b, table, first, live):
-    """On a sphere: set the normal from the point, and project the point to the radius.
-
-    Fields: reads `sheet`; updates `x, y, z`, `nx, ny, nz`.
-    """
+def project_onto_sphere(lane, table):
+    """On a sphere: set the normal from the point, and project the point to the radius."""
     sheets = view(table.rows, table.count, layout.SHEET)
-    for k in range(first, live):
-        row = sheets[b.sheet[k]]
-        curved = row.curvature != 0.0
-        ox, oy, oz = b.x[k] - row.cx, b.y[k] - row.cy, b.z[k] - row.cz
-        o = math.sqrt(ox * ox + oy * oy + oz * oz)
-        s = 1.0 / o if curved & (o > 0.0) else 0.0  # idle lanes may stand at the centre
-        b.nx[k], b.ny[k], b.nz[k] = b.nx[k] + s * ox, b.ny[k] + s * oy, b.nz[k] + s * oz
-        d = s * row.radius
-        b.x[k] = row.cx + d * ox if curved else b.x[k]
-        b.y[k] = row.cy + d * oy if curved else b.y[k]
-        b.z[k] = row.cz + d * oz if curved else b.z[k]
-    return live
+    row = sheets[lane.sheet]
+    curved = row.curvature != 0.0
+    ox, oy, oz = lane.x - row.cx, lane.y - row.cy, lane.z - row.cz
+    o = math.sqrt(ox * ox + oy * oy + oz * oz)
+    s = 1.0 / o if curved & (o > 0.0) else 0.0  # idle lanes may stand at the centre
+    lane.nx, lane.ny, lane.nz = lane.nx + s * ox, lane.ny + s * oy, lane.nz + s * oz
+    d = s * row.radius
+    lane.x = row.cx + d * ox if curved else lane.x
+    lane.y = row.cy + d * oy if curved else lane.y
+    lane.z = row.cz + d * oz if curved else lane.z
 
 
 @lane_pass(layout.NO_TABLE)
-def set_cosine(b, table, first, live):
-    """Set mu = u·n: negative where the particle moves against the normal.
-
-    Fields: reads `ux, uy, uz`, `nx, ny, nz`; writes `mu`.
-    """
-    for k in range(first, live):
-        b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
-    return live
+def set_cosine(lane, table):
+    """Set mu = u·n: negative where the particle moves against the normal."""
+    lane.mu = lane.ux * lane.nx + lane.uy * lane.ny + lane.uz * lane.nz
 
 
 @lane_pass(layout.ROWS)
-def mark_box_exit(b, table, first, live):
+def mark_box_exit(lane, table):
     """Mark in `ray_sheet` that a ray leaves a box through this face, where boxes are detectors.
 
     At an edge a ray may enter by one face and leave by another.
-
-    Fields: reads `sheet`, `mu`; updates `ray_sheet`.
     """
     sheets = view(table.rows, table.count, layout.SHEET)
-    for k in range(first, live):
-        b.ray_sheet[k] |= layout.LEFT_BOX if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
-    return live
+    lane.ray_sheet |= layout.LEFT_BOX if sheets[lane.sheet].outward * lane.mu > 0.0 else 0
 
 
 @lane_pass(layout.NO_TABLE)
-def save_origin(b, table, first, live):
+def save_origin(lane, table):
     """Keep the origin of the flight and its sheet.
 
     They give the side of every surface that the flight did not cross.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; writes `ox, oy, oz`, `flight_sheet`.
     """
-    for k in range(first, live):
-        start = b.start[k] if b.start[k] < 0.0 else 0.0  # the origin of a ray that has passed detectors
-        b.ox[k] = b.x[k] + start * b.ux[k]
-        b.oy[k] = b.y[k] + start * b.uy[k]
-        b.oz[k] = b.z[k] + start * b.uz[k]
-        b.flight_sheet[k] = standing_sheet(b.sheet[k])
-    return live
+    start = lane.start if lane.start < 0.0 else 0.0  # the origin of a ray that has passed detectors
+    lane.ox = lane.x + start * lane.ux
+    lane.oy = lane.y + start * lane.uy
+    lane.oz = lane.z + start * lane.uz
+    lane.flight_sheet = standing_sheet(lane.sheet)
 
 
 @device
@@ -118,48 +96,44 @@ def height_and_normal(px, py, pz, ax, ay, az, alpha, beta, gamma, is_plane):
 
 
 @lane_pass(layout.CONTACT)
-def keep_to_side(b, table, first, live):
+def keep_to_side(lane, table):
     """Keep a point on one surface, close to another that cuts or touches it, on the side that it came from.
 
     The point moves back along its own ray, not quite to the ray's origin. So it stays on the right side of
     every surface that the flight did not cross, however many meet there and at whatever angle, and clear of
     both by more than rounding; a shorter flight within such a corner keeps little of its length. Only if the
     ray grazes the other surface, the point moves along that surface's normal.
-
-    Fields: reads `ux, uy, uz`, `hit`, `mu`, `ox, oy, oz`, `flight_sheet`; updates `x, y, z`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     alpha, beta, gamma = table.alpha, table.beta, table.gamma
     reach, surface, sheet, is_plane = table.reach, table.surface, table.sheet, table.is_plane != 0
-    for k in range(first, live):
-        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        rx, ry, rz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        ox, oy, oz = b.ox[k] - cx, b.oy[k] - cy, b.oz[k] - cz
-        # Heights over the other surface at the point and at the origin, and the side of the origin.
-        height, gx, gy, gz = height_and_normal(rx, ry, rz, nx, ny, nz, alpha, beta, gamma, is_plane)
-        before, ex, ey, ez = height_and_normal(ox, oy, oz, nx, ny, nz, alpha, beta, gamma, is_plane)
-        away = ux * ex + uy * ey + uz * ez
-        from_front = away > 0.0 if b.flight_sheet[k] == sheet else before > 0.0
-        # Length to move back along the ray.
-        slope = abs(ux * gx + uy * gy + uz * gz)
-        dx, dy, dz = rx - ox, ry - oy, rz - oz
-        flight = math.sqrt(dx * dx + dy * dy + dz * dz)
-        steepest = min(slope, abs(b.mu[k]))
-        back = 2.0 * reach / (steepest if steepest > GRAZING_COSINE else GRAZING_COSINE)
-        back = MAX_RETREAT_SHARE * flight if back > MAX_RETREAT_SHARE * flight else back
-        # Which lanes move, and how.
-        near = (surface_of(b.hit[k]) == surface) & (abs(height) <= CONTACT_ZONE * reach)
-        grazes = (slope <= GRAZING_COSINE) & (abs(height) <= reach)
-        # Between two surfaces that touch, both grazed:
-        narrow = MIN_RETREAT if flight > MIN_RETREAT else flight
-        along = back if near & (slope > GRAZING_COSINE) else 0.0
-        along = narrow if near & grazes & (abs(b.mu[k]) <= GRAZING_COSINE) else along
-        across = (2.0 * reach if from_front else -2.0 * reach) - height
-        across = across if near & grazes & (abs(b.mu[k]) > GRAZING_COSINE) else 0.0
-        b.x[k] += across * gx - along * ux
-        b.y[k] += across * gy - along * uy
-        b.z[k] += across * gz - along * uz
-    return live
+    ux, uy, uz = lane.ux, lane.uy, lane.uz
+    rx, ry, rz = lane.x - cx, lane.y - cy, lane.z - cz
+    ox, oy, oz = lane.ox - cx, lane.oy - cy, lane.oz - cz
+    # Heights over the other surface at the point and at the origin, and the side of the origin.
+    height, gx, gy, gz = height_and_normal(rx, ry, rz, nx, ny, nz, alpha, beta, gamma, is_plane)
+    before, ex, ey, ez = height_and_normal(ox, oy, oz, nx, ny, nz, alpha, beta, gamma, is_plane)
+    away = ux * ex + uy * ey + uz * ez
+    from_front = away > 0.0 if lane.flight_sheet == sheet else before > 0.0
+    # Length to move back along the ray.
+    slope = abs(ux * gx + uy * gy + uz * gz)
+    dx, dy, dz = rx - ox, ry - oy, rz - oz
+    flight = math.sqrt(dx * dx + dy * dy + dz * dz)
+    steepest = min(slope, abs(lane.mu))
+    back = 2.0 * reach / (steepest if steepest > GRAZING_COSINE else GRAZING_COSINE)
+    back = MAX_RETREAT_SHARE * flight if back > MAX_RETREAT_SHARE * flight else back
+    # Which lanes move, and how.
+    near = (surface_of(lane.hit) == surface) & (abs(height) <= CONTACT_ZONE * reach)
+    grazes = (slope <= GRAZING_COSINE) & (abs(height) <= reach)
+    # Between two surfaces that touch, both grazed:
+    narrow = MIN_RETREAT if flight > MIN_RETREAT else flight
+    along = back if near & (slope > GRAZING_COSINE) else 0.0
+    along = narrow if near & grazes & (abs(lane.mu) <= GRAZING_COSINE) else along
+    across = (2.0 * reach if from_front else -2.0 * reach) - height
+    across = across if near & grazes & (abs(lane.mu) > GRAZING_COSINE) else 0.0
+    lane.x += across * gx - along * ux
+    lane.y += across * gy - along * uy
+    lane.z += across * gz - along * uz
 
 
 # ---- Clamp a point within rounding of its surface's edge to the inner side of that rounding.
@@ -210,57 +184,50 @@ def clamp_to_triangle(rim, u, v):
     return p - excess, q - excess
 
 
-@lane_pass(layout.ROWS)
-def clamp_inside_edge(b, table, first, live):
-    """Clamp the lanes that landed within rounding of an edge (bit EDGE) to the inner side of it.
+@device
+def is_at_edge(lane, table):
+    """Return whether a lane landed within rounding of an edge."""
+    return (lane.hit & EDGE) != 0
 
-    Does nothing if no lane did, the usual case.
 
-    Fields: reads `ux, uy, uz`, `hit`; updates `x, y, z`, `nx, ny, nz`; writes `mu`.
-    """
-    any_edge = 0
-    for k in range(first, live):
-        any_edge |= b.hit[k] & EDGE
-    if any_edge == 0:
-        return live
+@lane_pass(layout.ROWS, when=is_at_edge)
+def clamp_inside_edge(lane, table):
+    """Clamp a lane that landed within rounding of an edge (bit EDGE) to the inner side of it."""
     rims = view(table.rows, table.count, layout.RIM)  # one row per surface
-    for k in range(first, live):
-        if b.hit[k] & EDGE:
-            rim = rims[surface_of(b.hit[k])]
-            px, py, pz = b.x[k] - rim.cx, b.y[k] - rim.cy, b.z[k] - rim.cz
-            if rim.form == layout.QUADRIC_RIM:
-                # Surface of revolution: clamp the height, then project onto the surface and renew its normal.
-                w = px * rim.nx + py * rim.ny + pz * rim.nz
-                qx, qy, qz = px - w * rim.nx, py - w * rim.ny, pz - w * rim.nz
-                w = min(max(w, rim.low), rim.high)
-                alpha, beta, gamma = rim.alpha, rim.beta, rim.gamma
-                rho2, q2 = alpha + w * (beta + gamma * w), qx * qx + qy * qy + qz * qz
-                if q2 == 0.0:  # on the axis, at the apex of a cone
-                    qx, qy, qz, q2 = rim.eux, rim.euy, rim.euz, 1.0
-                s = math.sqrt(rho2 / q2) if rho2 > 0.0 else 0.0
-                px, py, pz = w * rim.nx + s * qx, w * rim.ny + s * qy, w * rim.nz + s * qz
-                b.x[k], b.y[k], b.z[k] = rim.cx + px, rim.cy + py, rim.cz + pz
-                _, gx, gy, gz, _ = quadric_form(px, py, pz, rim.nx, rim.ny, rim.nz, alpha, beta, gamma)
-                inverse = 1.0 / math.sqrt(gx * gx + gy * gy + gz * gz)
-                b.nx[k], b.ny[k], b.nz[k] = gx * inverse, gy * inverse, gz * inverse
-                b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
-            else:
-                # Flat shapes: clamp (u, v); for a triangle, the weights of two vertices, with edges e_u, e_v.
-                is_triangle = rim.form == layout.TRIANGLE_RIM
-                u = px * rim.eux + py * rim.euy + pz * rim.euz
-                v = px * rim.evx + py * rim.evy + pz * rim.evz
-                if is_triangle:
-                    u = px * rim.ax + py * rim.ay + pz * rim.az
-                    v = px * rim.bx + py * rim.by + pz * rim.bz
-                new_u, new_v = u, v
-                if rim.form == layout.RECTANGLE_RIM:
-                    new_u, new_v = clamp_to_rectangle(rim, u, v)
-                elif rim.form == layout.DISK_RIM:
-                    new_u, new_v = clamp_to_disk(rim, u, v)
-                elif is_triangle:
-                    new_u, new_v = clamp_to_triangle(rim, u, v)
-                du, dv = new_u - u, new_v - v
-                b.x[k] += du * rim.eux + dv * rim.evx
-                b.y[k] += du * rim.euy + dv * rim.evy
-                b.z[k] += du * rim.euz + dv * rim.evz
-    return live
+    rim = rims[surface_of(lane.hit)]
+    px, py, pz = lane.x - rim.cx, lane.y - rim.cy, lane.z - rim.cz
+    if rim.form == layout.QUADRIC_RIM:
+        # Surface of revolution: clamp the height, then project onto the surface and renew its normal.
+        w = px * rim.nx + py * rim.ny + pz * rim.nz
+        qx, qy, qz = px - w * rim.nx, py - w * rim.ny, pz - w * rim.nz
+        w = min(max(w, rim.low), rim.high)
+        alpha, beta, gamma = rim.alpha, rim.beta, rim.gamma
+        rho2, q2 = alpha + w * (beta + gamma * w), qx * qx + qy * qy + qz * qz
+        if q2 == 0.0:  # on the axis, at the apex of a cone
+            qx, qy, qz, q2 = rim.eux, rim.euy, rim.euz, 1.0
+        s = math.sqrt(rho2 / q2) if rho2 > 0.0 else 0.0
+        px, py, pz = w * rim.nx + s * qx, w * rim.ny + s * qy, w * rim.nz + s * qz
+        lane.x, lane.y, lane.z = rim.cx + px, rim.cy + py, rim.cz + pz
+        _, gx, gy, gz, _ = quadric_form(px, py, pz, rim.nx, rim.ny, rim.nz, alpha, beta, gamma)
+        inverse = 1.0 / math.sqrt(gx * gx + gy * gy + gz * gz)
+        lane.nx, lane.ny, lane.nz = gx * inverse, gy * inverse, gz * inverse
+        lane.mu = lane.ux * lane.nx + lane.uy * lane.ny + lane.uz * lane.nz
+    else:
+        # Flat shapes: clamp (u, v); for a triangle, the weights of two vertices, with edges e_u, e_v.
+        is_triangle = rim.form == layout.TRIANGLE_RIM
+        u = px * rim.eux + py * rim.euy + pz * rim.euz
+        v = px * rim.evx + py * rim.evy + pz * rim.evz
+        if is_triangle:
+            u = px * rim.ax + py * rim.ay + pz * rim.az
+            v = px * rim.bx + py * rim.by + pz * rim.bz
+        new_u, new_v = u, v
+        if rim.form == layout.RECTANGLE_RIM:
+            new_u, new_v = clamp_to_rectangle(rim, u, v)
+        elif rim.form == layout.DISK_RIM:
+            new_u, new_v = clamp_to_disk(rim, u, v)
+        elif is_triangle:
+            new_u, new_v = clamp_to_triangle(rim, u, v)
+        du, dv = new_u - u, new_v - v
+        lane.x += du * rim.eux + dv * rim.evx
+        lane.y += du * rim.euy + dv * rim.evy
+        lane.z += du * rim.euz + dv * rim.evz

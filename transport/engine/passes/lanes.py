@@ -4,8 +4,8 @@ import numpy as np
 from numba import int64, uint64
 
 from transport.compile import layout
+from transport.engine.bodies import bundle_pass
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
-from transport.engine.registry import lane_pass
 from transport.physics.device import device
 
 FIELDS_PER_GROUP = 4  # fields moved at once, so that both lane numbers are fetched once per group
@@ -43,7 +43,7 @@ def fill_gaps(b, table, gaps):
             words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
 
 
-@lane_pass(layout.FIELD_MOVES)
+@bundle_pass(layout.FIELD_MOVES)
 def compact_lanes(b, table, first, live):
     """Drop ended lanes (weight 0): move the last live lanes into their gaps.
 
@@ -72,7 +72,7 @@ def compact_lanes(b, table, first, live):
     return alive
 
 
-@lane_pass(layout.FIELD_MOVES)
+@bundle_pass(layout.FIELD_MOVES)
 def compact_and_sort(b, table, first, live):
     """Sort lanes: first those that fly on in a medium (hit 0), then those at a surface; drop ended lanes.
 

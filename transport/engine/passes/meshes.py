@@ -16,14 +16,16 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.layout import ROUNDING
+from transport.engine.bodies import lane_pass, own_memory
 from transport.engine.bundle import view
-from transport.engine.registry import lane_pass
 from transport.engine.words import passed_sheet, sheet_of, standing_sheet, surface_of
 from transport.physics.device import EXACT, exact_device
 from transport.physics.facets import facet_crossing, lies_beside_edge, plane_distance, within_facet
 from transport.physics.streams import DEPTH, POSITION, random_words, uniform
 
 NONE_AT_START = 1 << 62
+STACK = 128  # nodes and facets that wait during a search
+stack_memory = own_memory(STACK)
 MAX_RECIPROCAL = 1e300  # reciprocal of a direction component that is 0: times 0 it gives 0
 # [scene lengths] radius about a point of a mesh within which facets count as joined there
 SLACK = 16.0 * ROUNDING
@@ -181,129 +183,110 @@ def next_facet(
 
 
 @lane_pass(layout.MESH, EXACT)
-def meet_mesh(b, table, first, live):
-    """Intersect rays with an acting mesh; keep the facet if it is the nearest surface ahead.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `own_facet`; updates `distance`; writes
-    `hit`, `facet`.
-    """
+def meet_mesh(lane, table):
+    """Intersect rays with an acting mesh; keep the facet if it is the nearest surface ahead."""
+    stack, entries = view(stack_memory(), STACK, np.int64), view(stack_memory(), STACK, np.float64)
     nodes = view(table.nodes, table.node_count, layout.NODE)
     places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
     normals = view(table.normals, 3 * table.facet_count, np.float64)
     code, sheet = table.code, table.sheet
-    for k in range(first, live):
-        if b.weight[k] != 0.0:
-            x, y, z, ux, uy, uz, start = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.start[k]
-            own, side = -1, 0.0
-            if standing_sheet(b.sheet[k]) == sheet:
-                own = b.own_facet[k]
-                at = 3 * own
-                if passed_sheet(b.sheet[k]) == 0:  # still at its origin
-                    side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
-            found, t = next_facet(
-                table, nodes, places, faces, normals, b.listed, b.rx, x, y, z, ux, uy, uz,
-                own, side, True, start, NONE_AT_START, b.distance[k],
-            )  # fmt: skip
-            if (found >= 0) & (t < b.distance[k]):
-                b.distance[k], b.hit[k], b.facet[k] = t, code, found
-    return live
+    if lane.weight != 0.0:
+        x, y, z, ux, uy, uz, start = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz, lane.start
+        own, side = -1, 0.0
+        if standing_sheet(lane.sheet) == sheet:
+            own = lane.own_facet
+            at = 3 * own
+            if passed_sheet(lane.sheet) == 0:  # still at its origin
+                side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
+        found, t = next_facet(
+            table, nodes, places, faces, normals, stack, entries, x, y, z, ux, uy, uz,
+            own, side, True, start, NONE_AT_START, lane.distance,
+        )  # fmt: skip
+        if (found >= 0) & (t < lane.distance):
+            lane.distance, lane.hit, lane.facet = t, code, found
 
 
 @lane_pass(layout.MESH, EXACT)
-def cover_mesh(b, table, first, live):
+def cover_mesh(lane, table):
     """Intersect rays with a transparent mesh detector; keep the facet if its sheet is the nearest ahead.
 
     On the sheet of the nearest hit, adds its bit to the hit.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `own_facet`, `passed_facet`; updates
-    `distance`, `hit`; writes `facet`.
     """
+    stack, entries = view(stack_memory(), STACK, np.int64), view(stack_memory(), STACK, np.float64)
     nodes = view(table.nodes, table.node_count, layout.NODE)
     places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
     normals = view(table.normals, 3 * table.facet_count, np.float64)
     code, sheet = table.code, table.sheet
-    for k in range(first, live):
-        if sheet_of(b.hit[k]) == sheet:  # the same mesh
-            b.hit[k] |= code
-        elif b.weight[k] != 0.0:
-            # Which facets at the current distance have been crossed already.
-            passed = passed_sheet(b.sheet[k])
-            own = b.own_facet[k] if standing_sheet(b.sheet[k]) == sheet else -1
-            last = NONE_AT_START
-            if (passed != 0) & (passed <= sheet):
-                last = b.passed_facet[k] if passed == sheet else -1
-            start = b.start[k]
-            found, t = next_facet(
-                table, nodes, places, faces, normals, b.listed, b.rx, b.x[k], b.y[k], b.z[k],
-                b.ux[k], b.uy[k], b.uz[k], own, 0.0, False, start, last, b.distance[k],
-            )  # fmt: skip
-            if (found >= 0) & (t < b.distance[k]):
-                b.distance[k], b.hit[k], b.facet[k] = t, code, found
-    return live
+    if sheet_of(lane.hit) == sheet:  # the same mesh
+        lane.hit |= code
+    elif lane.weight != 0.0:
+        # Which facets at the current distance have been crossed already.
+        passed = passed_sheet(lane.sheet)
+        own = lane.own_facet if standing_sheet(lane.sheet) == sheet else -1
+        last = NONE_AT_START
+        if (passed != 0) & (passed <= sheet):
+            last = lane.passed_facet if passed == sheet else -1
+        start = lane.start
+        found, t = next_facet(
+            table, nodes, places, faces, normals, stack, entries, lane.x, lane.y, lane.z,
+            lane.ux, lane.uy, lane.uz, own, 0.0, False, start, last, lane.distance,
+        )  # fmt: skip
+        if (found >= 0) & (t < lane.distance):
+            lane.distance, lane.hit, lane.facet = t, code, found
 
 
 @lane_pass(layout.ROWS)
-def land_on_facet(b, table, first, live):
+def land_on_facet(lane, table):
     """On a mesh: set the facet's normal and move the point onto the facet.
 
     The facet of an acting mesh becomes the lane's `own_facet`, that of a transparent detector its
     `passed_facet`.
-
-    Fields: reads `weight`, `sheet`, `hit`, `facet`; updates `x, y, z`; writes `own_facet`, `passed_facet`,
-    `nx, ny, nz`.
     """
     sheets = view(table.rows, table.count, layout.MESHED_SHEET)
-    for k in range(first, live):
-        row = sheets[b.sheet[k]]
-        if (row.facet_count != 0) & (b.weight[k] != 0.0):
-            places = view(row.vertices, 3 * row.vertex_count, np.float64)
-            faces = view(row.faces, 3 * row.facet_count, np.int32)
-            normals, at = view(row.normals, 3 * row.facet_count, np.float64), 3 * b.facet[k]
-            nx, ny, nz = normals[at], normals[at + 1], normals[at + 2]
-            i, j, m = 3 * faces[at], 3 * faces[at + 1], 3 * faces[at + 2]
-            b.x[k], b.y[k], b.z[k] = within_facet(
-                b.x[k], b.y[k], b.z[k], places[i], places[i + 1], places[i + 2], places[j], places[j + 1],
-                places[j + 2], places[m], places[m + 1], places[m + 2], nx, ny, nz,
-            )  # fmt: skip
-            b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
-            acts = surface_of(b.hit[k]) != 0
-            if acts:
-                b.own_facet[k] = b.facet[k]
-            else:
-                b.passed_facet[k] = b.facet[k]
-    return live
+    row = sheets[lane.sheet]
+    if (row.facet_count != 0) & (lane.weight != 0.0):
+        places = view(row.vertices, 3 * row.vertex_count, np.float64)
+        faces = view(row.faces, 3 * row.facet_count, np.int32)
+        normals, at = view(row.normals, 3 * row.facet_count, np.float64), 3 * lane.facet
+        nx, ny, nz = normals[at], normals[at + 1], normals[at + 2]
+        i, j, m = 3 * faces[at], 3 * faces[at + 1], 3 * faces[at + 2]
+        lane.x, lane.y, lane.z = within_facet(
+            lane.x, lane.y, lane.z, places[i], places[i + 1], places[i + 2], places[j], places[j + 1],
+            places[j + 2], places[m], places[m + 1], places[m + 2], nx, ny, nz,
+        )  # fmt: skip
+        lane.nx, lane.ny, lane.nz = nx, ny, nz
+        acts = surface_of(lane.hit) != 0
+        if acts:
+            lane.own_facet = lane.facet
+        else:
+            lane.passed_facet = lane.facet
 
 
 @lane_pass(layout.FACET_AREAS)
-def born_on_mesh(b, table, first, live):
-    """Sample a point uniformly on a mesh: a facet by its area, then a point uniform on it.
-
-    Fields: reads `history`; writes `x, y, z`, `own_facet`, `facet`, `nx, ny, nz`.
-    """
+def born_on_mesh(lane, table):
+    """Sample a point uniformly on a mesh: a facet by its area, then a point uniform on it."""
     places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
     normals = view(table.normals, 3 * table.facet_count, np.float64)
     shares = view(table.shares, table.facet_count, np.float64)
     side, count = table.side, table.facet_count
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
-        d0, d1, _, _ = random_words(b.history[k], batch, 0, DEPTH, seed_low, seed_high)
-        # Binary search in the cumulative areas.
-        u, found, width = uniform(d0, d1), 0, count
-        while width > 1:
-            half = width >> 1
-            found += half if u >= shares[found + half - 1] else 0
-            width -= half
-        s, t = math.sqrt(uniform(w0, w1)), uniform(w2, w3)
-        p, q, r = 1.0 - s, s * (1.0 - t), s * t
-        i, j, m = 3 * faces[3 * found], 3 * faces[3 * found + 1], 3 * faces[3 * found + 2]
-        b.x[k] = p * places[i] + q * places[j] + r * places[m]
-        b.y[k] = p * places[i + 1] + q * places[j + 1] + r * places[m + 1]
-        b.z[k] = p * places[i + 2] + q * places[j + 2] + r * places[m + 2]
-        b.nx[k], b.ny[k] = side * normals[3 * found], side * normals[3 * found + 1]
-        b.nz[k] = side * normals[3 * found + 2]
-        b.own_facet[k], b.facet[k] = found, found
-    return live
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    d0, d1, _, _ = random_words(lane.history, batch, 0, DEPTH, seed_low, seed_high)
+    # Binary search in the cumulative areas.
+    u, found, width = uniform(d0, d1), 0, count
+    while width > 1:
+        half = width >> 1
+        found += half if u >= shares[found + half - 1] else 0
+        width -= half
+    s, t = math.sqrt(uniform(w0, w1)), uniform(w2, w3)
+    p, q, r = 1.0 - s, s * (1.0 - t), s * t
+    i, j, m = 3 * faces[3 * found], 3 * faces[3 * found + 1], 3 * faces[3 * found + 2]
+    lane.x = p * places[i] + q * places[j] + r * places[m]
+    lane.y = p * places[i + 1] + q * places[j + 1] + r * places[m + 1]
+    lane.z = p * places[i + 2] + q * places[j + 2] + r * places[m + 2]
+    lane.nx, lane.ny = side * normals[3 * found], side * normals[3 * found + 1]
+    lane.nz = side * normals[3 * found + 2]
+    lane.own_facet, lane.facet = found, found

@@ -4,9 +4,9 @@ import math
 
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE, EDGE, ROUNDING
+from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.intersections import keep_nearest
-from transport.engine.registry import lane_pass
 from transport.engine.words import passed_sheet, sheet_of, standing_sheet
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.quadrics import next_crossing, on_one_nappe, quadric_crossings, quadric_form
@@ -14,150 +14,128 @@ from transport.physics.streams import POSITION, random_words, uniform
 
 
 @lane_pass(layout.QUADRIC)
-def meet_quadric(b, table, first, live):
-    """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
-    """
+def meet_quadric(lane, table):
+    """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead."""
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
     inner_low, inner_high, code, sheet = table.inner_low, table.inner_high, table.code, table.sheet
-    for k in range(first, live):
-        ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        standing, start = standing_sheet(b.sheet[k]) == sheet, b.start[k]
-        own = start if start < 0.0 else 0.0  # ray parameter of the origin
-        near, far, w, pace, _ = quadric_crossings(
-            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, True
-        )
-        at_near, at_far, slack = w + near * pace, w + far * pace, ROUNDING * abs(far)
-        is_near_in = (at_near + ROUNDING * abs(near) >= low) & (at_near - ROUNDING * abs(near) <= high)
-        is_far_in = (at_far + slack >= low) & (at_far - slack <= high)
-        t = next_crossing(near, far, is_near_in, is_far_in, start, False, False)
-        height = w + t * pace
-        edge = (height < inner_low) | (height > inner_high)
-        nearer = t < b.distance[k]
-        b.distance[k] = t if nearer else b.distance[k]
-        b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
-    return live
+    ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
+    standing, start = standing_sheet(lane.sheet) == sheet, lane.start
+    own = start if start < 0.0 else 0.0  # ray parameter of the origin
+    near, far, w, pace, _ = quadric_crossings(
+        ox, oy, oz, lane.ux, lane.uy, lane.uz, ax, ay, az, alpha, beta, gamma, standing, own, True
+    )
+    at_near, at_far, slack = w + near * pace, w + far * pace, ROUNDING * abs(far)
+    is_near_in = (at_near + ROUNDING * abs(near) >= low) & (at_near - ROUNDING * abs(near) <= high)
+    is_far_in = (at_far + slack >= low) & (at_far - slack <= high)
+    t = next_crossing(near, far, is_near_in, is_far_in, start, False, False)
+    height = w + t * pace
+    edge = (height < inner_low) | (height > inner_high)
+    nearer = t < lane.distance
+    lane.distance = t if nearer else lane.distance
+    lane.hit = (code | EDGE if edge else code) if nearer else lane.hit
 
 
 @lane_pass(layout.QUADRIC)
-def cover_quadric(b, table, first, live):
+def cover_quadric(lane, table):
     """Intersect rays with a transparent detector on a surface of revolution; keep it if nearest.
 
     On the sheet of the nearest hit, adds its bit to the hit.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
     # on the side of its apex
     code, sheet, is_below = table.code, table.sheet, beta + gamma * (low + high) < 0.0
-    for k in range(first, live):
-        ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        start, last = b.start[k], passed_sheet(b.sheet[k])
-        standing = standing_sheet(b.sheet[k]) == sheet
-        own = start if start < 0.0 else 0.0
-        closed = (last != 0) & (sheet > last)  # of detectors that meet in a line, the next number is next
-        near, far, w, pace, steep = quadric_crossings(
-            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, False
-        )
-        at_near, at_far = w + near * pace, w + far * pace
-        slack = ROUNDING * abs(w)
-        one_near, one_far = on_one_nappe(at_near, at_far, slack, pace, is_below, standing)
-        at_near, at_far = one_near if steep else at_near, one_far if steep else at_far
-        is_near_in = (at_near >= low) & (at_near <= high)
-        is_far_in = (at_far >= low) & (at_far <= high)
-        t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
-        apart, other_apart = abs(t - b.distance[k]), abs(near + far - t - b.distance[k])
-        same = (sheet_of(b.hit[k]) == sheet) & (not apart > other_apart)  # not its other crossing
-        b.distance[k], b.hit[k] = keep_nearest(t < math.inf, same, t, code, b.distance[k], b.hit[k])
-    return live
+    ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
+    start, last = lane.start, passed_sheet(lane.sheet)
+    standing = standing_sheet(lane.sheet) == sheet
+    own = start if start < 0.0 else 0.0
+    closed = (last != 0) & (sheet > last)  # of detectors that meet in a line, the next number is next
+    near, far, w, pace, steep = quadric_crossings(
+        ox, oy, oz, lane.ux, lane.uy, lane.uz, ax, ay, az, alpha, beta, gamma, standing, own, False
+    )
+    at_near, at_far = w + near * pace, w + far * pace
+    slack = ROUNDING * abs(w)
+    one_near, one_far = on_one_nappe(at_near, at_far, slack, pace, is_below, standing)
+    at_near, at_far = one_near if steep else at_near, one_far if steep else at_far
+    is_near_in = (at_near >= low) & (at_near <= high)
+    is_far_in = (at_far >= low) & (at_far <= high)
+    t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
+    apart, other_apart = abs(t - lane.distance), abs(near + far - t - lane.distance)
+    same = (sheet_of(lane.hit) == sheet) & (not apart > other_apart)  # not its other crossing
+    lane.distance, lane.hit = keep_nearest(t < math.inf, same, t, code, lane.distance, lane.hit)
 
 
 @lane_pass(layout.ROWS)
-def project_onto_quadric(b, table, first, live):
-    """Set the normal from the gradient and project the point onto the surface by one Newton step along it.
-
-    Fields: reads `ux, uy, uz`, `sheet`; updates `x, y, z`; writes `nx, ny, nz`.
-    """
+def project_onto_quadric(lane, table):
+    """Set the normal from the gradient and project the point onto the surface by one Newton step along it."""
     sheets = view(table.rows, table.count, layout.CURVED_SHEET)
-    for k in range(first, live):
-        row = sheets[b.sheet[k]]
-        if row.is_curved != 0:
-            ax, ay, az = row.ax, row.ay, row.az
-            px, py, pz = b.x[k] - row.cx, b.y[k] - row.cy, b.z[k] - row.cz
-            value, gx, gy, gz, w = quadric_form(px, py, pz, ax, ay, az, row.alpha, row.beta, row.gamma)
-            g2 = gx * gx + gy * gy + gz * gz
-            step = 0.5 * value / g2 if g2 > 0.0 else 0.0
-            b.x[k], b.y[k], b.z[k] = b.x[k] - step * gx, b.y[k] - step * gy, b.z[k] - step * gz
-            # Within rounding of its apex, a ray steeper than the cone passes through the apex: take the axis.
-            pace, narrows = b.ux[k] * ax + b.uy[k] * ay + b.uz[k] * az, row.narrows
-            p2 = px * px + py * py + pz * pz
-            is_near = (p2 < COLLISION_CLEARANCE * COLLISION_CLEARANCE) | (w * narrows > 0.0)
-            at_apex = (narrows != 0.0) & is_near & ((1.0 + row.gamma) * pace * pace > 1.0)
-            has_normal = (g2 > 0.0) & (not at_apex)
-            inverse, top = 1.0 / math.sqrt(g2) if has_normal else 0.0, narrows if narrows != 0.0 else 1.0
-            b.nx[k] = gx * inverse if has_normal else top * ax
-            b.ny[k] = gy * inverse if has_normal else top * ay
-            b.nz[k] = gz * inverse if has_normal else top * az
-    return live
+    row = sheets[lane.sheet]
+    if row.is_curved != 0:
+        ax, ay, az = row.ax, row.ay, row.az
+        px, py, pz = lane.x - row.cx, lane.y - row.cy, lane.z - row.cz
+        value, gx, gy, gz, w = quadric_form(px, py, pz, ax, ay, az, row.alpha, row.beta, row.gamma)
+        g2 = gx * gx + gy * gy + gz * gz
+        step = 0.5 * value / g2 if g2 > 0.0 else 0.0
+        lane.x, lane.y, lane.z = lane.x - step * gx, lane.y - step * gy, lane.z - step * gz
+        # Within rounding of its apex, a ray steeper than the cone passes through the apex: take the axis.
+        pace, narrows = lane.ux * ax + lane.uy * ay + lane.uz * az, row.narrows
+        p2 = px * px + py * py + pz * pz
+        is_near = (p2 < COLLISION_CLEARANCE * COLLISION_CLEARANCE) | (w * narrows > 0.0)
+        at_apex = (narrows != 0.0) & is_near & ((1.0 + row.gamma) * pace * pace > 1.0)
+        has_normal = (g2 > 0.0) & (not at_apex)
+        inverse, top = 1.0 / math.sqrt(g2) if has_normal else 0.0, narrows if narrows != 0.0 else 1.0
+        lane.nx = gx * inverse if has_normal else top * ax
+        lane.ny = gy * inverse if has_normal else top * ay
+        lane.nz = gz * inverse if has_normal else top * az
 
 
 @lane_pass(layout.BAND)
-def born_on_band(b, table, first, live):
+def born_on_band(lane, table):
     """Sample a point uniformly on a cylinder, cone or zone, whose area per height is linear in the height.
 
     The height is the root of the linear cumulative law in a form without cancellation; for equal ends that is
     the share u of the height.
-
-    Fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
     one, other, side = table.first, table.last, table.side
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
-        # Invert the cumulative area for the height w; then sample the azimuth.
-        u = uniform(w0, w1)
-        here = math.sqrt(one * one + u * (other - one) * (other + one))
-        w = low + (high - low) * (u * (one + other) / (one + here) if u > 0.0 else 0.0)
-        c, s = cos_sin_turn(uniform(w2, w3))
-        rho2 = alpha + w * (beta + gamma * w)
-        rho = math.sqrt(rho2 if rho2 > 0.0 else 0.0)
-        px, py, pz = c * eux + s * evx, c * euy + s * evy, c * euz + s * evz
-        slope = 0.5 * beta + gamma * w
-        gx, gy, gz = rho * px - slope * nx, rho * py - slope * ny, rho * pz - slope * nz
-        g2 = gx * gx + gy * gy + gz * gz
-        turn = side / math.sqrt(g2) if g2 > 0.0 else 0.0
-        b.x[k], b.y[k], b.z[k] = cx + rho * px + w * nx, cy + rho * py + w * ny, cz + rho * pz + w * nz
-        b.nx[k], b.ny[k], b.nz[k] = turn * gx, turn * gy, turn * gz
-    return live
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    # Invert the cumulative area for the height w; then sample the azimuth.
+    u = uniform(w0, w1)
+    here = math.sqrt(one * one + u * (other - one) * (other + one))
+    w = low + (high - low) * (u * (one + other) / (one + here) if u > 0.0 else 0.0)
+    c, s = cos_sin_turn(uniform(w2, w3))
+    rho2 = alpha + w * (beta + gamma * w)
+    rho = math.sqrt(rho2 if rho2 > 0.0 else 0.0)
+    px, py, pz = c * eux + s * evx, c * euy + s * evy, c * euz + s * evz
+    slope = 0.5 * beta + gamma * w
+    gx, gy, gz = rho * px - slope * nx, rho * py - slope * ny, rho * pz - slope * nz
+    g2 = gx * gx + gy * gy + gz * gz
+    turn = side / math.sqrt(g2) if g2 > 0.0 else 0.0
+    lane.x, lane.y, lane.z = cx + rho * px + w * nx, cy + rho * py + w * ny, cz + rho * pz + w * nz
+    lane.nx, lane.ny, lane.nz = turn * gx, turn * gy, turn * gz
 
 
 @lane_pass(layout.BAND)
-def born_on_paraboloid(b, table, first, live):
+def born_on_paraboloid(lane, table):
     """Sample a point uniformly on a paraboloid of focal length f: (1 + w/f)^(3/2) - 1 is uniform.
 
     first, last of the table: this quantity at both ends.
-
-    Fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     beta, one, other, low, high, side = table.beta, table.first, table.last, table.low, table.high, table.side
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
-        w = 0.25 * beta * math.expm1(math.log1p(one + uniform(w0, w1) * (other - one)) / 1.5)
-        w = min(max(w, low), high)
-        c, s = cos_sin_turn(uniform(w2, w3))
-        rho = math.sqrt(beta * w)
-        px, py, pz = c * eux + s * evx, c * euy + s * evy, c * euz + s * evz
-        gx, gy, gz = rho * px - 0.5 * beta * nx, rho * py - 0.5 * beta * ny, rho * pz - 0.5 * beta * nz
-        turn = side / math.sqrt(gx * gx + gy * gy + gz * gz)
-        b.x[k], b.y[k], b.z[k] = cx + rho * px + w * nx, cy + rho * py + w * ny, cz + rho * pz + w * nz
-        b.nx[k], b.ny[k], b.nz[k] = turn * gx, turn * gy, turn * gz
-    return live
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    w = 0.25 * beta * math.expm1(math.log1p(one + uniform(w0, w1) * (other - one)) / 1.5)
+    w = min(max(w, low), high)
+    c, s = cos_sin_turn(uniform(w2, w3))
+    rho = math.sqrt(beta * w)
+    px, py, pz = c * eux + s * evx, c * euy + s * evy, c * euz + s * evz
+    gx, gy, gz = rho * px - 0.5 * beta * nx, rho * py - 0.5 * beta * ny, rho * pz - 0.5 * beta * nz
+    turn = side / math.sqrt(gx * gx + gy * gy + gz * gz)
+    lane.x, lane.y, lane.z = cx + rho * px + w * nx, cy + rho * py + w * ny, cz + rho * pz + w * nz
+    lane.nx, lane.ny, lane.nz = turn * gx, turn * gy, turn * gz

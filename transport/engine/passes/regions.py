@@ -11,65 +11,54 @@ from numba import float64, uint64
 
 from transport.compile import layout
 from transport.compile.layout import EDGE
+from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.surfaces import ACTING_BITS
-from transport.engine.registry import lane_pass
 from transport.engine.tally import add_lost, add_to_ledger, limbs
-from transport.engine.words import sheet_of
+from transport.engine.words import is_covered, sheet_of
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
 # [scene lengths] from a face: the tolerance of intersections.bound_rectangle, and clear of it.
 AT_EDGE, OFF_EDGE = 2.0**-42, 2.0**-41
-MARKED_LOST = 2  # value of `flies` that marks a lost lane
 
 
 @lane_pass(layout.BIRTH_BODIES)
-def set_birth_bodies(b, table, first, live):
-    """Set the bodies that contain the source.
-
-    Fields: writes `inside`.
-    """
+def set_birth_bodies(lane, table):
+    """Set the bodies that contain the source."""
     inside = table.inside
-    for k in range(first, live):
-        b.inside[k] = inside
-    return live
+    lane.inside = inside
 
 
 @lane_pass(layout.BIRTH_BOUNDARY)
-def leave_birth_body(b, table, first, live):
-    """Remove a body if the particle leaves it, at birth on its boundary.
-
-    Fields: reads `ux, uy, uz`; updates `inside`.
-    """
+def leave_birth_body(lane, table):
+    """Remove a body if the particle leaves it, at birth on its boundary."""
     nx, ny, nz, bit = table.nx, table.ny, table.nz, table.bit
-    for k in range(first, live):
-        leaves = b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz > 0.0
-        b.inside[k] = b.inside[k] & ~bit if leaves else b.inside[k]
-    return live
+    leaves = lane.ux * nx + lane.uy * ny + lane.uz * nz > 0.0
+    lane.inside = lane.inside & ~bit if leaves else lane.inside
 
 
-@lane_pass(layout.LAYERS)
-def cross_boundary(b, table, first, live):
+@device
+def count_unseen(lane, table, unseen):
+    """Count crossings from bodies other than those recorded."""
+    view(lane.ledger, lane.ledger_words, np.int64)[4 * layout.ESCAPED + 3] += unseen
+
+
+@lane_pass(layout.LAYERS, sums=count_unseen)
+def cross_boundary(lane, table):
     """Set the bodies of the side that a lane leaves to, one layer of boundaries at a time.
 
     Bodies that share a face each have a boundary of their own there. A lane that arrives from bodies other
     than those recorded for its side (through a gap) is counted in the ledger.
-
-    Fields: reads `weight`, `hit`, `mu`; updates `inside`.
     """
-    rows, layer, unseen = view(table.rows, table.count, layout.LAYER), table.layer, 0
-    for k in range(first, live):
-        row = rows[uint64(sheet_of(b.hit[k]))]
-        front, back = row.front, row.back
-        covered = ((b.hit[k] >> layer) & 1) != 0
-        side, other = (front, back) if b.mu[k] > 0.0 else (back, front)
-        before = b.inside[k] & (front | back)
-        passes = covered & ((b.hit[k] & (EDGE | ACTING_BITS)) == 0) & (b.weight[k] != 0.0)
-        unseen += 1 if passes & (before != other) else 0
-        b.inside[k] = (b.inside[k] & ~(front | back)) | side if covered else b.inside[k]
-    view(b.ledger, b.ledger_words, np.int64)[4 * layout.ESCAPED + 3] += unseen
-    return live
+    row = view(table.rows, table.count, layout.LAYER)[uint64(sheet_of(lane.hit))]
+    front, back = row.front, row.back
+    covered = is_covered(lane.hit, table.layer)
+    side, other = (front, back) if lane.mu > 0.0 else (back, front)
+    before = lane.inside & (front | back)
+    passes = covered & ((lane.hit & (EDGE | ACTING_BITS)) == 0) & (lane.weight != 0.0)
+    lane.inside = (lane.inside & ~(front | back)) | side if covered else lane.inside
+    return 1 if passes & (before != other) else 0
 
 
 @device
@@ -87,64 +76,56 @@ def box_side_along(p, half, u, positive):
     return (far > AT_EDGE) | (at & leaves), at, side
 
 
-@lane_pass(layout.BODY_BOX)
-def resolve_box_edges(b, table, first, live):
+@device
+def is_at_boundary_edge(lane, table):
+    """Return whether a lane is within rounding of the edge of a boundary."""
+    return (lane.hit & (EDGE | ACTING_BITS)) == EDGE
+
+
+@lane_pass(layout.BODY_BOX, when=is_at_boundary_edge)
+def resolve_box_edges(lane, table):
     """Decide by its direction whether a ray within rounding of a box's edges is inside, and move it clear.
 
     The ray moves off the faces to the side that it goes to. So no ray through an edge or corner is mistaken
-    for one that passes by, and a ray along a face shared by two boxes is inside one of them. Does nothing if
-    no lane is at an edge, the usual case.
-
-    Fields: reads `ux, uy, uz`, `weight`, `distance`, `hit`, `rx, ry, rz`; updates `x, y, z`, `sheet`,
-    `start`, `inside`.
+    for one that passes by, and a ray along a face shared by two boxes is inside one of them.
     """
-    any_edge = 0
-    for k in range(first, live):
-        any_edge |= 1 if (b.hit[k] & (EDGE | ACTING_BITS)) == EDGE else 0
-    if any_edge == 0:
-        return live
     cx, cy, cz, hx, hy, hz, bit = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz, table.bit
-    for k in range(first, live):
-        t = b.distance[k]
-        px, py = b.rx[k] + t * b.ux[k] - cx, b.ry[k] + t * b.uy[k] - cy
-        pz = b.rz[k] + t * b.uz[k] - cz
-        out_x, at_x, side_x = box_side_along(px, hx, b.ux[k], 1.0)
-        out_y, at_y, side_y = box_side_along(py, hy, b.uy[k], 1.0)
-        out_z, at_z, side_z = box_side_along(pz, hz, b.uz[k], 1.0)
-        edge = ((b.hit[k] & (EDGE | ACTING_BITS)) == EDGE) & (b.weight[k] != 0.0)
-        touches = (abs(px) <= hx + AT_EDGE) & (abs(py) <= hy + AT_EDGE) & (abs(pz) <= hz + AT_EDGE)
-        touches &= edge & (at_x | at_y | at_z)
-        outside = out_x | out_y | out_z
-        b.inside[k] = (b.inside[k] & ~bit if outside else b.inside[k] | bit) if touches else b.inside[k]
-        # Move off each face that it touches: outwards where it is outside, else inwards.
-        ox = cx + side_x * (hx + (OFF_EDGE if out_x else -OFF_EDGE))
-        oy = cy + side_y * (hy + (OFF_EDGE if out_y else -OFF_EDGE))
-        oz = cz + side_z * (hz + (OFF_EDGE if out_z else -OFF_EDGE))
-        here = b.start[k] != 0.0  # not moved off yet: still at its ray's origin
-        b.x[k] = (ox if at_x else cx + px if here else b.x[k]) if touches else b.x[k]
-        b.y[k] = (oy if at_y else cy + py if here else b.y[k]) if touches else b.y[k]
-        b.z[k] = (oz if at_z else cz + pz if here else b.z[k]) if touches else b.z[k]
-        b.start[k] = 0.0 if touches else b.start[k]
-        b.sheet[k] = 0 if touches else b.sheet[k]
-    return live
+    t = lane.distance
+    px, py = lane.rx + t * lane.ux - cx, lane.ry + t * lane.uy - cy
+    pz = lane.rz + t * lane.uz - cz
+    out_x, at_x, side_x = box_side_along(px, hx, lane.ux, 1.0)
+    out_y, at_y, side_y = box_side_along(py, hy, lane.uy, 1.0)
+    out_z, at_z, side_z = box_side_along(pz, hz, lane.uz, 1.0)
+    touches = (abs(px) <= hx + AT_EDGE) & (abs(py) <= hy + AT_EDGE) & (abs(pz) <= hz + AT_EDGE)
+    touches &= (lane.weight != 0.0) & (at_x | at_y | at_z)
+    outside = out_x | out_y | out_z
+    lane.inside = (lane.inside & ~bit if outside else lane.inside | bit) if touches else lane.inside
+    # Move off each face that it touches: outwards where it is outside, else inwards.
+    ox = cx + side_x * (hx + (OFF_EDGE if out_x else -OFF_EDGE))
+    oy = cy + side_y * (hy + (OFF_EDGE if out_y else -OFF_EDGE))
+    oz = cz + side_z * (hz + (OFF_EDGE if out_z else -OFF_EDGE))
+    here = lane.start != 0.0  # not moved off yet: still at its ray's origin
+    lane.x = (ox if at_x else cx + px if here else lane.x) if touches else lane.x
+    lane.y = (oy if at_y else cy + py if here else lane.y) if touches else lane.y
+    lane.z = (oz if at_z else cz + pz if here else lane.z) if touches else lane.z
+    lane.start = 0.0 if touches else lane.start
+    lane.sheet = 0 if touches else lane.sheet
 
 
-@lane_pass(layout.NO_TABLE)
-def escape_to_empty_space(b, table, first, live):
-    """End lanes as escaped that leave all bodies to a side without further surfaces.
+@device
+def add_escaped_to_empty_space(lane, table, high, low):
+    """Add to the escaped weight."""
+    add_to_ledger(lane, layout.ESCAPED, high, low)
 
-    Fields: reads `hit`, `inside`, `mu`; updates `weight`.
-    """
-    high, low = 0, 0
-    for k in range(first, live):
-        beyond = layout.EMPTY_FRONT if b.mu[k] > 0.0 else layout.EMPTY_BACK
-        escapes = ((b.hit[k] & beyond) != 0) & (b.inside[k] == 0)
-        w_high, w_low = limbs(b.weight[k] if escapes else 0.0)
-        high += w_high
-        low += w_low
-        b.weight[k] = 0.0 if escapes else b.weight[k]
-    add_to_ledger(b, layout.ESCAPED, high, low)
-    return live
+
+@lane_pass(layout.NO_TABLE, sums=add_escaped_to_empty_space)
+def escape_to_empty_space(lane, table):
+    """End lanes as escaped that leave all bodies to a side without further surfaces."""
+    beyond = layout.EMPTY_FRONT if lane.mu > 0.0 else layout.EMPTY_BACK
+    escapes = ((lane.hit & beyond) != 0) & (lane.inside == 0)
+    high, low = limbs(lane.weight if escapes else 0.0)
+    lane.weight = 0.0 if escapes else lane.weight
+    return high, low
 
 
 @device
@@ -162,99 +143,71 @@ def ends_beyond(x, y, z, ux, uy, uz, length, low_x, low_y, low_z, high_x, high_y
 
 
 @device
-def end_marked(b, first, live):
-    """End lanes marked as strays, as lost.
-
-    Fields: updates `weight`, `flies`; writes `distance`.
-    """
-    for k in range(first, live):
-        if b.flies[k] == MARKED_LOST:
-            add_lost(b, b.weight[k])
-            b.weight[k], b.distance[k], b.flies[k] = 0.0, 0.0, 0
+def end_as_lost(lane):
+    """End a particle as lost."""
+    add_lost(lane, lane.weight)
+    lane.weight, lane.distance, lane.flies = 0.0, 0.0, 0
 
 
-@lane_pass(layout.BODY_BOUNDS)
-def end_lost_particles(b, table, first, live):
+@device
+def is_stray(lane, table):
+    """Return whether a lane in a finite body has no surface ahead, or a collision beyond the body."""
+    strays = ends_beyond(
+        lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz, lane.distance,
+        table.low_x, table.low_y, table.low_z, table.high_x, table.high_y, table.high_z,
+    )  # fmt: skip
+    strays &= (lane.inside & table.bit) != 0
+    return strays & (lane.hit == 0) & (lane.flies != 0) & (lane.weight != 0.0)
+
+
+@lane_pass(layout.BODY_BOUNDS, when=is_stray)
+def end_lost_particles(lane, table):
     """End lanes in a finite body without a surface ahead, or with a collision beyond the body, as lost.
 
     So no ray that rounding carried past a rim flies on as if the body were infinite.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
     """
-    low_x, low_y, low_z = table.low_x, table.low_y, table.low_z
-    high_x, high_y, high_z, bit = table.high_x, table.high_y, table.high_z, table.bit
-    strays = 0
-    for k in range(first, live):
-        x, y, z, ux, uy, uz, length = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
-        is_stray = ends_beyond(x, y, z, ux, uy, uz, length, low_x, low_y, low_z, high_x, high_y, high_z)
-        is_stray &= (b.inside[k] & bit) != 0
-        is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)
-        b.flies[k] = MARKED_LOST if is_stray else b.flies[k]
-        strays += 1 if is_stray else 0
-    if strays != 0:
-        end_marked(b, first, live)
-    return live
+    end_as_lost(lane)
 
 
-@lane_pass(layout.ROWS)
-def end_lost_particles_of_many(b, table, first, live):
-    """End lost particles as `end_lost_particles` does, for many finite bodies; gathers a row.
+@device
+def is_stray_of_many(lane, table):
+    """Return the same for many finite bodies; gathers a row."""
+    row = view(table.rows, table.count, layout.BODY_BOUNDS)[uint64(innermost(lane.inside))]
+    strays = ends_beyond(
+        lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz, lane.distance,
+        row.low_x, row.low_y, row.low_z, row.high_x, row.high_y, row.high_z,
+    )  # fmt: skip
+    return strays & (row.bit != 0) & (lane.hit == 0) & (lane.flies != 0) & (lane.weight != 0.0)
 
-    Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
-    """
-    rows, strays = view(table.rows, table.count, layout.BODY_BOUNDS), 0
-    for k in range(first, live):
-        row = rows[uint64(innermost(b.inside[k]))]
-        low_x, low_y, low_z = row.low_x, row.low_y, row.low_z
-        high_x, high_y, high_z = row.high_x, row.high_y, row.high_z
-        x, y, z, ux, uy, uz, length = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
-        is_stray = ends_beyond(x, y, z, ux, uy, uz, length, low_x, low_y, low_z, high_x, high_y, high_z)
-        is_stray &= row.bit != 0
-        is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)
-        b.flies[k] = MARKED_LOST if is_stray else b.flies[k]
-        strays += 1 if is_stray else 0
-    if strays != 0:
-        end_marked(b, first, live)
-    return live
+
+@lane_pass(layout.ROWS, when=is_stray_of_many)
+def end_lost_particles_of_many(lane, table):
+    """End lost particles as `end_lost_particles` does, for many finite bodies."""
+    end_as_lost(lane)
 
 
 @lane_pass(layout.BODY)
-def set_outer_medium(b, table, first, live):
-    """Set the medium outside all bodies, and its coefficients.
-
-    Fields: writes `medium`, `mfp`, `sigma_a`, `survival`.
-    """
+def set_outer_medium(lane, table):
+    """Set the medium outside all bodies, and its coefficients."""
     medium, mfp, sigma_a, survival = table.medium, table.mfp, table.sigma_a, table.survival
-    for k in range(first, live):
-        b.medium[k], b.mfp[k], b.sigma_a[k], b.survival[k] = medium, mfp, sigma_a, survival
-    return live
+    lane.medium, lane.mfp, lane.sigma_a, lane.survival = medium, mfp, sigma_a, survival
 
 
 @lane_pass(layout.BODY)
-def find_medium(b, table, first, live):
-    """Set the medium of one body for the lanes in it; passes run from the outermost to the innermost body.
-
-    Fields: reads `inside`; updates `medium`, `mfp`, `sigma_a`, `survival`.
-    """
+def find_medium(lane, table):
+    """Set the medium of one body for the lanes in it; passes run from the outermost to the innermost body."""
     bit, medium, mfp, sigma_a, survival = table.bit, table.medium, table.mfp, table.sigma_a, table.survival
-    for k in range(first, live):
-        here = (b.inside[k] & bit) != 0
-        b.medium[k] = medium if here else b.medium[k]
-        b.mfp[k] = mfp if here else b.mfp[k]
-        b.sigma_a[k] = sigma_a if here else b.sigma_a[k]
-        b.survival[k] = survival if here else b.survival[k]
-    return live
+    here = (lane.inside & bit) != 0
+    lane.medium = medium if here else lane.medium
+    lane.mfp = mfp if here else lane.mfp
+    lane.sigma_a = sigma_a if here else lane.sigma_a
+    lane.survival = survival if here else lane.survival
 
 
 @lane_pass(layout.ROWS)
-def find_medium_of_many(b, table, first, live):
-    """Find the medium as `find_medium` does, for many bodies: gathers the row of the innermost one.
-
-    Fields: reads `inside`; writes `medium`, `mfp`, `sigma_a`, `survival`.
-    """
+def find_medium_of_many(lane, table):
+    """Find the medium as `find_medium` does, for many bodies: gathers the row of the innermost one."""
     rows = view(table.rows, table.count, layout.MEDIA)
-    for k in range(first, live):
-        medium = innermost(b.inside[k])
-        row = rows[uint64(medium)]
-        b.medium[k], b.mfp[k], b.sigma_a[k], b.survival[k] = medium, row.mfp, row.sigma_a, row.survival
-    return live
+    medium = innermost(lane.inside)
+    row = rows[uint64(medium)]
+    lane.medium, lane.mfp, lane.sigma_a, lane.survival = medium, row.mfp, row.sigma_a, row.survival

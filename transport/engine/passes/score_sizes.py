@@ -8,9 +8,9 @@ import numpy as np
 from numba import uint64
 
 from transport.compile import layout
+from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
-from transport.engine.registry import lane_pass
-from transport.engine.tally import count_grazing
+from transport.engine.passes.detectors import has_bin
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
@@ -25,46 +25,37 @@ def size_cell(weight):
     return min(max((bits_of(weight) >> SHIFT) - LOWEST, 0), layout.SIZE_CELLS - 1)
 
 
-@lane_pass(layout.SIZES)
-def score_and_size(b, table, first, live):
+@lane_pass(layout.SIZES, when=has_bin)
+def score_and_size(lane, table):
     """Score like detectors.score, and count the score's size on this side of the detector.
 
     A batch whose number has a bit of `resting` counts none.
-
-    Fields: reads `weight`, `mu`, `detector_row`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """
-    numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
-    n, one = 0, 1 if b.batch & table.resting == 0 else 0
-    for k in range(first, live):  # no branch, so no misprediction
-        b.listed[n] = k
-        n += 1 if b.bin[k] != 0 else 0
-    for j in range(n):
-        k = uint64(b.listed[j])
-        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-        sizes[uint64(numbers[uint64(b.detector_row[k])] + size_cell(b.weight[k]))] += one
-    count_grazing(b, first, live)
-    return live
+    numbers, sizes = view(table.numbers, table.count, np.int64), view(lane.sizes, table.cells, np.int64)
+    add_to_row(lane.tallies + 32 * lane.bin, lane.high, lane.low, lane.count, lane.slant)
+    one = 1 if lane.batch & table.resting == 0 else 0
+    sizes[uint64(numbers[uint64(lane.detector_row)] + size_cell(lane.weight))] += one
+
+
+@device
+def is_resting(lane, table):
+    """Return whether the batch counts no sizes."""
+    return lane.batch & table.resting != 0
 
 
 @lane_pass(layout.SIZES)
-def score_all_and_size(b, table, first, live):
+def score_all_resting(lane, table):
+    """Score like detectors.score_all."""
+    add_to_row(lane.tallies + 32 * lane.bin, lane.high, lane.low, lane.count, lane.slant)
+
+
+@lane_pass(layout.SIZES, unless=(is_resting, score_all_resting))
+def score_all_and_size(lane, table):
     """Score as `score_and_size` does, where nearly every lane has a bin.
 
     Row 0 and the first cells take the others and are never read.
-
-    Fields: reads `weight`, `mu`, `detector_row`, `bin`, `high`, `low`, `slant`, `is_grazing`.
     """
-    numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
-    if b.batch & table.resting != 0:
-        for k in range(first, live):
-            add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-        count_grazing(b, first, live)
-        return live
-    for k in range(first, live):
-        cell = numbers[uint64(b.detector_row[k])] + size_cell(b.weight[k])
-        b.listed[k] = cell if b.bin[k] != 0 else 0
-    for k in range(first, live):  # one loop for both, whose memory accesses overlap
-        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-        sizes[uint64(b.listed[k])] += 1
-    count_grazing(b, first, live)
-    return live
+    numbers, sizes = view(table.numbers, table.count, np.int64), view(lane.sizes, table.cells, np.int64)
+    cell = numbers[uint64(lane.detector_row)] + size_cell(lane.weight)
+    add_to_row(lane.tallies + 32 * lane.bin, lane.high, lane.low, lane.count, lane.slant)
+    sizes[uint64(cell if lane.bin != 0 else 0)] += 1

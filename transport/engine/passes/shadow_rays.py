@@ -11,11 +11,11 @@ from numba import int64, uint64
 
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE
+from transport.engine.bodies import bundle_pass, lane_pass
 from transport.engine.bundle import LANES, Bundle, add_to_row, view
 from transport.engine.passes.detector_bins import find_cell
 from transport.engine.passes.volumes import half_chord, slab_crossings
 from transport.engine.passes.voxels import cell_at, grid_depth
-from transport.engine.registry import lane_pass
 from transport.engine.tally import limbs
 from transport.engine.words import material_of, standing_sheet, surface_of
 from transport.physics.bits import bits_of, float_of
@@ -36,162 +36,131 @@ def direction_to(x, y, z, px, py, pz):
 
 
 @lane_pass(layout.POINT_EMISSION)
-def cast_from_births(b, table, first, live):
-    """Cast a shadow ray from each birth: weight times intensity per weight [sr^-1] over squared distance.
-
-    Fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`,
-    `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
-    """
+def cast_from_births(lane, table):
+    """Cast a shadow ray from each birth: weight times intensity per weight [sr^-1] over squared distance."""
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
-    for k in range(first, live):
-        vx, vy, vz, r = direction_to(b.x[k], b.y[k], b.z[k], px, py, pz)
-        cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
-        density = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
-        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
-        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, r
-        b.score[k] = b.weight[k] * density / (r * r) if r > 0.0 else 0.0
-        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, b.sheet[k], tally
-    return live
+    vx, vy, vz, r = direction_to(lane.x, lane.y, lane.z, px, py, pz)
+    cosine = vx * lane.nx + vy * lane.ny + vz * lane.nz if lambertian > 0.0 else 0.0
+    density = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
+    lane.sx, lane.sy, lane.sz = lane.x, lane.y, lane.z
+    lane.vx, lane.vy, lane.vz, lane.point_distance = vx, vy, vz, r
+    lane.score = lane.weight * density / (r * r) if r > 0.0 else 0.0
+    lane.pdf, lane.shadow_sheet, lane.tally = 1.0, lane.sheet, tally
 
 
 @lane_pass(layout.POINT_GLOW)
-def cast_from_box(b, table, first, live):
+def cast_from_box(lane, table):
     """Cast a shadow ray from a uniformly emitting box.
 
     Samples an isotropic line through the point and a uniform place in the box on it: the factor 1/r^2 is
     sampled rather than weighted.
-
-    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`,
-    `shadow_sheet`, `tally`.
     """
     px, py, pz = table.x, table.y, table.z
     hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     event = uint64(table.number) << DETECTOR_SHIFT
-    for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
-        ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
-        near_x, far_x = slab_crossings(ox, ux, hx)
-        near_y, far_y = slab_crossings(oy, uy, hy)
-        near_z, far_z = slab_crossings(oz, uz, hz)
-        # Chord of the box on this line, and a place on it.
-        near = max(0.0, max(near_x, max(near_y, near_z)))
-        far = min(far_x, min(far_y, far_z))
-        length = far - near if near < far else 0.0
-        s = near + short_uniform(w3) * length if near < far else 1.0
-        b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
-        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = -ux, -uy, -uz, s
-        b.score[k] = b.weight[k] * length * scale
-        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, 0, tally
-    return live
+    w0, w1, w2, w3 = random_words(lane.history, batch, event, SHADOW, seed_low, seed_high)
+    ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
+    near_x, far_x = slab_crossings(ox, ux, hx)
+    near_y, far_y = slab_crossings(oy, uy, hy)
+    near_z, far_z = slab_crossings(oz, uz, hz)
+    # Chord of the box on this line, and a place on it.
+    near = max(0.0, max(near_x, max(near_y, near_z)))
+    far = min(far_x, min(far_y, far_z))
+    length = far - near if near < far else 0.0
+    s = near + short_uniform(w3) * length if near < far else 1.0
+    lane.sx, lane.sy, lane.sz = px + s * ux, py + s * uy, pz + s * uz
+    lane.vx, lane.vy, lane.vz, lane.point_distance = -ux, -uy, -uz, s
+    lane.score = lane.weight * length * scale
+    lane.pdf, lane.shadow_sheet, lane.tally = 1.0, 0, tally
 
 
 @lane_pass(layout.POINT_GLOW)
-def cast_from_sphere(b, table, first, live):
-    """Cast a shadow ray from a uniformly emitting ball; the chord follows from its point nearest the centre.
+def cast_from_sphere(lane, table):
+    """Cast a shadow ray from a uniformly emitting ball.
 
-    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`, `score`, `pdf`,
-    `shadow_sheet`, `tally`.
+    The chord follows from its point nearest the centre.
     """
     px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     event = uint64(table.number) << DETECTOR_SHIFT
-    for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
-        ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
-        h = ox * ux + oy * uy + oz * uz
-        qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
-        q = math.sqrt(qx * qx + qy * qy + qz * qz)
-        half = half_chord(radius, q)
-        near, far = max(0.0, -h - half), half - h
-        length = far - near if near < far else 0.0
-        s = near + short_uniform(w3) * length if near < far else 1.0
-        b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
-        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = -ux, -uy, -uz, s
-        b.score[k] = b.weight[k] * length * scale
-        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, 0, tally
-    return live
+    w0, w1, w2, w3 = random_words(lane.history, batch, event, SHADOW, seed_low, seed_high)
+    ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
+    h = ox * ux + oy * uy + oz * uz
+    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+    q = math.sqrt(qx * qx + qy * qy + qz * qz)
+    half = half_chord(radius, q)
+    near, far = max(0.0, -h - half), half - h
+    length = far - near if near < far else 0.0
+    s = near + short_uniform(w3) * length if near < far else 1.0
+    lane.sx, lane.sy, lane.sz = px + s * ux, py + s * uy, pz + s * uz
+    lane.vx, lane.vy, lane.vz, lane.point_distance = -ux, -uy, -uz, s
+    lane.score = lane.weight * length * scale
+    lane.pdf, lane.shadow_sheet, lane.tally = 1.0, 0, tally
 
 
 @lane_pass(layout.ROWS)
-def find_phase_of_flights(b, table, first, live):
-    """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly.
-
-    Fields: reads `medium`, `flies`; writes `phase_number`.
-    """
+def find_phase_of_flights(lane, table):
+    """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly."""
     rows = view(table.rows, table.count, layout.MEDIA)
-    for k in range(first, live):
-        b.phase_number[k] = rows[b.medium[k]].phase if b.flies[k] != 0 else 0
-    return live
+    lane.phase_number = rows[lane.medium].phase if lane.flies != 0 else 0
 
 
 @lane_pass(layout.POINT)
-def cast_from_flights(b, table, first, live):
+def cast_from_flights(lane, table):
     """Cast a ray from a scattering point sampled equiangularly on each flight (Kulla and Fajardo 2012).
 
     No factor for survival to that point: the flight's length is itself sampled; only absorption along it is
     weighted. In voxels the coefficient is not known yet: the score stays negative until
     `scale_by_grid_scattering`.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `start`, `distance`, `medium`, `mfp`,
-    `sigma_a`, `survival`, `flies`, `phase_number`; writes `sx, sy, sz`, `vx, vy, vz`, `point_distance`,
-    `score`, `scatter_cosine`, `pdf`, `shadow_sheet`, `tally`.
     """
     px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     number = uint64(table.number) << DETECTOR_SHIFT
-    for k in range(first, live):
-        event = uint64(b.event[k]) | number
-        w0, w1, _, _ = event_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
-        x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
-        rx, ry, rz = px - x, py - y, pz - z
-        # Foot of the perpendicular from the point on the ray, and its length.
-        foot = rx * ux + ry * uy + rz * uz
-        qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
-        least = math.sqrt(qx * qx + qy * qy + qz * qz)
-        start, end, mfp = b.start[k] + COLLISION_CLEARANCE, b.distance[k] - COLLISION_CLEARANCE, b.mfp[k]
-        flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.phase_number[k] != 0) & (b.medium[k] != medium)
-        flies &= (start < end) & (end < math.inf)
-        # Sample the place; `inverse` is one over (pdf times r^2).
-        end = end if flies else start
-        place, inverse = sample_equiangular(least, start - foot, end - foot, uniform(w0, w1))
-        t = foot + place
-        sx, sy, sz = x + t * ux, y + t * uy, z + t * uz
-        vx, vy, vz, r = direction_to(sx, sy, sz, px, py, pz)
-        sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
-        score = b.weight[k] * exp_negative(-b.sigma_a[k] * (t - b.start[k])) * sigma_s * inverse
-        b.sx[k], b.sy[k], b.sz[k] = sx, sy, sz
-        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, r
-        b.scatter_cosine[k] = ux * vx + uy * vy + uz * vz
-        b.score[k] = score if flies else 0.0
-        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 0.0, 0, tally
-    return live
+    event = uint64(lane.event) | number
+    w0, w1, _, _ = event_words(lane.history, batch, event, SHADOW, seed_low, seed_high)
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    rx, ry, rz = px - x, py - y, pz - z
+    # Foot of the perpendicular from the point on the ray, and its length.
+    foot = rx * ux + ry * uy + rz * uz
+    qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
+    least = math.sqrt(qx * qx + qy * qy + qz * qz)
+    start, end, mfp = lane.start + COLLISION_CLEARANCE, lane.distance - COLLISION_CLEARANCE, lane.mfp
+    flies = (lane.flies != 0) & (lane.weight != 0.0) & (lane.phase_number != 0) & (lane.medium != medium)
+    flies &= (start < end) & (end < math.inf)
+    # Sample the place; `inverse` is one over (pdf times r^2).
+    end = end if flies else start
+    place, inverse = sample_equiangular(least, start - foot, end - foot, uniform(w0, w1))
+    t = foot + place
+    sx, sy, sz = x + t * ux, y + t * uy, z + t * uz
+    vx, vy, vz, r = direction_to(sx, sy, sz, px, py, pz)
+    sigma_s = lane.survival / mfp if mfp < math.inf else -1.0
+    score = lane.weight * exp_negative(-lane.sigma_a * (t - lane.start)) * sigma_s * inverse
+    lane.sx, lane.sy, lane.sz = sx, sy, sz
+    lane.vx, lane.vy, lane.vz, lane.point_distance = vx, vy, vz, r
+    lane.scatter_cosine = ux * vx + uy * vy + uz * vz
+    lane.score = score if flies else 0.0
+    lane.pdf, lane.shadow_sheet, lane.tally = 0.0, 0, tally
 
 
 @lane_pass(layout.POINT)
-def cast_from_walls(b, table, first, live):
-    """Cast a shadow ray from diffuse walls: weight reflected or transmitted times cosine/(pi r^2).
-
-    Fields: reads `x, y, z`, `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes `sx, sy, sz`, `vx, vy, vz`,
-    `point_distance`, `score`, `pdf`, `shadow_sheet`, `tally`.
-    """
+def cast_from_walls(lane, table):
+    """Cast a shadow ray from diffuse walls: weight reflected or transmitted times cosine/(pi r^2)."""
     px, py, pz, tally = table.x, table.y, table.z, table.first
-    for k in range(first, live):
-        vx, vy, vz, r = direction_to(b.x[k], b.y[k], b.z[k], px, py, pz)
-        side = 1.0 if b.mu[k] > 0.0 else -1.0
-        cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
-        here = material_of(b.hit[k]) == layout.DIFFUSE
-        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
-        b.vx[k], b.vy[k], b.vz[k], b.point_distance[k] = vx, vy, vz, r
-        b.score[k] = b.weight[k] * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
-        b.pdf[k], b.shadow_sheet[k], b.tally[k] = 1.0, standing_sheet(b.sheet[k]), tally
-    return live
+    vx, vy, vz, r = direction_to(lane.x, lane.y, lane.z, px, py, pz)
+    side = 1.0 if lane.mu > 0.0 else -1.0
+    cosine = side * (vx * lane.nx + vy * lane.ny + vz * lane.nz)
+    here = material_of(lane.hit) == layout.DIFFUSE
+    lane.sx, lane.sy, lane.sz = lane.x, lane.y, lane.z
+    lane.vx, lane.vy, lane.vz, lane.point_distance = vx, vy, vz, r
+    lane.score = lane.weight * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
+    lane.pdf, lane.shadow_sheet, lane.tally = 1.0, standing_sheet(lane.sheet), tally
 
 
-@lane_pass(layout.HIT_WORD)
+@bundle_pass(layout.HIT_WORD)
 def list_shadow_rays(b, table, first, live):
     """List the lanes whose rays contribute, and set their `leg` to the table's code.
 
@@ -218,77 +187,53 @@ ISOTROPIC_PDF = 0.07957747154594767  # 1 / 4 pi
 
 
 @lane_pass(layout.GRID)
-def scale_by_grid_scattering(b, table, first, live):
+def scale_by_grid_scattering(lane, table):
     """Multiply the score by the scattering coefficient of the voxel where a shadow ray begins.
 
     Only scores that still lack it, which are negative.
-
-    Fields: reads `medium`, `sx, sy, sz`; updates `score`.
     """
     scattering = view(table.scattering, table.scattering_count, np.float64)
-    for k in range(first, live):
-        if (b.score[k] < 0.0) & (b.medium[k] == table.medium):
-            i = cell_at((b.sx[k] - table.cx) * table.per_x, table.nx)
-            j = cell_at((b.sy[k] - table.cy) * table.per_y, table.ny)
-            m = cell_at((b.sz[k] - table.cz) * table.per_z, table.nz)
-            voxel = int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)
-            b.score[k] *= -scattering[voxel] * table.length
-    return live
+    if (lane.score < 0.0) & (lane.medium == table.medium):
+        i = cell_at((lane.sx - table.cx) * table.per_x, table.nx)
+        j = cell_at((lane.sy - table.cy) * table.per_y, table.ny)
+        m = cell_at((lane.sz - table.cz) * table.per_z, table.nz)
+        voxel = int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)
+        lane.score *= -scattering[voxel] * table.length
 
 
 @lane_pass(layout.POINT_PHASE)
-def add_isotropic_pdf(b, table, first, live):
-    """Add the pdf of isotropic scattering, share/(4 pi) [sr^-1].
-
-    Fields: reads `phase_number`; updates `pdf`.
-    """
+def add_isotropic_pdf(lane, table):
+    """Add the pdf of isotropic scattering, share/(4 pi) [sr^-1]."""
     number, density = table.number, table.share * ISOTROPIC_PDF
-    for k in range(first, live):
-        b.pdf[k] += density if b.phase_number[k] == number else 0.0
-    return live
+    lane.pdf += density if lane.phase_number == number else 0.0
 
 
 @lane_pass(layout.POINT_PHASE)
-def add_henyey_greenstein_pdf(b, table, first, live):
-    """Add the pdf of the phase function of Henyey and Greenstein [sr^-1].
-
-    Fields: reads `scatter_cosine`, `phase_number`; updates `pdf`.
-    """
+def add_henyey_greenstein_pdf(lane, table):
+    """Add the pdf of the phase function of Henyey and Greenstein [sr^-1]."""
     number, share, g = table.number, table.share, table.g
-    for k in range(first, live):
-        density = share * henyey_greenstein_density(g, b.scatter_cosine[k])
-        b.pdf[k] += density if b.phase_number[k] == number else 0.0
-    return live
+    density = share * henyey_greenstein_density(g, lane.scatter_cosine)
+    lane.pdf += density if lane.phase_number == number else 0.0
 
 
 @lane_pass(layout.POINT_PHASE)
-def add_rayleigh_pdf(b, table, first, live):
-    """Add the pdf of Rayleigh's phase function [sr^-1].
-
-    Fields: reads `scatter_cosine`, `phase_number`; updates `pdf`.
-    """
+def add_rayleigh_pdf(lane, table):
+    """Add the pdf of Rayleigh's phase function [sr^-1]."""
     number, share = table.number, table.share
-    for k in range(first, live):
-        density = share * rayleigh_density(b.scatter_cosine[k])
-        b.pdf[k] += density if b.phase_number[k] == number else 0.0
-    return live
+    density = share * rayleigh_density(lane.scatter_cosine)
+    lane.pdf += density if lane.phase_number == number else 0.0
 
 
 @lane_pass(layout.POINT_PHASE)
-def add_tabulated_pdf(b, table, first, live):
-    """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1].
-
-    Fields: reads `score`, `scatter_cosine`, `phase_number`; updates `pdf`.
-    """
+def add_tabulated_pdf(lane, table):
+    """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1]."""
     count = table.cells + 1
     cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)
-    for k in range(first, live):
-        if (b.phase_number[k] == table.number) & (b.score[k] != 0.0):
-            mu = min(1.0, max(-1.0, b.scatter_cosine[k]))
-            j = find_cell(mu, table.cells, table.cosines)
-            part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
-            b.pdf[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
-    return live
+    if (lane.phase_number == table.number) & (lane.score != 0.0):
+        mu = min(1.0, max(-1.0, lane.scatter_cosine))
+        j = find_cell(mu, table.cells, table.cosines)
+        part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
+        lane.pdf += table.share * (values[j] + part * (values[j + 1] - values[j]))
 
 
 # ---- Tracing of shadow rays, in a bundle of their own: attenuated in media, ended by acting surfaces.
@@ -303,7 +248,7 @@ MAX_SCORE = 2.0**250  # bound of a score; only a beam through the very point exc
 SCORE_BOUND = 1 << 30
 
 
-@lane_pass(layout.ROWS)
+@bundle_pass(layout.ROWS)
 def load_shadow_rays(b, table, first, live):
     """Move listed rays into idle lanes of the shadow bundle; returns the number of rays under way there.
 
@@ -330,68 +275,59 @@ def load_shadow_rays(b, table, first, live):
 
 
 @lane_pass(layout.NO_TABLE)
-def reset_shadow_hit(b, table, first, live):
-    """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes.
-
-    Fields: reads `weight`, `point_distance`; writes `distance`, `hit`.
-    """
-    for k in range(first, live):
-        b.distance[k] = b.point_distance[k] if b.weight[k] != 0.0 else 0.0
-        b.hit[k] = 0
-    return live
+def reset_shadow_hit(lane, table):
+    """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes."""
+    lane.distance = lane.point_distance if lane.weight != 0.0 else 0.0
+    lane.hit = 0
 
 
 @lane_pass(layout.NO_TABLE)
-def attenuate_shadow_rays(b, table, first, live):
-    """Multiply by the transmittance of the medium, exp(-(absorption + scattering) path).
-
-    Fields: reads `start`, `distance`, `mfp`, `sigma_a`; updates `weight`.
-    """
-    for k in range(first, live):
-        depth = (b.sigma_a[k] + 1.0 / b.mfp[k]) * (b.distance[k] - b.start[k])
-        b.weight[k] *= exp_negative(-depth)
-    return live
+def attenuate_shadow_rays(lane, table):
+    """Multiply by the transmittance of the medium, exp(-(absorption + scattering) path)."""
+    depth = (lane.sigma_a + 1.0 / lane.mfp) * (lane.distance - lane.start)
+    lane.weight *= exp_negative(-depth)
 
 
 @lane_pass(layout.GRID)
-def attenuate_shadow_rays_in_grid(b, table, first, live):
-    """Multiply by the transmittance of voxels, from the exact optical depth.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `distance`, `medium`; updates `weight`.
-    """
+def attenuate_shadow_rays_in_grid(lane, table):
+    """Multiply by the transmittance of voxels, from the exact optical depth."""
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
-    for k in range(first, live):
-        if (b.weight[k] != 0.0) & (b.medium[k] == table.medium):
-            x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
-            start, end = b.start[k], b.distance[k]
-            depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end)
-            b.weight[k] *= exp_negative(-depth)
-    return live
+    if (lane.weight != 0.0) & (lane.medium == table.medium):
+        x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+        start, end = lane.start, lane.distance
+        depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end)
+        lane.weight *= exp_negative(-depth)
+
+
+@device
+def reaches_point(lane, table):
+    """Return whether a ray has reached its point."""
+    return (lane.hit == 0) & (lane.weight != 0.0) & (lane.leg == 0)
+
+
+@device
+def add_point_scores(lane, table, arrived):
+    """Add to the bound of the sums of scores."""
+    lane.scored += arrived * SCORE_BOUND
+
+
+@lane_pass(layout.NO_TABLE, sums=add_point_scores, when=reaches_point)
+def score_at_points(lane, table):
+    """Score rays that reached their point unoccluded.
+
+    Rows hold scores by octaves (POINT_OCTAVES), each scaled to its row.
+    """
+    score = min(lane.weight, MAX_SCORE)
+    row = ((bits_of(score) >> 52) - 1023) // layout.POINT_OCTAVES
+    scale = float_of((1023 - layout.POINT_OCTAVES * (row + 1)) << 52)
+    high, low = limbs(score * scale)
+    add_to_row(lane.tallies + 32 * (lane.tally + layout.POINT_MIDDLE + row), high, low, 1, 0)
+    return 1
 
 
 @lane_pass(layout.NO_TABLE)
-def score_at_points(b, table, first, live):
-    """Score rays that reached their point unoccluded, and end them; acting surfaces end rays too.
-
-    Rows hold scores by octaves (POINT_OCTAVES), each scaled to its row.
-
-    Fields: reads `hit`, `tally`, `leg`; updates `weight`, `scored`.
-    """
-    arrived = 0
-    for k in range(first, live):  # no branch, so no misprediction
-        b.listed[arrived] = k
-        arrived += 1 if (b.hit[k] == 0) & (b.weight[k] != 0.0) & (b.leg[k] == 0) else 0
-    for item in range(arrived):
-        k = b.listed[item]
-        score = min(b.weight[k], MAX_SCORE)
-        row = ((bits_of(score) >> 52) - 1023) // layout.POINT_OCTAVES
-        scale = float_of((1023 - layout.POINT_OCTAVES * (row + 1)) << 52)
-        high, low = limbs(score * scale)
-        add_to_row(b.tallies + 32 * (b.tally[k] + layout.POINT_MIDDLE + row), high, low, 1, 0)
-    b.scored += arrived * SCORE_BOUND
-    for k in range(first, live):
-        stopped = (b.hit[k] == 0) & (b.leg[k] == 0)
-        stopped |= surface_of(b.hit[k]) != 0
-        b.weight[k] = 0.0 if stopped else b.weight[k]
-    return live
+def end_rays_at_points(lane, table):
+    """End rays at their point, and at acting surfaces."""
+    stopped = ((lane.hit == 0) & (lane.leg == 0)) | (surface_of(lane.hit) != 0)
+    lane.weight = 0.0 if stopped else lane.weight

@@ -3,10 +3,11 @@
 from numba import uint64
 
 from transport.compile import layout
+from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
-from transport.engine.registry import lane_pass
 from transport.engine.tally import add_lost, limbs_of_loss
 from transport.engine.words import material_of, surface_of
+from transport.physics.device import device
 from transport.physics.directions import sample_cosine_law, select
 from transport.physics.interfaces import reflected
 from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
@@ -17,157 +18,110 @@ ACTING_BITS = (layout.SURFACE_MASK << layout.SURFACE_SHIFT) | (layout.MATERIAL_M
 
 
 @lane_pass(layout.ROWS)
-def look_up_surface(b, table, first, live):
-    """Set the albedo of the acting surface; row 0 transmits everything.
-
-    Fields: reads `hit`; writes `albedo`.
-    """
+def look_up_surface(lane, table):
+    """Set the albedo of the acting surface; row 0 transmits everything."""
     surfaces = view(table.rows, table.count, layout.SURFACE)
-    for k in range(first, live):
-        b.albedo[k] = surfaces[uint64(surface_of(b.hit[k]))].albedo
-    return live
+    lane.albedo = surfaces[uint64(surface_of(lane.hit))].albedo
 
 
 @lane_pass(layout.NO_TABLE)
-def draw_second_block(b, table, first, live):
-    """Draw a second random block (u3, u4), for mixtures and thermal walls.
-
-    Fields: reads `history`, `event`; writes `u3`, `u4`.
-    """
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], WALL, seed_low, seed_high)
-        b.u3[k], b.u4[k] = uniform(w0, w1), uniform(w2, w3)
-    return live
+def draw_second_block(lane, table):
+    """Draw a second random block (u3, u4), for mixtures and thermal walls."""
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    w0, w1, w2, w3 = event_words(lane.history, batch, lane.event, WALL, seed_low, seed_high)
+    lane.u3, lane.u4 = uniform(w0, w1), uniform(w2, w3)
 
 
 @lane_pass(layout.TWO_ROWS)
-def choose_material(b, table, first, live):
+def choose_material(lane, table):
     """Choose the material of the side that was hit.
 
     Of a mixture, one part with the probability of its share.
 
     The hit becomes that of the chosen row. The uniform u3 is rescaled within the part's share and reused.
-
-    Fields: reads `mu`; updates `hit`, `u3`.
     """
     surfaces = view(table.rows, table.count, layout.SURFACE)
     optics = view(table.others, table.other_count, layout.OPTICS)
-    for k in range(first, live):
-        before = surface_of(b.hit[k])
-        is_back = optics[before].side * b.mu[k] > 0.0
-        chosen = before + (surfaces[before].back if is_back else 0)
-        low, last, u = 0.0, chosen + surfaces[chosen].parts - 1, b.u3[k]
-        while chosen < last and u >= surfaces[chosen].share:
-            low = surfaces[chosen].share
-            chosen += 1
-        if surfaces[chosen].parts > 1:
-            b.u3[k] = min((u - low) / (surfaces[chosen].share - low), 1.0 - 2.0**-53)
-        if before != 0:
-            bits = (chosen << layout.SURFACE_SHIFT) | (surfaces[chosen].material << layout.MATERIAL_SHIFT)
-            b.hit[k] = (b.hit[k] & ~ACTING_BITS) | bits
-    return live
+    before = surface_of(lane.hit)
+    is_back = optics[before].side * lane.mu > 0.0
+    chosen = before + (surfaces[before].back if is_back else 0)
+    low, last, u = 0.0, chosen + surfaces[chosen].parts - 1, lane.u3
+    while chosen < last and u >= surfaces[chosen].share:
+        low = surfaces[chosen].share
+        chosen += 1
+    if surfaces[chosen].parts > 1:
+        lane.u3 = min((u - low) / (surfaces[chosen].share - low), 1.0 - 2.0**-53)
+    if before != 0:
+        bits = (chosen << layout.SURFACE_SHIFT) | (surfaces[chosen].material << layout.MATERIAL_SHIFT)
+        lane.hit = (lane.hit & ~ACTING_BITS) | bits
 
 
 @lane_pass(layout.NO_TABLE)
-def absorb(b, table, first, live):
+def absorb(lane, table):
     """Multiply the weight by the albedo.
 
     `high`, `low` receive the absorbed weight as a difference of exact sums.
-
-    Fields: reads `albedo`; updates `weight`; writes `high`, `low`.
     """
-    for k in range(first, live):
-        before = b.weight[k]
-        after = before * b.albedo[k]
-        b.high[k], b.low[k] = limbs_of_loss(before, after)
-        b.weight[k] = after
-    return live
+    before = lane.weight
+    after = before * lane.albedo
+    lane.high, lane.low = limbs_of_loss(before, after)
+    lane.weight = after
 
 
 @lane_pass(layout.NO_TABLE)
-def account_absorbed(b, table, first, live):
-    """Add the absorbed weight to the ledger row of each surface.
-
-    Fields: reads `hit`, `high`, `low`.
-    """
-    rows = b.ledger + 32 * layout.ABSORBED
-    for k in range(first, live):
-        surface = surface_of(b.hit[k])
-        add_to_row(rows + 32 * surface, b.high[k], b.low[k], 0, 0)
-    return live
+def account_absorbed(lane, table):
+    """Add the absorbed weight to the ledger row of each surface."""
+    rows = lane.ledger + 32 * layout.ABSORBED
+    surface = surface_of(lane.hit)
+    add_to_row(rows + 32 * surface, lane.high, lane.low, 0, 0)
 
 
 @lane_pass(layout.NO_TABLE)
-def draw_uniforms(b, table, first, live):
-    """Draw one random block (u0, u1, u2) for all samples of this event.
-
-    Fields: reads `history`, `hit`; updates `event`; writes `u0`, `u1`, `u2`.
-    """
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], EVENT, seed_low, seed_high)
-        b.u0[k], b.u1[k], b.u2[k] = uniform(w0, w1), short_uniform(w2), uniform(w3, w2)
-        b.event[k] += 1 if b.hit[k] != 0 else 0
-    return live
+def draw_uniforms(lane, table):
+    """Draw one random block (u0, u1, u2) for all samples of this event."""
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    w0, w1, w2, w3 = event_words(lane.history, batch, lane.event, EVENT, seed_low, seed_high)
+    lane.u0, lane.u1, lane.u2 = uniform(w0, w1), short_uniform(w2), uniform(w3, w2)
+    lane.event += 1 if lane.hit != 0 else 0
 
 
 @lane_pass(layout.NO_TABLE)
-def reflect_diffusely(b, table, first, live):
-    """Sample a direction by the cosine law about the normal on the side of arrival (material DIFFUSE).
-
-    Fields: reads `hit`, `nx, ny, nz`, `u0`, `u1`; updates `ux, uy, uz`, `mu`.
-    """
-    for k in range(first, live):
-        flip = -1.0 if b.mu[k] > 0.0 else 1.0
-        nx, ny, nz = flip * b.nx[k], flip * b.ny[k], flip * b.nz[k]
-        ux, uy, uz, mu = sample_cosine_law(nx, ny, nz, b.u0[k], b.u1[k])
-        here = material_of(b.hit[k]) == layout.DIFFUSE
-        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
-        b.mu[k] = flip * mu if here else b.mu[k]
-    return live
+def reflect_diffusely(lane, table):
+    """Sample a direction by the cosine law about the normal on the side of arrival (material DIFFUSE)."""
+    flip = -1.0 if lane.mu > 0.0 else 1.0
+    nx, ny, nz = flip * lane.nx, flip * lane.ny, flip * lane.nz
+    ux, uy, uz, mu = sample_cosine_law(nx, ny, nz, lane.u0, lane.u1)
+    here = material_of(lane.hit) == layout.DIFFUSE
+    lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
+    lane.mu = flip * mu if here else lane.mu
 
 
 @lane_pass(layout.NO_TABLE)
-def reflect_specularly(b, table, first, live):
-    """Reflect the direction at the normal (material MIRROR).
-
-    Fields: reads `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
-    """
-    for k in range(first, live):
-        ux, uy, uz = reflected(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
-        here = material_of(b.hit[k]) == layout.MIRROR
-        b.ux[k], b.uy[k], b.uz[k] = select(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
-        b.mu[k] = -b.mu[k] if here else b.mu[k]
-        b.event[k] += 1 if here else 0
-    return live
+def reflect_specularly(lane, table):
+    """Reflect the direction at the normal (material MIRROR)."""
+    ux, uy, uz = reflected(lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu)
+    here = material_of(lane.hit) == layout.MIRROR
+    lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
+    lane.mu = -lane.mu if here else lane.mu
+    lane.event += 1 if here else 0
 
 
 @lane_pass(layout.NO_TABLE)
-def count_reflections(b, table, first, live):
-    """Count the reflection of lanes at an acting surface.
-
-    Fields: reads `hit`; updates `reflections`.
-    """
-    for k in range(first, live):
-        acts = material_of(b.hit[k]) != layout.TRANSPARENT
-        b.reflections[k] += 1 if acts else 0
-    return live
+def count_reflections(lane, table):
+    """Count the reflection of lanes at an acting surface."""
+    acts = material_of(lane.hit) != layout.TRANSPARENT
+    lane.reflections += 1 if acts else 0
 
 
-@lane_pass(layout.NO_TABLE)
-def kill_endless(b, table, first, live):
-    """End a history of MAX_EVENTS events as lost: the scene confines light and absorbs none.
+@device
+def is_endless(lane, table):
+    """Return whether a history has had too many events."""
+    return (lane.event >= MAX_EVENTS) & (lane.weight != 0.0)
 
-    Fields: reads `event`; updates `weight`, `killed`.
-    """
-    any_endless = 0
-    for k in range(first, live):
-        any_endless |= 1 if (b.event[k] >= MAX_EVENTS) & (b.weight[k] != 0.0) else 0
-    if any_endless != 0:
-        for k in range(first, live):
-            if b.event[k] >= MAX_EVENTS and b.weight[k] != 0.0:
-                add_lost(b, b.weight[k])
-                b.weight[k] = 0.0
-                b.killed += 1
-    return live
+
+@lane_pass(layout.NO_TABLE, when=is_endless)
+def kill_endless(lane, table):
+    """End a history of MAX_EVENTS events as lost: the scene confines light and absorbs none."""
+    add_lost(lane, lane.weight)
+    lane.weight = 0.0
+    lane.killed += 1

@@ -11,8 +11,8 @@ from numba import int64
 
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE
+from transport.engine.bodies import lane_pass
 from transport.engine.passes.collisions import is_flying
-from transport.engine.registry import lane_pass
 from transport.engine.tally import add_to_ledger, limbs, limbs_of_loss
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative
@@ -39,90 +39,77 @@ def wanted_weight(x, y, z, birth, cx, cy, cz, kx, ky, kz, most):
 
 
 @lane_pass(layout.IMPORTANCE)
-def set_reference_weight(b, table, first, live):
-    """Set the reference weight `birth` so that a newborn history has the wanted weight at its birthplace.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`; writes `birth`.
-    """
+def set_reference_weight(lane, table):
+    """Set the reference weight `birth` so that a newborn history has the wanted weight at its birthplace."""
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
-    for k in range(first, live):
-        start = b.start[k] if b.start[k] < 0.0 else 0.0  # an aimed particle, whose x is its target
-        x, y, z = b.x[k] + start * b.ux[k], b.y[k] + start * b.uy[k], b.z[k] + start * b.uz[k]
-        rise = log_importance(x, y, z, cx, cy, cz, kx, ky, kz, most)
-        b.birth[k] = b.weight[k] / exp_negative(-rise)
-    return live
+    start = lane.start if lane.start < 0.0 else 0.0  # an aimed particle, whose x is its target
+    x, y, z = lane.x + start * lane.ux, lane.y + start * lane.uy, lane.z + start * lane.uz
+    rise = log_importance(x, y, z, cx, cy, cz, kx, ky, kz, most)
+    lane.birth = lane.weight / exp_negative(-rise)
 
 
 @lane_pass(layout.IMPORTANCE)
-def cut_flight(b, table, first, live):
-    """Cut a flight in a medium at the station where importance has doubled, unless it ends before.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `mfp`, `sigma_a`, `flies`; updates `distance`; writes
-    `cut`.
-    """
+def cut_flight(lane, table):
+    """Cut a flight in a medium at the station where importance has doubled, unless it ends before."""
     has_grids = table.has_grids != 0
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
-    for k in range(first, live):
-        slope = b.ux[k] * kx + b.uy[k] * ky + b.uz[k] * kz
-        rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz + b.start[k] * slope
-        doubled = max(rise, 0.0) + LN_2
-        end = b.start[k] + ((doubled - rise) / slope + 2.0 * COLLISION_CLEARANCE)
-        cuts = (b.flies[k] != 0) & (slope > 0.0) & (doubled < most) & (end < b.distance[k])
-        cuts &= (b.mfp[k] < math.inf) | (b.sigma_a[k] > 0.0) | has_grids
-        b.distance[k] = end if cuts else b.distance[k]
-        b.cut[k] = 1 if cuts else 0
-    return live
+    slope = lane.ux * kx + lane.uy * ky + lane.uz * kz
+    rise = (lane.x - cx) * kx + (lane.y - cy) * ky + (lane.z - cz) * kz + lane.start * slope
+    doubled = max(rise, 0.0) + LN_2
+    end = lane.start + ((doubled - rise) / slope + 2.0 * COLLISION_CLEARANCE)
+    cuts = (lane.flies != 0) & (slope > 0.0) & (doubled < most) & (end < lane.distance)
+    cuts &= (lane.mfp < math.inf) | (lane.sigma_a > 0.0) | has_grids
+    lane.distance = end if cuts else lane.distance
+    lane.cut = 1 if cuts else 0
 
 
-@lane_pass(layout.NO_TABLE)
-def revoke_station_collisions(b, table, first, live):
+@device
+def revoke_collisions(lane, table, paused):
+    """Take collisions off their count."""
+    lane.collisions -= paused
+
+
+@lane_pass(layout.NO_TABLE, sums=revoke_collisions)
+def revoke_station_collisions(lane, table):
     """Revoke the collision of lanes that were cut at a station.
 
     Mark collisions and stations for weighting.
-
-    Fields: updates `cut`, `collides`, `collisions`.
     """
-    paused = 0
-    for k in range(first, live):
-        pauses = (b.cut[k] != 0) & (b.collides[k] != 0)
-        b.cut[k] = 1 if pauses | (b.collides[k] != 0) else 0  # ended within a medium: to be weighted
-        b.collides[k] = 0 if pauses else b.collides[k]
-        paused += 1 if pauses else 0
-    b.collisions -= paused
-    return live
+    pauses = (lane.cut != 0) & (lane.collides != 0)
+    lane.cut = 1 if pauses | (lane.collides != 0) else 0  # ended within a medium: to be weighted
+    lane.collides = 0 if pauses else lane.collides
+    return 1 if pauses else 0
 
 
-@lane_pass(layout.IMPORTANCE)
-def split_or_roulette(b, table, first, live):
+@device
+def add_to_roulette(lane, table, high, low):
+    """Add the weight killed less the weight gained."""
+    add_to_ledger(lane, layout.ROULETTE, high, low)
+
+
+@lane_pass(layout.IMPORTANCE, sums=add_to_roulette)
+def split_or_roulette(lane, table):
     """Split lanes that are too heavy for their place; play Russian roulette with those that are too light.
 
     The ledger takes the weight killed less the weight gained.
-
-    Fields: reads `x, y, z`, `birth`, `history`, `event`, `cut`; updates `weight`; writes `copies`.
     """
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
-    total_high, total_low = 0, 0
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        wanted = wanted_weight(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
-        w, weighed = b.weight[k], (b.cut[k] != 0) & (b.weight[k] != 0.0)
-        ratio = w / wanted
-        count = math.floor(ratio) if ratio < MAX_COPIES_PER_SPLIT else MAX_COPIES_PER_SPLIT
-        count = count if count > 1.0 else 1.0
-        dies_or_rises, splits = weighed & (ratio < 0.5), weighed & (ratio >= 2.0)
-        new = w / count if splits else w
-        left, _ = survived(w, wanted, uniform(w0, w1))
-        new = left if dies_or_rises else new
-        b.copies[k] = int64(count) - 1 if splits else 0
-        high, low = limbs(w)
-        new_high, new_low = limbs(new)
-        many = int64(count) if splits else 1
-        total_high += high - many * new_high
-        total_low += low - many * new_low
-        b.weight[k] = new
-    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
-    return live
+    w0, w1, _, _ = event_words(lane.history, lane.batch, lane.event, WEIGH, lane.seed_low, lane.seed_high)
+    wanted = wanted_weight(lane.x, lane.y, lane.z, lane.birth, cx, cy, cz, kx, ky, kz, most)
+    w, weighed = lane.weight, (lane.cut != 0) & (lane.weight != 0.0)
+    ratio = w / wanted
+    count = math.floor(ratio) if ratio < MAX_COPIES_PER_SPLIT else MAX_COPIES_PER_SPLIT
+    count = count if count > 1.0 else 1.0
+    dies_or_rises, splits = weighed & (ratio < 0.5), weighed & (ratio >= 2.0)
+    new = w / count if splits else w
+    left, _ = survived(w, wanted, uniform(w0, w1))
+    new = left if dies_or_rises else new
+    lane.copies = int64(count) - 1 if splits else 0
+    high, low = limbs(w)
+    new_high, new_low = limbs(new)
+    many = int64(count) if splits else 1
+    lane.weight = new
+    return high - many * new_high, low - many * new_low
 
 
 # ---- Forced first collisions, for thin media: until its first, each flight makes a copy that collides.
@@ -135,74 +122,56 @@ UNCOLLIDED, FREE = -1.0, 0.0  # to be forced, not to be forced; a positive numbe
 
 
 @lane_pass(layout.NO_TABLE)
-def mark_uncollided(b, table, first, live):
-    """Mark newborn lanes as not yet collided.
-
-    Fields: writes `forced_path`.
-    """
-    for k in range(first, live):
-        b.forced_path[k] = UNCOLLIDED
-    return live
+def mark_uncollided(lane, table):
+    """Mark newborn lanes as not yet collided."""
+    lane.forced_path = UNCOLLIDED
 
 
 @lane_pass(layout.NO_TABLE)
-def sample_free_or_forced_path(b, table, first, live):
+def sample_free_or_forced_path(lane, table):
     """Sample a free path like collisions.sample_free_path.
 
     Fresh lanes fly to the surface ahead, forced copies have their path.
-
-    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `forced_path`;
-    writes `u0`, `u1`, `depth`, `flies`.
     """
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
-        flies, ahead = is_flying(b.hit[k], b.distance[k], b.weight[k]), b.forced_path[k]
-        path = ahead if ahead > 0.0 else depth * b.mfp[k]
-        path = math.inf if ahead == UNCOLLIDED else path
-        b.distance[k] = b.start[k] + (path + 2.0 * COLLISION_CLEARANCE) if flies else b.distance[k]
-        b.forced_path[k] = FREE if flies & (ahead > 0.0) else ahead
-        b.depth[k] = depth
-        b.event[k] += 1 if flies else 0
-        b.flies[k] = 1 if flies else 0
-    return live
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
+    flies, ahead = is_flying(lane.hit, lane.distance, lane.weight), lane.forced_path
+    path = ahead if ahead > 0.0 else depth * lane.mfp
+    path = math.inf if ahead == UNCOLLIDED else path
+    lane.distance = lane.start + (path + 2.0 * COLLISION_CLEARANCE) if flies else lane.distance
+    lane.forced_path = FREE if flies & (ahead > 0.0) else ahead
+    lane.depth = depth
+    lane.event += 1 if flies else 0
+    lane.flies = 1 if flies else 0
 
 
-@lane_pass(layout.NO_TABLE)
-def force_collision(b, table, first, live):
+@lane_pass(layout.NO_TABLE, sums=add_to_roulette)
+def force_collision(lane, table):
     """Divide fresh lanes into the uncollided part and a copy that collides before the surface ahead.
 
     Without a surface ahead, the lane collides as sampled.
-
-    Fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `forced_path`; writes
-    `copy_weight`, `copy_path`, `copies`.
     """
-    total_high, total_low = 0, 0
-    for k in range(first, live):
-        fresh = (b.flies[k] != 0) & (b.forced_path[k] == UNCOLLIDED) & (b.mfp[k] < math.inf)
-        w, mfp = b.weight[k], b.mfp[k]
-        length = b.distance[k] - b.start[k]
-        ends = length < math.inf
-        tau = length / mfp if fresh & ends else 1.0
-        # Depth of the forced collision, and minus the collision probability.
-        depth, share = depth_before(tau, b.depth[k])  # share < 0
-        path = depth * mfp
-        forced = fresh & ends
-        high, low = limbs(w)
-        caught, rest = -w * share, w + w * share
-        caught_high, caught_low = limbs(caught)
-        rest_high, rest_low = limbs(rest)
-        total_high += high - caught_high - rest_high if forced else 0
-        total_low += low - caught_low - rest_low if forced else 0
-        b.copy_weight[k] = caught if forced & (caught > 0.0) else 0.0
-        b.copy_path[k] = path
-        b.copies[k] = 1 if forced & (caught > 0.0) else 0
-        b.weight[k] = rest if forced else w
-        far = fresh & (not ends)
-        b.distance[k] = b.start[k] + (b.depth[k] * mfp + 2.0 * COLLISION_CLEARANCE) if far else b.distance[k]
-        b.forced_path[k] = FREE if far else b.forced_path[k]
-    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
-    return live
+    fresh = (lane.flies != 0) & (lane.forced_path == UNCOLLIDED) & (lane.mfp < math.inf)
+    w, mfp = lane.weight, lane.mfp
+    length = lane.distance - lane.start
+    ends = length < math.inf
+    tau = length / mfp if fresh & ends else 1.0
+    # Depth of the forced collision, and minus the collision probability.
+    depth, share = depth_before(tau, lane.depth)  # share < 0
+    path = depth * mfp
+    forced = fresh & ends
+    high, low = limbs(w)
+    caught, rest = -w * share, w + w * share
+    caught_high, caught_low = limbs(caught)
+    rest_high, rest_low = limbs(rest)
+    lane.copy_weight = caught if forced & (caught > 0.0) else 0.0
+    lane.copy_path = path
+    lane.copies = 1 if forced & (caught > 0.0) else 0
+    lane.weight = rest if forced else w
+    far = fresh & (not ends)
+    lane.distance = lane.start + (lane.depth * mfp + 2.0 * COLLISION_CLEARANCE) if far else lane.distance
+    lane.forced_path = FREE if far else lane.forced_path
+    return high - caught_high - rest_high if forced else 0, low - caught_low - rest_low if forced else 0
 
 
 # ---- Russian roulette at walls and at collisions: light histories end or regain weight, unbiased.
@@ -225,60 +194,36 @@ def roulette_outcome(is_light, weight, wanted, u):
     return new, fresh if is_light else u, high, low
 
 
-@lane_pass(layout.ROULETTE_LAW)
-def play_roulette(b, table, first, live):
+@lane_pass(layout.ROULETTE_LAW, sums=add_to_roulette)
+def play_roulette(lane, table):
     """Play Russian roulette at walls, below a share `threshold` of the birth weight.
 
     Survivors have share `level`.
-
-    Fields: reads `birth`, `hit`, `u2`; updates `weight`.
     """
-    total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
-    for k in range(first, live):
-        w, birth = b.weight[k], b.birth[k]
-        is_light = (w < threshold * birth) & (w > 0.0) & (b.hit[k] != 0)
-        b.weight[k], _, high, low = roulette_outcome(is_light, w, level * birth, b.u2[k])
-        total_high += high
-        total_low += low
-    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
-    return live
+    w, birth = lane.weight, lane.birth
+    is_light = (w < table.threshold * birth) & (w > 0.0) & (lane.hit != 0)
+    lane.weight, _, high, low = roulette_outcome(is_light, w, table.level * birth, lane.u2)
+    return high, low
 
 
-@lane_pass(layout.IMPORTANCE)
-def play_roulette_by_importance(b, table, first, live):
-    """Play Russian roulette at walls, below half the weight wanted there, which survivors have.
-
-    Fields: reads `x, y, z`, `birth`, `history`, `event`, `hit`; updates `weight`.
-    """
-    total_high, total_low = 0, 0
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+@lane_pass(layout.IMPORTANCE, sums=add_to_roulette)
+def play_roulette_by_importance(lane, table):
+    """Play Russian roulette at walls, below half the weight wanted there, which survivors have."""
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
-    for k in range(first, live):
-        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        w = b.weight[k]
-        wanted = wanted_weight(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
-        is_light = (w < LIGHT_SHARE * wanted) & (w > 0.0) & (b.hit[k] != 0)
-        b.weight[k], _, high, low = roulette_outcome(is_light, w, wanted, uniform(w0, w1))
-        total_high += high
-        total_low += low
-    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
-    return live
+    w0, w1, _, _ = event_words(lane.history, lane.batch, lane.event, WEIGH, lane.seed_low, lane.seed_high)
+    w = lane.weight
+    wanted = wanted_weight(lane.x, lane.y, lane.z, lane.birth, cx, cy, cz, kx, ky, kz, most)
+    is_light = (w < LIGHT_SHARE * wanted) & (w > 0.0) & (lane.hit != 0)
+    lane.weight, _, high, low = roulette_outcome(is_light, w, wanted, uniform(w0, w1))
+    return high, low
 
 
-@lane_pass(layout.ROULETTE_LAW)
-def play_roulette_in_flight(b, table, first, live):
-    """Play Russian roulette at collisions, below a share `threshold` of the birth weight.
-
-    Fields: reads `birth`; updates `weight`, `u0`, `collides`.
-    """
-    total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
-    for k in range(first, live):
-        w, birth = b.weight[k], b.birth[k]
-        is_light = (b.collides[k] != 0) & (w < threshold * birth)
-        new, b.u0[k], high, low = roulette_outcome(is_light, w, level * birth, b.u0[k])
-        b.weight[k] = new
-        b.collides[k] = 0 if new == 0.0 else b.collides[k]
-        total_high += high
-        total_low += low
-    add_to_ledger(b, layout.ROULETTE, total_high, total_low)
-    return live
+@lane_pass(layout.ROULETTE_LAW, sums=add_to_roulette)
+def play_roulette_in_flight(lane, table):
+    """Play Russian roulette at collisions, below a share `threshold` of the birth weight."""
+    w, birth = lane.weight, lane.birth
+    is_light = (lane.collides != 0) & (w < table.threshold * birth)
+    new, lane.u0, high, low = roulette_outcome(is_light, w, table.level * birth, lane.u0)
+    lane.weight = new
+    lane.collides = 0 if new == 0.0 else lane.collides
+    return high, low

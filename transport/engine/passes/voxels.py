@@ -7,9 +7,9 @@ from numba import float64, int64, uint64
 
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE, LEVELS
+from transport.engine.bodies import bundle_pass, lane_pass
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH, view
 from transport.engine.passes.collisions import attenuated, is_flying
-from transport.engine.registry import lane_pass
 from transport.engine.tally import add_to_ledger, hash_salt, limbs_of_loss
 from transport.physics.device import device
 from transport.physics.elementary import log_positive
@@ -346,53 +346,42 @@ def compact_walks(b, words, first, last, walking):
 
 
 @lane_pass(layout.NO_TABLE)
-def sample_path_in_grids(b, table, first, live):
+def sample_path_in_grids(lane, table):
     """Sample a free path like collisions.sample_free_path and keep its optical depth.
 
     Grids spend that depth voxel by voxel.
-
-    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
-    `depth`, `flies`.
     """
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
-        flies = is_flying(b.hit[k], b.distance[k], b.weight[k])
-        b.depth[k] = depth
-        end = b.start[k] + (depth * b.mfp[k] + 2.0 * COLLISION_CLEARANCE)
-        b.distance[k] = end if flies else b.distance[k]
-        b.event[k] += 1 if flies else 0
-        b.flies[k] = 1 if flies else 0
-    return live
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
+    flies = is_flying(lane.hit, lane.distance, lane.weight)
+    lane.depth = depth
+    end = lane.start + (depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)
+    lane.distance = end if flies else lane.distance
+    lane.event += 1 if flies else 0
+    lane.flies = 1 if flies else 0
 
 
 @lane_pass(layout.NO_TABLE)
-def reset_cuts(b, table, first, live):
-    """Clear the mark of cut flights.
-
-    Fields: writes `cut`.
-    """
-    for k in range(first, live):
-        b.cut[k] = 0
-    return live
+def reset_cuts(lane, table):
+    """Clear the mark of cut flights."""
+    lane.cut = 0
 
 
-@lane_pass(layout.NO_TABLE)
-def revoke_cut_collisions(b, table, first, live):
-    """Revoke the collision of lanes whose flight was cut within voxels.
-
-    Fields: reads `cut`; updates `collides`, `collisions`.
-    """
-    paused = 0
-    for k in range(first, live):
-        pauses = (b.cut[k] != 0) & (b.collides[k] != 0)
-        b.collides[k] = 0 if pauses else b.collides[k]
-        paused += 1 if pauses else 0
-    b.collisions -= paused
-    return live
+@device
+def revoke_collisions(lane, table, paused):
+    """Take collisions off their count."""
+    lane.collisions -= paused
 
 
-@lane_pass(layout.GRID)
+@lane_pass(layout.NO_TABLE, sums=revoke_collisions)
+def revoke_cut_collisions(lane, table):
+    """Revoke the collision of lanes whose flight was cut within voxels."""
+    pauses = (lane.cut != 0) & (lane.collides != 0)
+    lane.collides = 0 if pauses else lane.collides
+    return 1 if pauses else 0
+
+
+@bundle_pass(layout.GRID)
 def delta_track_in_grid(b, table, first, live):
     """Find the first real collision in one grid, if it lies before the nearest surface (delta tracking).
 
@@ -470,45 +459,37 @@ def delta_track_in_grid(b, table, first, live):
     return live
 
 
-@lane_pass(layout.GRID)
-def attenuate_in_grid(b, table, first, live):
+@device
+def add_to_grid(lane, table, high, low):
+    """Add to the grid's row of the ledger."""
+    add_to_ledger(lane, table.ledger, high, low)
+
+
+@lane_pass(layout.GRID, sums=add_to_grid)
+def attenuate_in_grid(lane, table):
     """Absorb along flights through a grid that only absorbs: weight times the exact exp(-optical depth).
 
     The ledger takes the difference of the exact sums before and after.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `history`, `start`, `distance`, `medium`, `flies`; updates
-    `weight`.
     """
+    if lane.flies == 0 or lane.medium != table.medium or lane.weight == 0.0:
+        return 0, 0
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
-    high, low, salt = 0, 0, hash_salt(b.seed_low, b.batch)
-    for k in range(first, live):
-        if b.flies[k] == 0 or b.medium[k] != table.medium or b.weight[k] == 0.0:
-            continue
-        x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
-        depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, b.start[k], b.distance[k])
-        before = b.weight[k]
-        after = attenuated(before, depth, salt + b.history[k])
-        lost_high, lost_low = limbs_of_loss(before, after)
-        high += lost_high
-        low += lost_low
-        b.weight[k] = after
-    add_to_ledger(b, table.ledger, high, low)
-    return live
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, lane.start, lane.distance)
+    before = lane.weight
+    lane.weight = attenuated(before, depth, hash_salt(lane.seed_low, lane.batch) + lane.history)
+    return limbs_of_loss(before, lane.weight)
 
 
 @lane_pass(layout.NO_TABLE)
-def absorb_by_albedo(b, table, first, live):
+def absorb_by_albedo(lane, table):
     """Absorb at collisions in grids by weight: multiply by the voxel's albedo (`survival`).
 
     `high`, `low` receive the absorbed weight as a difference of exact sums.
-
-    Fields: reads `survival`; updates `weight`, `collides`; writes `high`, `low`.
     """
-    for k in range(first, live):
-        collides, before = b.collides[k] != 0, b.weight[k]
-        after = before * b.survival[k] if collides else before
-        b.high[k], b.low[k] = limbs_of_loss(before, after)
-        b.weight[k] = after
-        b.collides[k] = 0 if after == 0.0 else b.collides[k]
-    return live
+    collides, before = lane.collides != 0, lane.weight
+    after = before * lane.survival if collides else before
+    lane.high, lane.low = limbs_of_loss(before, after)
+    lane.weight = after
+    lane.collides = 0 if after == 0.0 else lane.collides

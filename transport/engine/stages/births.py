@@ -25,6 +25,7 @@ def birth_steps(plan, emitter):
         for each in emitter.target:
             yield step_by_name(each)
         yield step(aims.account_births)
+        yield step(aims.note_heaviest_birth)
     # State that other passes need.
     if plan.reflects or plan.scatters:
         yield step(emission.reset_events)

@@ -87,6 +87,7 @@ def point_ray_steps(plan, nearest, crossing):
     yield from nearest
     yield from _attenuate(plan)
     yield step(shadow_rays.score_at_points)
+    yield step(shadow_rays.end_rays_at_points)
     if _has_once_more_collided(plan):
         yield from _second_leg(plan)
     yield from crossing
@@ -104,6 +105,7 @@ def _second_leg(plan):
     """Yield the steps from the first leg of a once-more-collided ray to the second."""
     points = np.array([point.row for point in plan.points], layout.POINT)
     plan.kept.append(points)
+    yield step(once_more_collided.reset_phase_number)
     yield step(once_more_collided.turn_into_second_leg, table_of_two(points, plan.media))
     for row in plan.grids:
         yield step(shadow_rays.scale_by_grid_scattering, row)

@@ -1,0 +1,504 @@
+"""Passes: each physical step written once, for one particle, without a loop.
+
+    @lane_pass(layout.ROULETTE_LAW, sums=to_ledger)
+    def play_roulette(lane, table):
+        ...
+        return high, low
+
+A body reads and writes fields of its lane by name (`lane.weight`), and reads its table (`table.threshold`)
+and what is constant in a batch (`lane.seed_low`). What all particles add to is declared apart: the body
+returns integers, and the function `sums` adds their totals. A body that few lanes need says which (`when`).
+
+`Pass.compiled` makes the form for a bundle: a loop over the lanes [first, live) as a C callback, compiled
+when a program first needs it and cached on disk by itself, so that a new kind of scene compiles only its new
+passes. A step that concerns lanes as such, as compaction does, is a `bundle_pass`, which has the loop itself.
+With NUMBA_DISABLE_JIT=1 all run as plain Python.
+"""
+
+import dis
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import FunctionType
+
+import numpy as np
+from llvmlite import ir
+from numba import cfunc, config, from_dtype, njit, types, uint64
+from numba.core import cgutils
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    lower_setattr_generic,
+    models,
+    register_model,
+)
+
+from transport.engine.bundle import CARRIED, CARRIED_WORDS, HEADER, HEADER_WORDS, PITCH, SCRATCH, Bundle
+from transport.engine.cache import cached_kernels
+from transport.physics.device import ARITHMETIC, device
+
+LANE_FIELDS = tuple(name for name, _ in CARRIED + SCRATCH)
+# words of the header that change while a pass runs; the others are loaded once per loop
+COUNTERS = (
+    *("scored", "record_count", "flight_count", "crossings", "collisions", "colliding", "killed"),
+    *("banked", "bank_overflow"),
+)
+
+
+# ---- Lanes and tables as values of compiled code: an address, whose attributes are fields.
+#
+# The table and the header are copied to memory of the loop's own, which LLVM keeps in registers: it could not
+# know that the stores into lanes leave them alone.
+
+NUMBA_TYPES = {
+    "f8": types.float64,
+    "i8": types.int64,
+    "f4": types.float32,
+    "i4": types.int32,
+    "u1": types.uint8,
+}
+
+
+class LaneType(types.Type):
+    """One lane of a bundle: the bundle's address and the lane's number."""
+
+    def __init__(self) -> None:
+        super().__init__("Lane")
+
+    def field(self, name: str):
+        """Return offset [bytes] and type of a field, and whether it is constant; None where there is none."""
+        if name not in Bundle.fields:
+            return None
+        kind, offset = Bundle.fields[name][:2]
+        return offset, NUMBA_TYPES[kind.base.str[1:]], name in HEADER and name not in COUNTERS
+
+
+class TableType(types.Type):
+    """A record of constants at an address."""
+
+    def __init__(self, dtype: np.dtype) -> None:
+        self.dtype = dtype
+        super().__init__(f"Table({dtype.descr})")
+
+    def field(self, name: str):
+        """Return offset [bytes] and type of a field, and that it is constant; None where there is none."""
+        if name not in self.dtype.fields:
+            return None
+        kind, offset = self.dtype.fields[name][:2]
+        return offset, TableType(kind) if kind.names else NUMBA_TYPES[kind.str[1:]], True
+
+
+@register_model(LaneType)
+class _LaneModel(models.StructModel):
+    def __init__(self, manager, lane) -> None:
+        super().__init__(
+            manager, lane, [("bundle", types.voidptr), ("header", types.voidptr), ("number", types.uint64)]
+        )
+
+
+@register_model(TableType)
+class _TableModel(models.StructModel):
+    def __init__(self, manager, table) -> None:
+        super().__init__(manager, table, [("address", types.voidptr)])
+
+
+@infer_getattr
+class _LaneFields(AttributeTemplate):
+    key = LaneType
+
+    def generic_resolve(self, owner, name):
+        if name == "number":
+            return types.uint64
+        found = owner.field(name)
+        return found and found[1]
+
+
+@infer_getattr
+class _TableFields(AttributeTemplate):
+    key = TableType
+
+    def generic_resolve(self, owner, name):
+        found = owner.field(name)
+        return found and found[1]
+
+
+def _pointer(context, builder, address, offset, kind):
+    """Return a pointer of a type, so many bytes after an address."""
+    place = builder.gep(address, [ir.Constant(ir.IntType(64), offset)], inbounds=True)
+    return builder.bitcast(place, context.get_data_type(kind).as_pointer())
+
+
+def _copied(builder, address, size):
+    """Copy so many bytes to memory of the function's own; return its address."""
+    memory = cgutils.alloca_once(builder, ir.IntType(64), size=ir.IntType(64)(size // 8))
+    memory = builder.bitcast(memory, address.type)
+    cgutils.raw_memcpy(builder, memory, address, ir.IntType(64)(size), 1, align=8)
+    return memory
+
+
+def _lane_pointer(context, builder, owner, value, name):
+    """Return a pointer to a field of a lane, or to a word of the header."""
+    offset, kind, is_constant = owner.field(name)
+    lane = cgutils.create_struct_proxy(owner)(context, builder, value)
+    pointer = _pointer(context, builder, lane.header if is_constant else lane.bundle, offset, kind)
+    return pointer if name in HEADER else builder.gep(pointer, [lane.number], inbounds=True)
+
+
+@lower_getattr_generic(LaneType)
+def _get_lane_field(context, builder, owner, value, name):
+    if name == "number":
+        return cgutils.create_struct_proxy(owner)(context, builder, value).number
+    return builder.load(_lane_pointer(context, builder, owner, value, name))
+
+
+@lower_setattr_generic(LaneType)
+def _set_lane_field(context, builder, signature, arguments, name):
+    owner, given = signature.args
+    value = context.cast(builder, arguments[1], given, owner.field(name)[1])
+    builder.store(value, _lane_pointer(context, builder, owner, arguments[0], name))
+
+
+@lower_getattr_generic(TableType)
+def _get_table_field(context, builder, owner, value, name):
+    offset, kind, _ = owner.field(name)
+    address = cgutils.create_struct_proxy(owner)(context, builder, value).address
+    if isinstance(kind, TableType):
+        inner = cgutils.create_struct_proxy(kind)(context, builder)
+        inner.address = builder.gep(address, [ir.Constant(ir.IntType(64), offset)], inbounds=True)
+        return inner._getvalue()
+    return builder.load(_pointer(context, builder, address, offset, kind))
+
+
+@intrinsic
+def lanes_of(typing_context, bundle):
+    """Return lane 0 of the bundle at an address."""
+
+    def codegen(context, builder, signature, args):
+        lane = cgutils.create_struct_proxy(signature.return_type)(context, builder)
+        lane.bundle, lane.header = args[0], _copied(builder, args[0], 8 * HEADER_WORDS)
+        lane.number = ir.IntType(64)(0)
+        return lane._getvalue()
+
+    return LaneType()(types.voidptr), codegen
+
+
+@intrinsic
+def lane_at(typing_context, lanes, number):
+    """Return another lane of the same bundle."""
+
+    def codegen(context, builder, signature, args):
+        lane = cgutils.create_struct_proxy(signature.return_type)(context, builder, args[0])
+        lane.number = args[1]
+        return lane._getvalue()
+
+    return LaneType()(lanes, types.uint64), codegen
+
+
+@intrinsic
+def table_at(typing_context, address, dtype):
+    """Return the table of a record type at an address."""
+    kind = TableType(dtype.dtype.dtype)
+
+    def codegen(context, builder, signature, args):
+        table = cgutils.create_struct_proxy(kind)(context, builder)
+        table.address = _copied(builder, args[0], kind.dtype.itemsize)
+        return table._getvalue()
+
+    return kind(types.voidptr, dtype), codegen
+
+
+def _numbered(kind):
+    """Return intrinsics that read and write a carried field by its number in CARRIED, as this type."""
+
+    def pointer(context, builder, lane, number):
+        parts = cgutils.create_struct_proxy(LaneType())(context, builder, lane)
+        words = _pointer(context, builder, parts.bundle, 8 * CARRIED_WORDS, kind)
+        first = builder.mul(number, ir.Constant(ir.IntType(64), PITCH))
+        return builder.gep(words, [builder.add(first, parts.number)], inbounds=True)
+
+    @intrinsic
+    def read(typing_context, lane, number):
+        def codegen(context, builder, signature, args):
+            return builder.load(pointer(context, builder, *args))
+
+        return kind(lane, types.int64), codegen
+
+    @intrinsic
+    def write(typing_context, lane, number, value):
+        def codegen(context, builder, signature, args):
+            builder.store(args[2], pointer(context, builder, *args[:2]))
+            return context.get_dummy_value()
+
+        return types.void(lane, types.int64, kind), codegen
+
+    return read, write
+
+
+def _own_memory(count):
+    """Return a function that returns the address of `count` words of its caller's own."""
+
+    @intrinsic
+    def own_memory(typing_context):
+        def codegen(context, builder, signature, args):
+            memory = cgutils.alloca_once(builder, ir.IntType(64), size=ir.IntType(64)(count))
+            return builder.ptrtoint(memory, ir.IntType(64))
+
+        return types.int64(), codegen
+
+    return own_memory
+
+
+@intrinsic
+def added(typing_context, totals, amounts):
+    """Return the sums of two tuples of integers, term by term.
+
+    One integer stands for a tuple of one, None for an empty tuple.
+    """
+    many = isinstance(amounts, types.BaseTuple)
+    terms = tuple(amounts) if many else () if amounts == types.none else (amounts,)
+    if len(terms) != len(totals):
+        raise TypeError(f"the body returns {len(terms)} amounts, its sums take {len(totals)}")
+    result = types.UniTuple(types.int64, len(totals))
+
+    def codegen(context, builder, signature, args):
+        before = cgutils.unpack_tuple(builder, args[0], len(totals))
+        given = cgutils.unpack_tuple(builder, args[1], len(terms)) if many else [args[1]] * len(terms)
+        added = [
+            builder.add(total, context.cast(builder, term, kind, types.int64))
+            for total, term, kind in zip(before, given, terms, strict=True)
+        ]
+        return context.make_tuple(builder, result, added)
+
+    return result(totals, amounts), codegen
+
+
+class PlainLane:
+    """A lane in plain Python (NUMBA_DISABLE_JIT=1)."""
+
+    def __init__(self, bundle, number: int) -> None:
+        vars(self).update(_bundle=bundle, _number=number)
+
+    def __getattr__(self, name: str):
+        if name == "number":
+            return vars(self)["_number"]
+        value = getattr(vars(self)["_bundle"], name)
+        return value if name in HEADER else value[vars(self)["_number"]]
+
+    def __setattr__(self, name: str, value) -> None:
+        bundle = vars(self)["_bundle"]
+        if name in HEADER:
+            setattr(bundle, name, value)
+        else:
+            getattr(bundle, name)[vars(self)["_number"]] = value
+
+
+def _plain_read(lane, number):
+    """Return a carried field by its number."""
+    return getattr(lane, CARRIED[number][0])
+
+
+def _plain_write(lane, number, value):
+    """Set a carried field by its number."""
+    setattr(lane, CARRIED[number][0], value)
+
+
+def _plain_own_memory(count):
+    """Twin of `_own_memory`."""
+    kept = []
+
+    def own_memory():
+        kept[:] = kept[-8:] + [np.zeros(count, np.int64)]
+        return kept[-1].ctypes.data
+
+    return own_memory
+
+
+own_memory = _plain_own_memory if config.DISABLE_JIT else _own_memory
+lane_word, set_lane_word = (_plain_read, _plain_write) if config.DISABLE_JIT else _numbered(types.int64)
+lane_value, set_lane_value = (_plain_read, _plain_write) if config.DISABLE_JIT else _numbered(types.float64)
+
+
+# ---- The form for a bundle: a loop over lanes. A pass runs a copy of one of these functions, with globals of
+# its own.
+
+
+@device
+def no_sums(lane, table):
+    """Add nothing."""
+
+
+def body(lane, table):
+    """Stand for the body of a pass."""
+
+
+when, sums, other, NONE, TABLE = None, no_sums, None, (), np.dtype([("unused", "f8")])
+
+
+def _over_lanes(bundle, address, first, live):
+    """Run the body for every lane, and add what it returns."""
+    lanes, table, total = lanes_of(bundle), table_at(address, TABLE), NONE
+    for k in range(first, live):
+        total = added(total, body(lane_at(lanes, k), table))
+    sums(lane_at(lanes, first), table, *total)
+    return live
+
+
+def _over_listed_lanes(bundle, address, first, live):
+    """Run the body for the lanes that need it, listed without a branch; often there are none."""
+    lanes, table, total = lanes_of(bundle), table_at(address, TABLE), NONE
+    needed = False
+    for k in range(first, live):
+        needed |= when(lane_at(lanes, k), table)
+    if needed:
+        n = uint64(0)
+        for k in range(first, live):
+            lane_at(lanes, n).listed = k
+            n += uint64(1) if when(lane_at(lanes, k), table) else uint64(0)
+        for j in range(n):
+            k = uint64(lane_at(lanes, j).listed)
+            total = added(total, body(lane_at(lanes, k), table))
+        sums(lane_at(lanes, first), table, *total)
+    return live
+
+
+def _over_lanes_unless(bundle, address, first, live):
+    """Run the body for every lane, or another for every lane if any lane needs that one, which is rare."""
+    lanes, table, needed = lanes_of(bundle), table_at(address, TABLE), False
+    for k in range(first, live):
+        needed |= when(lane_at(lanes, k), table)
+    if needed:
+        for k in range(first, live):
+            other(lane_at(lanes, k), table)
+    else:
+        for k in range(first, live):
+            body(lane_at(lanes, k), table)
+    return live
+
+
+# ---- A pass.
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A step of a particle: a body, the record type of its table, and its floating-point options.
+
+    is_loop: the function is a loop over a bundle, (bundle, table, first, live) -> live. sums: adds the totals
+    of what the body returns, (lane, table, *totals). when: which lanes need the body, (lane, table) -> bool.
+    unless: which lanes need another pass instead, which does the same for the others, and that pass.
+    """
+
+    function: Callable
+    table: np.dtype
+    arithmetic: dict = field(default_factory=lambda: ARITHMETIC, compare=False)
+    is_loop: bool = False
+    sums: Callable = no_sums
+    when: Callable | None = None
+    unless: tuple | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the function."""
+        return self.function.__name__
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of the lane fields that the pass uses, itself or in functions that it gives the lane to."""
+        parts = [self.function, self.sums] + [self.when] * (self.when is not None)
+        if self.unless is not None:
+            parts += [self.unless[0], self.unless[1].function]
+        named = set().union(*(_attributes(_plain(part)) for part in parts))
+        return tuple(name for name in LANE_FIELDS if name in named)
+
+    @cached_property
+    def inlined(self):
+        """The body as a compiled function, inlined where it is called."""
+        return njit(forceinline=True, **self.arithmetic)(self.function)
+
+    @cached_property
+    def loop(self) -> FunctionType:
+        """The loop over a bundle as a Python function, under the name of the pass."""
+        if self.is_loop:
+            return self.function
+        loop, when, other = _over_lanes, self.when, None
+        if self.when is not None:
+            loop = _over_listed_lanes
+        elif self.unless is not None:
+            loop, when, other = _over_lanes_unless, self.unless[0], self.unless[1].inlined
+        count = _plain(self.sums).__code__.co_argcount - 2
+        own = {"body": self.inlined, "sums": self.sums, "when": when, "other": other}
+        own |= {"NONE": (0,) * count, "TABLE": self.table}
+        function = FunctionType(loop.__code__, loop.__globals__ | own, self.name)
+        function.__qualname__, function.__doc__ = self.function.__qualname__, self.function.__doc__
+        function.__module__ = self.function.__module__
+        return function
+
+    @property
+    def signature(self):
+        """Numba's signature of the loop."""
+        at = (from_dtype(Bundle), from_dtype(self.table)) if self.is_loop else (types.voidptr, types.voidptr)
+        return types.int64(*at, types.uint64, types.uint64)
+
+    @cached_property
+    def compiled(self):
+        """The C callback, compiled now or loaded from disk."""
+        with cached_kernels():
+            return cfunc(self.signature, cache=True, **self.arithmetic)(self.loop)
+
+    @property
+    def entry(self):
+        """Address of the callback for the driver, or a Python function without compilation."""
+        return self.run_plainly if config.DISABLE_JIT else self.compiled.address
+
+    def run_plainly(self, bundle, table, first: int, live: int) -> int:
+        """Run the pass as plain Python on records; return the number of live lanes."""
+        if self.is_loop:
+            return self.function(bundle, table, first, live)
+        lanes = [PlainLane(bundle, number) for number in range(first, live)]
+        if self.unless is not None and any(_plain(self.unless[0])(lane, table) for lane in lanes):
+            return self.unless[1].run_plainly(bundle, table, first, live)
+        if self.when is not None:
+            lanes = [lane for lane in lanes if _plain(self.when)(lane, table)]
+        found = [self.function(lane, table) for lane in lanes]
+        if self.sums is not no_sums and found:
+            terms = [amounts if isinstance(amounts, tuple) else (amounts,) for amounts in found]
+            self.sums(bundle, table, *(sum(map(int, term)) for term in zip(*terms, strict=True)))
+        return live
+
+
+def _plain(function: Callable) -> Callable:
+    """Return the Python function of a compiled one."""
+    return getattr(function, "py_func", function)
+
+
+def _attributes(function: FunctionType) -> set[str]:
+    """Return the attributes of a function's first parameter, the lane or bundle, by its bytecode.
+
+    Includes those of the functions that it calls with a lane or bundle.
+    """
+    own, steps = function.__code__.co_varnames[0], list(dis.get_instructions(function))
+    named = {after.argval for step, after in itertools.pairwise(steps) if step.argval == own}
+    for name in {step.argval for step in steps if step.opname == "LOAD_GLOBAL"}:
+        value = function.__globals__.get(name)
+        called = _plain(value)
+        if isinstance(called, FunctionType) and called.__code__.co_varnames[:1] in (("lane",), ("b",)):
+            named |= _attributes(called)
+    return named
+
+
+def lane_pass(
+    table: np.dtype,
+    arithmetic: dict = ARITHMETIC,
+    sums: Callable = no_sums,
+    when: Callable | None = None,
+    unless: tuple[Callable, Pass] | None = None,
+):
+    """Return a decorator that makes a body, (lane, table), a pass whose table has this record type."""
+    return lambda function: Pass(function, table, arithmetic, False, sums, when, unless)
+
+
+def bundle_pass(table: np.dtype, arithmetic: dict = ARITHMETIC):
+    """Return a decorator that makes a loop over a bundle a pass: (bundle, table, first, live) -> live."""
+    return lambda function: Pass(function, table, arithmetic, True)
