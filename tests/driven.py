@@ -8,8 +8,9 @@ import numpy as np
 from numba import config
 
 from transport.compile import layout
+from transport.engine.bodies import Pass
 from transport.engine.bundle import LANES, empty_bundle
-from transport.engine.registry import EMPTY_TABLE, Pass
+from transport.engine.registry import EMPTY_TABLE
 
 PASS = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
 UNIT = np.array([2.0**-32, 2.0**-63])  # of the limbs of a weight

@@ -23,10 +23,10 @@ from tests.slow import quick
 from transport import engine
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import ANALOG
+from transport.engine.bodies import Pass
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import compile_program, run_batch
 from transport.engine.program import build_program
-from transport.engine.registry import Pass
 
 SPLIT = tp.Tracking(splitting=media_scenes.STATION)
 WAYS = {  # scene, and how it is followed

@@ -15,6 +15,7 @@ from tests.bench.prices import ADDITIONS, base_room, with_addition
 from tests.processes import python
 from transport.analysis.effects import base_name, effects_of, footprint_of, treatment_of
 from transport.compile.compiler import compile_scene
+from transport.engine.bodies import LANE_FIELDS, Pass
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import compile_program, run_batch
 from transport.engine.passes import (
@@ -29,7 +30,7 @@ from transport.engine.passes import (
     voxels,
 )
 from transport.engine.program import build_program
-from transport.engine.registry import LANE_FIELDS, MODULE_OF_PASS, MODULES, PASSES, Pass
+from transport.engine.registry import MODULE_OF_PASS, MODULES, PASSES
 
 
 def of(*modules) -> set[str]:
@@ -254,13 +255,13 @@ def test_a_volume_detector_of_collisions_follows_no_paths():
 
 
 RAYS = {
-    "load_shadow_rays", "reset_shadow_hit", "score_at_points", "list_shadow_rays", "cast_from_births",
+    "load_shadow_rays", "reset_shadow_hit", "score_at_points", "end_rays_at_points", "list_shadow_rays", "cast_from_births",
     "cast_from_walls",
 }  # fmt: skip
 FLOWN = {"find_phase_of_flights", "cast_from_flights", "add_isotropic_pdf"}
 DETOURS = {
     "find_phase_at_collisions", "first_leg_from_births", "first_leg_from_collisions", "first_leg_from_walls",
-    "turn_into_second_leg", "start_second_leg", "add_isotropic_pdf",
+    "reset_phase_number", "turn_into_second_leg", "start_second_leg", "add_isotropic_pdf",
 }  # fmt: skip
 DIM, DIM_IN_GRID = {"attenuate_shadow_rays"}, {"attenuate_shadow_rays_in_grid"}
 
@@ -302,13 +303,13 @@ index = sorted(path.name.partition("-")[0] for path in kernel_folder().rglob("*.
 print(json.dumps([ready, index, sum(drive.stats.cache_hits.values()), tp.__file__, read]))
 """
 NEEDED = {  # by a disk that shines on another one, and what it sends past that
-    "start_history", "born_on_disk", "emit_lambertian_from_plane", "reset_hit", "cover_disk", "end_escaped", "compact_lanes", "move",
+    "start_history", "born_on_disk", "emit_lambertian_from_plane", "reset_hit", "cover_disk", "end_not_finite", "end_escaped", "compact_lanes", "move",
     "set_sheet", "set_cosine", "find_detector", "bin_crossings", "score",
 }  # fmt: skip
 LENDERS = {"bank", "flats"}  # whose files the driver and births take numbers and functions from
 ROOM = {  # a room of rectangles, diffuse walls, a lamp and a meter
     "start_history", "born_on_rectangle", "emit_lambertian_from_plane", "reset_events", "save_birth_weight", "reset_hit",
-    "meet_rectangle", "end_escaped", "compact_lanes", "move", "set_sheet", "set_cosine", "clamp_inside_edge",
+    "meet_rectangle", "end_not_finite", "end_escaped", "compact_lanes", "move", "set_sheet", "set_cosine", "clamp_inside_edge",
     "find_detector", "bin_arrivals", "score", "look_up_surface", "absorb", "account_absorbed", "draw_uniforms",
     "reflect_diffusely", "bin_departures", "play_roulette", "kill_endless",
 }  # fmt: skip

@@ -20,8 +20,9 @@ from numba import cfunc, config
 from tests.same_batches import scene
 from transport.compile.compiler import compile_scene
 from transport.engine import cache
+from transport.engine.bodies import Pass
 from transport.engine.program import build_program
-from transport.engine.registry import PASSES, Pass
+from transport.engine.registry import PASSES
 from transport.engine.stages.quasi_random import quasi_random_twin
 from transport.physics.device import EXACT
 

@@ -18,54 +18,54 @@ ROTATED = "e_u, e_v = ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz *
 FAULTS = (
     Fault(
         VOLUMES,
-        "last = b.start[k] + (1.0 - b.time[k]) / slowness",
-        "last = (1.0 - b.time[k]) / slowness",
+        "last = lane.start + (1.0 - lane.time) / slowness",
+        "last = (1.0 - lane.time) / slowness",
         "an aimed pulse that flies on in volumes for as long as its clock runs beyond its target",
         (AIMED,),
     ),
     Fault(
         VOLUMES,
-        "last = b.start[k] + (1.0 - b.time[k]) * b.speed[k]",
-        "last = (1.0 - b.time[k]) * b.speed[k]",
+        "last = lane.start + (1.0 - lane.time) * lane.speed",
+        "last = (1.0 - lane.time) * lane.speed",
         "the same where each flies at its own speed",
         (AIMED,),
     ),
     Fault(
         VOLUMES,
-        "last = b.start[k] + (1.0 - b.time[k]) / pace",
-        "last = (1.0 - b.time[k]) / pace",
+        "last = lane.start + (1.0 - lane.time) / pace",
+        "last = (1.0 - lane.time) / pace",
         "the same in media",
         (AIMED,),
     ),
     Fault(
         "engine/passes/snapshots.py",
-        "length = b.start[k] + (instant - b.time[k]) * speed\n"
-        "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, length, speed)\n"
-        "        inside",
-        "length = (instant - b.time[k]) * speed\n"
-        "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, length, speed)\n"
-        "        inside",
+        "length = lane.start + (table.time - lane.time) * speed\n"
+        "    x, y, z, vx, vy, vz = state_at(lane.x, lane.y, lane.z, ux, uy, uz, length, speed)\n"
+        "    inside",
+        "length = (table.time - lane.time) * speed\n"
+        "    x, y, z, vx, vy, vz = state_at(lane.x, lane.y, lane.z, ux, uy, uz, length, speed)\n"
+        "    inside",
         "aimed particles that phase space finds beyond their target",
         ("physics/test_clocks::test_phase_space_finds_an_aimed_flash_as_far_as_it_has_flown",),
     ),
     Fault(
         CLOCKS,
-        "length = b.distance[k] - b.start[k]",
-        "length = b.distance[k]",
+        "length = lane.distance - lane.start",
+        "length = lane.distance",
         "an aimed flight in a medium that takes no time as far as its target",
         ("physics/test_clocks::test_an_aimed_flash_crosses_each_pane_when_it_has_flown_there",),
     ),
     Fault(
         CLOCKS,
-        "b.arrival[k] = b.time[k] + (length * pace if b.flies[k] != 0 else 0.0)",
-        "b.arrival[k] = b.time[k] + length * pace",
+        "lane.arrival = lane.time + (length * pace if lane.flies != 0 else 0.0)",
+        "lane.arrival = lane.time + length * pace",
         "lanes that grow older while they wait for collisions of others",
         ("media/test_tracking::test_light_that_met_nothing_in_fog_arrives_all_at_once",),
     ),
     Fault(
         CLOCKS,
-        "b.u0[k] = start + uniform(w0, w1) * width, uniform(w2, w3)",
-        "b.u0[k] = start + uniform(w0, w1) * width, uniform(w0, w1)",
+        "lane.u0 = start + uniform(w0, w1) * width, uniform(w2, w3)",
+        "lane.u0 = start + uniform(w0, w1) * width, uniform(w0, w1)",
         "a number used twice: for the time of birth and the speed",
         ("physics/test_clocks::test_when_a_particle_is_born_does_not_tell_how_fast_it_is",),
     ),
@@ -92,8 +92,8 @@ FAULTS = (
     ),
     Fault(
         REFINED,
-        "nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]",
-        "nx, ny, nz = b.nx[k], b.ny[k], b.nz[k]",
+        "nx, ny, nz = m.side * lane.nx, m.side * lane.ny, m.side * lane.nz",
+        "nx, ny, nz = lane.nx, lane.ny, lane.nz",
         "directions seen from within a curved shape in the frame of its outside",
         (
             "detectors/test_surface_detectors::test_on_curved_shapes_e_v_is_along_the_axis_and_e_u_on_its_right",
@@ -101,8 +101,8 @@ FAULTS = (
     ),
     Fault(
         REFINED,
-        "                    u = m.handed * u\n                    u, v = math.sqrt",
-        "                    u, v = math.sqrt",
+        "                u = m.handed * u\n                u, v = math.sqrt",
+        "                u, v = math.sqrt",
         "places on a disk that are mirrored from behind",
         ("detectors/test_surface_detectors::test_a_place_on_a_flat_shape_has_the_same_bin_from_either_side",),
     ),
@@ -129,28 +129,28 @@ FAULTS = (
     ),
     Fault(
         CELLS,
-        "        leaves = leaves if q <= radius else -math.inf\n",
+        "    leaves = leaves if q <= radius else -math.inf\n",
         "",
         "rays beside a cylinder, along its axis, that count as inside",
         ("detectors/test_volume_detectors::test_a_ray_along_the_axis_stays_in_its_ring",),
     ),
     Fault(
         CELLS,
-        "                weight *= exp_negative(-fade * before)\n",
+        "            weight *= exp_negative(-fade * before)\n",
         "",
         "light that does not fade in voxels before a volume begins",
         (FADES,),
     ),
     Fault(
         CELLS,
-        "m = number_along(b.z[k] - table.cz, table.per_z, table.nz)\n            keep",
-        "m = number_along(b.z[k] - table.cz, table.per_z, table.ny)\n            keep",
+        "m = number_along(lane.z - table.cz, table.per_z, table.nz)\n        keep",
+        "m = number_along(lane.z - table.cz, table.per_z, table.ny)\n        keep",
         "the number of voxels along y for that along z, where collisions are counted",
         ("detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_as_much_as_tracks",),
     ),
     Fault(
         "engine/passes/variance_reduction.py",
-        "start = b.start[k] if b.start[k] < 0.0 else 0.0",
+        "start = lane.start if lane.start < 0.0 else 0.0",
         "start = 0.0",
         "aimed histories weighed by the importance of their target where they are born",
         (
@@ -159,14 +159,14 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/bank.py",
-        "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.copy_path[k])",
-        "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.copy_path[k])",
+        "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(lane.copy_path)",
+        "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(lane.copy_path)",
         "forced copies that roulette compares with the whole history",
         ("engine/test_flight_passes::test_forced_copies_are_not_killed_by_roulette_for_their_small_weight",),
     ),
     Fault(
         "engine/passes/emission.py",
-        "        b.z[k] += b.start[k] * b.uz[k]\n",
+        "    lane.z += lane.start * lane.uz\n",
         "",
         "aimed births that are counted beside their source",
         ("detectors/test_aimed_births::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
@@ -182,14 +182,14 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/backward.py",
-        "track = b.weight[k] * exp_negative(-fade * b.length_before[k]) * mean * length",
-        "track = b.weight[k] * mean * length",
+        "track = lane.weight * exp_negative(-fade * lane.length_before) * mean * length",
+        "track = lane.weight * mean * length",
         "a glow whose light does not fade on the way to a camera",
         ("detectors/test_estimators::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
     ),
     Fault(
         "engine/passes/detectors.py",
-        "momentum = slowest / b.speed[k] if is_light != 0 else v",
+        "momentum = table.slowest / lane.speed if table.is_light != 0 else v",
         "momentum = v",
         "the momentum of matter for that of light",
         (
@@ -198,8 +198,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/collisions.py",
-        "b.u0[k] = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)",
-        "b.u0[k] = 0.0 * low + u",
+        "lane.u0 = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)",
+        "lane.u0 = 0.0 * low + u",
         "an experiment of verify in which a mixture uses its number twice",
         (SHARP,),
     ),

@@ -35,14 +35,14 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/detectors.py",
-        "base = (word & layout.DETECTOR_BASE_MASK) + (half if departs else 0)\n",
+        "base = (word & layout.DETECTOR_BASE_MASK) + (table.half if departs else 0)\n",
         "base = word & layout.DETECTOR_BASE_MASK\n",
         "what leaves counted with what arrives",
         (FURNACE,),
     ),
     Fault(
         "engine/passes/detectors.py",
-        "add_long(row, weight * abs(b.mu[k]) * momentum)",
+        "add_long(row, weight * abs(lane.mu) * momentum)",
         "add_long(row, weight * momentum)",
         "the momentum of a particle for its part along the normal",
         (
@@ -51,15 +51,15 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/paths.py",
-        "words[word + k] = 0.0",
-        "words[word + k] += 0.0",
+        "set_path(lane, number, 0.0)",
+        "set_path(lane, number, path(lane, number))",
         "paths that begin where the lane's last particle ended",
         ("detectors/test_path_lengths::test_the_mean_path_through_a_body_is_four_volumes_over_its_surface",),
     ),
     Fault(
         "engine/passes/paths.py",
-        "length, number = b.flight_end[k] - b.start[k], numbers[b.medium[k]]",
-        "length, number = b.flight_end[k] - b.start[k], numbers[0]",
+        "length, number = lane.flight_end - lane.start, numbers[lane.medium]",
+        "length, number = lane.flight_end - lane.start, numbers[0]",
         "every path in the surrounding medium",
         ("detectors/test_path_lengths::test_paths_of_a_pencil_through_layers_are_their_lengths",),
     ),
@@ -102,22 +102,22 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/mis.py",
-        "now, before = peak if is_diffuse else 0.0, b.mis_pdf[k]",
-        "now, before = peak, b.mis_pdf[k]",
+        "now, before = peak if is_diffuse else 0.0, lane.mis_pdf",
+        "now, before = peak, lane.mis_pdf",
         "mirrored light taken for told by rays",
         ("detectors/test_estimators::test_expected_crossings_agree_with_counted_ones",),
     ),
     Fault(
         "engine/passes/next_event.py",
-        "b.pdf[k] = INVERSE_PI * cosine",
-        "b.pdf[k] = INVERSE_PI",
+        "lane.pdf = INVERSE_PI * cosine",
+        "lane.pdf = INVERSE_PI",
         "rays from diffuse walls without the cosine",
         ("detectors/test_estimators::test_expected_crossings_agree_with_counted_ones",),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
-        "b.score[k] = b.weight[k] * density / (r * r) if r > 0.0 else 0.0",
-        "b.score[k] = b.weight[k] * density / r if r > 0.0 else 0.0",
+        "lane.score = lane.weight * density / (r * r) if r > 0.0 else 0.0",
+        "lane.score = lane.weight * density / r if r > 0.0 else 0.0",
         "light that falls as 1/r",
         (
             "detectors/test_point_detectors::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",
@@ -125,14 +125,14 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/shadow_rays.py",
-        "side = 1.0 if b.mu[k] > 0.0 else -1.0",
+        "side = 1.0 if lane.mu > 0.0 else -1.0",
         "side = 1.0",
         "walls that light points only from their front",
         ("detectors/test_point_detectors::test_in_a_diffuse_ball_the_walls_radiosity_adds_up",),
     ),
     Fault(
         "engine/passes/shadow_rays.py",
-        "sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0",
+        "sigma_s = lane.survival / mfp if mfp < math.inf else -1.0",
         "sigma_s = 1.0 / mfp if mfp < math.inf else -1.0",
         "extinction for scattering where flights light a point",
         (
@@ -148,23 +148,22 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/shadow_rays.py",
-        "depth = (b.sigma_a[k] + 1.0 / b.mfp[k]) * (b.distance[k] - b.start[k])",
-        "depth = b.sigma_a[k] * (b.distance[k] - b.start[k])",
+        "depth = (lane.sigma_a + 1.0 / lane.mfp) * (lane.distance - lane.start)",
+        "depth = lane.sigma_a * (lane.distance - lane.start)",
         "shadow rays that scattering does not dim",
         ("detectors/test_point_detectors::test_a_point_source_in_fog_against_its_transform",),
     ),
     Fault(
         "engine/passes/backward.py",
-        "b.weight[k] *= mu * mu * mu",
-        "b.weight[k] *= mu * mu * mu * mu",
+        "lane.weight *= mu * mu * mu",
+        "lane.weight *= mu * mu * mu * mu",
         "a pixel's cosine to the fourth power",
         ("detectors/test_estimators::test_pixels_on_a_lamp_show_its_radiance_and_shares_of_it_at_its_edge",),
     ),
     Fault(
         "engine/passes/backward.py",
-        "b.u2[k] = coordinate_in_bin(table.mu_edges, table.mu_cells, number % table.mu_cells, b.u2[k])\n"
-        "        b.u3[k]",
-        "b.u2[k] = coordinate_in_bin(table.mu_edges, table.mu_cells, 0, b.u2[k])\n        b.u3[k]",
+        "lane.u2 = coordinate_in_bin(table.mu_edges, table.mu_cells, number % table.mu_cells, lane.u2)",
+        "lane.u2 = coordinate_in_bin(table.mu_edges, table.mu_cells, 0, lane.u2)",
         "one stratum drawn again and again",
         ("detectors/test_estimators::test_a_map_shows_where_light_comes_from",),
     ),
@@ -184,8 +183,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/volume_cells.py",
-        "score_part(b, table, k, number, bin, length, weight, fade, keep)\n            t = face\n",
-        "score_part(b, table, k, number, bin, length, weight, fade, keep)\n",
+        "score_part(lane, table, number, bin, length, weight, fade, keep)\n            t = face\n",
+        "score_part(lane, table, number, bin, length, weight, fade, keep)\n",
         "ways through cells counted twice",
         (
             "detectors/test_volume_detectors::test_in_a_uniform_field_the_fluence_rate_is_4_pi_radiance_in_each_cell",
@@ -207,8 +206,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/detector_bins.py",
-        "value = toward * b.uz[k]",
-        "value = b.uz[k]",
+        "value = toward * lane.uz",
+        "value = lane.uz",
         "arrivals binned by where they fly to instead of where they come from",
         (
             "detectors/test_surface_detectors::test_a_ray_straight_along_the_normal_is_in_the_outermost_bin_of_cosine",

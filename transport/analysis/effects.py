@@ -86,7 +86,7 @@ class Effects:
     @cached_property
     def absent(self) -> dict[str, str]:
         """Passes and fields of the engine that the scene does not use: name -> "pass" or "field"."""
-        from transport.engine.registry import LANE_FIELDS
+        from transport.engine.bodies import LANE_FIELDS
 
         passes = {name: "pass" for name in known_passes() if name not in self.passes}
         return passes | {name: "field" for name in LANE_FIELDS if name not in self.fields}
@@ -94,7 +94,7 @@ class Effects:
 
 def effects_of(scene: Scene | Treatment) -> Effects:
     """Return the effects of a scene without compiling or running anything."""
-    from transport.engine.registry import LANE_FIELDS
+    from transport.engine.bodies import LANE_FIELDS
 
     program = treatment_of(scene).program
     carried = program.carried
@@ -112,7 +112,7 @@ def effects_of(scene: Scene | Treatment) -> Effects:
 def known_passes() -> list[str]:
     """Return the names of all passes of the engine."""
     from transport.engine import passes
-    from transport.engine.registry import Pass
+    from transport.engine.bodies import Pass
 
     names = {}
     for module in pkgutil.iter_modules(passes.__path__):
@@ -143,8 +143,8 @@ class Footprint:
 
 def footprint_of(program) -> Footprint:
     """Return the footprint of a program."""
+    from transport.engine.bodies import LANE_FIELDS
     from transport.engine.bundle import HEADER_WORDS, PITCH, empty_bundle
-    from transport.engine.registry import LANE_FIELDS
 
     steps = (*program.steps, *program.bank_steps, *program.shadow_steps)
     touched = {name for lane_pass, _ in steps for name in lane_pass.fields} | set(program.carried)
@@ -339,8 +339,8 @@ def _run_steps(program, sums, visited: Callable) -> Iterator[int]:
 def _time_pass(entry: int, table: int, visits: deque) -> float:
     """Time a pass on these recorded states and return ns per lane."""
     from transport.analysis.replay import replay_pass
+    from transport.engine.bodies import LANE_FIELDS
     from transport.engine.bundle import HEADER, LANES, Bundle, empty_bundle
-    from transport.engine.registry import LANE_FIELDS
 
     first, live, before, after = (np.array(column) for column in zip(*visits, strict=True))
     bundles = [empty_bundle() for _ in visits]
