@@ -20,7 +20,7 @@ from numba import cfunc, config
 from tests.same_batches import scene
 from transport.compile.compiler import compile_scene
 from transport.engine import cache
-from transport.engine.bodies import Pass
+from transport.engine.bodies import SIGNATURE, Pass
 from transport.engine.program import build_program
 from transport.engine.registry import PASSES
 from transport.engine.stages.quasi_random import quasi_random_twin
@@ -94,7 +94,7 @@ def assembly(lane_pass):
     """Machine code as text; what was loaded from the cache has none and is compiled once more."""
     compiled = lane_pass.compiled
     if compiled.cache_hits:
-        compiled = cfunc(lane_pass.signature, **lane_pass.arithmetic)(lane_pass.loop)
+        compiled = cfunc(SIGNATURE, **lane_pass.arithmetic)(lane_pass.loop)
     return compiled._library.get_asm_str()
 
 

@@ -24,7 +24,7 @@ from types import FunctionType
 
 import numpy as np
 from llvmlite import ir
-from numba import cfunc, config, from_dtype, njit, types, uint64
+from numba import cfunc, config, njit, types, uint64
 from numba.core import cgutils
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
@@ -44,7 +44,7 @@ LANE_FIELDS = tuple(name for name, _ in CARRIED + SCRATCH)
 # words of the header that change while a pass runs; the others are loaded once per loop
 COUNTERS = (
     *("scored", "record_count", "flight_count", "crossings", "collisions", "colliding", "killed"),
-    *("banked", "bank_overflow"),
+    *("banked", "bank_overflow", "first", "rays_cast", "rays_taken"),
 )
 
 
@@ -186,7 +186,7 @@ def lanes_of(typing_context, bundle):
 
 
 @intrinsic
-def lane_at(typing_context, lanes, number):
+def _lane_at(typing_context, lanes, number):
     """Return another lane of the same bundle."""
 
     def codegen(context, builder, signature, args):
@@ -316,6 +316,12 @@ def _plain_own_memory(count):
     return own_memory
 
 
+def _plain_lane_at(lanes, number):
+    """Twin of `_lane_at`."""
+    return PlainLane(vars(lanes)["_bundle"], int(number))
+
+
+lane_at = _plain_lane_at if config.DISABLE_JIT else _lane_at
 own_memory = _plain_own_memory if config.DISABLE_JIT else _own_memory
 lane_word, set_lane_word = (_plain_read, _plain_write) if config.DISABLE_JIT else _numbered(types.int64)
 lane_value, set_lane_value = (_plain_read, _plain_write) if config.DISABLE_JIT else _numbered(types.float64)
@@ -378,25 +384,34 @@ def _over_lanes_unless(bundle, address, first, live):
     return live
 
 
+def _over_bundle(bundle, address, first, live):
+    """Run a pass that has the loop itself."""
+    return body(lanes_of(bundle), table_at(address, TABLE), first, live)
+
+
 # ---- A pass.
+
+SIGNATURE = types.int64(types.voidptr, types.voidptr, types.uint64, types.uint64)
 
 
 @dataclass(frozen=True)
 class Pass:
     """A step of a particle: a body, the record type of its table, and its floating-point options.
 
-    is_loop: the function is a loop over a bundle, (bundle, table, first, live) -> live. sums: adds the totals
-    of what the body returns, (lane, table, *totals). when: which lanes need the body, (lane, table) -> bool.
-    unless: which lanes need another pass instead, which does the same for the others, and that pass.
+    sums: adds the totals of what the body returns, (lane, table, *totals). when: which lanes need the body,
+    (lane, table) -> bool. unless: which lanes need another pass instead, which does the same for the others,
+    and that pass. is_loop: the function is a loop over a bundle, (lanes, table, first, live) -> live; alone:
+    its form for one lane.
     """
 
     function: Callable
     table: np.dtype
     arithmetic: dict = field(default_factory=lambda: ARITHMETIC, compare=False)
-    is_loop: bool = False
     sums: Callable = no_sums
     when: Callable | None = None
     unless: tuple | None = None
+    is_loop: bool = False
+    alone: Callable | None = None
 
     @property
     def name(self) -> str:
@@ -420,9 +435,7 @@ class Pass:
     @cached_property
     def loop(self) -> FunctionType:
         """The loop over a bundle as a Python function, under the name of the pass."""
-        if self.is_loop:
-            return self.function
-        loop, when, other = _over_lanes, self.when, None
+        loop, when, other = _over_bundle if self.is_loop else _over_lanes, self.when, None
         if self.when is not None:
             loop = _over_listed_lanes
         elif self.unless is not None:
@@ -435,17 +448,11 @@ class Pass:
         function.__module__ = self.function.__module__
         return function
 
-    @property
-    def signature(self):
-        """Numba's signature of the loop."""
-        at = (from_dtype(Bundle), from_dtype(self.table)) if self.is_loop else (types.voidptr, types.voidptr)
-        return types.int64(*at, types.uint64, types.uint64)
-
     @cached_property
     def compiled(self):
         """The C callback, compiled now or loaded from disk."""
         with cached_kernels():
-            return cfunc(self.signature, cache=True, **self.arithmetic)(self.loop)
+            return cfunc(SIGNATURE, cache=True, **self.arithmetic)(self.loop)
 
     @property
     def entry(self):
@@ -455,7 +462,7 @@ class Pass:
     def run_plainly(self, bundle, table, first: int, live: int) -> int:
         """Run the pass as plain Python on records; return the number of live lanes."""
         if self.is_loop:
-            return self.function(bundle, table, first, live)
+            return self.function(PlainLane(bundle, 0), table, first, live)
         lanes = [PlainLane(bundle, number) for number in range(first, live)]
         if self.unless is not None and any(_plain(self.unless[0])(lane, table) for lane in lanes):
             return self.unless[1].run_plainly(bundle, table, first, live)
@@ -468,22 +475,22 @@ class Pass:
         return live
 
 
+LANES_IN_CODE = "lane", "lanes", "walk"  # names of variables that are lanes
+
+
 def _plain(function: Callable) -> Callable:
     """Return the Python function of a compiled one."""
     return getattr(function, "py_func", function)
 
 
 def _attributes(function: FunctionType) -> set[str]:
-    """Return the attributes of a function's first parameter, the lane or bundle, by its bytecode.
-
-    Includes those of the functions that it calls with a lane or bundle.
-    """
-    own, steps = function.__code__.co_varnames[0], list(dis.get_instructions(function))
-    named = {after.argval for step, after in itertools.pairwise(steps) if step.argval == own}
+    """Return the attributes of lanes in a function's bytecode, and in that of the functions that it calls."""
+    steps = list(dis.get_instructions(function))
+    named = {after.argval for step, after in itertools.pairwise(steps) if step.argval in LANES_IN_CODE}
     for name in {step.argval for step in steps if step.opname == "LOAD_GLOBAL"}:
         value = function.__globals__.get(name)
         called = _plain(value)
-        if isinstance(called, FunctionType) and called.__code__.co_varnames[:1] in (("lane",), ("b",)):
+        if isinstance(called, FunctionType) and called.__code__.co_varnames[:1] in (("lane",), ("lanes",)):
             named |= _attributes(called)
     return named
 
@@ -496,9 +503,9 @@ def lane_pass(
     unless: tuple[Callable, Pass] | None = None,
 ):
     """Return a decorator that makes a body, (lane, table), a pass whose table has this record type."""
-    return lambda function: Pass(function, table, arithmetic, False, sums, when, unless)
+    return lambda function: Pass(function, table, arithmetic, sums, when, unless)
 
 
-def bundle_pass(table: np.dtype, arithmetic: dict = ARITHMETIC):
-    """Return a decorator that makes a loop over a bundle a pass: (bundle, table, first, live) -> live."""
-    return lambda function: Pass(function, table, arithmetic, True)
+def bundle_pass(table: np.dtype, arithmetic: dict = ARITHMETIC, alone: Callable | None = None):
+    """Return a decorator that makes a loop over a bundle a pass: (lanes, table, first, live) -> live."""
+    return lambda function: Pass(function, table, arithmetic, is_loop=True, alone=alone)

@@ -4,7 +4,7 @@ import numpy as np
 from numba import int64, uint64
 
 from transport.compile import layout
-from transport.engine.bodies import bundle_pass
+from transport.engine.bodies import bundle_pass, lane_at
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
 from transport.physics.device import device
 
@@ -31,91 +31,110 @@ def pad_group(numbers: list[int]) -> list[int]:
 
 
 @device
-def fill_gaps(b, table, gaps):
+def fill_gaps(lanes, table, gaps):
     """Move all carried fields of the lanes in `movers` to those in `listed`, four fields at a time."""
     fields = view(table.fields, table.count, np.int64)
-    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for f in range(0, table.count, FIELDS_PER_GROUP):
         r0, r1, r2, r3 = field_offsets(fields, f)
-        for j in range(gaps):
-            here, there = uint64(b.listed[j]), uint64(b.movers[j])
+        for j in range(uint64(gaps)):
+            here, there = uint64(lane_at(lanes, j).listed), uint64(lane_at(lanes, j).movers)
             words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
             words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
 
 
-@bundle_pass(layout.FIELD_MOVES)
-def compact_lanes(b, table, first, live):
+@device
+def list_gaps(lanes, first, last):
+    """List lanes without a particle; returns their number."""
+    gaps = uint64(0)
+    for k in range(uint64(first), uint64(last)):  # no branch, so no misprediction
+        lane_at(lanes, gaps).listed = k
+        gaps += uint64(1) if lane_at(lanes, k).weight == 0.0 else uint64(0)
+    return gaps
+
+
+@device
+def list_movers(lanes, first, last):
+    """List lanes with a particle, to fill gaps."""
+    movers = uint64(0)
+    for k in range(uint64(first), uint64(last)):
+        lane_at(lanes, movers).movers = k
+        movers += uint64(1) if lane_at(lanes, k).weight != 0.0 else uint64(0)
+
+
+@device
+def stay(lane, table):
+    """Do nothing: one particle alone has no other lanes."""
+
+
+@bundle_pass(layout.FIELD_MOVES, alone=stay)
+def compact_lanes(lanes, table, first, live):
     """Drop ended lanes (weight 0): move the last live lanes into their gaps.
 
     Returns the number of lanes kept. Every carried field that the program uses moves, so a new field cannot
     be forgotten. While less than 1/16 of the lanes have ended, they stay as idle lanes: at weight 0 they
     score nothing, and moving costs more.
-
-    Fields: reads `weight`.
     """
     ended = 0
-    for k in range(live):
-        ended += 1 if b.weight[k] == 0.0 else 0
+    for k in range(uint64(live)):
+        ended += 1 if lane_at(lanes, k).weight == 0.0 else 0
     alive = int64(live) - ended
     if ended * 16 < int64(live) or alive == 0:
         return alive + ended if alive > 0 else 0
-    # List the gaps among the first `alive` lanes, and the live lanes beyond them.
-    gaps = 0
-    for k in range(uint64(alive)):  # no branch, so no misprediction
-        b.listed[gaps] = k
-        gaps += 1 if b.weight[k] == 0.0 else 0
-    movers = 0
-    for k in range(uint64(alive), uint64(live)):
-        b.movers[movers] = k
-        movers += 1 if b.weight[k] != 0.0 else 0
-    fill_gaps(b, table, gaps)
+    gaps = list_gaps(lanes, 0, alive)
+    list_movers(lanes, alive, live)
+    fill_gaps(lanes, table, gaps)
     return alive
 
 
-@bundle_pass(layout.FIELD_MOVES)
-def compact_and_sort(b, table, first, live):
+@device
+def count_reaching_surfaces(lane, table):
+    """Count a crossing unless the particle flies on in a medium."""
+    lane.crossings -= (
+        1 if (lane.weight != 0.0) & (lane.hit == 0) else 0
+    )  # intersections.end_escaped counted it
+
+
+@bundle_pass(layout.FIELD_MOVES, alone=count_reaching_surfaces)
+def compact_and_sort(lanes, table, first, live):
     """Sort lanes: first those that fly on in a medium (hit 0), then those at a surface; drop ended lanes.
 
     Sets `first` to the first lane at a surface (rounded down to a multiple of 8): the rest of the program
     runs from there on. Returns the number of lanes kept.
-
-    Fields: reads `weight`, `hit`; updates `crossings`; writes `first`.
     """
     going, met = 0, 0
-    for k in range(live):
-        going += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
-        met += 1 if (b.weight[k] != 0.0) & (b.hit[k] != 0) else 0
-    b.first = going // 8 * 8
-    b.crossings -= going  # intersections.end_escaped has counted these
+    for k in range(uint64(live)):
+        lane = lane_at(lanes, k)
+        going += 1 if (lane.weight != 0.0) & (lane.hit == 0) else 0
+        met += 1 if (lane.weight != 0.0) & (lane.hit != 0) else 0
+    lanes.first = going // 8 * 8
+    lanes.crossings -= going  # intersections.end_escaped has counted these
     if going + met == 0:
         return 0
     # Swap lanes at a surface among the first `going` with flying lanes beyond them.
-    gaps = 0
+    gaps = uint64(0)
     for k in range(uint64(going)):  # no branch, so no misprediction
-        b.listed[gaps] = k
-        gaps += 1 if (b.weight[k] == 0.0) | (b.hit[k] != 0) else 0
-    movers = 0
+        lane = lane_at(lanes, k)
+        lane_at(lanes, gaps).listed = k
+        gaps += uint64(1) if (lane.weight == 0.0) | (lane.hit != 0) else uint64(0)
+    movers = uint64(0)
     for k in range(uint64(going), uint64(live)):
-        b.movers[movers] = k
-        movers += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
+        lane = lane_at(lanes, k)
+        lane_at(lanes, movers).movers = k
+        movers += uint64(1) if (lane.weight != 0.0) & (lane.hit == 0) else uint64(0)
     fields = view(table.fields, table.count, np.int64)
-    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for f in range(0, table.count, FIELDS_PER_GROUP):
         r0, r1, r2, r3 = field_offsets(fields, f)
         for j in range(gaps):
-            here, there = uint64(b.listed[j]), uint64(b.movers[j])
+            here, there = uint64(lane_at(lanes, j).listed), uint64(lane_at(lanes, j).movers)
             k0, k1, k2, k3 = words[r0 + here], words[r1 + here], words[r2 + here], words[r3 + here]
             words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
             words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
             words[r0 + there], words[r1 + there], words[r2 + there], words[r3 + there] = k0, k1, k2, k3
     # Move lanes at a surface into the gaps of ended lanes.
-    end, gaps = going + met, 0
-    for k in range(uint64(going), uint64(end)):
-        b.listed[gaps] = k
-        gaps += 1 if b.weight[k] == 0.0 else 0
-    movers = 0
-    for k in range(uint64(end), uint64(live)):
-        b.movers[movers] = k
-        movers += 1 if b.weight[k] != 0.0 else 0
-    fill_gaps(b, table, gaps)
+    end = going + met
+    gaps = list_gaps(lanes, going, end)
+    list_movers(lanes, end, live)
+    fill_gaps(lanes, table, gaps)
     return end

@@ -11,7 +11,7 @@ from numba import int64, uint64
 
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE
-from transport.engine.bodies import bundle_pass, lane_pass
+from transport.engine.bodies import bundle_pass, lane_at, lane_pass
 from transport.engine.bundle import LANES, Bundle, add_to_row, view
 from transport.engine.passes.detector_bins import find_cell
 from transport.engine.passes.volumes import half_chord, slab_crossings
@@ -161,20 +161,19 @@ def cast_from_walls(lane, table):
 
 
 @bundle_pass(layout.HIT_WORD)
-def list_shadow_rays(b, table, first, live):
+def list_shadow_rays(lanes, table, first, live):
     """List the lanes whose rays contribute, and set their `leg` to the table's code.
 
     The score becomes score times pdf.
-
-    Fields: reads `pdf`; updates `score`; writes `leg`, `rays_cast`, `rays_taken`.
     """
-    cast, leg = 0, table.code
+    cast, leg = uint64(0), table.code
     for k in range(first, live):  # no branch, so no misprediction
-        score = b.score[k] * b.pdf[k]
-        b.score[k], b.leg[k] = score, leg
-        b.listed[cast] = k
-        cast += 1 if score > 0.0 else 0
-    b.rays_cast, b.rays_taken = cast, 0
+        lane = lane_at(lanes, k)
+        score = lane.score * lane.pdf
+        lane.score, lane.leg = score, leg
+        lane_at(lanes, cast).listed = k
+        cast += uint64(1) if score > 0.0 else uint64(0)
+    lanes.rays_cast, lanes.rays_taken = cast, 0
     return live
 
 
@@ -249,28 +248,26 @@ SCORE_BOUND = 1 << 30
 
 
 @bundle_pass(layout.ROWS)
-def load_shadow_rays(b, table, first, live):
+def load_shadow_rays(lanes, table, first, live):
     """Move listed rays into idle lanes of the shadow bundle; returns the number of rays under way there.
 
     Called with the bundle that casts; `table` maps words of its lanes to words of the shadow bundle.
-
-    Fields: updates `rays_cast`, `rays_taken`.
     """
     moves = view(table.rows, table.count, layout.WORD)
-    here, there = view(b.address, WORDS, np.int64), view(b.shadow, WORDS, np.int64)
-    taken, cast, flying = b.rays_taken, b.rays_cast, 0
-    for lane in range(LANES):
-        if there[WEIGHT + lane] != 0:
+    here, there = view(lanes.address, WORDS, np.int64), view(lanes.shadow, WORDS, np.int64)
+    taken, cast, flying = lanes.rays_taken, lanes.rays_cast, 0
+    for free in range(LANES):
+        if there[WEIGHT + free] != 0:
             flying += 1
         elif taken < cast:
-            k = b.listed[taken]
+            k = lane_at(lanes, uint64(taken)).listed
             for m in range(table.count):
                 source = moves[m].source
-                there[moves[m].target + lane] = here[source + k] if source >= 0 else 0
+                there[moves[m].target + free] = here[source + k] if source >= 0 else 0
             taken += 1
             flying += 1
-    b.rays_taken = taken
-    b.rays_cast = cast if taken < cast else 0
+    lanes.rays_taken = taken
+    lanes.rays_cast = cast if taken < cast else 0
     return flying
 
 

@@ -7,7 +7,7 @@ from numba import float64, int64, uint64
 
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE, LEVELS
-from transport.engine.bodies import bundle_pass, lane_pass
+from transport.engine.bodies import bundle_pass, lane_at, lane_pass
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH, view
 from transport.engine.passes.collisions import attenuated, is_flying
 from transport.engine.tally import add_to_ledger, hash_salt, limbs_of_loss
@@ -136,205 +136,200 @@ def majorant_index(i, j, m, my, mz):
 
 
 @device
-def cross_macro_cells(b, table, first, last):
-    """Move each walk to the end of its macro cell, to its tentative collision or to its end.
-
-    Returns the numbers of walks that try a collision, that go on (or try), and that pause.
-
-    Fields: reads `walk_end`, `walk_majorant`, `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`,
-    `walk_ix, walk_iy, walk_iz`; updates `walk_state`, `walk_turns`, `walk_t`, `walk_depth`,
-    `walk_i, walk_j, walk_m`; writes `walk_cell`.
-    """
-    trying, walking, pausing = 0, 0, 0
-    my, mz = table.my, table.mz
-    for k in range(first, last):
-        i, j, m, t, end = b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_t[k], b.walk_end[k]
-        state, top, depth, turns = b.walk_state[k], b.walk_majorant[k], b.walk_depth[k], b.walk_turns[k]
-        up_x, up_y, up_z = b.walk_vx[k] >= 0.0, b.walk_vy[k] >= 0.0, b.walk_vz[k] >= 0.0
-        # Distance at which the walk leaves its macro cell.
-        t_x = (i + (1.0 if up_x else 0.0) - b.walk_px[k]) * b.walk_ix[k]
-        t_y = (j + (1.0 if up_y else 0.0) - b.walk_py[k]) * b.walk_iy[k]
-        t_z = (m + (1.0 if up_z else 0.0) - b.walk_pz[k]) * b.walk_iz[k]
-        leaves = t_y if t_y < t_x else t_x
-        leaves = t_z if t_z < leaves else leaves
-        stop = leaves if leaves < end else end
-        stop = stop if stop > t else t
-        spent = top * (stop - t)
-        # Tentative collision, end, pause, or on to the next macro cell.
-        pauses = (state == FLYING) & (turns >= MAX_TURNS)
-        flies, tries = (state == FLYING) & (not pauses), depth < spent
-        ends = (not tries) & ((leaves >= end) | (top < 0.0))  # top < 0: beyond the grid
-        crosses = flies & (not tries) & (not ends)
-        is_x = leaves == t_x
-        is_y = (leaves == t_y) & (not is_x)
-        is_z = (not is_x) & (not is_y)
-        i += (1.0 if up_x else -1.0) if crosses & is_x else 0.0
-        j += (1.0 if up_y else -1.0) if crosses & is_y else 0.0
-        m += (1.0 if up_z else -1.0) if crosses & is_z else 0.0
-        new = TENTATIVE if tries else (ENDED if ends else FLYING)
-        new = new if flies else (PAUSED if pauses else state)
-        b.walk_i[k], b.walk_j[k], b.walk_m[k] = i, j, m
-        b.walk_cell[k] = majorant_index(i, j, m, my, mz)
-        b.walk_t[k] = (t + depth / top if tries else stop) if flies else t
-        b.walk_depth[k] = depth - spent if crosses else depth
-        b.walk_turns[k] = turns + 1 if flies else turns
-        b.walk_state[k] = new
-        trying += 1 if new == TENTATIVE else 0
-        walking += 1 if new < ENDED else 0
-        pausing += 1 if new == PAUSED else 0
-    return trying, walking, pausing
+def start_walk(lane, table):
+    """Start a walk, in units of macro cells, if the lane flies in this grid; returns 1 if it does."""
+    shrink = 1.0 / (table.block * 1.0)
+    per_x, per_y, per_z = table.per_x * shrink, table.per_y * shrink, table.per_z * shrink
+    mx, my, mz = table.mx, table.my, table.mz
+    walks, start = (lane.flies != 0) & (lane.medium == table.medium), lane.start
+    px, py, pz = (lane.x - table.cx) * per_x, (lane.y - table.cy) * per_y, (lane.z - table.cz) * per_z
+    vx, ix = component_and_reciprocal(lane.ux * per_x)
+    vy, iy = component_and_reciprocal(lane.uy * per_y)
+    vz, iz = component_and_reciprocal(lane.uz * per_z)
+    i, j, m = cell_at(px + start * vx, mx), cell_at(py + start * vy, my), cell_at(pz + start * vz, mz)
+    lane.walk_i, lane.walk_j, lane.walk_m, lane.walk_cell = i, j, m, majorant_index(i, j, m, my, mz)
+    lane.walk_px, lane.walk_py, lane.walk_pz = px, py, pz
+    lane.walk_vx, lane.walk_vy, lane.walk_vz = vx, vy, vz
+    lane.walk_ix, lane.walk_iy, lane.walk_iz = ix, iy, iz
+    lane.walk_t, lane.walk_end = start, lane.distance - 2.0 * COLLISION_CLEARANCE
+    lane.walk_depth, lane.walk_uniform = lane.depth, lane.u0
+    lane.walk_history, lane.walk_event, lane.walk_lane = lane.history, lane.event, lane.number
+    lane.walk_draw, lane.walk_turns, lane.walk_state = 0, 0, FLYING if walks else ENDED
+    return 1 if walks else 0
 
 
 @device
-def find_voxels(b, table, first, last):
-    """Find the voxels of tentative collisions, and those whose extinction byte must be read.
+def look_up_majorant(lane, tops):
+    """Look up the majorant of the macro cell, and the least share of collisions that are real there."""
+    cell = uint64(lane.walk_cell)
+    lane.walk_majorant, lane.sure_probability = tops[cell], tops[cell + uint64(1)]
+
+
+@device
+def cross_macro_cell(lane, table):
+    """Move a walk to the end of its macro cell, to its tentative collision or to its end.
+
+    Returns three numbers, 0 or 1: does it try a collision, does it go on (or try), does it pause.
+    """
+    my, mz = table.my, table.mz
+    i, j, m, t, end = lane.walk_i, lane.walk_j, lane.walk_m, lane.walk_t, lane.walk_end
+    state, top, depth, turns = lane.walk_state, lane.walk_majorant, lane.walk_depth, lane.walk_turns
+    up_x, up_y, up_z = lane.walk_vx >= 0.0, lane.walk_vy >= 0.0, lane.walk_vz >= 0.0
+    # Distance at which the walk leaves its macro cell.
+    t_x = (i + (1.0 if up_x else 0.0) - lane.walk_px) * lane.walk_ix
+    t_y = (j + (1.0 if up_y else 0.0) - lane.walk_py) * lane.walk_iy
+    t_z = (m + (1.0 if up_z else 0.0) - lane.walk_pz) * lane.walk_iz
+    leaves = t_y if t_y < t_x else t_x
+    leaves = t_z if t_z < leaves else leaves
+    stop = leaves if leaves < end else end
+    stop = stop if stop > t else t
+    spent = top * (stop - t)
+    # Tentative collision, end, pause, or on to the next macro cell.
+    pauses = (state == FLYING) & (turns >= MAX_TURNS)
+    flies, tries = (state == FLYING) & (not pauses), depth < spent
+    ends = (not tries) & ((leaves >= end) | (top < 0.0))  # top < 0: beyond the grid
+    crosses = flies & (not tries) & (not ends)
+    is_x = leaves == t_x
+    is_y = (leaves == t_y) & (not is_x)
+    is_z = (not is_x) & (not is_y)
+    i += (1.0 if up_x else -1.0) if crosses & is_x else 0.0
+    j += (1.0 if up_y else -1.0) if crosses & is_y else 0.0
+    m += (1.0 if up_z else -1.0) if crosses & is_z else 0.0
+    new = TENTATIVE if tries else (ENDED if ends else FLYING)
+    new = new if flies else (PAUSED if pauses else state)
+    lane.walk_i, lane.walk_j, lane.walk_m = i, j, m
+    lane.walk_cell = majorant_index(i, j, m, my, mz)
+    lane.walk_t = (t + depth / top if tries else stop) if flies else t
+    lane.walk_depth = depth - spent if crosses else depth
+    lane.walk_turns = turns + 1 if flies else turns
+    lane.walk_state = new
+    return 1 if new == TENTATIVE else 0, 1 if new < ENDED else 0, 1 if new == PAUSED else 0
+
+
+@device
+def find_voxel(lane, table):
+    """Find the voxel of a tentative collision, and whether its extinction byte must be read.
 
     Few need it where extinction hardly varies within a macro cell: below `sure` a collision is real in any
     case.
-
-    Fields: reads `walk_state`, `walk_uniform`, `walk_t`, `walk_i, walk_j, walk_m`,
-    `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`, `sure_probability`; writes `voxel`,
-    `lookup_voxel`.
     """
     block = table.block * 1.0
-    nx, ny, nz = table.nx * 1.0, table.ny * 1.0, table.nz * 1.0
-    for k in range(first, last):
-        t = b.walk_t[k]
-        x = voxel_along(b.walk_px[k] + t * b.walk_vx[k], b.walk_i[k], block, nx)
-        y = voxel_along(b.walk_py[k] + t * b.walk_vy[k], b.walk_j[k], block, ny)
-        z = voxel_along(b.walk_pz[k] + t * b.walk_vz[k], b.walk_m[k], block, nz)
-        voxel = (x * ny + y) * nz + z
-        is_open = (b.walk_state[k] == TENTATIVE) & (b.walk_uniform[k] >= b.sure_probability[k])
-        b.voxel[k] = int64(voxel)
-        b.lookup_voxel[k] = int64(voxel * (1.0 if is_open else 0.0))
+    nx, ny, nz, t = table.nx * 1.0, table.ny * 1.0, table.nz * 1.0, lane.walk_t
+    x = voxel_along(lane.walk_px + t * lane.walk_vx, lane.walk_i, block, nx)
+    y = voxel_along(lane.walk_py + t * lane.walk_vy, lane.walk_j, block, ny)
+    z = voxel_along(lane.walk_pz + t * lane.walk_vz, lane.walk_m, block, nz)
+    voxel = (x * ny + y) * nz + z
+    is_open = (lane.walk_state == TENTATIVE) & (lane.walk_uniform >= lane.sure_probability)
+    lane.voxel = int64(voxel)
+    lane.lookup_voxel = int64(voxel * (1.0 if is_open else 0.0))
 
 
 @device
-def accept_by_levels(b, first, last):
-    """Accept or reject tentative collisions as far as the quantised extinction of voxels decides.
+def accept_by_level(lane):
+    """Accept or reject a tentative collision as far as the quantised extinction of its voxel decides.
 
-    Returns the numbers of real, rejected and undecided collisions. The uniform is rescaled within its
-    subinterval and reused.
-
-    Fields: reads `sure_probability`, `level`; updates `walk_state`, `walk_uniform`.
+    Returns three numbers, 0 or 1: is it real, is it rejected, is it undecided. The uniform is rescaled within
+    its subinterval and reused.
     """
-    real, rejected, unsure = 0, 0, 0
-    for k in range(first, last):
-        state, chance, sure = b.walk_state[k], b.walk_uniform[k], b.sure_probability[k]
-        level = b.level[k] * 1.0
-        at, is_sure = chance * LEVELS, chance < sure
-        new = COLLIDED if is_sure | (at < level) else (UNDECIDED if at < level + 1.0 else REJECTED)
-        new = new if state == TENTATIVE else state
-        low, high = 0.0 if is_sure else sure, sure if is_sure else level * (1.0 / LEVELS)
-        fresh = (chance - low) / (high - low)
-        fresh = fresh if fresh < BELOW_ONE else BELOW_ONE
-        b.walk_uniform[k] = fresh if new == COLLIDED else chance
-        b.walk_state[k] = new
-        real += 1 if new == COLLIDED else 0
-        rejected += 1 if new == REJECTED else 0
-        unsure += 1 if new == UNDECIDED else 0
-    return real, rejected, unsure
+    state, chance, sure = lane.walk_state, lane.walk_uniform, lane.sure_probability
+    level = lane.level * 1.0
+    at, is_sure = chance * LEVELS, chance < sure
+    new = COLLIDED if is_sure | (at < level) else (UNDECIDED if at < level + 1.0 else REJECTED)
+    new = new if state == TENTATIVE else state
+    low, high = 0.0 if is_sure else sure, sure if is_sure else level * (1.0 / LEVELS)
+    fresh = (chance - low) / (high - low)
+    fresh = fresh if fresh < BELOW_ONE else BELOW_ONE
+    lane.walk_uniform = fresh if new == COLLIDED else chance
+    lane.walk_state = new
+    return 1 if new == COLLIDED else 0, 1 if new == REJECTED else 0, 1 if new == UNDECIDED else 0
 
 
 @device
-def accept_exactly(b, k, extinction):
-    """Decide an undecided collision by the extinction itself [1/scene lengths]; returns 1 if it is real.
-
-    Fields: reads `walk_majorant`, `sure_probability`, `level`; updates `walk_uniform`; writes `walk_state`.
-    """
-    chance, share = b.walk_uniform[k], extinction / b.walk_majorant[k]
-    low = b.level[k] * (1.0 / LEVELS)
-    low = low if low > b.sure_probability[k] else b.sure_probability[k]
+def accept_exactly(lane, extinction):
+    """Decide an undecided collision by the extinction itself [1/scene lengths]; returns 1 if it is real."""
+    chance, share = lane.walk_uniform, extinction / lane.walk_majorant
+    low = lane.level * (1.0 / LEVELS)
+    low = low if low > lane.sure_probability else lane.sure_probability
     is_real = chance < share
     fresh = (chance - low) / (share - low)
     fresh = fresh if fresh > 0.0 else 0.0
-    b.walk_uniform[k] = (fresh if fresh < BELOW_ONE else BELOW_ONE) if is_real else chance
-    b.walk_state[k] = COLLIDED if is_real else REJECTED
+    lane.walk_uniform = (fresh if fresh < BELOW_ONE else BELOW_ONE) if is_real else chance
+    lane.walk_state = COLLIDED if is_real else REJECTED
     return 1 if is_real else 0
 
 
 @device
-def resample_rejected(b, first, last):
-    """Sample a new optical depth and a new uniform for walks whose collision was rejected.
-
-    Fields: reads `walk_history`, `walk_event`; updates `walk_state`, `walk_uniform`, `walk_draw`,
-    `walk_depth`.
-    """
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, last):
-        again, drawn = b.walk_state[k] == REJECTED, b.walk_draw[k]
-        purpose = uint64(VOXELS) | uint64(drawn) << DRAW_SHIFT
-        w0, w1, w2, w3 = event_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
-        depth = -log_positive(BELOW_ONE - uniform(w0, w1))
-        b.walk_depth[k] = depth if again else b.walk_depth[k]
-        b.walk_uniform[k] = uniform(w2, w3) if again else b.walk_uniform[k]
-        b.walk_draw[k] = drawn + (1 if again else 0)
-        b.walk_state[k] = FLYING if again else b.walk_state[k]
+def resample_rejected(lane):
+    """Sample a new optical depth and a new uniform for a walk whose collision was rejected."""
+    again, drawn = lane.walk_state == REJECTED, lane.walk_draw
+    purpose = uint64(VOXELS) | uint64(drawn) << DRAW_SHIFT
+    w0, w1, w2, w3 = event_words(
+        lane.walk_history, lane.batch, lane.walk_event, purpose, lane.seed_low, lane.seed_high
+    )
+    depth = -log_positive(BELOW_ONE - uniform(w0, w1))
+    lane.walk_depth = depth if again else lane.walk_depth
+    lane.walk_uniform = uniform(w2, w3) if again else lane.walk_uniform
+    lane.walk_draw = drawn + (1 if again else 0)
+    lane.walk_state = FLYING if again else lane.walk_state
 
 
 @device
-def end_collided_flights(b, first, last):
-    """End the flights of walks that collided, while each walk is still in the row of its lane.
-
-    Fields: reads `walk_uniform`, `walk_t`; updates `distance`, `hit`, `u0`, `walk_state`.
-    """
-    for k in range(first, last):
-        collided = b.walk_state[k] == COLLIDED
-        b.distance[k] = b.walk_t[k] + 2.0 * COLLISION_CLEARANCE if collided else b.distance[k]
-        b.hit[k] = 0 if collided else b.hit[k]
-        b.u0[k] = b.walk_uniform[k] if collided else b.u0[k]
-        b.walk_state[k] = ENDED if collided else b.walk_state[k]
+def end_collided_flight(lane):
+    """End the flight of a walk that collided and is still in the row of its lane."""
+    collided = lane.walk_state == COLLIDED
+    lane.distance = lane.walk_t + 2.0 * COLLISION_CLEARANCE if collided else lane.distance
+    lane.hit = 0 if collided else lane.hit
+    lane.u0 = lane.walk_uniform if collided else lane.u0
+    lane.walk_state = ENDED if collided else lane.walk_state
 
 
 @device
-def list_walks(b, state, first, last):
-    """List the walks in a state; returns their number.
+def end_flight(lane, walk, cuts):
+    """End a lane's flight at its walk's current distance: by a collision (cuts 0) or cut (cuts 1)."""
+    lane.distance, lane.hit = walk.walk_t + 2.0 * COLLISION_CLEARANCE, 0
+    lane.u0, lane.cut = walk.walk_uniform, cuts
+    walk.walk_state = ENDED
 
-    Fields: reads `walk_state`.
-    """
+
+@device
+def list_walks(lanes, state, first, last):
+    """List the walks in a state; returns their number."""
     count = 0
     for k in range(first, last):  # no branch, so no misprediction
-        b.listed[count] = k
-        count += 1 if b.walk_state[k] == state else 0
+        lane_at(lanes, uint64(count)).listed = k
+        count += 1 if lane_at(lanes, k).walk_state == state else 0
     return count
 
 
 @device
-def end_listed_flights(b, count, cuts):
-    """End the flights of listed walks at their current distance: by a collision (cuts 0) or cut (cuts 1).
-
-    Fields: reads `walk_lane`, `walk_uniform`, `walk_t`; writes `distance`, `hit`, `u0`, `cut`, `walk_state`.
-    """
-    for g in range(count):
-        k = b.listed[g]
-        lane = b.walk_lane[k]
-        b.distance[lane], b.hit[lane] = b.walk_t[k] + 2.0 * COLLISION_CLEARANCE, 0
-        b.u0[lane], b.cut[lane] = b.walk_uniform[k], cuts
-        b.walk_state[k] = ENDED
+def end_listed_flights(lanes, count, cuts):
+    """End the flights of listed walks, by collisions (cuts 0) or cut (cuts 1)."""
+    for g in range(uint64(count)):
+        walk = lane_at(lanes, uint64(lane_at(lanes, g).listed))
+        end_flight(lane_at(lanes, uint64(walk.walk_lane)), walk, cuts)
 
 
 @device
-def compact_walks(b, words, first, last, walking):
-    """Compact walks: move the last ones into the gaps of ended ones; returns the new end, in full vectors.
-
-    Fields: updates `walk_state`.
-    """
+def compact_walks(lanes, first, last, walking):
+    """Compact walks: move the last ones into the gaps of ended ones; returns the new end, in full vectors."""
+    words = view(lanes.address, WALK_WORDS + WALK_FIELDS * PITCH, np.int64)
     reach = int64(first) + walking
     gaps, movers = 0, 0
     for k in range(first, uint64(reach)):
-        b.listed[gaps] = k
-        gaps += 1 if b.walk_state[k] == ENDED else 0
+        lane_at(lanes, uint64(gaps)).listed = k
+        gaps += 1 if lane_at(lanes, k).walk_state == ENDED else 0
     for k in range(uint64(reach), last):
-        b.movers[movers] = k
-        movers += 1 if b.walk_state[k] != ENDED else 0
-    for g in range(gaps):
-        here, there = uint64(WALK_WORDS + b.listed[g]), uint64(WALK_WORDS + b.movers[g])
+        lane_at(lanes, uint64(movers)).movers = k
+        movers += 1 if lane_at(lanes, k).walk_state != ENDED else 0
+    for g in range(uint64(gaps)):
+        there = uint64(WALK_WORDS + lane_at(lanes, g).movers)
+        here = uint64(WALK_WORDS + lane_at(lanes, g).listed)
         for f in range(WALK_FIELDS):
             words[here + uint64(f * PITCH)] = words[there + uint64(f * PITCH)]
     full = (reach + 7) // 8 * 8
     full = full if full < int64(last) else int64(last)
     for k in range(uint64(reach), uint64(full)):
-        b.walk_state[k] = ENDED
+        lane_at(lanes, k).walk_state = ENDED
     return uint64(full)
 
 
@@ -381,81 +376,97 @@ def revoke_cut_collisions(lane, table):
     return 1 if pauses else 0
 
 
-@bundle_pass(layout.GRID)
-def delta_track_in_grid(b, table, first, live):
+@device
+def extinction_of(lane, table, scattering, absorption):
+    """Return extinction [1/scene lengths] and albedo of the voxel of a tentative collision."""
+    scatters, absorbs = coefficients(table, scattering, absorption, lane.voxel)
+    return (scatters + absorbs) * table.length, scatters / (scatters + absorbs)
+
+
+@device
+def delta_track(lane, table):
+    """Find the first real collision of one lane as `delta_track_in_grid` does."""
+    tops = view(table.tops, table.top_count, np.float64)
+    levels = view(table.levels, table.level_count, np.uint8)
+    absorption = view(table.absorption, table.absorption_count, np.float64)
+    scattering = view(table.scattering, table.scattering_count, np.float64)
+    start_walk(lane, table)
+    while lane.walk_state < ENDED:
+        resample_rejected(lane)
+        look_up_majorant(lane, tops)
+        cross_macro_cell(lane, table)
+        if lane.walk_state == PAUSED:
+            end_flight(lane, lane, 1)
+        if lane.walk_state == TENTATIVE:
+            find_voxel(lane, table)
+            lane.level = levels[uint64(lane.lookup_voxel)]
+            accept_by_level(lane)
+            extinction, albedo = extinction_of(lane, table, scattering, absorption)
+            if lane.walk_state == UNDECIDED:
+                accept_exactly(lane, extinction)
+            if lane.walk_state == COLLIDED:
+                lane.survival = albedo if table.absorbs != 0 else lane.survival
+                end_collided_flight(lane)
+
+
+@bundle_pass(layout.GRID, alone=delta_track)
+def delta_track_in_grid(lanes, table, first, live):
     """Find the first real collision in one grid, if it lies before the nearest surface (delta tracking).
 
     Sets what `collide` needs and, in `survival`, the albedo of the voxel. All flights walk together, in turns
     of two kinds: each moves to the next macro cell; once half of them have reached a tentative collision,
     these are decided.
-
-    Fields: reads `x, y, z`, `ux, uy, uz`, `history`, `event`, `start`, `depth`, `medium`, `flies`; updates
-    `distance`, `hit`, `u0`, `voxel`, `lookup_voxel`, `sure_probability`, `level`, all `walk_` fields; writes
-    `survival`, `cut`.
     """
     tops = view(table.tops, table.top_count, np.float64)
     levels = view(table.levels, table.level_count, np.uint8)
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
-    words = view(b.address, WALK_WORDS + WALK_FIELDS * PITCH, np.int64)
-    shrink = 1.0 / (table.block * 1.0)
-    per_x, per_y, per_z = table.per_x * shrink, table.per_y * shrink, table.per_z * shrink
-    medium, cx, cy, cz = table.medium, table.cx, table.cy, table.cz
-    mx, my, mz = table.mx, table.my, table.mz
-    # Start a walk for each lane that flies in this grid, in units of macro cells.
     walking = 0
     for k in range(first, live):
-        walks, start = (b.flies[k] != 0) & (b.medium[k] == medium), b.start[k]
-        px, py, pz = (b.x[k] - cx) * per_x, (b.y[k] - cy) * per_y, (b.z[k] - cz) * per_z
-        vx, ix = component_and_reciprocal(b.ux[k] * per_x)
-        vy, iy = component_and_reciprocal(b.uy[k] * per_y)
-        vz, iz = component_and_reciprocal(b.uz[k] * per_z)
-        i, j, m = cell_at(px + start * vx, mx), cell_at(py + start * vy, my), cell_at(pz + start * vz, mz)
-        b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_cell[k] = i, j, m, majorant_index(i, j, m, my, mz)
-        b.walk_px[k], b.walk_py[k], b.walk_pz[k] = px, py, pz
-        b.walk_vx[k], b.walk_vy[k], b.walk_vz[k] = vx, vy, vz
-        b.walk_ix[k], b.walk_iy[k], b.walk_iz[k] = ix, iy, iz
-        b.walk_t[k], b.walk_end[k] = start, b.distance[k] - 2.0 * COLLISION_CLEARANCE
-        b.walk_depth[k], b.walk_uniform[k] = b.depth[k], b.u0[k]
-        b.walk_history[k], b.walk_event[k], b.walk_lane[k] = b.history[k], b.event[k], k
-        b.walk_draw[k], b.walk_turns[k], b.walk_state[k] = 0, 0, FLYING if walks else ENDED
-        walking += 1 if walks else 0
+        walking += start_walk(lane_at(lanes, k), table)
     last, rejected, is_in_place = live, 0, table.absorbs == 0
     while walking > 0:
         # Compact the walks when a quarter has ended.
         if walking * 4 < (int64(last) - int64(first)) * 3:
-            last, is_in_place = compact_walks(b, words, first, last, walking), False
+            last, is_in_place = compact_walks(lanes, first, last, walking), False
         # New depths after rejected collisions; then cross one macro cell.
         if rejected > 0:
-            resample_rejected(b, first, last)
-        rejected = 0
+            for k in range(first, last):
+                resample_rejected(lane_at(lanes, k))
         for k in range(first, last):
-            cell = uint64(b.walk_cell[k])
-            b.walk_majorant[k], b.sure_probability[k] = tops[cell], tops[cell + uint64(1)]
-        trying, walking, pausing = cross_macro_cells(b, table, first, last)
+            look_up_majorant(lane_at(lanes, k), tops)
+        trying, walking, pausing, rejected = 0, 0, 0, 0
+        for k in range(first, last):
+            tries, walks, pauses = cross_macro_cell(lane_at(lanes, k), table)
+            trying, walking, pausing = trying + tries, walking + walks, pausing + pauses
         if pausing > 0:
-            end_listed_flights(b, list_walks(b, PAUSED, first, last), 1)
+            end_listed_flights(lanes, list_walks(lanes, PAUSED, first, last), 1)
         # Decide tentative collisions: by quantised extinctions, then exactly.
         if trying * 2 >= walking:
-            find_voxels(b, table, first, last)
             for k in range(first, last):
-                b.level[k] = levels[uint64(b.lookup_voxel[k])]
-            real, rejected, unsure = accept_by_levels(b, first, last)
-            for g in range(list_walks(b, UNDECIDED, first, last) if unsure > 0 else 0):
-                k = b.listed[g]
-                scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
-                real += accept_exactly(b, k, (scatters + absorbs) * table.length)
+                find_voxel(lane_at(lanes, k), table)
+            for k in range(first, last):
+                lane_at(lanes, k).level = levels[uint64(lane_at(lanes, k).lookup_voxel)]
+            real, unsure = 0, 0
+            for k in range(first, last):
+                is_real, is_rejected, is_unsure = accept_by_level(lane_at(lanes, k))
+                real, rejected, unsure = real + is_real, rejected + is_rejected, unsure + is_unsure
+            for g in range(uint64(list_walks(lanes, UNDECIDED, first, last) if unsure > 0 else 0)):
+                walk = lane_at(lanes, uint64(lane_at(lanes, g).listed))
+                extinction, _ = extinction_of(walk, table, scattering, absorption)
+                real += accept_exactly(walk, extinction)
             rejected, walking = rejected + unsure, walking - real
             # End the flights of real collisions.
             if is_in_place:
-                end_collided_flights(b, first, last)
+                for k in range(first, last):
+                    end_collided_flight(lane_at(lanes, k))
             else:
-                collided = list_walks(b, COLLIDED, first, last)
-                for g in range(collided if table.absorbs != 0 else 0):
-                    k = b.listed[g]
-                    scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
-                    b.survival[b.walk_lane[k]] = scatters / (scatters + absorbs)
-                end_listed_flights(b, collided, 0)
+                collided = uint64(list_walks(lanes, COLLIDED, first, last))
+                for g in range(collided if table.absorbs != 0 else uint64(0)):
+                    walk = lane_at(lanes, uint64(lane_at(lanes, g).listed))
+                    _, albedo = extinction_of(walk, table, scattering, absorption)
+                    lane_at(lanes, uint64(walk.walk_lane)).survival = albedo
+                end_listed_flights(lanes, collided, 0)
     return live
 
 

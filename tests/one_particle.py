@@ -1,0 +1,164 @@
+"""A second builder: a whole program as one function of one particle, made of the same bodies as the passes.
+
+No bundle, no compaction, no list of shadow rays: a history runs from its birth to its end, its rays are traced where they are cast,
+and its copies follow it.  Sums are of integers, so they must agree with the engine's to the last bit.
+"""
+
+from __future__ import annotations
+
+import linecache
+from types import FunctionType
+
+import numpy as np
+from numba import njit
+
+from transport.compile import layout
+from transport.engine.bodies import Pass, added, lanes_of, no_sums, table_at
+from transport.engine.bundle import LANES, Bundle, _pointer, empty_bundle, view
+from transport.engine.driver import CompiledProgram, Sums, _deal_histories, _end_of_emitter
+from transport.engine.driver import GOLDEN
+from transport.physics.bits import bits_of
+from transport.physics.device import device
+from transport.physics.streams import SHARES, random_words, uniform
+
+WORDS = Bundle.itemsize // 8
+NAMES = "tallies", "ledger", "moments", "sizes"  # of the arrays of sums
+
+
+# ---- one pass for one lane ----
+
+body = when = other = None
+sums, NONE, TABLE = no_sums, (), np.dtype([("unused", "f8")])
+
+
+def _always(lane, address):
+    table = table_at(_pointer(address), TABLE)
+    sums(lane, table, *added(NONE, body(lane, table)))
+
+
+def _sometimes(lane, address):
+    table = table_at(_pointer(address), TABLE)
+    if when(lane, table):
+        sums(lane, table, *added(NONE, body(lane, table)))
+
+
+def _either(lane, address):
+    table = table_at(_pointer(address), TABLE)
+    if when(lane, table):
+        other(lane, table)
+    else:
+        body(lane, table)
+
+
+def _cast(lane, address, shadow, moves, count):
+    """In the place of listing rays: true if one is to be traced."""
+    table = table_at(_pointer(address), TABLE)
+    lane.score, lane.leg = lane.score * lane.pdf, table.code
+    if lane.score > 0.0:
+        here, there = view(lane.address, WORDS, np.int64), view(shadow.address, WORDS, np.int64)
+        rows = view(moves, count, layout.WORD)
+        for m in range(count):
+            source = rows[m].source
+            there[rows[m].target] = here[source] if source >= 0 else 0
+        return True
+    return False
+
+
+def alone(lane_pass: Pass):
+    """The pass for one lane: a function of a lane and of the address of its table."""
+    template, own = _always, {"when": lane_pass.when, "other": None, "body": lane_pass.inlined}
+    if lane_pass.name == "list_shadow_rays":
+        template = _cast
+    elif lane_pass.is_loop:
+        own["body"] = lane_pass.alone
+    elif lane_pass.when is not None:
+        template = _sometimes
+    elif lane_pass.unless is not None:
+        template, own["when"], own["other"] = _either, lane_pass.unless[0], lane_pass.unless[1].inlined
+    amounts = getattr(lane_pass.sums, "py_func", lane_pass.sums).__code__.co_argcount - 2
+    own |= {"sums": lane_pass.sums, "NONE": (0,) * amounts, "TABLE": lane_pass.table}
+    return njit(**lane_pass.arithmetic)(FunctionType(template.__code__, globals() | own, lane_pass.name))
+
+
+# ---- the program ----
+
+
+def one_particle(compiled: CompiledProgram):
+    """A function of (bundle, shadow bundle, emitter) that runs one history and its copies to their ends."""
+    program, names, lines = compiled.program, {}, []
+
+    def calls(steps, indent, lane="lane"):
+        for lane_pass, table in steps:
+            name = f"{lane_pass.name.replace(' ', '_')}"
+            names.setdefault(name, alone(lane_pass)) if name not in names else None
+            call, pad = f"{name}({lane}, {table.ctypes.data}", "    " * indent
+            if lane_pass.name != "list_shadow_rays":
+                lines.append(f"{pad}{call})")
+                continue
+            moves = program.shadow_steps[0][1].reshape(1)[0]
+            lines.append(f"{pad}if {call}, shadow, {int(moves['rows'])}, {int(moves['count'])}):")
+            lines.append(f"{pad}    trace(shadow)")
+
+    lines += ["def trace(shadow):", "    while shadow.weight != 0.0:"]
+    calls(program.shadow_steps[1:], 2, "shadow")
+    lines += ["        pass", "", "def follow(lane, shadow):", "    while lane.weight != 0.0:"]
+    ready, inner = program.setup_count, program.round_count
+    calls(program.steps[:ready], 2)
+    if inner:
+        lines += ["        flies = True", "        while flies:"]
+        calls(program.steps[ready : ready + inner], 3)
+        lines += ["            flies = lane.collides != 0"]
+    calls(program.steps[ready + inner :] if inner else program.steps, 2)
+    lines += ["", "def history(bundle, others, emitter):"]
+    lines += ["    lane, shadow = lanes_of(pointer(bundle)), lanes_of(pointer(others))"]
+    for number, steps in enumerate(program.births):
+        lines += [f"    if emitter == {number}:"]
+        calls(steps, 2)
+    lines += ["    follow(lane, shadow)", "    while lane.banked > 0:"]
+    calls(program.bank_steps, 2)
+    lines += ["        follow(lane, shadow)"]
+    text, file = "\n".join(lines) + "\n", f"<one particle {id(compiled)}>"
+    linecache.cache[file] = (len(text), None, text.splitlines(True), file)
+    space = names | {"pointer": _pointer, "lanes_of": lanes_of}
+    exec(compile(text, file, "exec"), space)
+    for name in ("trace", "follow", "history"):
+        space[name] = njit(error_model="numpy", fastmath={"nsz"})(space[name])
+    return space["history"]
+
+
+def sums_of_single_particles(compiled: CompiledProgram, seed: int, batch: int, histories: int) -> dict:
+    """The sums of a batch, history by history."""
+    plan, history = compiled.program.plan, one_particle(compiled)
+    bundle, shadows, sums = empty_bundle(), empty_bundle(), Sums(plan, histories)
+    for each in (bundle, shadows):
+        sums.enter(each)
+        each["seed_low"], each["seed_high"], each["batch"] = seed & 0xFFFFFFFF, seed >> 32, batch
+        each["bank_capacity"] = 1 << 16
+    offset, phase = _offsets(seed & 0xFFFFFFFF, seed >> 32, batch)
+    bundle["record_phase"] = int(phase * int(bundle["stride"][0]))
+    dealt, worths = _deal_histories(compiled, histories)
+    shares, first = compiled.birth_table[3], 0
+    for emitter in range(len(program_births := compiled.program.births)):
+        is_last = emitter == len(program_births) - 1
+        end = dealt[emitter] if len(dealt) else _end(histories, shares[emitter], offset, is_last)
+        bundle["birth_factor"] = np.float64(worths[emitter]).view(np.int64)
+        for number in range(first, int(end)):
+            bundle["next_history"] = number
+            history(int(bundle["address"][0]), int(shadows["address"][0]), emitter)
+        first = int(end)
+    found = {name: getattr(sums, name) for name in NAMES}
+    found["counts"] = np.array([int(bundle[name][0]) for name in ("crossings", "collisions")])
+    return found
+
+
+@njit
+def _end(histories, share, offset, is_last):
+    return _end_of_emitter(histories, share, offset, is_last)
+
+
+@njit
+def _offsets(seed_low, seed_high, batch):
+    """Of systematic sampling, and of the sample in snapshots, as the driver draws them."""
+    _, _, w2, w3 = random_words(0, batch, 0, SHARES, seed_low, seed_high)
+    o0, o1, _, _ = random_words(0, 0, 0, SHARES, seed_low, seed_high)
+    return (uniform(o0, o1) + batch * GOLDEN) % 1.0, uniform(w2, w3)
