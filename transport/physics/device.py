@@ -40,8 +40,8 @@ def _fused(negates_product: bool, negates_sum: bool):
     return fused
 
 
-PLUS, MINUS, FROM = _fused(False, False), _fused(False, True), _fused(True, False)  # a·b + c, a·b - c, c - a·b
-ADDS, SUBTRACTS = (operator.add, operator.iadd), (operator.sub, operator.isub)
+# a·b + c, a·b - c, c - a·b
+PLUS, MINUS, FROM = _fused(False, False), _fused(False, True), _fused(True, False)
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
