@@ -214,6 +214,11 @@ Bundle = np.dtype(
 CARRIED_WORDS = HEADER_WORDS  # offset of the carried fields in words of 8 bytes
 
 
+def header_of(bundle: np.ndarray) -> np.ndarray:
+    """Return the words of a bundle's header, in the order of HEADER, without a copy."""
+    return np.frombuffer(bundle, np.int64, len(HEADER))
+
+
 def empty_bundle() -> np.ndarray:
     """Return a record of idle lanes, aligned to a cache line, whose `address` is its own."""
     memory = np.zeros(Bundle.itemsize + 64, np.uint8)

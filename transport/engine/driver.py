@@ -12,7 +12,7 @@ from numba import config, float64, int64, njit
 
 from transport.compile import layout, limits_exceeded
 from transport.compile.plan import Plan
-from transport.engine.bundle import LANES, PlainRecord, call_pass, empty_bundle
+from transport.engine.bundle import HEADER, LANES, PlainRecord, call_pass, empty_bundle, header_of
 from transport.engine.cache import cached_kernels
 from transport.engine.passes.bank import BANK_CAPACITY
 from transport.engine.passes.lanes import FIELDS
@@ -33,6 +33,7 @@ ROUNDING = 2.0**-40  # relative: a number of histories this close to an integer 
 GOLDEN = 0.6180339887498949
 # least share of its due histories that the brightest emitter keeps when the others are rounded up
 MIN_BRIGHTEST_SHARE = 0.95
+PLACE_IN_HEADER = {name: place for place, name in enumerate(HEADER)}
 MAX_SCORED = 1 << 60  # largest sum of a volume detector [2^-32], to which each score adds up to 2^28
 
 
@@ -70,12 +71,15 @@ class Sums:
         self.tracks = np.zeros(plan.max_path_segments, layout.PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), layout.RECORD)
 
-    def enter(self, bundle: np.ndarray) -> None:
-        """Write the addresses and sizes of this memory into a bundle's header."""
+    def enter(self, bundle: np.ndarray, **words: int) -> None:
+        """Write the addresses and sizes of this memory, and other words, into a bundle's header."""
         for name in ("tallies", "ledger", "moments", "sizes", "records", "tracks", "bank"):
-            bundle[name] = getattr(self, name).ctypes.data
-        bundle["ledger_words"], bundle["stride"], bundle["record_count"] = self.ledger.size, self.stride, 0
-        bundle["tracks_capacity"], bundle["flight_count"] = len(self.tracks), 0
+            words[name] = getattr(self, name).ctypes.data
+        words |= {"ledger_words": self.ledger.size, "stride": self.stride, "record_count": 0}
+        words |= {"tracks_capacity": len(self.tracks), "flight_count": 0}
+        header = header_of(bundle)
+        for name, word in words.items():
+            header[PLACE_IN_HEADER[name]] = word
 
 
 class Stopped(Exception):
@@ -347,31 +351,29 @@ def run_batch(
     plan = compiled.program.plan
     bundle = empty_bundle() if bundle is None else bundle
     sums = Sums(plan, histories, batches)
-    sums.enter(bundle)
+    # Prepare the bundle of shadow rays; without point or expected detectors the bundle itself stands for it.
+    key = {"seed_low": seed & 0xFFFFFFFF, "seed_high": (seed >> 32) & 0xFFFFFFFF, "batch": batch}
+    shadows = bundle
+    if compiled.program.shadow_steps:
+        shadows = empty_bundle()
+        sums.enter(shadows, **key)
     # Reset the header of the bundle.
     counts = "started", "crossings", "collisions", "scored", "banked", "bank_overflow", "killed", "trapped"
-    header = dict.fromkeys(counts, 0) | {"batch": batch, "bank_capacity": BANK_CAPACITY}
-    header |= {"seed_low": seed & 0xFFFFFFFF, "seed_high": (seed >> 32) & 0xFFFFFFFF}
-    header["patience"] = UNLIMITED if plan.has_clock else PATIENCE
-    header["patience_in_media"] = UNLIMITED if plan.has_clock else PATIENCE_IN_MEDIA
-    for name, value in header.items():
-        bundle[name] = value
+    key |= {"shadow": shadows.ctypes.data, "rays_cast": 0, "rays_taken": 0, "bank_capacity": BANK_CAPACITY}
+    key["patience"] = UNLIMITED if plan.has_clock else PATIENCE
+    key["patience_in_media"] = UNLIMITED if plan.has_clock else PATIENCE_IN_MEDIA
+    sums.enter(bundle, **key, **dict.fromkeys(counts, 0))
     lanes, handle = _handle(bundle)
-    # Prepare the bundle of shadow rays; without point or expected detectors the bundle itself stands for it.
-    shadows = empty_bundle() if compiled.program.shadow_steps else bundle
-    sums.enter(shadows)
-    for name in ("seed_low", "seed_high", "batch"):
-        shadows[name] = bundle[name]
-    bundle["shadow"], bundle["rays_cast"], bundle["rays_taken"] = shadows["address"], 0, 0
     sight = (*_handle(shadows), *compiled.shadow_table)
     dealt, worths = _deal_histories(compiled, histories)
     births = (*compiled.birth_table, dealt, worths)
     drive(lanes, handle, compiled.step_table, births, sight, compiled.split_table, histories)
     # Raise if the batch was stopped, cannot end, or exceeds a limit.
-    if bundle["stop"][0]:
+    header = dict(zip(HEADER, header_of(bundle).tolist(), strict=True))
+    if header["stop"]:
         raise Stopped
     counted = ("crossings", "started", "bank_overflow", "trapped", "killed")
-    crossings, started, copies, trapped, killed = (int(bundle[name][0]) for name in counted)
+    crossings, started, copies, trapped, killed = (header[name] for name in counted)
     are_all_killed = 0 < killed == histories and not sums.ledger[layout.ABSORBED :, :2].any()
     if trapped or are_all_killed:
         particles = trapped or killed
@@ -383,9 +385,11 @@ def run_batch(
         raise limits_exceeded.full_bank_error(plan, BANK_CAPACITY)
     if crossings >= MAX_CROSSINGS:
         raise limits_exceeded.too_many_crossings_error(plan, crossings, started)
-    if max(int(bundle["scored"][0]), int(shadows["scored"][0])) >= MAX_SCORED:
+    if max(header["scored"], int(shadows["scored"][0])) >= MAX_SCORED:
         raise limits_exceeded.too_many_scores_error(histories)
-    records = np.sort(sums.records[: int(bundle["record_count"][0])], order=("snapshot", "history"))
+    records = sums.records[: header["record_count"]]
+    if len(records):
+        records = np.sort(records, order=("snapshot", "history"))
     return RawSums(
         histories,
         _total_birth_weight(plan, histories - int(sums.ledger[layout.BORN, 2]), dealt, worths),
@@ -395,11 +399,11 @@ def run_batch(
         sums.sizes,
         records,
         sums.stride,
-        sums.tracks[: int(bundle["flight_count"][0])],
-        int(bundle["flight_count"][0]),
+        sums.tracks[: header["flight_count"]],
+        header["flight_count"],
         seed,
         crossings,
-        int(bundle["collisions"][0]),
+        header["collisions"],
     )
 
 

@@ -151,8 +151,8 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
     Raises LedgerError if the energy balance does not close.
     """
     # Check that the energy balance closes exactly.
-    ledger = raw.ledger.astype(object)
-    whole = [(int(high) << 31) + int(low) for high, low in ledger[:, :2]]
+    ledger = raw.ledger.tolist()
+    whole = [(high << 31) + low for high, low, _, _ in ledger]
     born = raw.birth_weight + whole[layout.BORN]
     ended = sum(whole) - whole[layout.BORN]
     if born != ended:
@@ -184,9 +184,9 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
         float(raw.ledger[layout.BORN, 3].view(np.float64)),
         {name: whole[getattr(layout, name.upper())] * LOW_UNIT for name in ends},
         np.array([value * LOW_UNIT for value in whole[layout.ABSORBED + 1 :]]),
-        int(ledger[layout.LOST, 2]),
-        int(ledger[layout.LOST, 3]),
-        int(ledger[layout.ESCAPED, 3]),
+        ledger[layout.LOST][2],
+        ledger[layout.LOST][3],
+        ledger[layout.ESCAPED][3],
         raw.crossings,
         raw.collisions,
         velocities,

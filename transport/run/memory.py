@@ -71,7 +71,7 @@ def memory_need(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) ->
     records = _records_per_batch(plan, schedule.count)
     whole, kept = (of(plan, records) for of in (total_bytes, resident_bytes))
     # Count all sums as memory where their file would not fit on the disk.
-    if free_disk_bytes() < batches * (whole - kept):
+    if whole > kept and free_disk_bytes() < batches * (whole - kept):
         kept = whole
     counting = _bytes_per_thread(plan, schedule.count) + kept  # kept: the thread's batch while it is packed
     return MemoryNeed(counting, threads, kept, batches, 0 if threads else 2 * whole)

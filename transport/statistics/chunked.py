@@ -150,7 +150,7 @@ MEMORY_FILE_SYSTEMS = ("tmpfs", "ramfs")  # file systems in memory
 def empty_memmap(shape: int | tuple[int, ...], kind: np.dtype | type) -> np.ndarray:
     """Allocate an uninitialised array, memory-mapped if it is large."""
     kind = np.dtype(kind)
-    size = int(np.prod(shape)) * kind.itemsize
+    size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * kind.itemsize
     if size >= MIN_MAPPED_BYTES and can_map_files():
         import tempfile  # not at the top: it imports `random`, which a user's file may shadow
 
