@@ -183,7 +183,7 @@ def met_by(material, into: np.ndarray, seed: int = 1, normal=(0.3, -0.5, 0.8), p
     bundle["seed_low"], bundle["batch"] = seed, 0
     for name, value in zip(("x", "y", "z", "nx", "ny", "nz"), (*where, *frame[2]), strict=True):
         bundle[name] = value
-    (code,) = (row["code"] for _, row, _ in plan.members)
+    (hit,) = (row["hit"] for _, row, _ in plan.members)
     lanes = {name: bundle[name][0] for name in ("ux", "uy", "uz", "mu", "weight", "history", "event", "hit")}
     handle = bundle.view(np.recarray)[0] if config.DISABLE_JIT else bundle.ctypes.data
     world, found = into @ frame, np.empty((5, len(into)))
@@ -195,7 +195,7 @@ def met_by(material, into: np.ndarray, seed: int = 1, normal=(0.3, -0.5, 0.8), p
             1.0,
             np.arange(first, first + live),
             0,
-            code,
+            hit,
         )
         for lane, values in zip(lanes.values(), arriving, strict=True):
             lane[:live] = values

@@ -240,7 +240,7 @@ def test_importing_a_user_object_or_a_theory_loads_no_numba():
 
 
 # Of physics, whose laws serve every target.
-PURE = ("math", "numba", "numpy", "llvmlite", "transport.physics", "__future__")
+PURE = ("math", "operator", "numba", "numpy", "llvmlite", "transport.physics", "__future__")
 INNER = tuple(f"transport.{name.strip('/').replace('/', '.')}" for name in COMPILED)
 FORBIDDEN = {  # files, names that they must not import, whether only when imported themselves
     "Numba in user objects": (user_files, lambda name: within(name, "numba", "llvmlite"), False),

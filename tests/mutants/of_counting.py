@@ -26,8 +26,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/detectors.py",
-        "return (-mu if word & layout.DETECTOR_BACK else mu) if covered else 0.0",
-        "return mu if covered else 0.0",
+        "return (-mu if word & layout.DETECTOR_BACK else mu) if is_seen else 0.0",
+        "return mu if is_seen else 0.0",
         "a meter's front for its back",
         (
             "detectors/test_surface_detectors::test_crossings_arrive_at_the_side_looked_at_and_depart_from_behind",

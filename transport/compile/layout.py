@@ -1,14 +1,9 @@
-"""Memory layout of a plan: record types of the passes' tables, and the bits of a hit word.
+"""Memory layout of a plan: record types of the passes' tables, and the parts of a lane's words.
 
-A hit is one int64. It holds the sheet, the acting surface with its material, and the detectors that cover the
-point:
-
-    bits 0-25   detectors of the sheet that cover the point (bit l: layer l)
-    bits 26-27  nothing lies in front of the sheet, or behind it
-    bit  28     the point lies within rounding of its rectangle's edge
-    bits 29-31  material of the acting surface
-    bits 32-47  row of the acting surface; 0: none
-    bits 48-62  sheet; a hit of 0 is no hit
+A lane's next hit is two words. `hit` holds the sheet, the row of the acting surface and its material, which
+passes read and write as `lane.hit_sheet`, `lane.surface` and `lane.material`; 0 is no hit. `covered` says
+what covers the point: a bit per detector or boundary of a medium on the sheet (bit l: layer l), and EDGE,
+EMPTY_FRONT and EMPTY_BACK.
 """
 
 from collections.abc import Iterable
@@ -17,12 +12,18 @@ import numpy as np
 
 from transport.scene.materials import OPTICAL_COLUMNS
 
-DETECTORS_PER_SHEET = 26
-EMPTY_FRONT, EMPTY_BACK = 1 << 26, 1 << 27
-EDGE = 1 << 28
-MATERIAL_SHIFT, MATERIAL_MASK = 29, 7
-SURFACE_SHIFT, SURFACE_MASK = 32, 0xFFFF
-SHEET_SHIFT = 48
+DETECTORS_PER_SHEET = 60
+# Nothing lies in front of the sheet, or behind it; the point lies within rounding of its shape's edge.
+EMPTY_FRONT, EMPTY_BACK, EDGE = 1 << 60, 1 << 61, 1 << 62
+# parts of a lane's words by name: word, first bit, number of bits
+PARTS = {"hit_sheet": ("hit", 0, 24), "surface": ("hit", 24, 24), "material": ("hit", 48, 15)}
+MAX_SHEETS = MAX_SURFACES = (1 << 24) - 1
+
+
+def hit_word(sheet: int, surface: int = 0, material: int = 0) -> int:
+    """Return the word of a hit."""
+    return sheet | surface << PARTS["surface"][1] | material << PARTS["material"][1]
+
 
 # codes of a surface's material: how a direction is sampled
 INTERACTIONS = "transparent", "black", "diffuse", "mirror", "dielectric", "glossy", "lens"
@@ -45,7 +46,7 @@ BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
 # The word of a lane's standing point: the sheet on which its ray began, the sheet of the last detector that
 # it crossed there (0: none), and whether it left a box.
-STANDING_SHEET_MASK, LEFT_BOX, PASSED_SHIFT = 0x7FFF, 1 << 15, 16
+STANDING_SHEET_MASK, LEFT_BOX, PASSED_SHIFT = (1 << 24) - 1, 1 << 24, 32
 
 NO_TABLE = np.dtype([("unused", "f8")])
 # Address and length of an array of one of the row types below.
@@ -53,7 +54,8 @@ ROWS = np.dtype([("rows", "i8"), ("count", "i8")])
 # Addresses and lengths of two such arrays.
 TWO_ROWS = np.dtype([("rows", "i8"), ("count", "i8"), ("others", "i8"), ("other_count", "i8")])
 FIELD_MOVES = np.dtype([("fields", "i8"), ("count", "i8")])  # address and number of the fields to move
-HIT_WORD = np.dtype([("code", "i8")])
+BITS = np.dtype([("bits", "i8")])  # of `covered`
+LEG = np.dtype([("leg", "i8")])  # of a shadow ray
 
 
 def _floats(names: str) -> list[tuple[str, str]]:
@@ -73,18 +75,18 @@ FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 # not each with its own plane.
 PLACE = "cx cy cz sx sy sz nx ny nz"
 RECTANGLE = np.dtype(
-    _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward") + _integers("code sheet tie")
+    _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward") + _integers("hit covers sheet tie")
 )
-DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth least2 most2") + _integers("code sheet tie"))
+DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth least2 most2") + _integers("hit covers sheet tie"))
 # c: the first vertex; (a, b) = (p - c) · dual vectors: weights of the other two vertices at point p.
 # reach_a, reach_b, reach_c: lengths of the duals of both weights and of the first vertex's weight.
 # slack: distance by which an acting triangle reaches over its edges.
 TRIANGLE = np.dtype(
     _floats(PLACE + " ax ay az bx by bz reach_a reach_b reach_c least_a least_b least_c slack")
-    + _integers("code sheet tie")
+    + _integers("hit covers sheet tie")
 )
-SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
-PLANE = np.dtype(_floats(PLACE) + _integers("code sheet tie"))
+SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("hit covers sheet"))
+PLANE = np.dtype(_floats(PLACE) + _integers("hit covers sheet tie"))
 PLANES = np.dtype([("one", PLANE), ("other", PLANE)])  # two parallel planes
 # A rectangle with a hole. (hole_u, hole_v): center of the hole from that of the rectangle; hole_cos,
 # hole_sin: the hole's rotation.
@@ -93,7 +95,8 @@ PLANES = np.dtype([("one", PLANE), ("other", PLANE)])  # two parallel planes
 HOLED = np.dtype(RECTANGLE.descr + _floats("hole_u hole_v hole_cos hole_sin half_p half_q margin"))
 # Surfaces of revolution of the second order (physics/quadrics.py) about the axis a, between two heights.
 QUADRIC = np.dtype(
-    _floats("cx cy cz ax ay az alpha beta gamma low high inner_low inner_high") + _integers("code sheet")
+    _floats("cx cy cz ax ay az alpha beta gamma low high inner_low inner_high")
+    + _integers("hit covers sheet")
 )
 # Quadrics by sheet: is_curved is 1 for a quadric, else 0. narrows: for a cone +1 or -1 (it narrows along the
 # axis or against it), else 0.
@@ -105,7 +108,7 @@ CURVED_SHEET = np.dtype(_floats("cx cy cz ax ay az alpha beta gamma narrows") + 
 # or its node and 0.
 MESH = np.dtype(
     _floats("cx cy cz")
-    + _integers("vertices vertex_count faces normals facet_count nodes node_count code sheet")
+    + _integers("vertices vertex_count faces normals facet_count nodes node_count hit covers sheet")
 )
 NODE = np.dtype(
     [(f"{side}_{x}{n}", "f4") for n in (0, 1) for side in ("low", "high") for x in "xyz"]

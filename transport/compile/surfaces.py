@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 # [scene lengths] distance that a point keeps from a surface that cuts or touches its own surface
 CLEARANCE = 2.0**-48
-MAX_SHEETS = 32767
 
 SurfaceRow = tuple[np.ndarray, np.ndarray]  # of layout.SURFACE and layout.OPTICS
 
@@ -45,39 +44,40 @@ SurfaceRow = tuple[np.ndarray, np.ndarray]  # of layout.SURFACE and layout.OPTIC
 def lower_surfaces(plan: Plan, sheets: list[Sheet], layer_bits: list[list[int]]) -> None:
     """Fill the tables of sheets, of the acting surfaces on them, and of all shapes that rays may meet.
 
-    layer_bits: by sheet and member, the bits of its layers in a hit word (detectors.lower_detectors).
+    layer_bits: by sheet and member, the bits of its layers in `covered` (detectors.lower_detectors).
     """
     _fill_sheets(plan, sheets)
     rows, rims, acting = [_transparent_row()], [layout.row(layout.RIM)], []
     first_of_box = _ties(sheets)
     for number, (sheet, bits_of_members) in enumerate(zip(sheets, layer_bits, strict=True), start=1):
         covered: list[tuple[SheetMember, np.ndarray]] = []
-        sheet_code = number << layout.SHEET_SHIFT | _exterior_bits(plan, sheet, sheets)
+        exterior = _exterior_bits(plan, sheet, sheets)
         for member, bits in zip(sheet.members, bits_of_members, strict=True):
             for shape in member.shape.primitives():
-                part, code = replace(member, shape=shape), sheet_code | bits
-                # Give an acting surface its rows, and write the first and its material into the hit word.
+                part, hit = replace(member, shape=shape), layout.hit_word(number)
+                # Give an acting surface its rows, and write the first and its material into the word of hits.
                 if part.surface is not None:
                     first, new = len(rows), surface_rows(plan, part)
                     acting.append((number, first, part))
                     rows += new
                     rims += [_rim_row(part, plan.space)] * len(new)
                     plan.surface_numbers += [plan.scene.surfaces.index(part.surface)] * len(new)
-                    code |= first << layout.SURFACE_SHIFT
-                    code |= int(new[0][0]["material"]) << layout.MATERIAL_SHIFT
+                    hit = layout.hit_word(number, first, int(new[0][0]["material"]))
                 # Add the bits to the row of a part that covers the same points, or make a new shape row.
                 twin = next((row for other, row in covered if covers_same_points(other, part)), None)
                 if twin is not None:
-                    twin["code"] |= code
+                    twin["hit"] |= hit
+                    twin["covers"] |= exterior | bits
                     continue
-                name, row = _shape_row(plan, part, member.shape, sheet, code, number)
+                name, row = _shape_row(plan, part, member.shape, sheet, number)
+                row["hit"], row["covers"] = hit, exterior | bits
                 covered.append((part, row))
                 if "tie" in row.dtype.names:
                     row["tie"] = first_of_box[number]
                 plan.members.append((name, row, shape))
     # Turn the lists into arrays.
-    if len(rows) - 1 > layout.SURFACE_MASK:
-        raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(rows) - 1}")
+    if len(rows) - 1 > layout.MAX_SURFACES:
+        raise SceneError(f"Scene: at most {layout.MAX_SURFACES} acting surfaces, got {len(rows) - 1}")
     plan.surfaces = np.array([surface for surface, _ in rows], layout.SURFACE)
     plan.optics = np.array([optics for _, optics in rows], layout.OPTICS)
     plan.rims = np.array(rims, layout.RIM)
@@ -89,9 +89,9 @@ def lower_surfaces(plan: Plan, sheets: list[Sheet], layer_bits: list[list[int]])
 
 def _fill_sheets(plan: Plan, sheets: list[Sheet]) -> None:
     """Fill the tables of sheets: planes and spheres, quadrics, meshes. Row 0 stands for no sheet."""
-    if len(sheets) > MAX_SHEETS:
+    if len(sheets) > layout.MAX_SHEETS:
         what = "supports (planes, spheres, cylinders, meshes ...)"
-        raise SceneError(f"Scene: at most {MAX_SHEETS} {what}, got {len(sheets)}")
+        raise SceneError(f"Scene: at most {layout.MAX_SHEETS} {what}, got {len(sheets)}")
     plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
     plan.curved_sheets = np.zeros(len(sheets) + 1, layout.CURVED_SHEET)
     plan.meshed_sheets = np.zeros(len(sheets) + 1, layout.MESHED_SHEET)
@@ -114,12 +114,12 @@ def _fill_sheets(plan: Plan, sheets: list[Sheet]) -> None:
 
 
 def _shape_row(
-    plan: Plan, part: SheetMember, whole: Shape, sheet: Sheet, code: int, number: int
+    plan: Plan, part: SheetMember, whole: Shape, sheet: Sheet, number: int
 ) -> tuple[str, np.ndarray]:
     """Return the pass and the row by which rays are intersected with a part of a member's whole shape."""
     shape, space, name = part.shape, plan.space, primitive_of(part.shape).name
     columns = shape_columns(shape, space, edge_slack(part, space))
-    row = layout.row(getattr(layout, name.upper()), columns, code=code, sheet=number)
+    row = layout.row(getattr(layout, name.upper()), columns, sheet=number)
     if isinstance(shape, Mesh):
         point_to_mesh(plan, shape, row)
     _share_plane(row, part, sheet, space)

@@ -36,6 +36,7 @@ from numba.extending import (
     register_model,
 )
 
+from transport.compile.layout import PARTS
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, HEADER, HEADER_WORDS, PITCH, SCRATCH, Bundle
 from transport.engine.cache import cached_kernels
 from transport.physics.device import ARITHMETIC, device
@@ -70,6 +71,8 @@ class LaneType(types.Type):
 
     def field(self, name: str):
         """Return offset [bytes] and type of a field, and whether it is constant; None where there is none."""
+        if name in PARTS:
+            return self.field(PARTS[name][0])
         if name not in Bundle.fields:
             return None
         kind, offset = Bundle.fields[name][:2]
@@ -151,14 +154,23 @@ def _lane_pointer(context, builder, owner, value, name):
 def _get_lane_field(context, builder, owner, value, name):
     if name == "number":
         return cgutils.create_struct_proxy(owner)(context, builder, value).number
-    return builder.load(_lane_pointer(context, builder, owner, value, name))
+    word = builder.load(_lane_pointer(context, builder, owner, value, name))
+    if name not in PARTS:
+        return word
+    _, shift, length = PARTS[name]
+    return builder.and_(builder.lshr(word, word.type(shift)), word.type((1 << length) - 1))
 
 
 @lower_setattr_generic(LaneType)
 def _set_lane_field(context, builder, signature, arguments, name):
     owner, given = signature.args
     value = context.cast(builder, arguments[1], given, owner.field(name)[1])
-    builder.store(value, _lane_pointer(context, builder, owner, arguments[0], name))
+    pointer = _lane_pointer(context, builder, owner, arguments[0], name)
+    if name in PARTS:
+        _, shift, length = PARTS[name]
+        others = builder.and_(builder.load(pointer), value.type(~(((1 << length) - 1) << shift)))
+        value = builder.or_(others, builder.shl(value, value.type(shift)))
+    builder.store(value, pointer)
 
 
 @lower_getattr_generic(TableType)
@@ -284,11 +296,18 @@ class PlainLane:
     def __getattr__(self, name: str):
         if name == "number":
             return vars(self)["_number"]
+        if name in PARTS:
+            word, shift, length = PARTS[name]
+            return (getattr(self, word) >> shift) & ((1 << length) - 1)
         value = getattr(vars(self)["_bundle"], name)
         return value if name in HEADER else value[vars(self)["_number"]]
 
     def __setattr__(self, name: str, value) -> None:
         bundle = vars(self)["_bundle"]
+        if name in PARTS:
+            word, shift, length = PARTS[name]
+            others = getattr(self, word) & ~(((1 << length) - 1) << shift)
+            name, value = word, others | (int(value) << shift)
         if name in HEADER:
             setattr(bundle, name, value)
         else:
@@ -425,6 +444,7 @@ class Pass:
         if self.unless is not None:
             parts += [self.unless[0], self.unless[1].function]
         named = set().union(*(_attributes(_plain(part)) for part in parts))
+        named |= {"listed"} if self.when is not None else set()
         return tuple(name for name in LANE_FIELDS if name in named)
 
     @cached_property
@@ -476,6 +496,7 @@ class Pass:
 
 
 LANES_IN_CODE = "lane", "lanes", "walk"  # names of variables that are lanes
+LISTS = "listed", "movers"  # fields that hold a list of lanes
 
 
 def _plain(function: Callable) -> Callable:
@@ -487,6 +508,8 @@ def _attributes(function: FunctionType) -> set[str]:
     """Return the attributes of lanes in a function's bytecode, and in that of the functions that it calls."""
     steps = list(dis.get_instructions(function))
     named = {after.argval for step, after in itertools.pairwise(steps) if step.argval in LANES_IN_CODE}
+    named |= {PARTS[name][0] for name in named & set(PARTS)}
+    named |= {step.argval for step in steps if step.argval in LISTS}
     for name in {step.argval for step in steps if step.opname == "LOAD_GLOBAL"}:
         value = function.__globals__.get(name)
         called = _plain(value)

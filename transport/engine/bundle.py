@@ -77,7 +77,8 @@ CARRIED = (
     ("sheet", "i8"),
     ("start", "f8"),  # ray parameter of the particle: 0, or < 0 for an aimed particle whose x is its target
     ("distance", "f8"),  # ray parameter of the next surface or collision
-    ("hit", "i8"),  # packed word of the next sheet, acting surface and detectors (layout.py)
+    ("hit", "i8"),  # the next sheet, its acting surface and material (layout.PARTS); 0: none
+    ("covered", "i8"),  # bits of the detectors and boundaries that cover its point (layout.py)
     ("time", "f8"),  # [durations], in scenes with a clock
     ("speed", "f8"),  # [scene lengths per duration, or per second], where speeds differ or are scored
     ("own_facet", "i8"),  # facet that the lane stands on, where it stands on a mesh

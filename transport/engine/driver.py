@@ -409,7 +409,8 @@ def run_batch(
 
 def _last_surfaces(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
     """Return the sorted numbers of the surfaces that the lanes hit last."""
-    rows = (bundle["hit"][0][:lanes] >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK
+    _, shift, length = layout.PARTS["surface"]
+    rows = (bundle["hit"][0][:lanes] >> shift) & ((1 << length) - 1)
     return sorted({plan.surface_numbers[row - 1] for row in rows.tolist() if row > 0})
 
 

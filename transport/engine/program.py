@@ -204,7 +204,7 @@ def _resume_rays(plan):
 
 def _end_lanes(plan, moved):
     """Yield the steps that end lanes that left to empty space, and drop ended lanes."""
-    escapes = plan.can_escape_at_once and any(row["code"] & EMPTY_SIDES for _, row, _ in plan.members)
+    escapes = plan.can_escape_at_once and any(row["covers"] & EMPTY_SIDES for _, row, _ in plan.members)
     if escapes:
         yield step(regions.escape_to_empty_space)
     if escapes or (plan.has_acting_surfaces and (plan.absorbs or plan.reflects)):

@@ -65,14 +65,14 @@ def attenuated(before, depth, salt):
 def start_flight(lane, table):
     """Mark all lanes as flying: distance 0, no hit."""
     lane.distance = 0.0
-    lane.hit = 0
+    lane.hit, lane.covered = 0, 0
 
 
 @lane_pass(layout.NO_TABLE)
 def fly_uncollided(lane, table):
     """Set an infinite free path (no collisions): fly to the next surface."""
     lane.distance = math.inf
-    lane.hit = 0
+    lane.hit, lane.covered = 0, 0
     lane.flies = 1
 
 

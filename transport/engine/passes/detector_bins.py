@@ -11,7 +11,6 @@ import numpy as np
 from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.words import sheet_of
 from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn
 
@@ -77,7 +76,7 @@ def tangential_part(ax, ay, az, nx, ny, nz):
 def find_detector_row(lane, table):
     """Set the index of the detector's row, for the bin axes that follow."""
     rows = view(table.rows, table.count, layout.LAYER)
-    lane.detector_index = rows[sheet_of(lane.hit)].detector
+    lane.detector_index = rows[lane.hit_sheet].detector
 
 
 @lane_pass(layout.LAYERS)

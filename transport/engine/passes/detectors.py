@@ -17,7 +17,7 @@ from transport.engine.tally import (
     slant,
     unbiased_limbs,
 )
-from transport.engine.words import is_covered, sheet_of
+from transport.engine.words import is_covered
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
@@ -26,17 +26,17 @@ from transport.physics.device import device
 def find_detector(lane, table):
     """Set the packed word of the detector of this layer on the sheet that was hit."""
     rows = view(table.rows, table.count, layout.LAYER)
-    lane.detector_word = rows[uint64(sheet_of(lane.hit))].detector_word
+    lane.detector_word = rows[uint64(lane.hit_sheet)].detector_word
 
 
 @device
-def cosine_to_side(word, hit, layer, mu):
+def cosine_to_side(word, covered, layer, mu):
     """Return mu relative to the detector's side: negative for arrivals, positive for departures.
 
     0 without detector.
     """
-    covered = (word != 0) & is_covered(hit, layer)
-    return (-mu if word & layout.DETECTOR_BACK else mu) if covered else 0.0
+    is_seen = (word != 0) & is_covered(covered, layer)
+    return (-mu if word & layout.DETECTOR_BACK else mu) if is_seen else 0.0
 
 
 @device
@@ -53,7 +53,7 @@ def bin_cosines(lane, table, arrivals, departures):
     Sets the integers to score too.
     """
     word, mu = lane.detector_word, lane.mu
-    side = cosine_to_side(word, lane.hit, table.layer, mu)
+    side = cosine_to_side(word, lane.covered, table.layer, mu)
     departs = departures & (side > 0.0)
     here = (departs | (arrivals & (side < 0.0))) & (lane.weight != 0.0)
     base = (word & layout.DETECTOR_BASE_MASK) + (table.half if departs else 0)
@@ -125,8 +125,8 @@ def score_moments(lane, table):
 def mark_visit(lane, table):
     """Set the visit bit of the object at this crossing, where a detector has it in `via`."""
     rows, layer = view(table.rows, table.count, layout.LAYER), table.layer
-    mark = rows[sheet_of(lane.hit)].mark
-    lane.visited |= mark if is_covered(lane.hit, layer) else 0
+    mark = rows[lane.hit_sheet].mark
+    lane.visited |= mark if is_covered(lane.covered, layer) else 0
 
 
 @lane_pass(layout.LAYERS)

@@ -241,8 +241,7 @@ def emit_beam(lane, table):
 @lane_pass(layout.BIRTH)
 def hit_birth_sheet(lane, table):
     """Set the hit to the sheet of birth, without detectors yet."""
-    code = table.sheet << layout.SHEET_SHIFT
-    lane.hit = code
+    lane.hit, lane.covered = table.sheet, 0
 
 
 @lane_pass(layout.NO_TABLE)
@@ -269,7 +268,7 @@ def born_over_rectangle(lane, table):
     px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
     u = abs(px * table.eux + py * table.euy + pz * table.euz)
     v = abs(px * table.evx + py * table.evy + pz * table.evz)
-    lane.hit |= table.code if (u <= table.half_u) & (v <= table.half_v) else 0
+    lane.covered |= table.covers if (u <= table.half_u) & (v <= table.half_v) else 0
 
 
 @lane_pass(layout.DISK)
@@ -277,7 +276,7 @@ def born_over_disk(lane, table):
     """Add the detectors of this disk to the hit of births within it."""
     px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
     r2 = px * px + py * py + pz * pz
-    lane.hit |= table.code if (r2 <= table.outer2) & (r2 >= table.inner2) else 0
+    lane.covered |= table.covers if (r2 <= table.outer2) & (r2 >= table.inner2) else 0
 
 
 @lane_pass(layout.TRIANGLE)
@@ -286,7 +285,7 @@ def born_over_triangle(lane, table):
     px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
     u = px * table.ax + py * table.ay + pz * table.az
     v = px * table.bx + py * table.by + pz * table.bz
-    lane.hit |= table.code if (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) else 0
+    lane.covered |= table.covers if (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) else 0
 
 
 @lane_pass(layout.HOLED)
@@ -299,18 +298,17 @@ def born_over_holed(lane, table):
         u, v, table.hole_u, table.hole_v, table.hole_cos, table.hole_sin, table.half_p, table.half_q
     )
     covers = (abs(u) <= table.half_u) & (abs(v) <= table.half_v) & (beyond >= 0.0)
-    lane.hit |= table.code if covers else 0
+    lane.covered |= table.covers if covers else 0
 
 
 @lane_pass(layout.QUADRIC)
 def born_over_quadric(lane, table):
     """Add the detectors of this surface of revolution to the hit of births between its heights."""
     w = (lane.x - table.cx) * table.ax + (lane.y - table.cy) * table.ay + (lane.z - table.cz) * table.az
-    lane.hit |= table.code if (w >= table.low) & (w <= table.high) else 0
+    lane.covered |= table.covers if (w >= table.low) & (w <= table.high) else 0
 
 
-@lane_pass(layout.HIT_WORD)
+@lane_pass(layout.BITS)
 def born_all_over(lane, table):
     """Add the detectors of the emitter's own shape to the hit of all births, despite rounding at its rim."""
-    code = table.code
-    lane.hit |= code
+    lane.covered |= table.bits

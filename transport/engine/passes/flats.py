@@ -3,10 +3,10 @@
 import math
 
 from transport.compile import layout
-from transport.compile.layout import EDGE, ROUNDING
+from transport.compile.layout import ROUNDING
 from transport.engine.bodies import lane_pass
-from transport.engine.passes.intersections import is_ahead, keep_nearest
-from transport.engine.words import sheet_of, standing_sheet
+from transport.engine.passes.intersections import is_ahead, keep_acting, keep_transparent
+from transport.engine.words import standing_sheet
 from transport.physics.device import device
 from transport.physics.rays import plane_crossing
 
@@ -26,12 +26,18 @@ def distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
 def meet_plane(lane, table):
     """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    code, sheet = table.code, table.sheet
+    sheet = table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     t, _, _, _ = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
     nearer = (t < lane.distance) & (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
-    lane.distance = t if nearer else lane.distance
-    lane.hit = code if nearer else lane.hit
+    keep_acting(lane, table, t, nearer, False)
+
+
+@device
+def keep_plane(lane, table, t):
+    """Keep a detector's plane at t as the next hit if it is the nearest ahead."""
+    covers = (t < math.inf) & is_ahead(t, lane.start, table.sheet, lane.sheet)
+    keep_transparent(lane, table, t, covers, lane.hit_sheet == table.sheet, table.covers)
 
 
 @lane_pass(layout.PLANE)
@@ -41,18 +47,9 @@ def cover_plane(lane, table):
     On the sheet of the nearest hit, adds its bit to the hit.
     """
     nx, ny, nz, sx, sy, sz = table.nx, table.ny, table.nz, table.sx, table.sy, table.sz
-    code, sheet = table.code, table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
-    start, places = lane.start, lane.sheet
-    lane.distance, lane.hit = keep_nearer_plane(t, code, sheet, start, places, lane.distance, lane.hit)
-
-
-@device
-def keep_nearer_plane(t, code, sheet, start, places, distance, hit):
-    """Return distance and hit after a detector's plane at t."""
-    covers = (t < math.inf) & is_ahead(t, start, sheet, places)
-    return keep_nearest(covers, sheet_of(hit) == sheet, t, code, distance, hit)
+    keep_plane(lane, table, t)
 
 
 @lane_pass(layout.PLANES)
@@ -61,13 +58,12 @@ def cover_planes(lane, table):
     one, other = table.one, table.other
     nx, ny, nz, sx, sy, sz = one.nx, one.ny, one.nz, one.sx, one.sy, one.sz
     ox, oy, oz = other.sx, other.sy, other.sz
-    code, sheet, other_code, other_sheet = one.code, one.sheet, other.code, other.sheet
-    x, y, z, start, places = lane.x, lane.y, lane.z, lane.start, lane.sheet
+    x, y, z = lane.x, lane.y, lane.z
     inverse = 1.0 / (lane.ux * nx + lane.uy * ny + lane.uz * nz)
     t = ((sx - x) * nx + (sy - y) * ny + (sz - z) * nz) * inverse
-    distance, hit = keep_nearer_plane(t, code, sheet, start, places, lane.distance, lane.hit)
+    keep_plane(lane, one, t)
     t = ((ox - x) * nx + (oy - y) * ny + (oz - z) * nz) * inverse
-    lane.distance, lane.hit = keep_nearer_plane(t, other_code, other_sheet, start, places, distance, hit)
+    keep_plane(lane, other, t)
 
 
 @lane_pass(layout.TRIANGLE)
@@ -77,7 +73,7 @@ def meet_triangle(lane, table):
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
     least_a, least_b, least_c = table.least_a, table.least_b, table.least_c
-    code, sheet = table.code, table.sheet
+    sheet = table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
     p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
@@ -85,8 +81,7 @@ def meet_triangle(lane, table):
     nearer = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (r >= -beyond * reach_c)
     nearer &= (t < lane.distance) & (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
     edge = (p < least_a) | (q < least_b) | (r < least_c)
-    lane.distance = t if nearer else lane.distance
-    lane.hit = (code | EDGE if edge else code) if nearer else lane.hit
+    keep_acting(lane, table, t, nearer, edge)
 
 
 @lane_pass(layout.TRIANGLE)
@@ -100,17 +95,17 @@ def cover_triangle(lane, table):
     sx, sy, sz = table.sx, table.sy, table.sz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
-    code, sheet = table.code, table.sheet
+    sheet = table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
     t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
     px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
     p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
-    same = sheet_of(lane.hit) == sheet
+    same = lane.hit_sheet == sheet
     beyond = slack + ROUNDING * abs(t)
     covers = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (p + q <= 1.0 + beyond * reach_c)
     covers &= is_ahead(t, lane.start, sheet, lane.sheet)
-    lane.distance, lane.hit = keep_nearest(covers, same, t, code, lane.distance, lane.hit)
+    keep_transparent(lane, table, t, covers, same, table.covers)
 
 
 @lane_pass(layout.HOLED)
@@ -120,7 +115,7 @@ def meet_holed(lane, table):
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
     hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
-    half_p, half_q, margin, code, sheet = table.half_p, table.half_q, table.margin, table.code, table.sheet
+    half_p, half_q, margin, sheet = table.half_p, table.half_q, table.margin, table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
     pu, pv, slack = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz, ROUNDING * t
@@ -129,8 +124,7 @@ def meet_holed(lane, table):
     nearer = (u - slack <= half_u) & (v - slack <= half_v) & (beyond + slack >= 0.0) & (t < lane.distance)
     nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
     edge = (u > inner_u) | (v > inner_v) | (beyond < margin)
-    lane.distance = t if nearer else lane.distance
-    lane.hit = (code | EDGE if edge else code) if nearer else lane.hit
+    keep_acting(lane, table, t, nearer, edge)
 
 
 @lane_pass(layout.HOLED)
@@ -142,7 +136,7 @@ def cover_holed(lane, table):
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    half_u, half_v, code, sheet = table.half_u, table.half_v, table.code, table.sheet
+    half_u, half_v, sheet = table.half_u, table.half_v, table.sheet
     hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
     half_p, half_q = table.half_p, table.half_q
     ux, uy, uz = lane.ux, lane.uy, lane.uz
@@ -151,7 +145,7 @@ def cover_holed(lane, table):
     px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
     u, v = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz
     beyond = distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
-    same = sheet_of(lane.hit) == sheet
+    same = lane.hit_sheet == sheet
     covers = (abs(u) <= half_u) & (abs(v) <= half_v) & (beyond >= 0.0)
     covers &= is_ahead(t, lane.start, sheet, lane.sheet)
-    lane.distance, lane.hit = keep_nearest(covers, same, t, code, lane.distance, lane.hit)
+    keep_transparent(lane, table, t, covers, same, table.covers)

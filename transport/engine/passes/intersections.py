@@ -11,7 +11,7 @@ from transport.compile import layout
 from transport.compile.layout import EDGE, ROUNDING
 from transport.engine.bodies import lane_pass
 from transport.engine.tally import add_lost, add_to_ledger, limbs
-from transport.engine.words import passed_sheet, sheet_of, standing_sheet, surface_of
+from transport.engine.words import passed_sheet, standing_sheet
 from transport.physics.device import device
 from transport.physics.directions import select
 from transport.physics.rays import plane_crossing, sphere_crossing
@@ -40,20 +40,32 @@ def is_box_face_passed(t, start, tie, leaves, places):
 
 
 @device
-def keep_nearest(covers, same, t, code, distance, hit):
-    """Return distance and hit after a transparent detector at t.
+def keep_acting(lane, table, t, nearer, is_edge):
+    """Keep an acting surface at t as the next hit if it is nearer; is_edge: within rounding of its edge."""
+    covers = table.covers | EDGE if is_edge else table.covers
+    lane.distance = t if nearer else lane.distance
+    lane.hit = table.hit if nearer else lane.hit
+    lane.covered = covers if nearer else lane.covered
 
-    A nearer one replaces them; on the sheet of the nearest hit (`same`) its bit is added.
+
+@device
+def keep_transparent(lane, table, t, covers, same, bits):
+    """Keep a transparent detector or boundary at t as the next hit, if it covers the point and is nearer.
+
+    On the sheet of the nearest hit (`same`) its bits are added.
     """
-    nearer = covers & ((t < distance) | same)
-    return t if nearer & (not same) else distance, (hit | code if same else code) if nearer else hit
+    nearer = covers & ((t < lane.distance) | same)
+    replaces = nearer & (not same)
+    lane.distance = t if replaces else lane.distance
+    lane.hit = table.hit if replaces else lane.hit
+    lane.covered = (lane.covered | bits if same else bits) if nearer else lane.covered
 
 
 @lane_pass(layout.NO_TABLE)
 def reset_hit(lane, table):
     """Reset the nearest hit: infinite distance, no sheet."""
     lane.distance = math.inf
-    lane.hit = 0
+    lane.hit, lane.covered = 0, 0
 
 
 @lane_pass(layout.RECTANGLE)
@@ -65,15 +77,14 @@ def meet_rectangle(lane, table):
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
-    code, sheet = table.code, table.sheet
+    sheet = table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
     u, v, slack = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz), ROUNDING * t
     nearer = (u - slack <= half_u) & (v - slack <= half_v) & (t < lane.distance)
     nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
     edge = (u > inner_u) | (v > inner_v)
-    lane.distance = t if nearer else lane.distance
-    lane.hit = (code | EDGE if edge else code) if nearer else lane.hit
+    keep_acting(lane, table, t, nearer, edge)
 
 
 @lane_pass(layout.RECTANGLE)
@@ -85,17 +96,17 @@ def cover_rectangle(lane, table):
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz, tie, outward = table.sx, table.sy, table.sz, table.tie, table.outward
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    half_u, half_v, code, sheet = table.half_u, table.half_v, table.code, table.sheet
+    half_u, half_v, sheet = table.half_u, table.half_v, table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
     t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
     px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
     u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
     leaves = outward * (ux * nx + uy * ny + uz * nz) > 0.0
-    same = sheet_of(lane.hit) == sheet
+    same = lane.hit_sheet == sheet
     covers = (u <= half_u) & (v <= half_v) & is_ahead(t, lane.start, sheet, lane.sheet)
     covers &= not is_box_face_passed(t, lane.start, tie, leaves, lane.sheet)
-    lane.distance, lane.hit = keep_nearest(covers, same, t, code, lane.distance, lane.hit)
+    keep_transparent(lane, table, t, covers, same, table.covers)
 
 
 @lane_pass(layout.RECTANGLE)
@@ -108,23 +119,23 @@ def bound_rectangle(lane, table):
     sx, sy, sz = table.sx, table.sy, table.sz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
-    code, sheet = table.code, table.sheet
+    sheet = table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
     t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
     px, py, pz, slack = t * ux - rx, t * uy - ry, t * uz - rz, ROUNDING * t
     u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
-    found = code | EDGE if (u > inner_u) | (v > inner_v) else code
-    same = sheet_of(lane.hit) == sheet
+    found = table.covers | EDGE if (u > inner_u) | (v > inner_v) else table.covers
+    same = lane.hit_sheet == sheet
     covers = (u - slack <= half_u) & (v - slack <= half_v) & is_ahead(t, lane.start, sheet, lane.sheet)
-    lane.distance, lane.hit = keep_nearest(covers, same, t, found, lane.distance, lane.hit)
+    keep_transparent(lane, table, t, covers, same, found)
 
 
 @lane_pass(layout.DISK)
 def meet_disk(lane, table):
     """Intersect rays with an acting disk or annulus; keep it if it is the nearest surface ahead."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    inner2, outer2, breadth, code, sheet = table.inner2, table.outer2, table.breadth, table.code, table.sheet
+    inner2, outer2, breadth, sheet = table.inner2, table.outer2, table.breadth, table.sheet
     least2, most2 = table.least2, table.most2
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
@@ -132,8 +143,7 @@ def meet_disk(lane, table):
     nearer = (r2 - slack <= outer2) & (r2 + slack >= inner2) & (t < lane.distance)
     nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
     edge = (r2 > most2) | (r2 < least2)
-    lane.distance = t if nearer else lane.distance
-    lane.hit = (code | EDGE if edge else code) if nearer else lane.hit
+    keep_acting(lane, table, t, nearer, edge)
 
 
 @lane_pass(layout.DISK)
@@ -144,28 +154,27 @@ def cover_disk(lane, table):
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
-    inner2, outer2, code, sheet = table.inner2, table.outer2, table.code, table.sheet
+    inner2, outer2, sheet = table.inner2, table.outer2, table.sheet
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
     t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
     px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
     r2 = px * px + py * py + pz * pz
-    same = sheet_of(lane.hit) == sheet
+    same = lane.hit_sheet == sheet
     covers = (r2 <= outer2) & (r2 >= inner2) & is_ahead(t, lane.start, sheet, lane.sheet)
-    lane.distance, lane.hit = keep_nearest(covers, same, t, code, lane.distance, lane.hit)
+    keep_transparent(lane, table, t, covers, same, table.covers)
 
 
 @lane_pass(layout.SPHERE)
 def meet_sphere(lane, table):
     """Intersect rays with an acting sphere; keep it if it is the nearest surface ahead."""
-    cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
+    cx, cy, cz, radius, sheet = table.cx, table.cy, table.cz, table.radius, table.sheet
     ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
     standing, start = standing_sheet(lane.sheet) == sheet, lane.start
     own = start if start < 0.0 else 0.0  # ray parameter of the origin
     t = sphere_crossing(ox, oy, oz, lane.ux, lane.uy, lane.uz, radius, start, standing, own, False, False)
     nearer = t < lane.distance
-    lane.distance = t if nearer else lane.distance
-    lane.hit = code if nearer else lane.hit
+    keep_acting(lane, table, t, nearer, False)
 
 
 @lane_pass(layout.SPHERE)
@@ -174,7 +183,7 @@ def cover_sphere(lane, table):
 
     On the sheet of the nearest hit, adds its bit to the hit.
     """
-    cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
+    cx, cy, cz, radius, sheet = table.cx, table.cy, table.cz, table.radius, table.sheet
     ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
     start, last = lane.start, passed_sheet(lane.sheet)
     standing = standing_sheet(lane.sheet) == sheet
@@ -187,8 +196,8 @@ def cover_sphere(lane, table):
     other = -2.0 * (ox * lane.ux + oy * lane.uy + oz * lane.uz) - t
     # the hit is the other crossing, found by a zone of the same sphere
     is_other = abs(t - lane.distance) > abs(other - lane.distance)
-    same = (sheet_of(lane.hit) == sheet) & (not is_other)
-    lane.distance, lane.hit = keep_nearest(t < math.inf, same, t, code, lane.distance, lane.hit)
+    same = (lane.hit_sheet == sheet) & (not is_other)
+    keep_transparent(lane, table, t, t < math.inf, same, table.covers)
 
 
 @device
@@ -251,7 +260,7 @@ def restore_ray(lane, table):
     All crossings of a ray are thus computed from one origin: a wall that touches a detector lies behind or
     before it, never at a distance of 0 that rounding takes for passed.
     """
-    passes = (lane.hit != 0) & (surface_of(lane.hit) == 0)
+    passes = (lane.hit != 0) & (lane.surface == 0)
     lane.x, lane.y, lane.z = select(passes, lane.rx, lane.ry, lane.rz, lane.x, lane.y, lane.z)
     lane.start = lane.distance if passes else lane.start
     lane.sheet = ((lane.sheet << layout.PASSED_SHIFT) | lane.ray_sheet) if passes else lane.sheet

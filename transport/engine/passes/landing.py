@@ -8,7 +8,7 @@ from transport.compile import layout
 from transport.compile.layout import EDGE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.words import sheet_of, standing_sheet, surface_of
+from transport.engine.words import standing_sheet
 from transport.physics.device import device
 from transport.physics.quadrics import quadric_form
 
@@ -26,7 +26,7 @@ def set_sheet(lane, table):
     The gather is a pass of its own because it would slow down a longer loop.
     """
     sheets = view(table.rows, table.count, layout.SHEET)
-    s = sheet_of(lane.hit)
+    s = lane.hit_sheet
     lane.sheet = s
     row = sheets[uint64(s)]
     lane.nx, lane.ny, lane.nz = row.nx, row.ny, row.nz
@@ -123,7 +123,7 @@ def keep_to_side(lane, table):
     back = 2.0 * reach / (steepest if steepest > GRAZING_COSINE else GRAZING_COSINE)
     back = MAX_RETREAT_SHARE * flight if back > MAX_RETREAT_SHARE * flight else back
     # Which lanes move, and how.
-    near = (surface_of(lane.hit) == surface) & (abs(height) <= CONTACT_ZONE * reach)
+    near = (lane.surface == surface) & (abs(height) <= CONTACT_ZONE * reach)
     grazes = (slope <= GRAZING_COSINE) & (abs(height) <= reach)
     # Between two surfaces that touch, both grazed:
     narrow = MIN_RETREAT if flight > MIN_RETREAT else flight
@@ -187,14 +187,14 @@ def clamp_to_triangle(rim, u, v):
 @device
 def is_at_edge(lane, table):
     """Return whether a lane landed within rounding of an edge."""
-    return (lane.hit & EDGE) != 0
+    return (lane.covered & EDGE) != 0
 
 
 @lane_pass(layout.ROWS, when=is_at_edge)
 def clamp_inside_edge(lane, table):
     """Clamp a lane that landed within rounding of an edge (bit EDGE) to the inner side of it."""
     rims = view(table.rows, table.count, layout.RIM)  # one row per surface
-    rim = rims[surface_of(lane.hit)]
+    rim = rims[lane.surface]
     px, py, pz = lane.x - rim.cx, lane.y - rim.cy, lane.z - rim.cz
     if rim.form == layout.QUADRIC_RIM:
         # Surface of revolution: clamp the height, then project onto the surface and renew its normal.

@@ -18,7 +18,7 @@ from transport.compile import layout
 from transport.compile.layout import ROUNDING
 from transport.engine.bodies import lane_pass, own_memory
 from transport.engine.bundle import view
-from transport.engine.words import passed_sheet, sheet_of, standing_sheet, surface_of
+from transport.engine.words import passed_sheet, standing_sheet
 from transport.physics.device import EXACT, exact_device
 from transport.physics.facets import facet_crossing, lies_beside_edge, plane_distance, within_facet
 from transport.physics.streams import DEPTH, POSITION, random_words, uniform
@@ -190,7 +190,7 @@ def meet_mesh(lane, table):
     places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
     normals = view(table.normals, 3 * table.facet_count, np.float64)
-    code, sheet = table.code, table.sheet
+    sheet = table.sheet
     if lane.weight != 0.0:
         x, y, z, ux, uy, uz, start = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz, lane.start
         own, side = -1, 0.0
@@ -204,7 +204,7 @@ def meet_mesh(lane, table):
             own, side, True, start, NONE_AT_START, lane.distance,
         )  # fmt: skip
         if (found >= 0) & (t < lane.distance):
-            lane.distance, lane.hit, lane.facet = t, code, found
+            lane.distance, lane.hit, lane.covered, lane.facet = t, table.hit, table.covers, found
 
 
 @lane_pass(layout.MESH, EXACT)
@@ -218,9 +218,9 @@ def cover_mesh(lane, table):
     places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
     normals = view(table.normals, 3 * table.facet_count, np.float64)
-    code, sheet = table.code, table.sheet
-    if sheet_of(lane.hit) == sheet:  # the same mesh
-        lane.hit |= code
+    sheet = table.sheet
+    if lane.hit_sheet == sheet:  # the same mesh
+        lane.covered |= table.covers
     elif lane.weight != 0.0:
         # Which facets at the current distance have been crossed already.
         passed = passed_sheet(lane.sheet)
@@ -234,7 +234,7 @@ def cover_mesh(lane, table):
             lane.ux, lane.uy, lane.uz, own, 0.0, False, start, last, lane.distance,
         )  # fmt: skip
         if (found >= 0) & (t < lane.distance):
-            lane.distance, lane.hit, lane.facet = t, code, found
+            lane.distance, lane.hit, lane.covered, lane.facet = t, table.hit, table.covers, found
 
 
 @lane_pass(layout.ROWS)
@@ -257,7 +257,7 @@ def land_on_facet(lane, table):
             places[j + 2], places[m], places[m + 1], places[m + 2], nx, ny, nz,
         )  # fmt: skip
         lane.nx, lane.ny, lane.nz = nx, ny, nz
-        acts = surface_of(lane.hit) != 0
+        acts = lane.surface != 0
         if acts:
             lane.own_facet = lane.facet
         else:

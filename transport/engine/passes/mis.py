@@ -10,7 +10,7 @@ from numba import uint64
 from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.words import material_of, sheet_of, standing_sheet, surface_of
+from transport.engine.words import standing_sheet
 from transport.physics.connections import flights_share
 from transport.physics.device import device
 from transport.physics.directions import select
@@ -33,8 +33,8 @@ def record_pdf_at_walls(lane, table):
     0 at mirrors, glass and lenses, whose directions no ray can sample.
     """
     peak = table.peak
-    acts = surface_of(lane.hit) != 0
-    is_diffuse = material_of(lane.hit) == layout.DIFFUSE
+    acts = lane.surface != 0
+    is_diffuse = lane.material == layout.DIFFUSE
     now, before = peak if is_diffuse else 0.0, lane.mis_pdf
     lane.mis_pdf = now if acts else before
     lane.ex, lane.ey, lane.ez = select(acts, lane.x, lane.y, lane.z, lane.ex, lane.ey, lane.ez)
@@ -60,11 +60,11 @@ def apply_mis_weight(lane, table):
     """Multiply the weight by the MIS share of flights, at one detector that next-event rays score too."""
     cx, cy, cz, area, sheet = table.cx, table.cy, table.cz, table.area, table.sheet
     is_pure, is_ball, passing = table.how == 1, table.how == 3, table.passing != 0
-    acts, peak, weight = surface_of(lane.hit) != 0, lane.mis_pdf, lane.weight
+    acts, peak, weight = lane.surface != 0, lane.mis_pdf, lane.weight
     px, py, pz = select(is_ball, cx, cy, cz, lane.x, lane.y, lane.z)
     rx, ry, rz = px - lane.ex, py - lane.ey, pz - lane.ez
     share = 0.0 if is_pure else flights_share(rx * rx + ry * ry + rz * rz, area, peak)
-    here = (sheet_of(lane.hit) == sheet) & (peak > 0.0) & (not (passing & acts))
+    here = (lane.hit_sheet == sheet) & (peak > 0.0) & (not (passing & acts))
     lane.weight = weight * share if here else weight
 
 

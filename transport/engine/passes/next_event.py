@@ -14,7 +14,7 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, SCORE_BOUND, direction_to
-from transport.engine.words import is_covered, material_of, standing_sheet, surface_of
+from transport.engine.words import is_covered, standing_sheet
 from transport.physics.connections import ball_connection, flat_connection
 from transport.physics.device import device
 from transport.physics.directions import turned_by
@@ -165,7 +165,7 @@ def contribute_from_walls(lane, table):
     scale, tally = table.scale, table.first
     side = 1.0 if lane.mu > 0.0 else -1.0
     cosine = side * (lane.vx * lane.nx + lane.vy * lane.ny + lane.vz * lane.nz)
-    here = material_of(lane.hit) == layout.DIFFUSE
+    here = lane.material == layout.DIFFUSE
     lane.score *= scale * lane.weight if here & (cosine > 0.0) else 0.0
     lane.pdf = INVERSE_PI * cosine
     lane.point_distance, lane.shadow_sheet, lane.tally = math.inf, standing_sheet(lane.sheet), tally
@@ -197,6 +197,7 @@ def end_missed_rays(lane, table):
     lane.distance = lane.distance if met else 0.0
     lane.start = lane.start if met else 0.0
     lane.hit = lane.hit if met else 0
+    lane.covered = lane.covered if met else 0
 
 
 @lane_pass(layout.NO_TABLE)
@@ -209,7 +210,7 @@ def ignore_other_detectors(lane, table):
 @lane_pass(layout.NO_TABLE)
 def keep_transmitted(lane, table):
     """Score departures only for rays that pass through; a ray at a wall does not depart."""
-    passes = surface_of(lane.hit) == 0
+    passes = lane.surface == 0
     lane.detector_word = lane.detector_word if passes else 0
 
 
@@ -222,7 +223,7 @@ def add_target_scores(lane, table, passed):
 @lane_pass(layout.LAYERS, sums=add_target_scores)
 def count_target_crossings(lane, table):
     """Count one crossing of its target off the `leg` of each ray."""
-    there = (lane.detector_word != 0) & is_covered(lane.hit, table.layer) & (lane.weight != 0.0)
+    there = (lane.detector_word != 0) & is_covered(lane.covered, table.layer) & (lane.weight != 0.0)
     lane.leg -= 1 if there else 0
     return 1 if there else 0
 
@@ -230,5 +231,5 @@ def count_target_crossings(lane, table):
 @lane_pass(layout.NO_TABLE)
 def end_next_event_rays(lane, table):
     """End rays at acting surfaces, and behind their target."""
-    acts = surface_of(lane.hit) != 0
+    acts = lane.surface != 0
     lane.weight = 0.0 if acts | (lane.leg <= 0) else lane.weight

@@ -15,7 +15,7 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, direction_to
-from transport.engine.words import material_of, standing_sheet
+from transport.engine.words import standing_sheet
 from transport.physics.device import device
 from transport.physics.scattering import turned_by_angle
 from transport.physics.sight import PI_CUBED, sample_detour, sample_equiangular_beyond
@@ -101,7 +101,7 @@ def first_leg_from_walls(lane, table):
     vx, vy, vz, leg, inverse = sample_first_leg(lane.x, lane.y, lane.z, px, py, pz, w0, w1, w2, w3)
     side = 1.0 if lane.mu > 0.0 else -1.0
     cosine = side * (vx * lane.nx + vy * lane.ny + vz * lane.nz)
-    here = material_of(lane.hit) == layout.DIFFUSE
+    here = lane.material == layout.DIFFUSE
     lane.sx, lane.sy, lane.sz = lane.x, lane.y, lane.z
     lane.vx, lane.vy, lane.vz, lane.point_distance = vx, vy, vz, leg
     lane.score = lane.weight * inverse if here & (cosine > 0.0) else 0.0

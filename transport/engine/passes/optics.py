@@ -8,7 +8,6 @@ from transport.compile.layout import EDGE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.velocities import quantile, quantile_table
-from transport.engine.words import material_of, surface_of
 from transport.physics.device import device
 from transport.physics.directions import select, turned_by
 from transport.physics.elementary import cos_sin_turn
@@ -32,7 +31,7 @@ def look_up_optics(lane, table):
     The gather is a pass of its own because it would slow down a longer loop.
     """
     rows = view(table.rows, table.count, layout.OPTICS)
-    row = rows[surface_of(lane.hit)]
+    row = rows[lane.surface]
     enters = row.side * lane.mu < 0.0
     lane.index_before = row.outside if enters else row.inside
     lane.index_behind = row.inside if enters else row.outside
@@ -49,7 +48,7 @@ def look_up_metal(lane, table):
     Their own values come later.
     """
     rows = view(table.rows, table.count, layout.OPTICS)
-    row = rows[uint64(surface_of(lane.hit))]
+    row = rows[uint64(lane.surface)]
     lane.excess, lane.ratio = row.excess, row.loss
 
 
@@ -110,9 +109,9 @@ def refract(lane, table):
     wx, wy, wz = reflected(ux, uy, uz, nx, ny, nz, -cosine)
     # Choose, and detect lanes that arrive from a medium other than theirs.
     back = lane.u0 < reflectance
-    here = material_of(lane.hit) == layout.DIELECTRIC
+    here = lane.material == layout.DIELECTRIC
     is_wrong = here & (lane.index != 0.0) & (lane.index != lane.index_before)
-    is_edge = (lane.hit & EDGE) != 0
+    is_edge = (lane.covered & EDGE) != 0
     here &= not (is_wrong & is_edge)
     astray = is_wrong & (not is_edge) & (lane.weight != 0.0)
     vx, vy, vz = select(back, wx, wy, wz, vx, vy, vz)
@@ -142,7 +141,7 @@ def reflect_glossily(lane, table):
     share = unshadowed_share(cosine, out, alpha)
     vx, vy, vz = turned_by(nx, ny, nz, out, 2.0 * seen * hx - x, 2.0 * seen * hy - y)
     vx, vy, vz = renormalized(vx, vy, vz)
-    here = material_of(lane.hit) == layout.GLOSSY
+    here = lane.material == layout.GLOSSY
     u = lane.u3
     leaves = u < share
     lane.lobe = NO_LOBE if leaves | (not here) else (u - share) / (1.0 - share)
@@ -157,7 +156,7 @@ def scatter_into_lobe(lane, table):
     rows = view(table.rows, table.count, layout.OPTICS)
     turn = lane.lobe
     if (turn != NO_LOBE) & (lane.weight != 0.0):
-        octaves, cells = quantile_table(view(rows[surface_of(lane.hit)].lobe, 1, layout.QUANTILES)[0])
+        octaves, cells = quantile_table(view(rows[lane.surface].lobe, 1, layout.QUANTILES)[0])
         mu = quantile(octaves, cells, lane.u4)
         mu = min(max(mu, 2.0**-40), 1.0)
         flip = -1.0 if lane.mu > 0.0 else 1.0
@@ -176,8 +175,8 @@ def deflect_by_lens(lane, table):
     Rays for which no direction remains go back along their path.
     """
     rows = view(table.rows, table.count, layout.OPTICS)
-    if material_of(lane.hit) == layout.LENS:
-        row = rows[surface_of(lane.hit)]
+    if lane.material == layout.LENS:
+        row = rows[lane.surface]
         rx, ry, rz = lane.x - row.cx, lane.y - row.cy, lane.z - row.cz
         lane.ux, lane.uy, lane.uz, lane.mu = bent_by_lens(
             lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu,

@@ -3,11 +3,11 @@
 import math
 
 from transport.compile import layout
-from transport.compile.layout import COLLISION_CLEARANCE, EDGE, ROUNDING
+from transport.compile.layout import COLLISION_CLEARANCE, ROUNDING
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.passes.intersections import keep_nearest
-from transport.engine.words import passed_sheet, sheet_of, standing_sheet
+from transport.engine.passes.intersections import keep_acting, keep_transparent
+from transport.engine.words import passed_sheet, standing_sheet
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.quadrics import next_crossing, on_one_nappe, quadric_crossings, quadric_form
 from transport.physics.streams import POSITION, random_words, uniform
@@ -18,7 +18,7 @@ def meet_quadric(lane, table):
     """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead."""
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
-    inner_low, inner_high, code, sheet = table.inner_low, table.inner_high, table.code, table.sheet
+    inner_low, inner_high, sheet = table.inner_low, table.inner_high, table.sheet
     ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
     standing, start = standing_sheet(lane.sheet) == sheet, lane.start
     own = start if start < 0.0 else 0.0  # ray parameter of the origin
@@ -32,8 +32,7 @@ def meet_quadric(lane, table):
     height = w + t * pace
     edge = (height < inner_low) | (height > inner_high)
     nearer = t < lane.distance
-    lane.distance = t if nearer else lane.distance
-    lane.hit = (code | EDGE if edge else code) if nearer else lane.hit
+    keep_acting(lane, table, t, nearer, edge)
 
 
 @lane_pass(layout.QUADRIC)
@@ -45,7 +44,7 @@ def cover_quadric(lane, table):
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
     # on the side of its apex
-    code, sheet, is_below = table.code, table.sheet, beta + gamma * (low + high) < 0.0
+    sheet, is_below = table.sheet, beta + gamma * (low + high) < 0.0
     ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
     start, last = lane.start, passed_sheet(lane.sheet)
     standing = standing_sheet(lane.sheet) == sheet
@@ -62,8 +61,8 @@ def cover_quadric(lane, table):
     is_far_in = (at_far >= low) & (at_far <= high)
     t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
     apart, other_apart = abs(t - lane.distance), abs(near + far - t - lane.distance)
-    same = (sheet_of(lane.hit) == sheet) & (not apart > other_apart)  # not its other crossing
-    lane.distance, lane.hit = keep_nearest(t < math.inf, same, t, code, lane.distance, lane.hit)
+    same = (lane.hit_sheet == sheet) & (not apart > other_apart)  # not its other crossing
+    keep_transparent(lane, table, t, t < math.inf, same, table.covers)
 
 
 @lane_pass(layout.ROWS)

@@ -13,9 +13,8 @@ from transport.compile import layout
 from transport.compile.layout import EDGE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.passes.surfaces import ACTING_BITS
 from transport.engine.tally import add_lost, add_to_ledger, limbs
-from transport.engine.words import is_covered, sheet_of
+from transport.engine.words import is_covered
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
@@ -51,12 +50,12 @@ def cross_boundary(lane, table):
     Bodies that share a face each have a boundary of their own there. A lane that arrives from bodies other
     than those recorded for its side (through a gap) is counted in the ledger.
     """
-    row = view(table.rows, table.count, layout.LAYER)[uint64(sheet_of(lane.hit))]
+    row = view(table.rows, table.count, layout.LAYER)[uint64(lane.hit_sheet)]
     front, back = row.front, row.back
-    covered = is_covered(lane.hit, table.layer)
+    covered = is_covered(lane.covered, table.layer)
     side, other = (front, back) if lane.mu > 0.0 else (back, front)
     before = lane.inside & (front | back)
-    passes = covered & ((lane.hit & (EDGE | ACTING_BITS)) == 0) & (lane.weight != 0.0)
+    passes = covered & ((lane.covered & EDGE) == 0) & (lane.surface == 0) & (lane.weight != 0.0)
     lane.inside = (lane.inside & ~(front | back)) | side if covered else lane.inside
     return 1 if passes & (before != other) else 0
 
@@ -79,7 +78,7 @@ def box_side_along(p, half, u, positive):
 @device
 def is_at_boundary_edge(lane, table):
     """Return whether a lane is within rounding of the edge of a boundary."""
-    return (lane.hit & (EDGE | ACTING_BITS)) == EDGE
+    return ((lane.covered & EDGE) != 0) & (lane.surface == 0)
 
 
 @lane_pass(layout.BODY_BOX, when=is_at_boundary_edge)
@@ -122,7 +121,7 @@ def add_escaped_to_empty_space(lane, table, high, low):
 def escape_to_empty_space(lane, table):
     """End lanes as escaped that leave all bodies to a side without further surfaces."""
     beyond = layout.EMPTY_FRONT if lane.mu > 0.0 else layout.EMPTY_BACK
-    escapes = ((lane.hit & beyond) != 0) & (lane.inside == 0)
+    escapes = ((lane.covered & beyond) != 0) & (lane.inside == 0)
     high, low = limbs(lane.weight if escapes else 0.0)
     lane.weight = 0.0 if escapes else lane.weight
     return high, low

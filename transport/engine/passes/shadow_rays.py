@@ -17,7 +17,7 @@ from transport.engine.passes.detector_bins import find_cell
 from transport.engine.passes.volumes import half_chord, slab_crossings
 from transport.engine.passes.voxels import cell_at, grid_depth
 from transport.engine.tally import limbs
-from transport.engine.words import material_of, standing_sheet, surface_of
+from transport.engine.words import standing_sheet
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
 from transport.physics.directions import sample_isotropic, unit_and_length
@@ -153,20 +153,20 @@ def cast_from_walls(lane, table):
     vx, vy, vz, r = direction_to(lane.x, lane.y, lane.z, px, py, pz)
     side = 1.0 if lane.mu > 0.0 else -1.0
     cosine = side * (vx * lane.nx + vy * lane.ny + vz * lane.nz)
-    here = material_of(lane.hit) == layout.DIFFUSE
+    here = lane.material == layout.DIFFUSE
     lane.sx, lane.sy, lane.sz = lane.x, lane.y, lane.z
     lane.vx, lane.vy, lane.vz, lane.point_distance = vx, vy, vz, r
     lane.score = lane.weight * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
     lane.pdf, lane.shadow_sheet, lane.tally = 1.0, standing_sheet(lane.sheet), tally
 
 
-@bundle_pass(layout.HIT_WORD)
+@bundle_pass(layout.LEG)
 def list_shadow_rays(lanes, table, first, live):
     """List the lanes whose rays contribute, and set their `leg` to the table's code.
 
     The score becomes score times pdf.
     """
-    cast, leg = uint64(0), table.code
+    cast, leg = uint64(0), table.leg
     for k in range(first, live):  # no branch, so no misprediction
         lane = lane_at(lanes, k)
         score = lane.score * lane.pdf
@@ -275,7 +275,7 @@ def load_shadow_rays(lanes, table, first, live):
 def reset_shadow_hit(lane, table):
     """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes."""
     lane.distance = lane.point_distance if lane.weight != 0.0 else 0.0
-    lane.hit = 0
+    lane.hit, lane.covered = 0, 0
 
 
 @lane_pass(layout.NO_TABLE)
@@ -326,5 +326,5 @@ def score_at_points(lane, table):
 @lane_pass(layout.NO_TABLE)
 def end_rays_at_points(lane, table):
     """End rays at their point, and at acting surfaces."""
-    stopped = ((lane.hit == 0) & (lane.leg == 0)) | (surface_of(lane.hit) != 0)
+    stopped = ((lane.hit == 0) & (lane.leg == 0)) | (lane.surface != 0)
     lane.weight = 0.0 if stopped else lane.weight

@@ -9,7 +9,6 @@ from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import find_cell
 from transport.engine.tally import add_long, limbs
-from transport.engine.words import surface_of
 from transport.physics.device import device
 from transport.physics.velocities import state_at
 
@@ -104,5 +103,5 @@ def record_tracks(lane, table):
             row.start, row.reach, row.weight = lane.start, lane.flight_end, lane.weight
             row.history = lane.history
             is_end = lane.flight_end == lane.distance
-            row.met = 1 if is_end and surface_of(lane.hit) != 0 else 0
+            row.met = 1 if is_end and lane.surface != 0 else 0
         lane.flight_count += 1

@@ -6,22 +6,19 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
 from transport.engine.tally import add_lost, limbs_of_loss
-from transport.engine.words import material_of, surface_of
 from transport.physics.device import device
 from transport.physics.directions import sample_cosine_law, select
 from transport.physics.interfaces import reflected
 from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
 
 MAX_EVENTS = 1 << 24  # after which a history ends as lost
-# bits of a hit: surface and material
-ACTING_BITS = (layout.SURFACE_MASK << layout.SURFACE_SHIFT) | (layout.MATERIAL_MASK << layout.MATERIAL_SHIFT)
 
 
 @lane_pass(layout.ROWS)
 def look_up_surface(lane, table):
     """Set the albedo of the acting surface; row 0 transmits everything."""
     surfaces = view(table.rows, table.count, layout.SURFACE)
-    lane.albedo = surfaces[uint64(surface_of(lane.hit))].albedo
+    lane.albedo = surfaces[uint64(lane.surface)].albedo
 
 
 @lane_pass(layout.NO_TABLE)
@@ -42,7 +39,7 @@ def choose_material(lane, table):
     """
     surfaces = view(table.rows, table.count, layout.SURFACE)
     optics = view(table.others, table.other_count, layout.OPTICS)
-    before = surface_of(lane.hit)
+    before = lane.surface
     is_back = optics[before].side * lane.mu > 0.0
     chosen = before + (surfaces[before].back if is_back else 0)
     low, last, u = 0.0, chosen + surfaces[chosen].parts - 1, lane.u3
@@ -52,8 +49,7 @@ def choose_material(lane, table):
     if surfaces[chosen].parts > 1:
         lane.u3 = min((u - low) / (surfaces[chosen].share - low), 1.0 - 2.0**-53)
     if before != 0:
-        bits = (chosen << layout.SURFACE_SHIFT) | (surfaces[chosen].material << layout.MATERIAL_SHIFT)
-        lane.hit = (lane.hit & ~ACTING_BITS) | bits
+        lane.surface, lane.material = chosen, surfaces[chosen].material
 
 
 @lane_pass(layout.NO_TABLE)
@@ -72,7 +68,7 @@ def absorb(lane, table):
 def account_absorbed(lane, table):
     """Add the absorbed weight to the ledger row of each surface."""
     rows = lane.ledger + 32 * layout.ABSORBED
-    surface = surface_of(lane.hit)
+    surface = lane.surface
     add_to_row(rows + 32 * surface, lane.high, lane.low, 0, 0)
 
 
@@ -91,7 +87,7 @@ def reflect_diffusely(lane, table):
     flip = -1.0 if lane.mu > 0.0 else 1.0
     nx, ny, nz = flip * lane.nx, flip * lane.ny, flip * lane.nz
     ux, uy, uz, mu = sample_cosine_law(nx, ny, nz, lane.u0, lane.u1)
-    here = material_of(lane.hit) == layout.DIFFUSE
+    here = lane.material == layout.DIFFUSE
     lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
     lane.mu = flip * mu if here else lane.mu
 
@@ -100,7 +96,7 @@ def reflect_diffusely(lane, table):
 def reflect_specularly(lane, table):
     """Reflect the direction at the normal (material MIRROR)."""
     ux, uy, uz = reflected(lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu)
-    here = material_of(lane.hit) == layout.MIRROR
+    here = lane.material == layout.MIRROR
     lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
     lane.mu = -lane.mu if here else lane.mu
     lane.event += 1 if here else 0
@@ -109,7 +105,7 @@ def reflect_specularly(lane, table):
 @lane_pass(layout.NO_TABLE)
 def count_reflections(lane, table):
     """Count the reflection of lanes at an acting surface."""
-    acts = material_of(lane.hit) != layout.TRANSPARENT
+    acts = lane.material != layout.TRANSPARENT
     lane.reflections += 1 if acts else 0
 
 

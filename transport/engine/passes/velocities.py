@@ -9,7 +9,6 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.tally import add_to_ledger, limbs
-from transport.engine.words import surface_of
 from transport.physics.device import device
 from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial
 from transport.physics.streams import CLOCK, SPEED, random_words, uniform
@@ -110,7 +109,7 @@ def emit_from_drifting_gas(lane, table):
 def sample_wall_speed(lane, table):
     """Set a speed sampled from the thermal wall that reflected the particle."""
     surfaces = view(table.rows, table.count, layout.SURFACE)
-    at = surfaces[surface_of(lane.hit)].quantiles
+    at = surfaces[lane.surface].quantiles
     if at != 0 and lane.weight != 0.0:
         octaves, cells = quantile_table(view(at, 1, layout.QUANTILES)[0])
         lane.speed = quantile(octaves, cells, lane.u4)
@@ -195,5 +194,6 @@ def stop_clock(lane, table):
     high, low = limbs(lane.weight if late else 0.0)
     lane.time = arrival
     lane.hit = 0 if late else lane.hit
+    lane.covered = 0 if late else lane.covered
     lane.weight = 0.0 if late else lane.weight
     return high, low

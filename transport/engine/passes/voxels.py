@@ -279,6 +279,7 @@ def end_collided_flight(lane):
     collided = lane.walk_state == COLLIDED
     lane.distance = lane.walk_t + 2.0 * COLLISION_CLEARANCE if collided else lane.distance
     lane.hit = 0 if collided else lane.hit
+    lane.covered = 0 if collided else lane.covered
     lane.u0 = lane.walk_uniform if collided else lane.u0
     lane.walk_state = ENDED if collided else lane.walk_state
 
@@ -286,7 +287,7 @@ def end_collided_flight(lane):
 @device
 def end_flight(lane, walk, cuts):
     """End a lane's flight at its walk's current distance: by a collision (cuts 0) or cut (cuts 1)."""
-    lane.distance, lane.hit = walk.walk_t + 2.0 * COLLISION_CLEARANCE, 0
+    lane.distance, lane.hit, lane.covered = walk.walk_t + 2.0 * COLLISION_CLEARANCE, 0, 0
     lane.u0, lane.cut = walk.walk_uniform, cuts
     walk.walk_state = ENDED
 

@@ -52,7 +52,7 @@ def birth_steps(plan, emitter):
     yield from shadow_rays_from_births(plan, emitter)
     yield from next_event_from_births(plan, emitter)
     on_sheet = [(row, shape) for _, row, shape in plan.members if row["sheet"] == emitter.birth["sheet"]]
-    metered = [(row, shape) for row, shape in on_sheet if row["code"] & DETECTOR_BITS]
+    metered = [(row, shape) for row, shape in on_sheet if row["covers"] & DETECTOR_BITS]
     if metered and emitter.place[0] != "born_at_point" and plan.adjoint is None:
         yield from _score_birth(plan, emitter, metered)
 
@@ -76,7 +76,7 @@ def _score_birth(plan, emitter, metered):
     yield step(emission.hit_birth_sheet, emitter.birth)
     for row, shape in metered:
         if shape == emitter.shape or shape.is_closed or shape.is_infinite:
-            yield step(emission.born_all_over, layout.row(layout.HIT_WORD, code=row["code"]))
+            yield step(emission.born_all_over, layout.row(layout.BITS, bits=row["covers"]))
         else:
             yield step_by_name((f"born_over_{pass_name(shape)}", row))
     yield from land_on_surface(plan)

@@ -73,7 +73,7 @@ def shadow_rays_from_walls(plan):
 
 def _list_step(leg):
     """Return the step that lists contributing rays with this leg."""
-    return step(shadow_rays.list_shadow_rays, layout.row(layout.HIT_WORD, code=leg))
+    return step(shadow_rays.list_shadow_rays, layout.row(layout.LEG, leg=leg))
 
 
 def point_ray_steps(plan, nearest, crossing):
@@ -205,7 +205,7 @@ def _connect(plan, each, row, send, densities=()):
         yield step(next_event.connect_to_ball, row)
     yield step(send, row)
     yield from map(step_by_name, densities)
-    yield step(shadow_rays.list_shadow_rays, layout.row(layout.HIT_WORD, code=row["legs"]))
+    yield step(shadow_rays.list_shadow_rays, layout.row(layout.LEG, leg=row["legs"]))
 
 
 def mis_steps_before(plan, layer, passing):
