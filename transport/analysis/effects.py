@@ -327,7 +327,7 @@ def _run_steps(program, sums, visited: Callable) -> Iterator[int]:
     emitters, live, history = itertools.cycle(program.births), 0, 0
     for _ in range(STEPS):
         if live < LANES:
-            bundle["next_history"] = history
+            bundle["next_history"] = history - live
             for step in next(emitters):
                 visit(step, live, LANES)
         live, history = LANES, history + LANES - live

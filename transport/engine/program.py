@@ -211,20 +211,22 @@ def _end_lanes(plan, moved):
         yield step(lanes.compact_lanes, moved)
 
 
+# The passes that sample new directions, by interaction; lanes of other materials stay unchanged.
+NEW_DIRECTIONS = {
+    layout.DIFFUSE: [surfaces.reflect_diffusely],
+    layout.MIRROR: [surfaces.reflect_specularly],
+    layout.DIELECTRIC: [optics.refract],
+    layout.GLOSSY: [optics.reflect_glossily, optics.scatter_into_lobe],
+    layout.LENS: [optics.deflect_by_lens],
+}
+
+
 def _new_directions(plan):
-    """Yield a pass per material; lanes of other materials stay unchanged."""
+    """Yield the passes of the scene's materials, and transmission of a share of what they reflect."""
     if plan.transmits:
         yield step(optics.sample_transmission)
-    if layout.DIFFUSE in plan.materials:
-        yield step(surfaces.reflect_diffusely)
-    if layout.MIRROR in plan.materials:
-        yield step(surfaces.reflect_specularly)
+    for interaction, passes in NEW_DIRECTIONS.items():
+        for each in passes if interaction in plan.materials else ():
+            yield step(each, *[table_of_rows(plan.optics)] * (each.table == layout.ROWS))
     if plan.transmits:
         yield step(optics.transmit)
-    if layout.DIELECTRIC in plan.materials:
-        yield step(optics.refract)
-    if layout.GLOSSY in plan.materials:
-        yield step(optics.reflect_glossily)
-        yield step(optics.scatter_into_lobe, table_of_rows(plan.optics))
-    if layout.LENS in plan.materials:
-        yield step(optics.deflect_by_lens, table_of_rows(plan.optics))
