@@ -44,7 +44,7 @@ def test_a_ninth_material_is_one_more_entry(monkeypatch):
         lane.mu = -lane.mu if here else lane.mu
         lane.event += 1 if here else 0
 
-    monkeypatch.setitem(program.NEW_DIRECTIONS, code, [retroreflect])
+    monkeypatch.setitem(program.NEW_DIRECTIONS, code, lambda: [retroreflect])
     tilted = tp.Disk(center=(0, 0, 1), normal=(np.sin(0.5), 0, -np.cos(0.5)), radius=0.2)
     meter = tp.Detector(tp.Disk(center=(0, 0, 0.5), radius=0.02), name="meter")
     scene = tp.Scene(

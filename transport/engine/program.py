@@ -211,13 +211,14 @@ def _end_lanes(plan, moved):
         yield step(lanes.compact_lanes, moved)
 
 
-# The passes that sample new directions, by interaction; lanes of other materials stay unchanged.
+# The passes that sample new directions, by interaction; lanes of other materials stay unchanged. Functions
+# give them, so that the file of a pass is not read before a scene needs it.
 NEW_DIRECTIONS = {
-    layout.DIFFUSE: [surfaces.reflect_diffusely],
-    layout.MIRROR: [surfaces.reflect_specularly],
-    layout.DIELECTRIC: [optics.refract],
-    layout.GLOSSY: [optics.reflect_glossily, optics.scatter_into_lobe],
-    layout.LENS: [optics.deflect_by_lens],
+    layout.DIFFUSE: lambda: [surfaces.reflect_diffusely],
+    layout.MIRROR: lambda: [surfaces.reflect_specularly],
+    layout.DIELECTRIC: lambda: [optics.refract],
+    layout.GLOSSY: lambda: [optics.reflect_glossily, optics.scatter_into_lobe],
+    layout.LENS: lambda: [optics.deflect_by_lens],
 }
 
 
@@ -226,7 +227,7 @@ def _new_directions(plan):
     if plan.transmits:
         yield step(optics.sample_transmission)
     for interaction, passes in NEW_DIRECTIONS.items():
-        for each in passes if interaction in plan.materials else ():
+        for each in passes() if interaction in plan.materials else ():
             yield step(each, *[table_of_rows(plan.optics)] * (each.table == layout.ROWS))
     if plan.transmits:
         yield step(optics.transmit)
