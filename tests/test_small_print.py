@@ -184,4 +184,4 @@ def test_many_walls_are_one_row_of_a_scenes_effects(count):
         for k in range(count)
     ]
     rows = printed(effects_of(tp.Scene(LAMP, walls)).steps, {})
-    assert f"meet_rectangle × {count}" in [name for _, name, _ in rows]
+    assert f"meet_rectangle_z × {count}" in [name for _, name, _ in rows]

@@ -309,7 +309,7 @@ NEEDED = {  # by a disk that shines on another one, and what it sends past that
 LENDERS = {"bank", "flats"}  # whose files the driver and births take numbers and functions from
 ROOM = {  # a room of rectangles, diffuse walls, a lamp and a meter
     "start_history", "born_on_rectangle", "emit_lambertian_from_plane", "reset_events", "save_birth_weight", "reset_hit",
-    "meet_rectangle", "end_not_finite", "end_escaped", "compact_lanes", "move", "set_sheet", "set_cosine", "clamp_inside_edge",
+    "meet_rectangle_x", "meet_rectangle_y", "meet_rectangle_z", "end_not_finite", "end_escaped", "compact_lanes", "move", "set_sheet", "set_cosine", "clamp_inside_edge",
     "find_detector", "bin_arrivals", "score", "look_up_surface", "absorb", "account_absorbed", "draw_uniforms",
     "reflect_diffusely", "bin_departures", "play_roulette", "kill_endless",
 }  # fmt: skip

@@ -74,8 +74,12 @@ FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 # s: a point of the sheet. All detectors of a sheet are intersected with the plane through s with normal n,
 # not each with its own plane.
 PLACE = "cx cy cz sx sy sz nx ny nz"
+# half_next, half_last: half sides along the two axes after that of the normal (x, y, z, x ...), where the
+# rectangle is aligned with the axes.
 RECTANGLE = np.dtype(
-    _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward") + _integers("hit covers sheet tie")
+    _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward")
+    + _floats("half_next half_last inner_next inner_last")
+    + _integers("hit covers sheet tie")
 )
 DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth least2 most2") + _integers("hit covers sheet tie"))
 # c: the first vertex; (a, b) = (p - c) · dual vectors: weights of the other two vertices at point p.

@@ -77,7 +77,17 @@ def _rectangle(shape: Rectangle, space: Space, slack: float) -> Columns:
         half = 0.5 * length / space.size
         values[f"half_{axis}"] = half + slack
         values[f"inner_{axis}"] = half - min(EDGE_MARGIN + slack, half / 1024)
+    if (normal := aligned_axis(shape)) is not None:
+        for axis, vector in zip("uv", shape.frame[:2], strict=True):
+            place = ("next", "last")[(int(np.argmax(np.abs(vector))) - normal - 1) % 3]
+            values |= {f"{what}_{place}": values[f"{what}_{axis}"] for what in ("half", "inner")}
     return values | _hole(shape, space, slack)
+
+
+def aligned_axis(shape: Shape) -> int | None:
+    """Return the number of the axis along which a shape's normal lies, if its frame is that of the axes."""
+    frame = np.abs(shape.frame)
+    return int(np.argmax(frame[2])) if ((frame == 0) | (frame == 1)).all() else None
 
 
 def _hole(shape: Rectangle, space: Space, slack: float) -> Columns:

@@ -11,6 +11,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.shapes import (
+    aligned_axis,
     point_to_mesh,
     primitive_of,
     revolved_columns,
@@ -123,14 +124,17 @@ def _shape_row(
     if isinstance(shape, Mesh):
         point_to_mesh(plan, shape, row)
     _share_plane(row, part, sheet, space)
+    along = ""
+    if name == "rectangle" and (axis := aligned_axis(shape)) is not None:
+        along = "_" + "xyz"[axis]
     if part.surface is not None:
-        return f"meet_{name}", row
+        return f"meet_{name}{along}", row
     if name == "triangle":
         row["slack"] = rounding_of_crossings(shape, space)
         for side, is_inner in zip("abc", whole.inner_sides(shape), strict=True):
             row[f"reach_{side}"] *= is_inner
     is_boundary = name == "rectangle" and bounds_bodies(part)
-    return f"{'bound' if is_boundary else 'cover'}_{name}", row
+    return f"bound_{name}" if is_boundary else f"cover_{name}{along}", row
 
 
 def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Space) -> None:

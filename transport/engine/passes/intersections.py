@@ -109,6 +109,74 @@ def cover_rectangle(lane, table):
     keep_transparent(lane, table, t, covers, same, table.covers)
 
 
+# ---- Rectangles aligned with the axes: the same digits without the products by 0 and 1.
+
+
+@device
+def meet_aligned(lane, table, x, y, z, ux, uy, uz, cx, cy, cz):
+    """Intersect rays with an acting rectangle as `meet_rectangle` does; x: along its normal."""
+    t = (cx - x) / ux
+    v, w, slack = abs(t * uy - (cy - y)), abs(t * uz - (cz - z)), ROUNDING * t
+    nearer = (v - slack <= table.half_next) & (w - slack <= table.half_last) & (t < lane.distance)
+    nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != table.sheet)
+    edge = (v > table.inner_next) | (w > table.inner_last)
+    keep_acting(lane, table, t, nearer, edge)
+
+
+@device
+def cover_aligned(lane, table, x, y, z, ux, uy, uz, sx, cy, cz, nx):
+    """Intersect rays with a transparent rectangle as `cover_rectangle` does; x: along its normal."""
+    t = (sx - x) / ux
+    v, w = abs(t * uy - (cy - y)), abs(t * uz - (cz - z))
+    leaves = table.outward * (ux * nx) > 0.0
+    covers = (v <= table.half_next) & (w <= table.half_last)
+    covers &= is_ahead(t, lane.start, table.sheet, lane.sheet)
+    covers &= not is_box_face_passed(t, lane.start, table.tie, leaves, lane.sheet)
+    keep_transparent(lane, table, t, covers, lane.hit_sheet == table.sheet, table.covers)
+
+
+@lane_pass(layout.RECTANGLE)
+def meet_rectangle_x(lane, table):
+    """Intersect rays with an acting rectangle across the x axis."""
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    meet_aligned(lane, table, x, y, z, ux, uy, uz, table.cx, table.cy, table.cz)
+
+
+@lane_pass(layout.RECTANGLE)
+def meet_rectangle_y(lane, table):
+    """Intersect rays with an acting rectangle across the y axis."""
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    meet_aligned(lane, table, y, z, x, uy, uz, ux, table.cy, table.cz, table.cx)
+
+
+@lane_pass(layout.RECTANGLE)
+def meet_rectangle_z(lane, table):
+    """Intersect rays with an acting rectangle across the z axis."""
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    meet_aligned(lane, table, z, x, y, uz, ux, uy, table.cz, table.cx, table.cy)
+
+
+@lane_pass(layout.RECTANGLE)
+def cover_rectangle_x(lane, table):
+    """Intersect rays with a transparent rectangle across the x axis."""
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    cover_aligned(lane, table, x, y, z, ux, uy, uz, table.sx, table.cy, table.cz, table.nx)
+
+
+@lane_pass(layout.RECTANGLE)
+def cover_rectangle_y(lane, table):
+    """Intersect rays with a transparent rectangle across the y axis."""
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    cover_aligned(lane, table, y, z, x, uy, uz, ux, table.sy, table.cz, table.cx, table.ny)
+
+
+@lane_pass(layout.RECTANGLE)
+def cover_rectangle_z(lane, table):
+    """Intersect rays with a transparent rectangle across the z axis."""
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    cover_aligned(lane, table, z, x, y, uz, ux, uy, table.sz, table.cx, table.cy, table.nz)
+
+
 @lane_pass(layout.RECTANGLE)
 def bound_rectangle(lane, table):
     """Intersect rays with a rectangular boundary of a medium; keep it if its sheet is the nearest ahead.
