@@ -36,7 +36,7 @@ from transport.physics.streams import SHARES, random_words, uniform
 from transport.verification.experiment import cases_of, experiment, experiment_names
 
 WORDS = Bundle.itemsize // 8
-NAMES = "tallies", "ledger", "moments", "sizes"  # of the arrays of sums
+NAMES = "ledger", "moments", "sizes"  # of the arrays of sums
 
 
 # ---- one pass for one lane ----
@@ -160,7 +160,7 @@ def sums_of_single_particles(compiled: CompiledProgram, seed: int, batch: int, h
             bundle["next_history"] = number
             history(int(bundle["address"][0]), int(shadows["address"][0]), emitter)
         first = int(end)
-    found = {name: getattr(sums, name) for name in NAMES}
+    found = {name: getattr(sums, name) for name in NAMES} | {"tallies": sums.detectors}
     found["counts"] = np.array([int(bundle[name][0]) for name in ("crossings", "collisions")])
     return found
 

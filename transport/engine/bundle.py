@@ -22,6 +22,7 @@ PITCH = LANES + 8
 
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
+    "copy_rows",  # rows from one copy of the tallies to the next (driver.Sums); 0 where there is one
     "tallies",  # address of the batch's detector sums (rows of four int64)
     "sizes",  # address of the batch's histogram of score sizes
     "moments",  # address of the long sums, such as of velocities (rows of four limbs)

@@ -33,6 +33,7 @@ ROUNDING = 2.0**-40  # relative: a number of histories this close to an integer 
 GOLDEN = 0.6180339887498949
 # least share of its due histories that the brightest emitter keeps when the others are rounded up
 MIN_BRIGHTEST_SHARE = 0.95
+SCORE_COPIES, MAX_COPIED_ROWS = 4, 256  # passes.detectors.add_score
 PLACE_IN_HEADER = {name: place for place, name in enumerate(HEADER)}
 MAX_SCORED = 1 << 60  # largest sum of a volume detector [2^-32], to which each score adds up to 2^28
 
@@ -60,7 +61,9 @@ class Sums:
     """Memory for the sums of one batch."""
 
     def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
-        self.tallies = np.zeros((plan.rows, 4), np.int64)
+        # Scores into few rows wait for one another: consecutive lanes score into copies.
+        self.copies = SCORE_COPIES if plan.rows <= MAX_COPIED_ROWS else 1
+        self.tallies = np.zeros((self.copies, plan.rows, 4), np.int64)
         self.ledger = np.zeros((layout.ABSORBED + len(plan.surfaces) + plan.media_rows, 4), np.int64)
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
         self.sizes = np.zeros(plan.size_cells, np.int64)
@@ -71,12 +74,18 @@ class Sums:
         self.tracks = np.zeros(plan.max_path_segments, layout.PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), layout.RECORD)
 
+    @property
+    def detectors(self) -> np.ndarray:
+        """Return the sums of all copies, (rows, 4)."""
+        return self.tallies.sum(axis=0) if self.copies > 1 else self.tallies[0]
+
     def enter(self, bundle: np.ndarray, **words: int) -> None:
         """Write the addresses and sizes of this memory, and other words, into a bundle's header."""
         for name in ("tallies", "ledger", "moments", "sizes", "records", "tracks", "bank"):
             words[name] = getattr(self, name).ctypes.data
         words |= {"ledger_words": self.ledger.size, "stride": self.stride, "record_count": 0}
         words |= {"tracks_capacity": len(self.tracks), "flight_count": 0}
+        words["copy_rows"] = self.tallies.shape[1] if self.copies > 1 else 0
         header = header_of(bundle)
         for name, word in words.items():
             header[PLACE_IN_HEADER[name]] = word
@@ -393,7 +402,7 @@ def run_batch(
     return RawSums(
         histories,
         _total_birth_weight(plan, histories - int(sums.ledger[layout.BORN, 2]), dealt, worths),
-        sums.tallies,
+        sums.detectors,
         sums.ledger,
         sums.moments,
         sums.sizes,

@@ -1,12 +1,11 @@
 """Exact integer sums: weights as limbs, rows of tallies, energy balance, crossings below the grazing cut."""
 
-import math
-
 import numpy as np
 from numba import float64, int64
 
 from transport.compile.layout import COUNT_BITS, GRAZING_CUT, LOST
 from transport.engine.bundle import add_to_row, view
+from transport.physics.bits import real, whole
 from transport.physics.device import device
 
 # ---- Crossings below the grazing cut |mu| <= GRAZING_CUT: test whether they follow constant radiance.
@@ -40,8 +39,8 @@ FAINT = 2.0**-33  # below it limbs keep fewer than nine digits
 def limbs(weight):
     """Return the weight in units of 2^-32 and its remainder in units of 2^-63."""
     scaled = weight * 4294967296.0
-    high = int64(scaled)
-    return high, int64((scaled - float64(high)) * 2147483648.0)
+    high = whole(scaled)
+    return high, whole((scaled - real(high)) * 2147483648.0)
 
 
 @device
@@ -59,15 +58,15 @@ def unbiased_limbs(weight, chance):
     It is rounded up with the probability of its remainder. chance: uniform in [0, 1). Zero stays zero.
     """
     scaled = weight * 4294967296.0
-    high = int64(scaled)
-    rest = (scaled - float64(high)) * 2147483648.0
-    return high, int64(rest + (chance if weight < FAINT else 0.0))
+    high = whole(scaled)
+    rest = (scaled - real(high)) * 2147483648.0
+    return high, whole(rest + (chance if weight < FAINT else 0.0))
 
 
 @device
 def hashed_uniform(bits, salt):
     """Return a pseudo-random number in [0, 1): Fibonacci hash of the score's bits, salted by history."""
-    return float64(((bits ^ salt) * HASH >> 12) & MANTISSA) * 2.0**-52
+    return real(((bits ^ salt) * HASH >> 12) & MANTISSA) * 2.0**-52
 
 
 @device
@@ -98,7 +97,7 @@ def slant(weight, mu, chance):
     """
     m = abs(mu)
     inverse = 1.0 / m if m > GRAZING_CUT else 2.0 / GRAZING_CUT
-    return int64(math.floor(weight * inverse * 4194304.0 + chance))
+    return whole(weight * inverse * 4194304.0 + chance)
 
 
 @device

@@ -4,9 +4,9 @@ Coefficients of the logarithm and the arc tangent: Cephes (Moshier 1989); of the
 fitted by Remez's algorithm in 50 digits. Errors against mpmath: tests/physics/test_elementary.py.
 """
 
-from numba import float64
+from numba import int64, uint64
 
-from transport.physics.bits import bits_of, float_of
+from transport.physics.bits import bits_of, float_of, real
 from transport.physics.device import device
 
 TWO_PI = 6.283185307179586
@@ -23,7 +23,7 @@ def log_positive(x):
     m = float_of((bits & MANTISSA) | HALF_EXPONENT)
     low = m < 0.7071067811865476
     m = m + m if low else m
-    e = float64((bits >> 52) - 1022) - (1.0 if low else 0.0)
+    e = real(int64(uint64(bits) >> uint64(52))) - (1023.0 if low else 1022.0)
     # Rational approximation of the logarithm of the mantissa.
     y = m - 1.0
     z = y * y

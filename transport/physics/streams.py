@@ -6,9 +6,9 @@ two draws of any run share a counter, so streams cannot overlap, by construction
 test.
 """
 
-from numba import float64, int64, uint64
+from numba import int64, uint64
 
-from transport.physics.bits import float_of
+from transport.physics.bits import float_of, real
 from transport.physics.device import device
 
 # Purposes: the fourth word of the counter, one per kind of draw.
@@ -70,4 +70,4 @@ def uniform(high, low):
 @device
 def short_uniform(word):
     """Return a uniform in (0, 1) from one 32-bit word: a middle of 2^32 equal cells, so never 0 or 1."""
-    return (float64(int64(word)) + 0.5) * 2.3283064365386963e-10
+    return (real(int64(word)) + 0.5) * 2.3283064365386963e-10

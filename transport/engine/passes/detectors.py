@@ -4,7 +4,7 @@ Layer l of a sheet holds at most one detector; a lane finds it by (sheet, layer)
 azimuth, cosine), the last fastest, after one row for values outside all bins; departures follow all arrivals.
 """
 
-from numba import float64, int64, uint64
+from numba import int64, uint64
 
 from transport.compile import layout
 from transport.engine.bodies import lane_pass
@@ -18,7 +18,7 @@ from transport.engine.tally import (
     unbiased_limbs,
 )
 from transport.engine.words import is_covered
-from transport.physics.bits import bits_of
+from transport.physics.bits import bits_of, real, whole
 from transport.physics.device import device
 
 
@@ -43,7 +43,7 @@ def cosine_to_side(word, covered, layer, mu):
 def cosine_bin(word, mu):
     """Return the row of the cosine bin relative to the detector's first row, which is the outside row."""
     cells = (word >> layout.DETECTOR_CELLS_SHIFT) & layout.DETECTOR_CELLS_MASK
-    return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)
+    return 1 + min(whole(abs(mu) * real(cells)), cells - 1)
 
 
 @device
@@ -83,6 +83,13 @@ def bin_crossings(lane, table):
 
 
 @device
+def add_score(lane):
+    """Add weight, count and slant to the row of the bin, in a copy of the tallies (driver.Sums)."""
+    row = lane.bin + int64(lane.number & uint64(3)) * lane.copy_rows
+    add_to_row(lane.tallies + 32 * row, lane.high, lane.low, lane.count, lane.slant)
+
+
+@device
 def has_bin(lane, table):
     """Return whether a lane scores."""
     return lane.bin != 0
@@ -91,7 +98,7 @@ def has_bin(lane, table):
 @lane_pass(layout.NO_TABLE, when=has_bin)
 def score(lane, table):
     """Add weight, count and slant (weight/|mu|) to the row of the bin, for the few lanes that have one."""
-    add_to_row(lane.tallies + 32 * lane.bin, lane.high, lane.low, lane.count, lane.slant)
+    add_score(lane)
 
 
 @lane_pass(layout.NO_TABLE)
@@ -100,7 +107,7 @@ def score_all(lane, table):
 
     Row 0 takes the rest and is never read.
     """
-    add_to_row(lane.tallies + 32 * lane.bin, lane.high, lane.low, lane.count, lane.slant)
+    add_score(lane)
 
 
 @lane_pass(layout.MOMENTS, when=has_bin)

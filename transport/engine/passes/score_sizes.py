@@ -9,8 +9,8 @@ from numba import uint64
 
 from transport.compile import layout
 from transport.engine.bodies import lane_pass
-from transport.engine.bundle import add_to_row, view
-from transport.engine.passes.detectors import has_bin
+from transport.engine.bundle import view
+from transport.engine.passes.detectors import add_score, has_bin
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
@@ -32,7 +32,7 @@ def score_and_size(lane, table):
     A batch whose number has a bit of `resting` counts none.
     """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(lane.sizes, table.cells, np.int64)
-    add_to_row(lane.tallies + 32 * lane.bin, lane.high, lane.low, lane.count, lane.slant)
+    add_score(lane)
     one = 1 if lane.batch & table.resting == 0 else 0
     sizes[uint64(numbers[uint64(lane.detector_row)] + size_cell(lane.weight))] += one
 
@@ -46,7 +46,7 @@ def is_resting(lane, table):
 @lane_pass(layout.SIZES)
 def score_all_resting(lane, table):
     """Score like detectors.score_all."""
-    add_to_row(lane.tallies + 32 * lane.bin, lane.high, lane.low, lane.count, lane.slant)
+    add_score(lane)
 
 
 @lane_pass(layout.SIZES, unless=(is_resting, score_all_resting))
@@ -57,5 +57,5 @@ def score_all_and_size(lane, table):
     """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(lane.sizes, table.cells, np.int64)
     cell = numbers[uint64(lane.detector_row)] + size_cell(lane.weight)
-    add_to_row(lane.tallies + 32 * lane.bin, lane.high, lane.low, lane.count, lane.slant)
+    add_score(lane)
     sizes[uint64(cell if lane.bin != 0 else 0)] += 1
