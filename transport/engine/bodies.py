@@ -463,7 +463,10 @@ class Pass:
         count = _plain(self.sums).__code__.co_argcount - 2
         own = {"body": self.inlined, "sums": self.sums, "when": when, "other": other}
         own |= {"NONE": (0,) * count, "TABLE": self.table}
-        function = FunctionType(loop.__code__, loop.__globals__ | own, self.name)
+        # Under the file, line and name of the body it is kept on disk and named in messages.
+        at = self.function.__code__
+        code = loop.__code__.replace(co_filename=at.co_filename, co_firstlineno=at.co_firstlineno)
+        function = FunctionType(code, loop.__globals__ | own, self.name)
         function.__qualname__, function.__doc__ = self.function.__qualname__, self.function.__doc__
         function.__module__ = self.function.__module__
         return function
