@@ -479,8 +479,15 @@ class Pass:
 
     @property
     def entry(self):
-        """Address of the callback for the driver, or a Python function without compilation."""
-        return self.run_plainly if config.DISABLE_JIT else self.compiled.address
+        """Address of the callback for the driver, or a Python function of this name without compilation."""
+        if not config.DISABLE_JIT:
+            return self.compiled.address
+
+        def run(bundle, table, first, live):
+            return self.run_plainly(bundle, table, first, live)
+
+        run.__name__ = self.name
+        return run
 
     def run_plainly(self, bundle, table, first: int, live: int) -> int:
         """Run the pass as plain Python on records; return the number of live lanes."""
