@@ -314,14 +314,19 @@ class PlainLane:
             getattr(bundle, name)[vars(self)["_number"]] = value
 
 
-def _plain_read(lane, number):
-    """Return a carried field by its number."""
-    return getattr(lane, CARRIED[number][0])
+def _plain_numbered(kind):
+    """Twin of `_numbered`: kind is a type of NumPy."""
 
+    def words(lane, number):
+        return getattr(vars(lane)["_bundle"], LANE_FIELDS[number]).view(kind)
 
-def _plain_write(lane, number, value):
-    """Set a carried field by its number."""
-    setattr(lane, CARRIED[number][0], value)
+    def read(lane, number):
+        return words(lane, number)[vars(lane)["_number"]]
+
+    def write(lane, number, value):
+        words(lane, number)[vars(lane)["_number"]] = value
+
+    return read, write
 
 
 def _plain_own_memory(count):
@@ -342,8 +347,12 @@ def _plain_lane_at(lanes, number):
 
 lane_at = _plain_lane_at if config.DISABLE_JIT else _lane_at
 own_memory = _plain_own_memory if config.DISABLE_JIT else _own_memory
-lane_word, set_lane_word = (_plain_read, _plain_write) if config.DISABLE_JIT else _numbered(types.int64)
-lane_value, set_lane_value = (_plain_read, _plain_write) if config.DISABLE_JIT else _numbered(types.float64)
+if config.DISABLE_JIT:
+    lane_word, set_lane_word = _plain_numbered(np.int64)
+    lane_value, set_lane_value = _plain_numbered(np.float64)
+else:
+    lane_word, set_lane_word = _numbered(types.int64)
+    lane_value, set_lane_value = _numbered(types.float64)
 
 
 # ---- The form for a bundle: a loop over lanes. A pass runs a copy of one of these functions, with globals of
