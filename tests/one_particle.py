@@ -67,7 +67,7 @@ def _either(lane, address):
 def _cast(lane, address, shadow, moves, count):
     """In the place of listing rays: true if one is to be traced."""
     table = table_at(_pointer(address), TABLE)
-    lane.score, lane.leg = lane.score * lane.pdf, table.code
+    lane.score, lane.leg = lane.score * lane.pdf, table.leg
     if lane.score > 0.0:
         here, there = view(lane.address, WORDS, np.int64), view(shadow.address, WORDS, np.int64)
         rows = view(moves, count, layout.WORD)
@@ -220,7 +220,8 @@ def program_of_world(number: int, estimator: str = "analog") -> CompiledProgram 
     world = world_of(number, 1, TURNS[number % len(TURNS)])
     try:
         scene = world.scene()
-        return program_of(scene, estimator, world.options.get("tracking"))
+        tracking = world.options.get("tracking")
+        return program_of(scene, estimator, tracking if isinstance(tracking, tp.Tracking) else None)
     except tp.SceneError:
         return None
 

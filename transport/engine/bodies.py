@@ -17,6 +17,7 @@ With NUMBA_DISABLE_JIT=1 all run as plain Python.
 
 import dis
 import itertools
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -330,12 +331,12 @@ def _plain_numbered(kind):
 
 
 def _plain_own_memory(count):
-    """Twin of `_own_memory`."""
-    kept = []
+    """Twin of `_own_memory`: a thread keeps its last arrays until their users have returned."""
+    kept = threading.local()
 
     def own_memory():
-        kept[:] = kept[-8:] + [np.zeros(count, np.int64)]
-        return kept[-1].ctypes.data
+        kept.arrays = getattr(kept, "arrays", [])[-8:] + [np.zeros(count, np.int64)]
+        return kept.arrays[-1].ctypes.data
 
     return own_memory
 

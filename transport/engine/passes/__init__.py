@@ -1,4 +1,4 @@
-"""Passes: the steps of a particle as loops over lanes. A module is loaded when first needed."""
+"""Passes: the steps of a particle, by subject. A module is loaded when first needed."""
 
 from transport.engine.registry import MODULES
 
