@@ -239,7 +239,9 @@ def flat_shapes():
         Detector("floor", directions=Directions(mu=3)),
         Detector("screen", directions=Directions(phi=3)),
     ]
+    turned = Rectangle(center=(0.1, 0, 0.2), width=0.6, height=0.5, up=(1, 2, 0))
     meters += [Detector(window, "window"), Detector("roof", side="back"), Detector(Plane(), "plane")]
+    meters.append(Detector(turned, "turned"))
     sources = [
         Source("roof", LIGHT, side="back"),
         Source("screen", LIGHT),
