@@ -8,8 +8,8 @@ FURNACE = "experiments/test_planted_faults::test_a_furnace_that_forgets_what_is_
 FAULTS = (
     Fault(
         "engine/passes/detectors.py",
-        "return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)",
-        "return min(int64(abs(mu) * float64(cells)), cells - 1)",
+        "return 1 + min(whole(abs(mu) * real(cells)), cells - 1)",
+        "return min(whole(abs(mu) * real(cells)), cells - 1)",
         "bins of cosine that are one off",
         (
             "detectors/test_surface_detectors::test_a_ray_straight_along_the_normal_is_in_the_outermost_bin_of_cosine",
@@ -17,8 +17,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/detectors.py",
-        "return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)",
-        "return 1 + int64(abs(mu) * float64(cells))",
+        "return 1 + min(whole(abs(mu) * real(cells)), cells - 1)",
+        "return 1 + whole(abs(mu) * real(cells))",
         "no clamp for a ray straight along the normal",
         (
             "detectors/test_surface_detectors::test_a_ray_straight_along_the_normal_is_in_the_outermost_bin_of_cosine",
@@ -72,15 +72,15 @@ FAULTS = (
     ),
     Fault(
         SUMS,
-        "    return high, int64((scaled - float64(high)) * 2147483648.0)\n\n\n@device\ndef limbs_of_loss",
+        "    return high, whole((scaled - real(high)) * 2147483648.0)\n\n\n@device\ndef limbs_of_loss",
         "    return high, int64(0)\n\n\n@device\ndef limbs_of_loss",
         "sums of weights rounded to 2^-32",
         ("hard/test_hard_media::test_the_energy_balance_keeps_every_unit_of_a_weight",),
     ),
     Fault(
         SUMS,
-        "int64(rest + (chance if weight < FAINT else 0.0))",
-        "int64(rest)",
+        "whole(rest + (chance if weight < FAINT else 0.0))",
+        "whole(rest)",
         "faint weights cut off, which biases their sum",
         ("hard/test_hard_media::test_chance_rounds_up_only_what_is_less_than_a_unit",),
     ),
@@ -95,8 +95,8 @@ FAULTS = (
     ),
     Fault(
         SUMS,
-        "4194304.0 + chance))",
-        "4194304.0))",
+        "4194304.0 + chance)",
+        "4194304.0)",
         "fluence rates always rounded down",
         ("hard/test_hard_numbers::test_fluence_of_a_steady_grazing_beam_is_not_rounded_away",),
     ),

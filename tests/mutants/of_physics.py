@@ -216,8 +216,8 @@ FAULTS = (
     ),
     Fault(
         RANDOM,
-        "(float64(int64(word)) + 0.5) *",
-        "float64(int64(word)) *",
+        "(real(int64(word)) + 0.5) *",
+        "real(int64(word)) *",
         "a uniform number that may be 0 where it must not",
         ("physics/test_streams",),
     ),
