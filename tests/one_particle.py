@@ -103,8 +103,9 @@ def one_particle(compiled: CompiledProgram):
 
     def calls(steps, indent, lane="lane"):
         for lane_pass, table in steps:
-            name = f"{lane_pass.name.replace(' ', '_')}"
-            names.setdefault(name, alone(lane_pass)) if name not in names else None
+            name = lane_pass.name.replace(" ", "_")
+            if name not in names:
+                names[name] = alone(lane_pass)
             call, pad = f"{name}({lane}, {table.ctypes.data}", "    " * indent
             if lane_pass.name != "list_shadow_rays":
                 lines.append(f"{pad}{call})")
@@ -152,9 +153,9 @@ def sums_of_single_particles(compiled: CompiledProgram, seed: int, batch: int, h
     bundle["record_phase"] = int(phase * int(bundle["stride"][0]))
     dealt, worths = _deal_histories(compiled, histories)
     shares, first = compiled.birth_table[3], 0
-    for emitter in range(len(program_births := compiled.program.births)):
-        is_last = emitter == len(program_births) - 1
-        end = dealt[emitter] if len(dealt) else _end(histories, shares[emitter], offset, is_last)
+    last = len(compiled.program.births) - 1
+    for emitter in range(last + 1):
+        end = dealt[emitter] if len(dealt) else _end(histories, shares[emitter], offset, emitter == last)
         bundle["birth_factor"] = np.float64(worths[emitter]).view(np.int64)
         for number in range(first, int(end)):
             bundle["next_history"] = number

@@ -35,6 +35,9 @@ ROUNDING = 2.0**-50
 # Below this cosine a crossing scores 2/GRAZING_CUT instead of 1/|mu| in the fluence rate.
 GRAZING_CUT = 1e-3
 
+# Scores into few rows wait for one another: lane k adds to copy k % SCORE_COPIES of the rows (driver.Sums).
+SCORE_COPIES, MAX_COPIED_ROWS = 4, 256
+
 # bits of a row's number of scores; the grazing scores are counted above them (engine/tally.py)
 COUNT_BITS = 36
 

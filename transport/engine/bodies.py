@@ -1,6 +1,6 @@
 """Passes: each physical step written once, for one particle, without a loop.
 
-    @lane_pass(layout.ROULETTE_LAW, sums=to_ledger)
+    @lane_pass(layout.ROULETTE_LAW, sums=to_ledger(layout.ROULETTE))
     def play_roulette(lane, table):
         ...
         return high, low
@@ -55,13 +55,7 @@ COUNTERS = (
 # The table and the header are copied to memory of the loop's own, which LLVM keeps in registers: it could not
 # know that the stores into lanes leave them alone.
 
-NUMBA_TYPES = {
-    "f8": types.float64,
-    "i8": types.int64,
-    "f4": types.float32,
-    "i4": types.int32,
-    "u1": types.uint8,
-}
+NUMBA_TYPES = {"f8": types.float64, "i8": types.int64}
 
 
 class LaneType(types.Type):

@@ -33,7 +33,6 @@ ROUNDING = 2.0**-40  # relative: a number of histories this close to an integer 
 GOLDEN = 0.6180339887498949
 # least share of its due histories that the brightest emitter keeps when the others are rounded up
 MIN_BRIGHTEST_SHARE = 0.95
-SCORE_COPIES, MAX_COPIED_ROWS = 4, 256  # passes.detectors.add_score
 PLACE_IN_HEADER = {name: place for place, name in enumerate(HEADER)}
 MAX_SCORED = 1 << 60  # largest sum of a volume detector [2^-32], to which each score adds up to 2^28
 
@@ -61,8 +60,7 @@ class Sums:
     """Memory for the sums of one batch."""
 
     def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
-        # Scores into few rows wait for one another: consecutive lanes score into copies.
-        self.copies = SCORE_COPIES if plan.rows <= MAX_COPIED_ROWS else 1
+        self.copies = layout.SCORE_COPIES if plan.rows <= layout.MAX_COPIED_ROWS else 1
         self.tallies = np.zeros((self.copies, plan.rows, 4), np.int64)
         self.ledger = np.zeros((layout.ABSORBED + len(plan.surfaces) + plan.media_rows, 4), np.int64)
         self.moments = np.zeros((plan.long_rows, 4), np.int64)

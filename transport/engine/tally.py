@@ -110,16 +110,51 @@ def hash_salt(seed_low, batch):
 
 
 @device
-def add_to_ledger(b, row, high, low):
+def add_to_ledger(lane, row, high, low):
     """Add limbs to a row of the ledger."""
-    ledger = view(b.ledger, b.ledger_words, np.int64)
+    ledger = view(lane.ledger, lane.ledger_words, np.int64)
     ledger[4 * row] += high
     ledger[4 * row + 1] += low
 
 
 @device
-def add_lost(b, weight):
+def add_lost(lane, weight):
     """Add one lost history to the ledger, with its weight if that is not NaN."""
     high, low = limbs(weight if weight == weight else 0.0)
-    add_to_ledger(b, LOST, high, low)
-    view(b.ledger, b.ledger_words, np.int64)[4 * LOST + 2] += 1
+    add_to_ledger(lane, LOST, high, low)
+    view(lane.ledger, lane.ledger_words, np.int64)[4 * LOST + 2] += 1
+
+
+# ---- What the totals of a pass are added to: values of `sums` (engine/bodies.py).
+
+
+def to_ledger(row):
+    """Return sums that add limbs to one row of the ledger."""
+
+    @device
+    def add(lane, table, high, low):
+        add_to_ledger(lane, row, high, low)
+
+    return add
+
+
+def to_spare_word(row):
+    """Return sums that add a number to the spare word of one row of the ledger."""
+
+    @device
+    def add(lane, table, number):
+        view(lane.ledger, lane.ledger_words, np.int64)[4 * row + 3] += number
+
+    return add
+
+
+@device
+def to_row_of_table(lane, table, high, low):
+    """Add limbs to the row of the ledger that the table names."""
+    add_to_ledger(lane, table.ledger, high, low)
+
+
+@device
+def to_scored(lane, table, scored):
+    """Add to the bound of the sums of scores (driver.MAX_SCORED)."""
+    lane.scored += scored

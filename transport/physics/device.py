@@ -54,13 +54,13 @@ class FuseMultiplyAdds(FunctionPass):
         FunctionPass.__init__(self)
 
     def run_pass(self, state) -> bool:
-        """Rewrite the typed function; return whether anything changed."""
+        """Rewrite the typed function; return that it has changed."""
         self.state, before = state, state.func_ir
         for block in before.blocks.values():
             products, statements = {}, []
             for statement in block.body:
                 value = getattr(statement, "value", None)
-                if isinstance(statement, ir.Assign) and self._is_sum(value):
+                if isinstance(statement, ir.Assign) and self._is_of_floats(value):
                     if value.fn is operator.mul and statement.target.name.startswith("$"):
                         products[statement.target.name] = value
                     statements += self._fuse(statement, value, products)
@@ -68,7 +68,7 @@ class FuseMultiplyAdds(FunctionPass):
             block.body = statements
         return True
 
-    def _is_sum(self, value: object) -> bool:
+    def _is_of_floats(self, value: object) -> bool:
         """Return whether this is an operation on two float64."""
         if not (isinstance(value, ir.Expr) and value.op in ("binop", "inplace_binop")):
             return False

@@ -15,7 +15,7 @@ from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import PARALLEL, tangential_part
 from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
-from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
+from transport.engine.tally import hash_salt, hashed_uniform, to_scored, unbiased_limbs
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 from transport.physics.directions import from_frame, select, turned_by
@@ -229,13 +229,7 @@ def refine_by_cell(lane, table):
     lane.slant = 0 if is_flight | (lane.weight < m.strong) else SLANT_UNITS
 
 
-@device
-def add_scored(lane, table, scored):
-    """Add to the bound of the sums of scores."""
-    lane.scored += scored
-
-
-@lane_pass(layout.VOLUME, sums=add_scored)
+@lane_pass(layout.VOLUME, sums=to_scored)
 def score_path_by_cell(lane, table):
     """Score weight times path length in a source that fills a volume, by cell of birth."""
     length, scored = lane.length_inside, SCORE_BOUND
@@ -248,7 +242,7 @@ def score_path_by_cell(lane, table):
     return scored
 
 
-@lane_pass(layout.VOLUME, sums=add_scored)
+@lane_pass(layout.VOLUME, sums=to_scored)
 def score_path_by_cell_in_media(lane, table):
     """Score the mean weight along a path times its length by cell of birth, where media absorb."""
     length, fade, scored = lane.length_inside, lane.path_absorption, SCORE_BOUND

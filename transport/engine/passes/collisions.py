@@ -15,7 +15,13 @@ from transport.compile.layout import COLLISION_CLEARANCE
 from transport.compile.media import SEGMENT
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
-from transport.engine.tally import add_to_ledger, hash_salt, hashed_uniform, limbs, limbs_of_loss
+from transport.engine.tally import (
+    hash_salt,
+    hashed_uniform,
+    limbs,
+    limbs_of_loss,
+    to_row_of_table,
+)
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
 from transport.physics.directions import sample_isotropic, select
@@ -101,6 +107,12 @@ def count_collisions(lane, table, colliding):
     lane.collisions += colliding
 
 
+@device
+def revoke_collisions(lane, table, paused):
+    """Take collisions off their count."""
+    lane.collisions -= paused
+
+
 @lane_pass(layout.NO_TABLE, sums=count_collisions)
 def collide(lane, table):
     """Move lanes to the end of the free path where no surface came before it; mark them as colliding."""
@@ -162,13 +174,7 @@ def absorb_at_collisions(lane, table):
     lane.collides = 0 if dies else lane.collides
 
 
-@device
-def add_to_medium(lane, table, high, low):
-    """Add to the medium's row of the ledger."""
-    add_to_ledger(lane, table.ledger, high, low)
-
-
-@lane_pass(layout.ABSORBING_MEDIUM, sums=add_to_medium)
+@lane_pass(layout.ABSORBING_MEDIUM, sums=to_row_of_table)
 def account_absorbed_in(lane, table):
     """Add the absorption in one medium to its row of the ledger."""
     here = lane.medium == table.medium

@@ -85,7 +85,7 @@ def bin_crossings(lane, table):
 @device
 def add_score(lane):
     """Add weight, count and slant to the row of the bin, in a copy of the tallies (driver.Sums)."""
-    row = lane.bin + int64(lane.number & uint64(3)) * lane.copy_rows
+    row = lane.bin + int64(lane.number % uint64(layout.SCORE_COPIES)) * lane.copy_rows
     add_to_row(lane.tallies + 32 * row, lane.high, lane.low, lane.count, lane.slant)
 
 

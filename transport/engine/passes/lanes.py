@@ -89,10 +89,8 @@ def compact_lanes(lanes, table, first, live):
 
 @device
 def count_reaching_surfaces(lane, table):
-    """Count a crossing unless the particle flies on in a medium."""
-    lane.crossings -= (
-        1 if (lane.weight != 0.0) & (lane.hit == 0) else 0
-    )  # intersections.end_escaped counted it
+    """Take a particle that flies on in a medium off the crossings, where end_escaped has counted it."""
+    lane.crossings -= 1 if (lane.weight != 0.0) & (lane.hit == 0) else 0
 
 
 @bundle_pass(layout.FIELD_MOVES, alone=count_reaching_surfaces)

@@ -14,9 +14,9 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, SCORE_BOUND, direction_to
+from transport.engine.tally import to_scored
 from transport.engine.words import is_covered, standing_sheet
 from transport.physics.connections import ball_connection, flat_connection
-from transport.physics.device import device
 from transport.physics.directions import turned_by
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.emission import cone_about
@@ -214,18 +214,12 @@ def keep_transmitted(lane, table):
     lane.detector_word = lane.detector_word if passes else 0
 
 
-@device
-def add_target_scores(lane, table, passed):
-    """Add to the bound of the sums of scores."""
-    lane.scored += passed * SCORE_BOUND
-
-
-@lane_pass(layout.LAYERS, sums=add_target_scores)
+@lane_pass(layout.LAYERS, sums=to_scored)
 def count_target_crossings(lane, table):
     """Count one crossing of its target off the `leg` of each ray."""
     there = (lane.detector_word != 0) & is_covered(lane.covered, table.layer) & (lane.weight != 0.0)
     lane.leg -= 1 if there else 0
-    return 1 if there else 0
+    return SCORE_BOUND if there else 0
 
 
 @lane_pass(layout.NO_TABLE)

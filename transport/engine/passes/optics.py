@@ -8,7 +8,7 @@ from transport.compile.layout import EDGE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.velocities import quantile, quantile_table
-from transport.physics.device import device
+from transport.engine.tally import to_spare_word
 from transport.physics.directions import select, turned_by
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.interfaces import (
@@ -87,13 +87,7 @@ def transmit(lane, table):
     lane.mu = -lane.mu if passes else lane.mu
 
 
-@device
-def count_contradictions(lane, table, astray):
-    """Count arrivals from a medium that the scene contradicts."""
-    view(lane.ledger, lane.ledger_words, np.int64)[4 * layout.LOST + 3] += astray
-
-
-@lane_pass(layout.NO_TABLE, sums=count_contradictions)
+@lane_pass(layout.NO_TABLE, sums=to_spare_word(layout.LOST))
 def refract(lane, table):
     """Reflect with probability of Fresnel's reflectance, else refract by Snell's law (material DIELECTRIC).
 

@@ -6,14 +6,13 @@ A surface holds the set of bodies on each of its sides. A particle that leaves t
 then on, whatever was known before: so an error does not persist.
 """
 
-import numpy as np
 from numba import float64, uint64
 
 from transport.compile import layout
 from transport.compile.layout import EDGE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.tally import add_lost, add_to_ledger, limbs
+from transport.engine.tally import add_lost, limbs, to_ledger, to_spare_word
 from transport.engine.words import is_covered
 from transport.physics.bits import bits_of
 from transport.physics.device import device
@@ -37,13 +36,7 @@ def leave_birth_body(lane, table):
     lane.inside = lane.inside & ~bit if leaves else lane.inside
 
 
-@device
-def count_unseen(lane, table, unseen):
-    """Count crossings from bodies other than those recorded."""
-    view(lane.ledger, lane.ledger_words, np.int64)[4 * layout.ESCAPED + 3] += unseen
-
-
-@lane_pass(layout.LAYERS, sums=count_unseen)
+@lane_pass(layout.LAYERS, sums=to_spare_word(layout.ESCAPED))
 def cross_boundary(lane, table):
     """Set the bodies of the side that a lane leaves to, one layer of boundaries at a time.
 
@@ -111,13 +104,7 @@ def resolve_box_edges(lane, table):
     lane.sheet = 0 if touches else lane.sheet
 
 
-@device
-def add_escaped_to_empty_space(lane, table, high, low):
-    """Add to the escaped weight."""
-    add_to_ledger(lane, layout.ESCAPED, high, low)
-
-
-@lane_pass(layout.NO_TABLE, sums=add_escaped_to_empty_space)
+@lane_pass(layout.NO_TABLE, sums=to_ledger(layout.ESCAPED))
 def escape_to_empty_space(lane, table):
     """End lanes as escaped that leave all bodies to a side without further surfaces."""
     beyond = layout.EMPTY_FRONT if lane.mu > 0.0 else layout.EMPTY_BACK

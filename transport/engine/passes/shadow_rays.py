@@ -16,7 +16,7 @@ from transport.engine.bundle import LANES, Bundle, add_to_row, view
 from transport.engine.passes.detector_bins import find_cell
 from transport.engine.passes.volumes import half_chord, slab_crossings
 from transport.engine.passes.voxels import cell_at, grid_depth
-from transport.engine.tally import limbs
+from transport.engine.tally import limbs, to_scored
 from transport.engine.words import standing_sheet
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
@@ -303,13 +303,7 @@ def reaches_point(lane, table):
     return (lane.hit == 0) & (lane.weight != 0.0) & (lane.leg == 0)
 
 
-@device
-def add_point_scores(lane, table, arrived):
-    """Add to the bound of the sums of scores."""
-    lane.scored += arrived * SCORE_BOUND
-
-
-@lane_pass(layout.NO_TABLE, sums=add_point_scores, when=reaches_point)
+@lane_pass(layout.NO_TABLE, sums=to_scored, when=reaches_point)
 def score_at_points(lane, table):
     """Score rays that reached their point unoccluded.
 
@@ -320,7 +314,7 @@ def score_at_points(lane, table):
     scale = float_of((1023 - layout.POINT_OCTAVES * (row + 1)) << 52)
     high, low = limbs(score * scale)
     add_to_row(lane.tallies + 32 * (lane.tally + layout.POINT_MIDDLE + row), high, low, 1, 0)
-    return 1
+    return SCORE_BOUND
 
 
 @lane_pass(layout.NO_TABLE)

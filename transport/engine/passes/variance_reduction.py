@@ -12,8 +12,8 @@ from numba import int64
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bodies import lane_pass
-from transport.engine.passes.collisions import is_flying
-from transport.engine.tally import add_to_ledger, limbs, limbs_of_loss
+from transport.engine.passes.collisions import is_flying, revoke_collisions
+from transport.engine.tally import limbs, limbs_of_loss, to_ledger
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative
 from transport.physics.paths import depth_before, free_flight, survived
@@ -63,12 +63,6 @@ def cut_flight(lane, table):
     lane.cut = 1 if cuts else 0
 
 
-@device
-def revoke_collisions(lane, table, paused):
-    """Take collisions off their count."""
-    lane.collisions -= paused
-
-
 @lane_pass(layout.NO_TABLE, sums=revoke_collisions)
 def revoke_station_collisions(lane, table):
     """Revoke the collision of lanes that were cut at a station.
@@ -81,13 +75,7 @@ def revoke_station_collisions(lane, table):
     return 1 if pauses else 0
 
 
-@device
-def add_to_roulette(lane, table, high, low):
-    """Add the weight killed less the weight gained."""
-    add_to_ledger(lane, layout.ROULETTE, high, low)
-
-
-@lane_pass(layout.IMPORTANCE, sums=add_to_roulette)
+@lane_pass(layout.IMPORTANCE, sums=to_ledger(layout.ROULETTE))
 def split_or_roulette(lane, table):
     """Split lanes that are too heavy for their place; play Russian roulette with those that are too light.
 
@@ -145,7 +133,7 @@ def sample_free_or_forced_path(lane, table):
     lane.flies = 1 if flies else 0
 
 
-@lane_pass(layout.NO_TABLE, sums=add_to_roulette)
+@lane_pass(layout.NO_TABLE, sums=to_ledger(layout.ROULETTE))
 def force_collision(lane, table):
     """Divide fresh lanes into the uncollided part and a copy that collides before the surface ahead.
 
@@ -194,7 +182,7 @@ def roulette_outcome(is_light, weight, wanted, u):
     return new, fresh if is_light else u, high, low
 
 
-@lane_pass(layout.ROULETTE_LAW, sums=add_to_roulette)
+@lane_pass(layout.ROULETTE_LAW, sums=to_ledger(layout.ROULETTE))
 def play_roulette(lane, table):
     """Play Russian roulette at walls, below a share `threshold` of the birth weight.
 
@@ -206,7 +194,7 @@ def play_roulette(lane, table):
     return high, low
 
 
-@lane_pass(layout.IMPORTANCE, sums=add_to_roulette)
+@lane_pass(layout.IMPORTANCE, sums=to_ledger(layout.ROULETTE))
 def play_roulette_by_importance(lane, table):
     """Play Russian roulette at walls, below half the weight wanted there, which survivors have."""
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
@@ -218,7 +206,7 @@ def play_roulette_by_importance(lane, table):
     return high, low
 
 
-@lane_pass(layout.ROULETTE_LAW, sums=add_to_roulette)
+@lane_pass(layout.ROULETTE_LAW, sums=to_ledger(layout.ROULETTE))
 def play_roulette_in_flight(lane, table):
     """Play Russian roulette at collisions, below a share `threshold` of the birth weight."""
     w, birth = lane.weight, lane.birth

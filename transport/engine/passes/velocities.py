@@ -8,7 +8,7 @@ import numpy as np
 from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.tally import add_to_ledger, limbs
+from transport.engine.tally import limbs, to_ledger
 from transport.physics.device import device
 from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial
 from transport.physics.streams import CLOCK, SPEED, random_words, uniform
@@ -180,13 +180,7 @@ def time_arrival_in_media(lane, table):
     lane.arrival = lane.time + (length * pace if lane.flies != 0 else 0.0)
 
 
-@device
-def add_in_flight(lane, table, high, low):
-    """Add to the weight in flight when the clock stops."""
-    add_to_ledger(lane, layout.IN_FLIGHT, high, low)
-
-
-@lane_pass(layout.CLOCK, sums=add_in_flight)
+@lane_pass(layout.CLOCK, sums=to_ledger(layout.IN_FLIGHT))
 def stop_clock(lane, table):
     """End particles whose flight outlasts the clock, as in flight; advance the time of the others."""
     arrival = lane.arrival

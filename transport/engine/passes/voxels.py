@@ -9,8 +9,8 @@ from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE, LEVELS
 from transport.engine.bodies import bundle_pass, lane_at, lane_pass
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH, view
-from transport.engine.passes.collisions import attenuated, is_flying
-from transport.engine.tally import add_to_ledger, hash_salt, limbs_of_loss
+from transport.engine.passes.collisions import attenuated, is_flying, revoke_collisions
+from transport.engine.tally import hash_salt, limbs_of_loss, to_row_of_table
 from transport.physics.device import device
 from transport.physics.elementary import log_positive
 from transport.physics.paths import free_flight
@@ -363,12 +363,6 @@ def reset_cuts(lane, table):
     lane.cut = 0
 
 
-@device
-def revoke_collisions(lane, table, paused):
-    """Take collisions off their count."""
-    lane.collisions -= paused
-
-
 @lane_pass(layout.NO_TABLE, sums=revoke_collisions)
 def revoke_cut_collisions(lane, table):
     """Revoke the collision of lanes whose flight was cut within voxels."""
@@ -471,13 +465,7 @@ def delta_track_in_grid(lanes, table, first, live):
     return live
 
 
-@device
-def add_to_grid(lane, table, high, low):
-    """Add to the grid's row of the ledger."""
-    add_to_ledger(lane, table.ledger, high, low)
-
-
-@lane_pass(layout.GRID, sums=add_to_grid)
+@lane_pass(layout.GRID, sums=to_row_of_table)
 def attenuate_in_grid(lane, table):
     """Absorb along flights through a grid that only absorbs: weight times the exact exp(-optical depth).
 

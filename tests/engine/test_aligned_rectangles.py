@@ -1,0 +1,62 @@
+"""Rays meet a rectangle aligned with the axes at the same place, to the last bit, as by the passes for rectangles in any position."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.driven import Lanes
+from transport.compile.compiler import compile_scene
+from transport.engine.bundle import LANES
+from transport.engine.registry import PASSES
+
+LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+
+
+def rectangle(axis, sign, turned):
+    """Not a square, off the middle, its width along either of the other axes."""
+    up = AXES["xyz"[("xyz".index(axis) + (1 if turned else 2)) % 3]]
+    return tp.Rectangle(
+        center=(0.1, -0.2, 0.3), normal=tuple(sign * n for n in AXES[axis]), up=up, width=1.1, height=0.7
+    )
+
+
+def met(name, row):
+    """What rays from all around find, some of them along the plane or from it."""
+    random = np.random.default_rng(4)
+    lanes = Lanes(distance=np.inf, start=np.where(random.random(LANES) < 0.2, 0.25, 0.0))
+    directions = random.normal(size=(LANES, 3))
+    directions[:9] = np.eye(3)[np.arange(9) % 3]
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    for column, name_of in enumerate("xyz"):
+        lanes[name_of], lanes[f"u{name_of}"] = random.uniform(-0.3, 0.3, LANES), directions[:, column]
+    lanes["sheet"] = np.where(random.random(LANES) < 0.1, row["sheet"], 0)
+    lanes.run(PASSES[name], row)
+    return {field: lanes[field] for field in ("distance", "hit", "covered")}
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["upright", "lying"])
+@pytest.mark.parametrize("sign", [1, -1], ids=["along", "against"])
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("kind", ["meet", "cover"])
+def test_aligned_and_general_passes_agree(kind, axis, sign, turned):
+    shape = rectangle(axis, sign, turned)
+    parts = (
+        {"surfaces": [tp.Surface(shape, tp.Black())]}
+        if kind == "meet"
+        else {"detectors": [tp.Detector(shape, "it")]}
+    )
+    ((name, row, _),) = compile_scene(tp.Scene(LAMP, **parts)).members
+    assert name == f"{kind}_rectangle_{axis}"
+    aligned, general = met(name, row), met(f"{kind}_rectangle", row)
+    assert 20 < np.isfinite(aligned["distance"]).sum() < LANES
+    for field, values in general.items():
+        np.testing.assert_array_equal(aligned[field], values, field)
+
+
+def test_a_tilted_rectangle_has_the_general_pass():
+    tilted = tp.Rectangle(normal=(0, 1e-9, 1), width=1, height=1)
+    ((name, _, _),) = compile_scene(tp.Scene(LAMP, [tp.Surface(tilted, tp.Black())])).members
+    assert name == "meet_rectangle"
