@@ -51,9 +51,9 @@ COUNTERS = (
 )
 
 
-# LLVM stores a choice between a new value and the loaded one under a mask. Without AVX-512 such a store is slow
-# on some processors (AMD Zen 3: 12 cycles for four lanes), so there a number that LLVM does not know, but
-# which is 0, is combined with all that is stored.
+# LLVM 22 stores a choice between a new value and the loaded one under a mask. Without AVX-512 that is slow on
+# some processors (AMD Zen 3: 12 cycles for four lanes). There, all that is stored is combined with a word of
+# the header that is 0, which LLVM does not know.
 MASKS_STORES = llvm.get_host_cpu_features().get("avx512f", False)
 
 # ---- Lanes and tables as values of compiled code: an address, whose attributes are fields.
