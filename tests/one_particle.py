@@ -31,6 +31,7 @@ from transport.engine.driver import (
     compile_program,
     run_batch,
 )
+from transport.engine.passes.lanes import flies_on
 from transport.engine.program import build_program
 from transport.physics.streams import SHARES, random_words, uniform
 from transport.verification.experiment import cases_of, experiment, experiment_names
@@ -119,11 +120,14 @@ def one_particle(compiled: CompiledProgram):
     lines += ["        pass", "", "def follow(lane, shadow):", "    while lane.weight != 0.0:"]
     ready, inner = program.setup_count, program.round_count
     calls(program.steps[:ready], 2)
-    if inner:
-        lines += ["        flies = True", "        while flies:"]
-        calls(program.steps[ready : ready + inner], 3)
-        lines += ["            flies = lane.collides != 0"]
-    calls(program.steps[ready + inner :] if inner else program.steps, 2)
+    lines += ["        flies = True", "        while flies:"]
+    calls(program.steps[ready : ready + inner], 3)
+    lines += [
+        "            flies = flies_on(lane)"
+        if ready + inner < len(program.steps)
+        else "            flies = False"
+    ]
+    calls(program.steps[ready + inner :], 2)
     lines += ["", "def history(bundle, others, emitter):"]
     lines += ["    lane, shadow = lanes_of(pointer(bundle)), lanes_of(pointer(others))"]
     for number, steps in enumerate(program.births):
@@ -134,7 +138,7 @@ def one_particle(compiled: CompiledProgram):
     lines += ["        follow(lane, shadow)"]
     text, file = "\n".join(lines) + "\n", f"<one particle {id(compiled)}>"
     linecache.cache[file] = (len(text), None, text.splitlines(True), file)
-    space = names | {"pointer": _pointer, "lanes_of": lanes_of}
+    space = names | {"pointer": _pointer, "lanes_of": lanes_of, "flies_on": flies_on}
     exec(compile(text, file, "exec"), space)
     for name in ("trace", "follow", "history"):
         space[name] = njit(error_model="numpy", fastmath={"nsz"})(space[name])

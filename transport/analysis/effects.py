@@ -324,15 +324,24 @@ def _run_steps(program, sums, visited: Callable) -> Iterator[int]:
         visited((lane_pass.name, entry, place), first, live, before, words)
         return left
 
-    emitters, live, history = itertools.cycle(program.births), 0, 0
+    emitters, flying, fresh, history = itertools.cycle(program.births), 0, 0, 0
+    ready, arrival = program.setup_count, program.setup_count + program.round_count
     for _ in range(STEPS):
-        if live < LANES:
-            bundle["next_history"] = history - live
+        waiting = int(bundle["waiting"][0])
+        if flying < LANES - waiting:
+            bundle["next_history"] = history - flying
             for step in next(emitters):
-                visit(step, live, LANES)
-        live, history = LANES, history + LANES - live
-        for step in program.steps:
-            live = visit(step, 0, live)
+                visit(step, flying, LANES - waiting)
+            flying, history = LANES - waiting, history + LANES - waiting - flying
+        for step in program.steps[:ready]:
+            visit(step, fresh, flying)
+        for step in program.steps[ready:arrival]:
+            flying = visit(step, 0, flying)
+        bundle["flying"] = fresh = flying
+        if bundle["waiting"][0] >= flying:
+            for step in program.steps[arrival:]:
+                visit(step, LANES, LANES + int(bundle["waiting"][0]))
+            flying = int(bundle["flying"][0])
         yield history
 
 
@@ -340,7 +349,7 @@ def _time_pass(entry: int, table: int, visits: deque) -> float:
     """Time a pass on these recorded states and return ns per lane."""
     from transport.analysis.replay import replay_pass
     from transport.engine.bodies import LANE_FIELDS
-    from transport.engine.bundle import HEADER, LANES, Bundle, empty_bundle
+    from transport.engine.bundle import HEADER, PITCH, Bundle, empty_bundle
 
     first, live, before, after = (np.array(column) for column in zip(*visits, strict=True))
     bundles = [empty_bundle() for _ in visits]
@@ -348,7 +357,7 @@ def _time_pass(entry: int, table: int, visits: deque) -> float:
     for bundle, words in zip(bundles, before, strict=True):
         bundle.view(np.int64)[:] = words
     changed, fields = (before != after).any(axis=0), [Bundle.fields[name][1] // 8 for name in LANE_FIELDS]
-    rows = np.array([row for row in fields if changed[row : row + LANES].any()], np.int64)
+    rows = np.array([row for row in fields if changed[row : row + PITCH].any()], np.int64)
     spans = np.stack([first, live], axis=1)
 
     def seconds(which, repeats):

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from transport.engine.bundle import HEADER_WORDS, LANES, call_pass, view
+from transport.engine.bundle import HEADER_WORDS, PITCH, call_pass, view
 from transport.engine.cache import cached_kernels
 
 with cached_kernels():
@@ -23,8 +23,8 @@ with cached_kernels():
                 for k in range(HEADER_WORDS):
                     words[k] = states[s, k]
                 for row in rows:
-                    field, state = words[row : row + LANES], states[s, row : row + LANES]
-                    for k in range(LANES):
+                    field, state = words[row : row + PITCH], states[s, row : row + PITCH]
+                    for k in range(PITCH):
                         field[k] = state[k]
                 if entry != 0:
                     live = call_pass(entry, handles[s], table, spans[s, 0], spans[s, 1])

@@ -57,6 +57,8 @@ ROWS = np.dtype([("rows", "i8"), ("count", "i8")])
 # Addresses and lengths of two such arrays.
 TWO_ROWS = np.dtype([("rows", "i8"), ("count", "i8"), ("others", "i8"), ("other_count", "i8")])
 FIELD_MOVES = np.dtype([("fields", "i8"), ("count", "i8")])  # address and number of the fields to move
+# Fields that a lane takes along to the queue at surfaces, and those that a lane in flight takes to a gap.
+QUEUE = np.dtype([("arriving", FIELD_MOVES), ("flying", FIELD_MOVES)])
 BITS = np.dtype([("bits", "i8")])  # of `covered`
 LEG = np.dtype([("leg", "i8")])  # of a shadow ray
 

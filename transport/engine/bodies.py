@@ -46,8 +46,8 @@ from transport.physics.device import ARITHMETIC, device
 LANE_FIELDS = tuple(name for name, _ in CARRIED + SCRATCH)
 # words of the header that change while a pass runs; the others are loaded once per loop
 COUNTERS = (
-    *("scored", "record_count", "flight_count", "crossings", "collisions", "colliding", "killed"),
-    *("banked", "bank_overflow", "first", "rays_cast", "rays_taken"),
+    *("scored", "record_count", "flight_count", "crossings", "collisions", "killed"),
+    *("banked", "bank_overflow", "flying", "waiting", "rays_cast", "rays_taken"),
 )
 
 

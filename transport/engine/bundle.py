@@ -16,9 +16,10 @@ from transport.scene.detectors import MAX_PATHS
 
 # Lanes per bundle: a constant of the build. Only tests set the environment variable.
 LANES = int(os.environ.get("TRANSPORT_LANES", "256"))
-# Words from one field to the next: one cache line more than LANES, so that the fields of one lane do not all
-# fall into the same cache set.
-PITCH = LANES + 8
+# Words from one field to the next: LANES for particles in flight, as many behind them for those that wait at
+# a surface (passes/lanes.py), and one cache line more, so that the fields of one lane do not all fall into
+# the same cache set.
+PITCH = 2 * LANES + 72
 
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
@@ -43,12 +44,12 @@ HEADER = (
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",  # surface crossings so far
     "collisions",  # collisions in media so far
-    "first",  # first lane of those that reached a surface (lanes.compact_and_sort); 0 where all did
+    "flying",  # lanes in flight, in programs with collisions ...
+    "waiting",  # ... and lanes that wait at a surface, from LANES on (passes/lanes.py)
     "bank",  # address of the particle bank: copies that wait for a free lane
     "banked",  # number of copies in the bank
     "bank_capacity",  # capacity of the bank in copies
     "bank_overflow",  # 1: the bank overflowed; > 1: number of copies made, where too many; else 0
-    "colliding",  # lanes that collided in the last pass over flights and fly on
     "scored",  # bound of the sums of volume, point and expected-crossing scores (driver.MAX_SCORED)
     "shadow",  # address of the bundle of shadow rays, where point or expected detectors exist
     "rays_cast",  # number of rays that the last casting pass listed ...
@@ -88,6 +89,11 @@ CARRIED = (
     ("passed_facet", "i8"),  # facet of the transparent mesh detector passed last
     ("index", "f8"),  # refractive index of the current medium, 0 where it is not known
     ("inside", "i8"),  # bit set of the bodies that contain the particle
+    # the current medium, which collisions do not change
+    ("medium", "i8"),  # row of the current medium (layout.MEDIA)
+    ("mfp", "f8"),  # mean free path there [scene lengths]: of extinction, or of scattering alone ...
+    ("sigma_a", "f8"),  # ... where this absorption coefficient lessens weights along the path
+    ("survival", "f8"),  # probability that a collision scatters rather than absorbs
     # state of forced first collisions (engine/passes/variance_reduction.py): -1 (uncollided), 0 (free), or
     # the path of a forced copy
     ("forced_path", "f8"),
@@ -133,15 +139,10 @@ SCRATCH = (
     ("u4", "f8"),
     ("arrival", "f8"),  # time at the end of the flight [durations]
     ("depth", "f8"),  # sampled optical depth of the free path, in scenes with grids
-    ("medium", "i8"),  # row of the current medium (layout.MEDIA)
-    ("mfp", "f8"),  # mean free path there [scene lengths]: of extinction, or of scattering alone ...
-    ("sigma_a", "f8"),  # ... where this absorption coefficient lessens weights along the path
-    ("survival", "f8"),  # probability that a collision scatters rather than absorbs
     ("cut", "i8"),  # 1 if a flight is cut at a station, or ended there or at a collision
     ("copy_weight", "f8"),  # weight of the copy whose collision is forced ...
     ("copy_path", "f8"),  # ... and its path length
     ("copies", "i8"),  # number of copies that go into the bank
-    ("flies", "i8"),  # 1 if the lane flies in this round, 0 if it waits for the others
     ("collides", "i8"),  # 0: no collision; else number of the phase function (from 1)
     ("detector_word", "i8"),  # packed word of the detector at this crossing (layout.py); 0: none
     ("detector_row", "i8"),  # first row of that detector on the side that is scored
@@ -204,6 +205,7 @@ SCRATCH = (
     ("p0", "f8"),  # uniforms that choose the point on a detector
     ("p1", "f8"),
     ("full_weight", "f8"),  # full weight of a lane, while a detector scores an MIS share of it
+    ("flies", "i8"),  # 1 if the lane flies on in its medium, else 0
     ("listed", "i8"),  # indices of the lanes selected by a pass
     ("movers", "i8"),  # indices of the lanes that fill gaps
 )

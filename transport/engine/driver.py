@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-from numba import config, float64, int64, njit
+from numba import config, int64, njit
 
 from transport.compile import layout, limits_exceeded
 from transport.compile.plan import Plan
@@ -20,9 +20,6 @@ from transport.engine.program import Program
 from transport.physics.bits import bits_of
 from transport.physics.streams import SHARES, random_words, uniform
 
-# cost of a pass at a surface over that of a pass in flight: it serves only part of the lanes
-SURFACE_PASS_COST = 0.5
-MAX_ROUNDS = 64  # rounds of flight and collision before lanes at a surface go on
 MAX_COPIES_PER_HISTORY = 20_000  # copies per history on average, and as many per lane
 MAX_CROSSINGS = 1 << 30  # per batch: below it no sum can overflow its 64 bits (engine/tally.py)
 # A bundle in which no history ends and no weight is lost for so many crossings or collisions never ends: 1e6
@@ -96,8 +93,8 @@ class Stopped(Exception):
 def _drive(bundle, handle, flow, births, sight, copies, histories):
     """Run `histories` histories to their ends.
 
-    flow: entries and tables of the steps, the number of steps before a flight, and the number after these
-    that are repeated for lanes that collide in a medium. births: entries and tables of birth steps, the first
+    flow: entries and tables of the steps, the number of steps of lanes that begin to fly, and the number of
+    those that all lanes in flight take; the rest is taken by lanes at a surface, once as many wait as fly. births: entries and tables of birth steps, the first
     of these per emitter, the emitters' cumulative shares of the histories, and the two arrays of
     `_deal_histories`. sight: bundle of shadow rays, its handle, entries and tables of its steps. copies:
     entry and table of the pass that takes copies from the bank.
@@ -117,26 +114,27 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     offset = (uniform(o0, o1) + b.batch * GOLDEN) % 1.0
     b.record_phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
-    copied, live, history, emitter = 0, 0, 0, 0
+    copied, history, emitter, fresh = 0, 0, 0, 0
     end = dealt[0] if len(dealt) > 0 else _end_of_emitter(histories, shares[0], offset, count == 1)
     calm = (int64(0), int64(0), -1.0)
+    b.flying = b.waiting = 0
     while True:
         # Fill free lanes: with copies from the bank first, then with newborn particles.
-        before, begun, killed = live, history + copied, b.killed
-        live = _pad_lanes(b, live)
-        while b.banked > 0 and live < LANES:
-            taken = min(LANES - live, b.banked)
-            call_pass(withdrawal[0], handle, withdrawn[0], live, live + taken)
+        before, begun, killed = b.flying + b.waiting, history + copied, b.killed
+        flying, free = _pad_lanes(b, b.flying), LANES - b.waiting
+        while b.banked > 0 and flying < free:
+            taken = min(free - flying, b.banked)
+            call_pass(withdrawal[0], handle, withdrawn[0], flying, flying + taken)
             copied += taken
-            live = _pad_lanes(b, live + taken)
-        while live < LANES and emitter < count:
-            born = min(LANES - live, end - history)
+            flying = _pad_lanes(b, flying + taken)
+        while flying < free and emitter < count:
+            born = min(free - flying, end - history)
             if born > 0:
-                b.next_history, b.birth_factor = history - live, bits_of(worths[emitter])
+                b.next_history, b.birth_factor = history - flying, bits_of(worths[emitter])
                 for p in range(emitters[emitter], emitters[emitter + 1]):
-                    call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
+                    call_pass(birth_entries[p], handle, birth_tables[p], flying, flying + born)
                     _trace_shadow_rays(b, handle, sight)
-            live, history = _pad_lanes(b, live + born), history + born
+            flying, history = _pad_lanes(b, flying + born), history + born
             if history == end:
                 emitter += 1
                 if emitter < count and len(dealt) > 0:
@@ -146,48 +144,31 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
         b.started = history
         if copied > MAX_COPIES_PER_HISTORY * (history + LANES):
             b.bank_overflow = copied
-        if live == 0:
+        if flying + b.waiting == 0:
             _trace_waiting_rays(b, handle, sight)
             return
-        # Fly and collide in media until few lanes still do, then run the steps at surfaces.
-        b.first = 0
-        if inner > 0:
-            _fly_until_few(b, handle, flow, sight, live)
-        for p in range(ready + inner if inner > 0 else 0, len(entries)):
-            live = call_pass(entries[p], handle, tables[p], b.first, live)
+        # Lanes that begin to fly are prepared; all fly.
+        for p in range(ready):
+            call_pass(entries[p], handle, tables[p], fresh, flying)
+        for p in range(ready, ready + inner):
+            flying = call_pass(entries[p], handle, tables[p], 0, flying)
             _trace_shadow_rays(b, handle, sight)
-            if live == 0:
+            if flying == 0:
                 break
+        fresh = b.flying = flying
+        # Once as many lanes wait at a surface as fly, they act there and fly on.
+        if b.waiting > 0 and b.waiting >= flying:
+            last = _pad_lanes(b, LANES + b.waiting)
+            for p in range(ready + inner, len(entries)):
+                call_pass(entries[p], handle, tables[p], LANES, last)
+                _trace_shadow_rays(b, handle, sight)
         # Detect endless histories; stop on request or before a sum overflows.
-        new = history + copied - begun
+        new, live = history + copied - begun, b.flying + b.waiting
         calm = _detect_endless(b, calm, live, before + new - live - (b.killed - killed), new)
         if b.stop != 0 or b.trapped != 0 or b.bank_overflow != 0 or b.crossings >= MAX_CROSSINGS:
             return
         if max(b.scored, sight[0][0].scored) >= MAX_SCORED:
             return
-
-
-@njit(inline="always")
-def _fly_until_few(b, handle, flow, sight, live):
-    """Fly and collide repeatedly while the lanes at a surface wait.
-
-    A round costs the same however many lanes still fly; the rest of the program, which costs as much as
-    `others` rounds, serves the lanes that wait. The cost per flight is least if rounds stop when the next one
-    would make fewer flights than the mean so far per unit of cost (marginal value theorem, Charnov 1976).
-    """
-    entries, tables, ready, inner = flow
-    for p in range(ready):
-        call_pass(entries[p], handle, tables[p], 0, live)
-    others = SURFACE_PASS_COST * float64(len(entries) - inner) / float64(inner)
-    flights, rounds = float64(live), 1.0
-    while True:
-        for p in range(ready, ready + inner):
-            call_pass(entries[p], handle, tables[p], 0, live)
-            _trace_shadow_rays(b, handle, sight)
-        if b.colliding * (rounds + others) <= flights or rounds >= MAX_ROUNDS:
-            return
-        flights += float64(b.colliding)
-        rounds += 1.0
 
 
 @njit(inline="always")
@@ -221,19 +202,21 @@ def _detect_endless(b, calm, live, ended, new):
     if ended != 0 or new != 0:
         return b.crossings, b.collisions, -1.0
     if weight < 0.0 and (2 * crossed >= b.patience or 2 * collided >= b.patience_in_media):
-        return since, since_in_media, _total_weight(b, live)
+        return since, since_in_media, _total_weight(b)
     if crossed >= b.patience or collided >= b.patience_in_media:
-        b.trapped = live if _total_weight(b, live) == weight else 0
+        b.trapped = live if _total_weight(b) == weight else 0
         return b.crossings, b.collisions, -1.0
     return calm
 
 
 @njit(inline="always")
-def _total_weight(b, live):
+def _total_weight(b):
     """Return the total weight of the lanes."""
     total = 0.0
-    for k in range(live):
+    for k in range(b.flying):
         total += b.weight[k]
+    for k in range(b.waiting):
+        total += b.weight[LANES + k]
     return total
 
 

@@ -24,7 +24,7 @@ from transport.engine.passes import (
 )
 from transport.engine.registry import Pass, Step, step, step_by_name, table_of_rows, table_of_two
 from transport.engine.stages.births import birth_steps
-from transport.engine.stages.flights import find_media, flight_steps, intersect_surfaces, prepare_flight
+from transport.engine.stages.flights import find_media, flight_steps, intersect_surfaces
 from transport.engine.stages.next_event import (
     next_event_from_walls,
     next_event_ray_steps,
@@ -42,6 +42,8 @@ from transport.engine.stages.surfaces import (
 )
 
 EMPTY_SIDES = layout.EMPTY_FRONT | layout.EMPTY_BACK
+# fields of the current medium, found anew after a surface, and of the next hit, found anew after a collision
+MEDIUM, NEXT_HIT = ("medium", "mfp", "sigma_a", "survival"), ("distance", "hit", "covered", "facet")
 
 
 @dataclass
@@ -53,13 +55,16 @@ class Program:
 
     plan: Plan
     steps: list[Step] = field(default_factory=list)
-    setup_count: int = 0  # number of steps before a flight
-    round_count: int = 0  # number of steps after these that are repeated for lanes that collide in a medium
+    setup_count: int = 0  # number of steps before the first flight after a surface, in media that scatter
+    round_count: int = (
+        0  # number of steps after these that all lanes in flight take; the others follow at a surface
+    )
     births: list[list[Step]] = field(default_factory=list)
     # steps of shadow rays, where point or expected detectors exist
     shadow_steps: list[Step] = field(default_factory=list)
     bank_steps: list[Step] = field(default_factory=list)  # step by which banked copies take free lanes
     moved_fields: np.ndarray = field(default_factory=lambda: np.zeros((), layout.FIELD_MOVES))
+    queue: np.ndarray = field(default_factory=lambda: np.zeros((), layout.QUEUE))
     compiled: object = None  # the compiled program (driver.compile_program), once made
 
     @property
@@ -73,13 +78,16 @@ class Program:
         """Names of the fields that move with a particle: those that a pass or a long score uses."""
         users = (*self.passes, *self.plan.long_scores)
         named = {name for user in users for name in user.fields}
+        if not self.plan.scatters:
+            named -= set(MEDIUM)  # found anew for each flight
         return tuple(name for name, _ in CARRIED if name in named)
 
-    @cached_property
-    def carried_numbers(self) -> np.ndarray:
-        """Positions of these fields in CARRIED, padded; the table of lanes.compact_lanes points here."""
-        numbers = [k for k, (name, _) in enumerate(CARRIED) if name in self.carried]
-        return np.array(lanes.pad_group(numbers), np.int64)
+    def moves_without(self, unused: tuple[str, ...]) -> np.ndarray:
+        """Return a row of layout.FIELD_MOVES: positions in CARRIED of the fields that move, in whole groups."""
+        names = [name for name in self.carried if name not in unused]
+        numbers = lanes.pad_group([k for k, (name, _) in enumerate(CARRIED) if name in names])
+        self.plan.kept.append(np.array(numbers, np.int64))
+        return layout.row(layout.FIELD_MOVES, fields=self.plan.kept[-1].ctypes.data, count=len(numbers))
 
 
 def build_program(plan: Plan) -> Program:
@@ -90,10 +98,16 @@ def build_program(plan: Plan) -> Program:
     program = Program(plan)
     program.births = [list(birth_steps(plan, emitter)) for emitter in plan.emitters]
     # Steps of flight: preparation, rounds through media, then move, land and act at a surface.
-    ready, rounds = list(prepare_flight(plan)), list(flight_steps(plan, program.moved_fields))
-    program.setup_count, program.round_count = len(ready), len(rounds) if plan.scatters else 0
-    program.steps = [*ready, *rounds, *_flight(plan, program.moved_fields), *_landing(plan)]
-    program.steps += _crossing(plan, program.moved_fields)
+    moved = program.moved_fields
+    ready, rounds = list(find_media(plan)), list(flight_steps(plan, moved))
+    arrived = [*_flight(plan, moved), *_landing(plan), *_crossing(plan, moved)]
+    if plan.scatters:
+        rounds.append(step(lanes.queue_arrivals, program.queue))
+        arrived.append(step(lanes.resume_flights, program.queue["arriving"]))
+    else:
+        ready, rounds, arrived = [], [*ready, *rounds, *arrived], []
+    program.setup_count, program.round_count = len(ready), len(rounds)
+    program.steps = [*ready, *rounds, *arrived]
     # Steps of shadow rays: to point detectors, or to detectors scored by next-event estimation.
     nearest = [*find_media(plan), *intersect_surfaces(plan)]
     if plan.points:
@@ -105,8 +119,9 @@ def build_program(plan: Plan) -> Program:
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
         _use_sampling(program, plan.method.sampling)
-    numbers = program.carried_numbers
-    program.moved_fields["fields"], program.moved_fields["count"] = numbers.ctypes.data, len(numbers)
+    program.moved_fields[...] = program.moves_without(())
+    program.queue["arriving"] = program.moves_without(MEDIUM)
+    program.queue["flying"] = program.moves_without(NEXT_HIT)
     return program
 
 
@@ -121,7 +136,8 @@ def _flight(plan, moved):
     """Yield the steps from the end of a round to the surface: count escapes, compact lanes, move."""
     yield step(intersections.end_not_finite)
     yield step(intersections.end_escaped)
-    yield step(lanes.compact_and_sort if plan.scatters else lanes.compact_lanes, moved)
+    if not plan.scatters:
+        yield step(lanes.compact_lanes, moved)
     if plan.contacts:
         yield step(landing.save_origin)
     if plan.crosses_detectors:
@@ -207,7 +223,7 @@ def _end_lanes(plan, moved):
     escapes = plan.can_escape_at_once and any(row["covers"] & EMPTY_SIDES for _, row, _ in plan.members)
     if escapes:
         yield step(regions.escape_to_empty_space)
-    if escapes or (plan.has_acting_surfaces and (plan.absorbs or plan.reflects)):
+    if not plan.scatters and (escapes or (plan.has_acting_surfaces and (plan.absorbs or plan.reflects))):
         yield step(lanes.compact_lanes, moved)
 
 

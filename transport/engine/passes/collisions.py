@@ -1,8 +1,7 @@
 """Media along a flight: free path, absorption at collisions or along the path, scattering.
 
 A flight ends at a surface or, before that, at a collision: the free path bounds `distance` before surfaces
-are searched. Lanes at a surface wait while the others collide and fly on (driver._fly_until_few); `flies`
-distinguishes them.
+are searched. Lanes at a surface wait in a queue while the others collide and fly on (passes/lanes.py).
 
 Collisions keep a distance of layout.COLLISION_CLEARANCE from surfaces ahead and behind, so that no rounding
 carries one through a surface.
@@ -68,24 +67,10 @@ def attenuated(before, depth, salt):
 
 
 @lane_pass(layout.NO_TABLE)
-def start_flight(lane, table):
-    """Mark all lanes as flying: distance 0, no hit."""
-    lane.distance = 0.0
-    lane.hit, lane.covered = 0, 0
-
-
-@lane_pass(layout.NO_TABLE)
 def fly_uncollided(lane, table):
     """Set an infinite free path (no collisions): fly to the next surface."""
     lane.distance = math.inf
     lane.hit, lane.covered = 0, 0
-    lane.flies = 1
-
-
-@device
-def is_flying(hit, distance, weight):
-    """Return whether a lane flies: no surface hit yet, not leaving, alive."""
-    return (hit == 0) & (distance < math.inf) & (weight != 0.0)
 
 
 @lane_pass(layout.NO_TABLE)
@@ -93,17 +78,14 @@ def sample_free_path(lane, table):
     """Sample a free path by the exponential law, and the uniforms u0, u1 of the collision at its end."""
     seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
-    flies = is_flying(lane.hit, lane.distance, lane.weight)
-    path = depth * lane.mfp + 2.0 * COLLISION_CLEARANCE
-    lane.distance = choose(flies, lane.start + path, lane.distance)
-    lane.event += 1 if flies else 0
-    lane.flies = 1 if flies else 0
+    lane.distance = lane.start + (depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)
+    lane.hit, lane.covered = 0, 0
+    lane.event += 1
 
 
 @device
 def count_collisions(lane, table, colliding):
-    """Count the collisions of this round, and all."""
-    lane.colliding = colliding
+    """Count the collisions."""
     lane.collisions += colliding
 
 
@@ -116,7 +98,7 @@ def revoke_collisions(lane, table, paused):
 @lane_pass(layout.NO_TABLE, sums=count_collisions)
 def collide(lane, table):
     """Move lanes to the end of the free path where no surface came before it; mark them as colliding."""
-    collides = (lane.flies != 0) & (lane.hit == 0) & (lane.distance < math.inf) & (lane.weight != 0.0)
+    collides = (lane.hit == 0) & (lane.distance < math.inf) & (lane.weight != 0.0)
     d = lane.distance - COLLISION_CLEARANCE if collides else 0.0
     lane.x += d * lane.ux
     lane.y += d * lane.uy
@@ -130,7 +112,7 @@ def collide(lane, table):
 @device
 def path_depth(lane):
     """Return the optical depth by which absorption along the path lessens a weight."""
-    is_absorbed = (lane.flies != 0) & (lane.sigma_a > 0.0)
+    is_absorbed = (lane.weight != 0.0) & (lane.sigma_a > 0.0)
     return lane.sigma_a * (lane.distance - lane.start) if is_absorbed else 0.0
 
 

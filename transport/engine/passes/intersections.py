@@ -10,6 +10,7 @@ import math
 from transport.compile import layout
 from transport.compile.layout import EDGE, ROUNDING
 from transport.engine.bodies import lane_pass
+from transport.engine.passes.lanes import is_finite
 from transport.engine.tally import add_lost, add_to_ledger, limbs
 from transport.engine.words import passed_sheet, standing_sheet
 from transport.physics.device import choose, device
@@ -266,12 +267,6 @@ def cover_sphere(lane, table):
     is_other = abs(t - lane.distance) > abs(other - lane.distance)
     same = (lane.hit_sheet == sheet) & (not is_other)
     keep_transparent(lane, table, t, t < math.inf, same, table.covers)
-
-
-@device
-def is_finite(lane):
-    """Return whether position, direction and weight are finite."""
-    return abs(lane.x + lane.y + lane.z + lane.ux + lane.uy + lane.uz + lane.weight) < math.inf
 
 
 @device

@@ -1,11 +1,13 @@
-"""Compaction of lanes: fill gaps of ended lanes; in media, sort flying lanes before those at surfaces."""
+"""Compaction of lanes: fill gaps of ended lanes; in media, a queue for lanes at a surface."""
+
+import math
 
 import numpy as np
 from numba import int64, uint64
 
 from transport.compile import layout
 from transport.engine.bodies import bundle_pass, lane_at
-from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
+from transport.engine.bundle import CARRIED, CARRIED_WORDS, LANES, PITCH, view
 from transport.physics.device import device
 
 FIELDS_PER_GROUP = 4  # fields moved at once, so that both lane numbers are fetched once per group
@@ -63,6 +65,12 @@ def list_movers(lanes, first, last):
 
 
 @device
+def is_finite(lane):
+    """Return whether position, direction and weight are finite."""
+    return abs(lane.x + lane.y + lane.z + lane.ux + lane.uy + lane.uz + lane.weight) < math.inf
+
+
+@device
 def stay(lane, table):
     """Do nothing: one particle alone has no other lanes."""
 
@@ -87,52 +95,71 @@ def compact_lanes(lanes, table, first, live):
     return alive
 
 
+# ---- The queue of programs with collisions: lanes at a surface wait from LANES on, while the others fly on.
+
+
 @device
-def count_reaching_surfaces(lane, table):
-    """Take a particle that flies on in a medium off the crossings, where end_escaped has counted it."""
-    lane.crossings -= 1 if (lane.weight != 0.0) & (lane.hit == 0) else 0
+def flies_on(lane):
+    """Return whether a lane flies on in its medium: alive, without a surface ahead, and finite."""
+    return (lane.weight != 0.0) & (lane.hit == 0) & (lane.distance < math.inf) & is_finite(lane)
 
 
-@bundle_pass(layout.FIELD_MOVES, alone=count_reaching_surfaces)
-def compact_and_sort(lanes, table, first, live):
-    """Sort lanes: first those that fly on in a medium (hit 0), then those at a surface; drop ended lanes.
-
-    Sets `first` to the first lane at a surface (rounded down to a multiple of 8): the rest of the program
-    runs from there on. Returns the number of lanes kept.
-    """
-    going, met = 0, 0
-    for k in range(uint64(live)):
-        lane = lane_at(lanes, k)
-        going += 1 if (lane.weight != 0.0) & (lane.hit == 0) else 0
-        met += 1 if (lane.weight != 0.0) & (lane.hit != 0) else 0
-    lanes.first = going // 8 * 8
-    lanes.crossings -= going  # intersections.end_escaped has counted these
-    if going + met == 0:
-        return 0
-    # Swap lanes at a surface among the first `going` with flying lanes beyond them.
-    gaps = uint64(0)
-    for k in range(uint64(going)):  # no branch, so no misprediction
-        lane = lane_at(lanes, k)
-        lane_at(lanes, gaps).listed = k
-        gaps += uint64(1) if (lane.weight == 0.0) | (lane.hit != 0) else uint64(0)
-    movers = uint64(0)
-    for k in range(uint64(going), uint64(live)):
-        lane = lane_at(lanes, k)
-        lane_at(lanes, movers).movers = k
-        movers += uint64(1) if (lane.weight != 0.0) & (lane.hit == 0) else uint64(0)
+@device
+def append_lanes(lanes, table, count, first):
+    """Move the lanes in `movers` to the lanes from `first` on."""
     fields = view(table.fields, table.count, np.int64)
     words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for f in range(0, table.count, FIELDS_PER_GROUP):
         r0, r1, r2, r3 = field_offsets(fields, f)
-        for j in range(gaps):
-            here, there = uint64(lane_at(lanes, j).listed), uint64(lane_at(lanes, j).movers)
-            k0, k1, k2, k3 = words[r0 + here], words[r1 + here], words[r2 + here], words[r3 + here]
+        for j in range(uint64(count)):
+            here, there = uint64(first) + j, uint64(lane_at(lanes, j).movers)
             words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
             words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
-            words[r0 + there], words[r1 + there], words[r2 + there], words[r3 + there] = k0, k1, k2, k3
-    # Move lanes at a surface into the gaps of ended lanes.
-    end = going + met
-    gaps = list_gaps(lanes, going, end)
-    list_movers(lanes, end, live)
-    fill_gaps(lanes, table, gaps)
-    return end
+
+
+@bundle_pass(layout.QUEUE, alone=stay)
+def queue_arrivals(lanes, table, first, live):
+    """Move lanes that do not fly on to the queue, and drop ended lanes; returns the number of lanes kept.
+
+    Few ended lanes stay as in `compact_lanes`.
+    """
+    ended, flying = 0, 0
+    for k in range(uint64(live)):
+        lane = lane_at(lanes, k)
+        lane.flies = 1 if flies_on(lane) else 0
+        ended += 1 if lane.weight == 0.0 else 0
+        flying += lane.flies
+    if ended + flying == int64(live) and ended * 16 < int64(live):
+        return int64(live)
+    # List the lanes that do not fly on, and those of them that arrived somewhere.
+    others, arrived, gaps = uint64(0), uint64(0), uint64(0)
+    for k in range(uint64(live)):  # no branch, so no misprediction
+        lane_at(lanes, others).listed = k
+        others += uint64(1 - lane_at(lanes, k).flies)
+    for j in range(others):
+        k = lane_at(lanes, j).listed
+        lane_at(lanes, arrived).movers = k
+        arrived += uint64(1) if lane_at(lanes, uint64(k)).weight != 0.0 else uint64(0)
+        gaps += uint64(1) if k < flying else uint64(0)
+    append_lanes(lanes, table.arriving, arrived, LANES + lanes.waiting)
+    lanes.waiting += int64(arrived)
+    # The last lanes in flight fill the gaps.
+    movers = uint64(0)
+    for k in range(uint64(flying), uint64(live)):
+        lane_at(lanes, movers).movers = k
+        movers += uint64(lane_at(lanes, k).flies)
+    fill_gaps(lanes, table.flying, gaps)
+    return flying
+
+
+@bundle_pass(layout.FIELD_MOVES, alone=stay)
+def resume_flights(lanes, table, first, live):
+    """Move what is left of the queue to free lanes behind those in flight."""
+    resumed = uint64(0)
+    for k in range(uint64(first), uint64(live)):  # no branch, so no misprediction
+        lane_at(lanes, resumed).movers = k
+        resumed += uint64(1) if lane_at(lanes, k).weight != 0.0 else uint64(0)
+    append_lanes(lanes, table, resumed, lanes.flying)
+    lanes.flying += int64(resumed)
+    lanes.waiting = 0
+    return int64(live)

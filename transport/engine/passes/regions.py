@@ -132,7 +132,7 @@ def ends_beyond(x, y, z, ux, uy, uz, length, low_x, low_y, low_z, high_x, high_y
 def end_as_lost(lane):
     """End a particle as lost."""
     add_lost(lane, lane.weight)
-    lane.weight, lane.distance, lane.flies = 0.0, 0.0, 0
+    lane.weight, lane.distance = 0.0, 0.0
 
 
 @device
@@ -143,7 +143,7 @@ def is_stray(lane, table):
         table.low_x, table.low_y, table.low_z, table.high_x, table.high_y, table.high_z,
     )  # fmt: skip
     strays &= (lane.inside & table.bit) != 0
-    return strays & (lane.hit == 0) & (lane.flies != 0) & (lane.weight != 0.0)
+    return strays & (lane.hit == 0) & (lane.weight != 0.0)
 
 
 @lane_pass(layout.BODY_BOUNDS, when=is_stray)
@@ -163,7 +163,7 @@ def is_stray_of_many(lane, table):
         lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz, lane.distance,
         row.low_x, row.low_y, row.low_z, row.high_x, row.high_y, row.high_z,
     )  # fmt: skip
-    return strays & (row.bit != 0) & (lane.hit == 0) & (lane.flies != 0) & (lane.weight != 0.0)
+    return strays & (row.bit != 0) & (lane.hit == 0) & (lane.weight != 0.0)
 
 
 @lane_pass(layout.ROWS, when=is_stray_of_many)

@@ -104,9 +104,9 @@ def cast_from_sphere(lane, table):
 
 @lane_pass(layout.ROWS)
 def find_phase_of_flights(lane, table):
-    """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly."""
+    """Set the number of the phase function of the medium that a lane flies in."""
     rows = view(table.rows, table.count, layout.MEDIA)
-    lane.phase_number = rows[lane.medium].phase if lane.flies != 0 else 0
+    lane.phase_number = rows[lane.medium].phase
 
 
 @lane_pass(layout.POINT)
@@ -129,7 +129,7 @@ def cast_from_flights(lane, table):
     qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
     least = math.sqrt(qx * qx + qy * qy + qz * qz)
     start, end, mfp = lane.start + COLLISION_CLEARANCE, lane.distance - COLLISION_CLEARANCE, lane.mfp
-    flies = (lane.flies != 0) & (lane.weight != 0.0) & (lane.phase_number != 0) & (lane.medium != medium)
+    flies = (lane.weight != 0.0) & (lane.phase_number != 0) & (lane.medium != medium)
     flies &= (start < end) & (end < math.inf)
     # Sample the place; `inverse` is one over (pdf times r^2).
     end = end if flies else start

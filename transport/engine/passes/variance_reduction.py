@@ -12,7 +12,7 @@ from numba import int64
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bodies import lane_pass
-from transport.engine.passes.collisions import is_flying, revoke_collisions
+from transport.engine.passes.collisions import revoke_collisions
 from transport.engine.tally import limbs, limbs_of_loss, to_ledger
 from transport.physics.device import choose, device
 from transport.physics.elementary import exp_negative
@@ -57,7 +57,7 @@ def cut_flight(lane, table):
     rise = (lane.x - cx) * kx + (lane.y - cy) * ky + (lane.z - cz) * kz + lane.start * slope
     doubled = max(rise, 0.0) + LN_2
     end = lane.start + ((doubled - rise) / slope + 2.0 * COLLISION_CLEARANCE)
-    cuts = (lane.flies != 0) & (slope > 0.0) & (doubled < most) & (end < lane.distance)
+    cuts = (slope > 0.0) & (doubled < most) & (end < lane.distance)
     cuts &= (lane.mfp < math.inf) | (lane.sigma_a > 0.0) | has_grids
     lane.distance = choose(cuts, end, lane.distance)
     lane.cut = 1 if cuts else 0
@@ -123,14 +123,14 @@ def sample_free_or_forced_path(lane, table):
     """
     seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
-    flies, ahead = is_flying(lane.hit, lane.distance, lane.weight), lane.forced_path
+    ahead = lane.forced_path
     path = ahead if ahead > 0.0 else depth * lane.mfp
     path = math.inf if ahead == UNCOLLIDED else path
-    lane.distance = choose(flies, lane.start + (path + 2.0 * COLLISION_CLEARANCE), lane.distance)
-    lane.forced_path = FREE if flies & (ahead > 0.0) else ahead
+    lane.distance = lane.start + (path + 2.0 * COLLISION_CLEARANCE)
+    lane.hit, lane.covered = 0, 0
+    lane.forced_path = FREE if ahead > 0.0 else ahead
     lane.depth = depth
-    lane.event += 1 if flies else 0
-    lane.flies = 1 if flies else 0
+    lane.event += 1
 
 
 @lane_pass(layout.NO_TABLE, sums=to_ledger(layout.ROULETTE))
@@ -139,7 +139,7 @@ def force_collision(lane, table):
 
     Without a surface ahead, the lane collides as sampled.
     """
-    fresh = (lane.flies != 0) & (lane.forced_path == UNCOLLIDED) & (lane.mfp < math.inf)
+    fresh = (lane.weight != 0.0) & (lane.forced_path == UNCOLLIDED) & (lane.mfp < math.inf)
     w, mfp = lane.weight, lane.mfp
     length = lane.distance - lane.start
     ends = length < math.inf
@@ -206,12 +206,16 @@ def play_roulette_by_importance(lane, table):
     return high, low
 
 
-@lane_pass(layout.ROULETTE_LAW, sums=to_ledger(layout.ROULETTE))
+@device
+def is_light_in_flight(lane, table):
+    """Return whether a lane collided and has less than a share `threshold` of the birth weight."""
+    return (lane.collides != 0) & (lane.weight < table.threshold * lane.birth)
+
+
+@lane_pass(layout.ROULETTE_LAW, sums=to_ledger(layout.ROULETTE), when=is_light_in_flight)
 def play_roulette_in_flight(lane, table):
     """Play Russian roulette at collisions, below a share `threshold` of the birth weight."""
-    w, birth = lane.weight, lane.birth
-    is_light = (lane.collides != 0) & (w < table.threshold * birth)
-    new, lane.u0, high, low = roulette_outcome(is_light, w, table.level * birth, lane.u0)
+    new, lane.u0, high, low = roulette_outcome(True, lane.weight, table.level * lane.birth, lane.u0)
     lane.weight = new
     lane.collides = choose(new == 0.0, 0, lane.collides)
     return high, low

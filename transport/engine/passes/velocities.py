@@ -171,13 +171,12 @@ def time_arrival_by_speed(lane, table):
 
 @lane_pass(layout.MEDIA_CLOCK)
 def time_arrival_in_media(lane, table):
-    """Set the time of arrival in media, where light is slower by the index; waiting lanes keep theirs."""
+    """Set the time of arrival in media, where light is slower by the index."""
     rows = view(table.rows, table.count, layout.MEDIA)
     slowness, has_speeds = table.slowness, table.has_speeds != 0
     pace = rows[lane.medium].index * slowness
     pace = 1.0 / lane.speed if has_speeds else pace
-    length = lane.distance - lane.start
-    lane.arrival = lane.time + (length * pace if lane.flies != 0 else 0.0)
+    lane.arrival = lane.time + (lane.distance - lane.start) * pace
 
 
 @lane_pass(layout.CLOCK, sums=to_ledger(layout.IN_FLIGHT))

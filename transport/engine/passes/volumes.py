@@ -28,12 +28,8 @@ def set_flight_end(lane, table):
 
 @lane_pass(layout.NO_TABLE)
 def set_flight_end_in_media(lane, table):
-    """Set the end of the flight in media, for lanes that fly.
-
-    Set the absorption coefficient along the path too, and the total one.
-    """
-    flies = (lane.flies != 0) & (lane.weight != 0.0)
-    lane.flight_end = lane.distance if flies else -math.inf
+    """Set the end of the flight, and the absorption coefficients: along the path, and the total one."""
+    lane.flight_end = lane.distance if lane.weight != 0.0 else -math.inf
     lane.path_absorption = lane.sigma_a
     lane.total_absorption = lane.sigma_a + (1.0 - lane.survival) / lane.mfp
 

@@ -9,7 +9,7 @@ from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE, LEVELS
 from transport.engine.bodies import bundle_pass, lane_at, lane_pass
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH, view
-from transport.engine.passes.collisions import attenuated, is_flying, revoke_collisions
+from transport.engine.passes.collisions import attenuated, revoke_collisions
 from transport.engine.tally import hash_salt, limbs_of_loss, to_row_of_table
 from transport.physics.device import choose, device
 from transport.physics.elementary import log_positive
@@ -141,7 +141,7 @@ def start_walk(lane, table):
     shrink = 1.0 / (table.block * 1.0)
     per_x, per_y, per_z = table.per_x * shrink, table.per_y * shrink, table.per_z * shrink
     mx, my, mz = table.mx, table.my, table.mz
-    walks, start = (lane.flies != 0) & (lane.medium == table.medium), lane.start
+    walks, start = (lane.weight != 0.0) & (lane.medium == table.medium), lane.start
     px, py, pz = (lane.x - table.cx) * per_x, (lane.y - table.cy) * per_y, (lane.z - table.cz) * per_z
     vx, ix = component_and_reciprocal(lane.ux * per_x)
     vy, iy = component_and_reciprocal(lane.uy * per_y)
@@ -349,12 +349,10 @@ def sample_path_in_grids(lane, table):
     """
     seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
-    flies = is_flying(lane.hit, lane.distance, lane.weight)
     lane.depth = depth
-    end = lane.start + (depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)
-    lane.distance = choose(flies, end, lane.distance)
-    lane.event += 1 if flies else 0
-    lane.flies = 1 if flies else 0
+    lane.distance = lane.start + (depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)
+    lane.hit, lane.covered = 0, 0
+    lane.event += 1
 
 
 @lane_pass(layout.NO_TABLE)
@@ -471,7 +469,7 @@ def attenuate_in_grid(lane, table):
 
     The ledger takes the difference of the exact sums before and after.
     """
-    if lane.flies == 0 or lane.medium != table.medium or lane.weight == 0.0:
+    if lane.medium != table.medium or lane.weight == 0.0:
         return 0, 0
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)

@@ -1,6 +1,6 @@
 """Steps of a flight: prepare lanes, find the next surface, apply the medium and the clock along the path.
 
-In media these steps repeat for lanes that collide, before those at a surface go on (driver._fly_until_few).
+In media these steps repeat for lanes that collide, while those at a surface wait (passes/lanes.py).
 """
 
 import numpy as np
@@ -106,15 +106,6 @@ def score_collisions(plan):
 PARALLEL_COSINE = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
 # up to this many media are found, and their absorption summed, by one pass each
 MAX_MEDIA_BY_SINGLE_PASSES = 4
-
-
-def prepare_flight(plan):
-    """Yield the steps before a flight: reset the hit and find the current medium."""
-    if not plan.has_media:
-        return
-    if plan.scatters:
-        yield step(collisions.start_flight)
-    yield from find_media(plan)
 
 
 def find_media(plan):
