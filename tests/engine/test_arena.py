@@ -60,6 +60,9 @@ def test_arrays_have_places_of_their_own_that_they_keep():
     assert arena.place(later) == len(memory) and [arena.place(array) for array in arrays] == offsets
     for array, offset in zip([*arrays, later], [*offsets, len(memory)], strict=True):
         assert arena.memory[offset:][: array.nbytes].tobytes() == array.tobytes()
+    again = pickle.loads(pickle.dumps(arena))
+    assert again.memory.tobytes() == arena.memory.tobytes() and again.memory.ctypes.data % LINE == 0
+    assert again.place(np.zeros(1)) == len(again.memory) - LINE
 
 
 def test_an_array_that_is_no_more_leaves_its_place_to_none():

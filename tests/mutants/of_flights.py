@@ -12,7 +12,7 @@ FAULTS = (
         "        self._memory[:] = memory\n",
         "        self._memory[8:] = memory[:-8]\n",
         "arrays eight bytes behind their places in an arena that was pickled",
-        ("engine/test_arena::test_a_pickled_plan_or_program_counts_the_same_bits",),
+        ("engine/test_arena::test_arrays_have_places_of_their_own_that_they_keep",),
     ),
     Fault(
         "compile/arena.py",
