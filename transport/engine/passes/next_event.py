@@ -17,6 +17,7 @@ from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, SCOR
 from transport.engine.tally import to_scored
 from transport.engine.words import is_covered, standing_sheet
 from transport.physics.connections import ball_connection, flat_connection
+from transport.physics.device import choose
 from transport.physics.directions import turned_by
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.emission import cone_about
@@ -193,25 +194,25 @@ def contribute_from_collisions(lane, table):
 def end_missed_rays(lane, table):
     """End rays that hit nothing more; idle lanes stay in place."""
     met = (lane.hit != 0) & (lane.weight != 0.0)
-    lane.weight = lane.weight if met else 0.0
-    lane.distance = lane.distance if met else 0.0
-    lane.start = lane.start if met else 0.0
-    lane.hit = lane.hit if met else 0
-    lane.covered = lane.covered if met else 0
+    lane.weight = choose(met, lane.weight, 0.0)
+    lane.distance = choose(met, lane.distance, 0.0)
+    lane.start = choose(met, lane.start, 0.0)
+    lane.hit = choose(met, lane.hit, 0)
+    lane.covered = choose(met, lane.covered, 0)
 
 
 @lane_pass(layout.NO_TABLE)
 def ignore_other_detectors(lane, table):
     """Ignore detectors other than the one that the ray was cast to."""
     is_target = (lane.detector_word & layout.DETECTOR_BASE_MASK) == lane.tally
-    lane.detector_word = lane.detector_word if is_target else 0
+    lane.detector_word = choose(is_target, lane.detector_word, 0)
 
 
 @lane_pass(layout.NO_TABLE)
 def keep_transmitted(lane, table):
     """Score departures only for rays that pass through; a ray at a wall does not depart."""
     passes = lane.surface == 0
-    lane.detector_word = lane.detector_word if passes else 0
+    lane.detector_word = choose(passes, lane.detector_word, 0)
 
 
 @lane_pass(layout.LAYERS, sums=to_scored)
@@ -226,4 +227,4 @@ def count_target_crossings(lane, table):
 def end_next_event_rays(lane, table):
     """End rays at acting surfaces, and behind their target."""
     acts = lane.surface != 0
-    lane.weight = 0.0 if acts | (lane.leg <= 0) else lane.weight
+    lane.weight = choose(acts | (lane.leg <= 0), 0.0, lane.weight)

@@ -19,7 +19,7 @@ from transport.engine.passes.voxels import cell_at, grid_depth
 from transport.engine.tally import limbs, to_scored
 from transport.engine.words import standing_sheet
 from transport.physics.bits import bits_of, float_of
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.directions import sample_isotropic, unit_and_length
 from transport.physics.elementary import exp_negative
 from transport.physics.sight import henyey_greenstein_density, rayleigh_density, sample_equiangular
@@ -322,4 +322,4 @@ def score_at_points(lane, table):
 def end_rays_at_points(lane, table):
     """End rays at their point, and at acting surfaces."""
     stopped = ((lane.hit == 0) & (lane.leg == 0)) | (lane.surface != 0)
-    lane.weight = 0.0 if stopped else lane.weight
+    lane.weight = choose(stopped, 0.0, lane.weight)
