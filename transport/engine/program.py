@@ -1,7 +1,8 @@
 """A program: the ordered list of the passes that a scene needs, each with its table."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from transport.engine.passes import (
     variance_reduction,
     velocities,
 )
-from transport.engine.registry import Pass, Step, step, step_by_name, table_of_rows, table_of_two
+from transport.engine.registry import Pass, step, step_by_name
 from transport.engine.stages.births import birth_steps
 from transport.engine.stages.flights import find_media, flight_steps, intersect_surfaces
 from transport.engine.stages.next_event import (
@@ -48,24 +49,29 @@ MEDIUM, NEXT_HIT = ("medium", "mfp", "sigma_a", "survival"), ("distance", "hit",
 
 @dataclass
 class Program:
-    """Passes with their tables: one list for all particles, one per emitter for births.
+    """Passes, each with the offset of its table in the arena of the plan: one list for all particles, one per
+    emitter for births.
 
-    A program keeps the tables alive that its steps point to.
+    Passes are pickled by name, and compiled or loaded again elsewhere.
     """
 
     plan: Plan
-    steps: list[Step] = field(default_factory=list)
-    setup_count: int = 0  # number of steps before the first flight after a surface, in media that scatter
-    round_count: int = (
-        0  # number of steps after these that all lanes in flight take; the others follow at a surface
-    )
-    births: list[list[Step]] = field(default_factory=list)
+    steps: list[tuple[Pass, int]] = field(default_factory=list)
+    # number of steps of lanes that begin to fly, in media that scatter, and number of those after these of
+    # all lanes in flight; lanes at a surface take the others
+    setup_count: int = 0
+    round_count: int = 0
+    births: list[list[tuple[Pass, int]]] = field(default_factory=list)
     # steps of shadow rays, where point or expected detectors exist
-    shadow_steps: list[Step] = field(default_factory=list)
-    bank_steps: list[Step] = field(default_factory=list)  # step by which banked copies take free lanes
+    shadow_steps: list[tuple[Pass, int]] = field(default_factory=list)
+    # step by which banked copies take free lanes
+    bank_steps: list[tuple[Pass, int]] = field(default_factory=list)
     moved_fields: np.ndarray = field(default_factory=lambda: np.zeros((), layout.FIELD_MOVES))
     queue: np.ndarray = field(default_factory=lambda: np.zeros((), layout.QUEUE))
     compiled: object = None  # the compiled program (driver.compile_program), once made
+
+    def __getstate__(self) -> dict:
+        return vars(self) | {"compiled": None}
 
     @property
     def passes(self) -> list[Pass]:
@@ -83,11 +89,11 @@ class Program:
         return tuple(name for name, _ in CARRIED if name in named)
 
     def moves_without(self, unused: tuple[str, ...]) -> np.ndarray:
-        """Return a row of layout.FIELD_MOVES: positions in CARRIED of the fields that move, in whole groups."""
+        """Return a row of layout.FIELD_MOVES: the carried fields, by their positions in CARRIED."""
         names = [name for name in self.carried if name not in unused]
         numbers = lanes.pad_group([k for k, (name, _) in enumerate(CARRIED) if name in names])
-        self.plan.kept.append(np.array(numbers, np.int64))
-        return layout.row(layout.FIELD_MOVES, fields=self.plan.kept[-1].ctypes.data, count=len(numbers))
+        place = self.plan.arena.place(np.array(numbers, np.int64))
+        return layout.row(layout.FIELD_MOVES, fields=place, count=len(numbers))
 
 
 def build_program(plan: Plan) -> Program:
@@ -95,6 +101,7 @@ def build_program(plan: Plan) -> Program:
     # Complete the bounding volume hierarchies of meshes.
     for table in plan.meshes.values():
         bvh.build_mesh(table)
+        table.place(plan.arena)
     program = Program(plan)
     program.births = [list(birth_steps(plan, emitter)) for emitter in plan.emitters]
     # Steps of flight: preparation, rounds through media, then move, land and act at a surface.
@@ -118,18 +125,20 @@ def build_program(plan: Plan) -> Program:
         program.bank_steps = [step(bank.take_copies, program.moved_fields)]
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
-        _use_sampling(program, plan.method.sampling)
+        change_steps(program, partial(quasi_random_steps, sampling=plan.method.sampling))
     program.moved_fields[...] = program.moves_without(())
     program.queue["arriving"] = program.moves_without(MEDIUM)
     program.queue["flying"] = program.moves_without(NEXT_HIT)
+    place = plan.arena.place
+    change_steps(program, lambda steps: [(lane_pass, place(table)) for lane_pass, table in steps])
     return program
 
 
-def _use_sampling(program, sampling):
-    """Replace each pass that draws by its twin for this sampling."""
-    program.births = [quasi_random_steps(steps, sampling) for steps in program.births]
+def change_steps(program: Program, change: Callable[[list], list]) -> None:
+    """Replace each list of steps by what a function makes of it."""
+    program.births = [change(steps) for steps in program.births]
     for part in ("steps", "shadow_steps", "bank_steps"):
-        setattr(program, part, quasi_random_steps(getattr(program, part), sampling))
+        setattr(program, part, change(getattr(program, part)))
 
 
 def _flight(plan, moved):
@@ -150,9 +159,9 @@ def _landing(plan):
     if plan.members:
         yield from land_on_surface(plan)
         if plan.crosses_detectors and (plan.sheets["outward"] != 0).any():
-            yield step(landing.mark_box_exit, table_of_rows(plan.sheets))
+            yield step(landing.mark_box_exit, plan.arena.table(plan.sheets))
         if plan.has_rims:
-            yield step(landing.clamp_inside_edge, table_of_rows(plan.rims))
+            yield step(landing.clamp_inside_edge, plan.arena.table(plan.rims))
         for row in plan.contacts:
             yield step(landing.keep_to_side, row)
 
@@ -173,13 +182,13 @@ def _crossing(plan, moved):
     if plan.needs_more_random_numbers:
         yield step(surfaces.draw_second_block)
     if plan.selects_material:
-        yield step(surfaces.choose_material, table_of_two(plan.surfaces, plan.optics))
-    yield step(surfaces.look_up_surface, table_of_rows(plan.surfaces))
+        yield step(surfaces.choose_material, plan.arena.table(plan.surfaces, plan.optics))
+    yield step(surfaces.look_up_surface, plan.arena.table(plan.surfaces))
     for law in sorted(plan.albedo_laws):
-        yield step_by_name((f"look_up_{law}", table_of_rows(plan.optics)))
+        yield step_by_name((f"look_up_{law}", plan.arena.table(plan.optics)))
         yield step_by_name((f"reflect_by_{law}", layout.row(layout.NO_TABLE)))
     if plan.has_optics:
-        yield step(optics.look_up_optics, table_of_rows(plan.optics))
+        yield step(optics.look_up_optics, plan.arena.table(plan.optics))
     if plan.absorbs:
         yield step(surfaces.absorb)
         yield step(surfaces.account_absorbed)
@@ -187,7 +196,7 @@ def _crossing(plan, moved):
         yield step(surfaces.draw_uniforms)
     yield from _new_directions(plan)
     if plan.has_thermal_walls:
-        yield step(velocities.sample_wall_speed, table_of_rows(plan.surfaces))
+        yield step(velocities.sample_wall_speed, plan.arena.table(plan.surfaces))
     if plan.counts_reflections:
         yield step(surfaces.count_reflections)
     # Score departures; then visits, bodies beyond, shadow rays and next-event rays.
@@ -244,6 +253,6 @@ def _new_directions(plan):
         yield step(optics.sample_transmission)
     for interaction, passes in NEW_DIRECTIONS.items():
         for each in passes() if interaction in plan.materials else ():
-            yield step(each, *[table_of_rows(plan.optics)] * (each.table == layout.ROWS))
+            yield step(each, *[plan.arena.table(plan.optics)] * (each.table == layout.ROWS))
     if plan.transmits:
         yield step(optics.transmit)

@@ -35,7 +35,7 @@ def pad_group(numbers: list[int]) -> list[int]:
 @device
 def fill_gaps(lanes, table, gaps):
     """Move all carried fields of the lanes in `movers` to those in `listed`, four fields at a time."""
-    fields = view(table.fields, table.count, np.int64)
+    fields = view(lanes.arena + table.fields, table.count, np.int64)
     words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for f in range(0, table.count, FIELDS_PER_GROUP):
         r0, r1, r2, r3 = field_offsets(fields, f)
@@ -107,7 +107,7 @@ def flies_on(lane):
 @device
 def append_lanes(lanes, table, count, first):
     """Move the lanes in `movers` to the lanes from `first` on."""
-    fields = view(table.fields, table.count, np.int64)
+    fields = view(lanes.arena + table.fields, table.count, np.int64)
     words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for f in range(0, table.count, FIELDS_PER_GROUP):
         r0, r1, r2, r3 = field_offsets(fields, f)

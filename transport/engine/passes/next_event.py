@@ -88,7 +88,7 @@ def point_on_triangle(lane, table):
 def point_on_polygon(lane, table):
     """Set a point uniform on a polygon from p0, p1: a triangle by its area, then a point uniform on it."""
     count = table.part_count
-    parts = view(table.parts, 10 * count, np.float64)
+    parts = view(lane.arena + table.parts, 10 * count, np.float64)
     # Binary search in the cumulative shares of the area.
     chance, found, width = lane.p0, 0, count
     while width > 1:

@@ -105,7 +105,7 @@ def cast_from_sphere(lane, table):
 @lane_pass(layout.ROWS)
 def find_phase_of_flights(lane, table):
     """Set the number of the phase function of the medium that a lane flies in."""
-    rows = view(table.rows, table.count, layout.MEDIA)
+    rows = view(lane.arena + table.rows, table.count, layout.MEDIA)
     lane.phase_number = rows[lane.medium].phase
 
 
@@ -191,7 +191,7 @@ def scale_by_grid_scattering(lane, table):
 
     Only scores that still lack it, which are negative.
     """
-    scattering = view(table.scattering, table.scattering_count, np.float64)
+    scattering = view(lane.arena + table.scattering, table.scattering_count, np.float64)
     if (lane.score < 0.0) & (lane.medium == table.medium):
         i = cell_at((lane.sx - table.cx) * table.per_x, table.nx)
         j = cell_at((lane.sy - table.cy) * table.per_y, table.ny)
@@ -227,10 +227,11 @@ def add_rayleigh_pdf(lane, table):
 def add_tabulated_pdf(lane, table):
     """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1]."""
     count = table.cells + 1
-    cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)
+    cosines = view(lane.arena + table.cosines, count, np.float64)
+    values = view(lane.arena + table.values, count, np.float64)
     if (lane.phase_number == table.number) & (lane.score != 0.0):
         mu = min(1.0, max(-1.0, lane.scatter_cosine))
-        j = find_cell(mu, table.cells, table.cosines)
+        j = find_cell(mu, table.cells, lane.arena + table.cosines)
         part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
         lane.pdf += table.share * (values[j] + part * (values[j + 1] - values[j]))
 
@@ -253,7 +254,7 @@ def load_shadow_rays(lanes, table, first, live):
 
     Called with the bundle that casts; `table` maps words of its lanes to words of the shadow bundle.
     """
-    moves = view(table.rows, table.count, layout.WORD)
+    moves = view(lanes.arena + table.rows, table.count, layout.WORD)
     here, there = view(lanes.address, WORDS, np.int64), view(lanes.shadow, WORDS, np.int64)
     taken, cast, flying = lanes.rays_taken, lanes.rays_cast, 0
     for free in range(LANES):
@@ -288,8 +289,8 @@ def attenuate_shadow_rays(lane, table):
 @lane_pass(layout.GRID)
 def attenuate_shadow_rays_in_grid(lane, table):
     """Multiply by the transmittance of voxels, from the exact optical depth."""
-    absorption = view(table.absorption, table.absorption_count, np.float64)
-    scattering = view(table.scattering, table.scattering_count, np.float64)
+    absorption = view(lane.arena + table.absorption, table.absorption_count, np.float64)
+    scattering = view(lane.arena + table.scattering, table.scattering_count, np.float64)
     if (lane.weight != 0.0) & (lane.medium == table.medium):
         x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
         start, end = lane.start, lane.distance

@@ -379,10 +379,10 @@ def extinction_of(lane, table, scattering, absorption):
 @device
 def delta_track(lane, table):
     """Find the first real collision of one lane as `delta_track_in_grid` does."""
-    tops = view(table.tops, table.top_count, np.float64)
-    levels = view(table.levels, table.level_count, np.uint8)
-    absorption = view(table.absorption, table.absorption_count, np.float64)
-    scattering = view(table.scattering, table.scattering_count, np.float64)
+    tops = view(lane.arena + table.tops, table.top_count, np.float64)
+    levels = view(lane.arena + table.levels, table.level_count, np.uint8)
+    absorption = view(lane.arena + table.absorption, table.absorption_count, np.float64)
+    scattering = view(lane.arena + table.scattering, table.scattering_count, np.float64)
     start_walk(lane, table)
     while lane.walk_state < ENDED:
         resample_rejected(lane)
@@ -410,10 +410,10 @@ def delta_track_in_grid(lanes, table, first, live):
     of two kinds: each moves to the next macro cell; once half of them have reached a tentative collision,
     these are decided.
     """
-    tops = view(table.tops, table.top_count, np.float64)
-    levels = view(table.levels, table.level_count, np.uint8)
-    absorption = view(table.absorption, table.absorption_count, np.float64)
-    scattering = view(table.scattering, table.scattering_count, np.float64)
+    tops = view(lanes.arena + table.tops, table.top_count, np.float64)
+    levels = view(lanes.arena + table.levels, table.level_count, np.uint8)
+    absorption = view(lanes.arena + table.absorption, table.absorption_count, np.float64)
+    scattering = view(lanes.arena + table.scattering, table.scattering_count, np.float64)
     walking = 0
     for k in range(first, live):
         walking += start_walk(lane_at(lanes, k), table)
@@ -471,8 +471,8 @@ def attenuate_in_grid(lane, table):
     """
     if lane.medium != table.medium or lane.weight == 0.0:
         return 0, 0
-    absorption = view(table.absorption, table.absorption_count, np.float64)
-    scattering = view(table.scattering, table.scattering_count, np.float64)
+    absorption = view(lane.arena + table.absorption, table.absorption_count, np.float64)
+    scattering = view(lane.arena + table.scattering, table.scattering_count, np.float64)
     x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
     depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, lane.start, lane.distance)
     before = lane.weight

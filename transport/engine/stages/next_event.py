@@ -7,7 +7,7 @@ from transport.compile.next_event import LAMBERTIAN_DENSITY
 from transport.compile.points import attenuates_anywhere, phase_densities
 from transport.engine.bundle import Bundle
 from transport.engine.passes import emission, mis, next_event, once_more_collided, shadow_rays
-from transport.engine.registry import step, step_by_name, table_of_rows, table_of_two
+from transport.engine.registry import step, step_by_name
 from transport.geometry.flat import Disk, Rectangle, Triangle
 
 # ---- Steps of point detectors: where shadow rays are cast, and how they are traced.
@@ -39,7 +39,7 @@ def shadow_rays_from_flights(plan):
     """Yield the steps that cast rays from flights: scattering outside the medium around a point."""
     points = [point for point in plan.points if point.has_other_scatterers]
     if points:
-        yield step(shadow_rays.find_phase_of_flights, table_of_rows(plan.media))
+        yield step(shadow_rays.find_phase_of_flights, plan.arena.table(plan.media))
     for point in points:
         yield step(shadow_rays.cast_from_flights, point.row)
         for row in plan.grids:
@@ -52,7 +52,7 @@ def once_more_collided_rays(plan):
     """Yield the steps that cast once-more-collided rays from collisions."""
     points = [point for point in plan.points if point.row["medium"] >= 0]
     if points:
-        yield step(once_more_collided.find_phase_at_collisions, table_of_rows(plan.media))
+        yield step(once_more_collided.find_phase_at_collisions, plan.arena.table(plan.media))
     for point in points:
         yield step(once_more_collided.first_leg_from_collisions, point.row)
         yield from map(step_by_name, phase_densities(plan))
@@ -82,7 +82,7 @@ def point_ray_steps(plan, nearest, crossing):
     nearest: steps that set each lane's medium and find the next surface. crossing: steps of a ray through
     transparent surfaces.
     """
-    yield step(shadow_rays.load_shadow_rays, table_of_rows(_point_ray_fields(plan)))
+    yield step(shadow_rays.load_shadow_rays, plan.arena.table(_point_ray_fields(plan)))
     yield step(shadow_rays.reset_shadow_hit)
     yield from nearest
     yield from _attenuate(plan)
@@ -104,9 +104,8 @@ def _attenuate(plan):
 def _second_leg(plan):
     """Yield the steps from the first leg of a once-more-collided ray to the second."""
     points = np.array([point.row for point in plan.points], layout.POINT)
-    plan.kept.append(points)
     yield step(once_more_collided.reset_phase_number)
-    yield step(once_more_collided.turn_into_second_leg, table_of_two(points, plan.media))
+    yield step(once_more_collided.turn_into_second_leg, plan.arena.table(points, plan.media))
     for row in plan.grids:
         yield step(shadow_rays.scale_by_grid_scattering, row)
     yield from map(step_by_name, phase_densities(plan))
@@ -127,18 +126,13 @@ def _point_ray_fields(plan) -> np.ndarray:
         moves.append(("own_facet", "own_facet"))
     if _has_once_more_collided(plan):
         moves.append(("leg", "leg"))
-    return field_moves(plan, moves)
+    return field_moves(moves)
 
 
-def field_moves(plan, moves) -> np.ndarray:
-    """Return rows of layout.WORD: for each move, source field of a lane (None: 0) and target field of a ray.
-
-    The plan keeps the rows alive.
-    """
+def field_moves(moves) -> np.ndarray:
+    """Return rows of layout.WORD: per move, source field of a lane (None: 0) and target field of a ray."""
     words = {name: offset // 8 for name, (_, offset) in Bundle.fields.items()}
-    rows = np.array([(words.get(source, -1), words[target]) for source, target in moves], layout.WORD)
-    plan.kept.append(rows)
-    return rows
+    return np.array([(words.get(source, -1), words[target]) for source, target in moves], layout.WORD)
 
 
 # ---- Steps for surface detectors: cast rays, trace them, weight flights by MIS.
@@ -177,7 +171,7 @@ def next_event_from_collisions(plan):
     rows = [(each, each.collisions) for each in plan.expectations if each.collisions is not None]
     if not rows:
         return
-    yield step(once_more_collided.find_phase_at_collisions, table_of_rows(plan.media))
+    yield step(once_more_collided.find_phase_at_collisions, plan.arena.table(plan.media))
     for each, row in rows:
         yield step(next_event.draw_point_at_event, row)
         yield from _connect(plan, each, row, next_event.contribute_from_collisions, phase_densities(plan))
@@ -237,7 +231,7 @@ def next_event_ray_steps(plan, nearest, crossing):
     nearest: steps that set each lane's medium and find the next surface. crossing: from arrival at a surface
     to its other side.
     """
-    yield step(shadow_rays.load_shadow_rays, table_of_rows(_next_event_ray_fields(plan)))
+    yield step(shadow_rays.load_shadow_rays, plan.arena.table(_next_event_ray_fields(plan)))
     yield step(shadow_rays.reset_shadow_hit)
     yield from nearest
     yield step(next_event.end_missed_rays)
@@ -253,7 +247,7 @@ def _next_event_ray_fields(plan):
     moves += [("visited", "visited")] * bool(plan.marks)
     moves += [("reflections", "reflections")] * plan.counts_reflections
     moves += [("cell", "cell")] * (plan.adjoint is not None)
-    return field_moves(plan, moves)
+    return field_moves(moves)
 
 
 def _pdf_table(peak):
