@@ -134,7 +134,7 @@ BORDERS = {
     "bound_rectangle", "set_birth_bodies", "cross_boundary", "set_outer_medium", "find_medium", "save_ray",
     "restore_ray", "resolve_box_edges", "mark_box_exit", "end_lost_particles",
 }  # fmt: skip
-FLIGHTS = {"start_flight", "sample_free_path", "collide", "compact_and_sort", "escape_to_empty_space"}
+FLIGHTS = {"sample_free_path", "collide", "queue_arrivals", "resume_flights", "escape_to_empty_space"}
 WALKS = {"delta_track_in_grid", "reset_cuts", "sample_path_in_grids", "revoke_cut_collisions"}
 EMPTY = (None, None)
 WITHOUT_MEDIA = {"reset_hit", "score_all"}
@@ -148,11 +148,12 @@ CHANGES = {  # (filling, tracking) after and before: the passes that are added, 
     ),
     "absorption by chance draws paths but no direction": (
         (SMOKE, ANALOG), EMPTY, BORDERS | FLIGHTS | {"score", "absorb_at_collisions", "account_absorbed_in"},
-        WITHOUT_MEDIA,
+        WITHOUT_MEDIA | {"compact_lanes"},
     ),
     "absorption by chance in voxels": ((SOOT, ANALOG), (SMOKE, ANALOG), WALKS, {"sample_free_path"}),
     "scattering absorbs nothing and plays no roulette in flight": (
-        (WHITE, None), EMPTY, BORDERS | FLIGHTS | {"score", "scatter_isotropic"}, WITHOUT_MEDIA,
+        (WHITE, None), EMPTY, BORDERS | FLIGHTS | {"score", "scatter_isotropic"},
+        WITHOUT_MEDIA | {"compact_lanes"},
     ),
     "scattering has no absorption to treat": ((WHITE, ANALOG), (WHITE, None), set(), set()),
     "scattering with absorption by weight": (
@@ -188,7 +189,7 @@ def test_a_medium_and_its_tracking_add_their_own_passes(change):
 
 
 def test_without_media_no_pass_and_no_field_of_media_is_named():
-    assert not passes() & (OF_MEDIA | OF_DETECTORS | BORDERS | {"compact_and_sort"})
+    assert not passes() & (OF_MEDIA | OF_DETECTORS | BORDERS | {"queue_arrivals"})
     assert passes(tp.Vacuum()) == passes()
     plain, foggy = effects_of(room()), effects_of(room(FOG))
     of_media = {"inside", "medium", "mfp", "sigma_a", "survival", "flies", "collides"}
@@ -197,8 +198,8 @@ def test_without_media_no_pass_and_no_field_of_media_is_named():
     assert {name for name, kind in plain.absent.items() if kind == "pass"} >= OF_MEDIA | OF_DETECTORS
 
 
-def test_absorption_alone_has_no_rounds_and_only_some_trackings_have_copies():
-    assert build_program(compile_scene(room(SMOKE))).round_count == 0
+def test_absorption_alone_has_no_queue_and_only_some_trackings_have_copies():
+    assert "queue_arrivals" in passes(FOG) and "queue_arrivals" not in passes(SMOKE)
     copies = of(bank, variance_reduction) - ROULETTE
     assert not any(passes(filling) & copies for filling in (None, SMOKE, WHITE, FOG, CLOUD))
 

@@ -15,11 +15,12 @@ from scipy.special import ndtri
 
 import transport as tp
 from tests.agreement import assert_follows
-from tests.driven import Lanes
+from tests.driven import PASS, Lanes
 from transport.compile import layout
-from transport.engine.bundle import LANES
+from transport.engine.bundle import CARRIED, LANES
 from transport.engine.passes import collisions, landing, surfaces, variance_reduction
 from transport.engine.passes.bank import number_of_copy as bank_number
+from transport.engine.passes.lanes import pad_group, queue_arrivals, resume_flights
 from transport.physics import paths
 
 FALSE_ALARM = 1e-6
@@ -118,16 +119,52 @@ def test_free_paths_follow_the_exponential_law(fly):
     assert path.min() > 0
 
 
-@pytest.mark.parametrize("fly", FLIGHTS, ids=lambda p: p.name)
-def test_lanes_that_wait_escape_or_are_dead_are_left_alone(fly):
-    """A lane that met a surface, one that left, one of weight 0: neither flies nor uses up a number."""
-    kind = NUMBERS % 4
-    distance = np.where(kind == 1, np.inf, 0.5)
-    lanes = Lanes(hit=kind == 0, distance=distance, weight=kind != 2)
-    event = lanes["event"]
-    lanes.run(fly)
-    assert (lanes["flies"] == (kind == 3)).all() and (lanes["event"] - event == (kind == 3)).all()
-    assert (lanes["distance"] == distance)[kind != 3].all()
+# ---- the queue at surfaces ----
+
+FIELDS = ("x", "weight", "history", "hit", "distance")
+PLACES = [[name for name, _ in CARRIED].index(name) for name in FIELDS]
+MOVED = np.array(pad_group(PLACES), np.int64)
+
+
+def particles(lanes, first, last):
+    """Fields of the lanes [first, last) that hold a particle, sorted by its number."""
+    rows = np.stack([lanes.bundle[name][0][first:last].astype(float) for name in FIELDS], axis=1)
+    rows = rows[rows[:, 1] != 0.0]
+    return rows[np.argsort(rows[:, 2])]
+
+
+def test_lanes_at_a_surface_wait_in_the_queue_with_their_fields_and_come_back():
+    """Of five kinds of lanes: at a surface, escaping, dead, without a finite place, flying on; twice, then back."""
+    kind = NUMBERS % 5
+    moves = layout.row(layout.FIELD_MOVES, fields=MOVED.ctypes.data, count=len(MOVED))
+    lanes = Lanes(hit=np.where(kind == 0, 7, 0), weight=np.where(kind == 2, 0.0, 1.0))
+    lanes["distance"], lanes["x"] = np.where(kind == 1, np.inf, 0.5), np.where(kind == 3, np.nan, NUMBERS)
+    bundle = lanes.bundle  # its arena begins at address 0
+    before = particles(lanes, 0, LANES)
+    table = layout.row(layout.QUEUE, arriving=moves, flying=moves)
+    call = PASS(queue_arrivals.entry)
+    flying = call(bundle.ctypes.data, table.ctypes.data, 0, LANES)
+    waiting = int(bundle["waiting"][0])
+    is_flying = kind[before[:, 2].astype(int)] == 4
+    assert flying == is_flying.sum() and waiting == (~is_flying).sum()
+    np.testing.assert_array_equal(particles(lanes, 0, flying), before[is_flying])
+    np.testing.assert_array_equal(particles(lanes, LANES, LANES + waiting), before[~is_flying])
+    # More of them meet a surface; of the queue every second particle ends there, the others fly on.
+    bundle["hit"][0][:flying:3] = 9
+    met = particles(lanes, 0, flying)[particles(lanes, 0, flying)[:, 3] == 9]
+    left = call(bundle.ctypes.data, table.ctypes.data, 0, flying)
+    total = int(bundle["waiting"][0])
+    np.testing.assert_array_equal(particles(lanes, LANES + waiting, LANES + total), met)
+    bundle["weight"][0][LANES : LANES + total : 2] = 0.0
+    kept, stayed = particles(lanes, LANES, LANES + total), particles(lanes, 0, left)
+    bundle["flying"] = left
+    PASS(resume_flights.entry)(bundle.ctypes.data, moves.ctypes.data, LANES, LANES + total)
+    assert int(bundle["waiting"][0]) == 0 and int(bundle["flying"][0]) == left + len(kept)
+    np.testing.assert_array_equal(particles(lanes, left, left + len(kept)), kept)
+    np.testing.assert_array_equal(particles(lanes, 0, left), stayed)
+
+
+# ---- collisions ----
 
 
 def test_flights_in_vacuum_have_no_collision():
@@ -150,7 +187,7 @@ def test_a_collision_is_at_the_end_of_its_path_and_only_there():
     assert (lanes["collides"] == collided).all()
     assert (lanes["start"] == np.where(collided, 0.0, 0.25)).all()
     assert (lanes["sheet"] == np.where(collided, 0, 5)).all()
-    assert int(lanes.bundle["collisions"][0]) == collided.sum() == int(lanes.bundle["colliding"][0])
+    assert int(lanes.bundle["collisions"][0]) == collided.sum()
 
 
 @pytest.mark.parametrize("word", WORDS.values(), ids=WORDS)
@@ -278,15 +315,15 @@ def test_analog_absorption_leaves_the_albedo_and_a_fresh_uniform_number(survival
 @pytest.mark.parametrize("least", [1e-12, 1e-5], ids=["beside thin ways", "no thin way"])
 def test_weights_fall_exponentially_along_a_flight_and_the_ledger_gets_the_rest(least):
     depths = np.geomspace(least, 1e3, LANES)
-    lanes = Lanes(start=0.5, distance=0.5 + depths, sigma_a=1.0, flies=1, weight=0.8, mfp=1.0)
+    lanes = Lanes(start=0.5, distance=0.5 + depths, sigma_a=1.0, weight=0.8, mfp=1.0)
     way = lanes["distance"] - 0.5
     lanes.run(collisions.attenuate)
     np.testing.assert_allclose(lanes["weight"], 0.8 * np.exp(-way), rtol=1e-14, atol=1e-300)
     np.testing.assert_allclose(lanes["weight"] + lanes.scored, 0.8, rtol=1e-15)
-    for change in ({"flies": 0}, {"sigma_a": 0.0}, {"sigma_a": 0.0, "distance": np.inf}):
-        lanes = Lanes(**{"distance": 2.0, "sigma_a": 1.0, "flies": 1, "weight": 0.8} | change)
+    for change in ({"sigma_a": 0.0}, {"sigma_a": 0.0, "distance": np.inf}):
+        lanes = Lanes(**{"distance": 2.0, "weight": 0.8} | change)
         assert (lanes.run(collisions.attenuate)["weight"] == 0.8).all() and (lanes.scored == 0).all()
-    assert (Lanes(distance=np.inf, sigma_a=1.0, flies=1).run(collisions.attenuate)["weight"] == 0).all()
+    assert (Lanes(distance=np.inf, sigma_a=1.0).run(collisions.attenuate)["weight"] == 0).all()
 
 
 GAMES = {  # where it is played, what says so, and the number that decides
@@ -421,7 +458,7 @@ def test_lanes_that_meet_a_surface_or_wait_are_not_split():
 
 
 def test_a_station_is_no_collision():
-    lanes = Lanes(flies=1, distance=np.where(np.arange(LANES) % 2, 5.0, 0.01), uz=1.0)
+    lanes = Lanes(distance=np.where(np.arange(LANES) % 2, 5.0, 0.01), uz=1.0)
     lanes.run(variance_reduction.cut_flight, kz=variance_reduction.LN_2 / 0.1, most=1e3)
     np.testing.assert_allclose(lanes["distance"], np.where(np.arange(LANES) % 2, 0.1, 0.01), rtol=1e-12)
     lanes.run(collisions.collide).run(variance_reduction.revoke_station_collisions)

@@ -56,7 +56,7 @@ class Rays:
         self.plan = self.machine.program.plan
         self.volume = self.plan.volumes[0]
 
-    def walk(self, origins, flights, starts=0.0, ends=math.inf, weights=1.0, waits=False, sigma_a=0.0):
+    def walk(self, origins, flights, starts=0.0, ends=math.inf, weights=1.0, sigma_a=0.0):
         """Sums by cell of all rays: weight times length [m], number of passages, absorbed weight."""
         bundle, count, size = empty_bundle(), len(origins), self.plan.space.size
         assert count <= LANES
@@ -68,7 +68,6 @@ class Rays:
             "start": starts / size,
             "distance": np.asarray(ends) / size,
             "weight": weights,
-            "flies": not waits,
         }
         values |= {"sigma_a": sigma_a * size, "mfp": math.inf, "survival": 1.0}
         for name, value in values.items():

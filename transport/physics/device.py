@@ -118,18 +118,14 @@ exact_device = njit(forceinline=True, **EXACT)
 # ---- A choice without a branch.
 
 
-def _choose_plain(condition, first, second):
-    """Twin of `_choose` in plain Python."""
+def _select_plain(condition, first, second):
+    """Twin of `_select` in plain Python."""
     return first if condition else second
 
 
 @intrinsic
-def _choose(typing_context, condition, first, second):
-    """Return the first number if the condition holds, else the second; both are computed.
-
-    LLVM may turn branches of `first if condition else second` that store what they loaded into loops without
-    vectors, or into masked stores (see engine/bodies.py).
-    """
+def _select(typing_context, condition, first, second):
+    """Return one of two numbers by LLVM's instruction."""
     kind = typing_context.unify_types(first, second)
 
     def codegen(context, builder, signature, args):
@@ -142,4 +138,14 @@ def _choose(typing_context, condition, first, second):
     return kind(types.boolean, kind, kind), codegen
 
 
-choose = _choose_plain if config.DISABLE_JIT else _choose
+select_number = _select_plain if config.DISABLE_JIT else _select
+
+
+@device
+def choose(condition, first, second):
+    """Return the first number if the condition holds, else the second; both are computed.
+
+    LLVM may turn branches of `first if condition else second` that store what they loaded into loops without
+    vectors, or into masked stores (see engine/bodies.py).
+    """
+    return select_number(condition, first, second)
