@@ -134,7 +134,14 @@ BORDERS = {
     "bound_rectangle", "set_birth_bodies", "cross_boundary", "set_outer_medium", "find_medium", "save_ray",
     "restore_ray", "resolve_box_edges", "mark_box_exit", "end_lost_particles",
 }  # fmt: skip
-FLIGHTS = {"sample_free_path", "collide", "queue_arrivals", "resume_flights", "escape_to_empty_space"}
+FLIGHTS = {
+    "draw_flight",
+    "sample_free_path",
+    "collide",
+    "queue_arrivals",
+    "resume_flights",
+    "escape_to_empty_space",
+}
 WALKS = {"delta_track_in_grid", "reset_cuts", "sample_path_in_grids", "revoke_cut_collisions"}
 EMPTY = (None, None)
 WITHOUT_MEDIA = {"reset_hit", "score_all"}

@@ -51,7 +51,7 @@ def flights(rounds=ROUNDS, fly=collisions.sample_free_path, **fields):
     found = []
     for _ in range(rounds):
         lanes["distance"], lanes["hit"] = 0.0, 0
-        lanes.run(fly)
+        lanes.run(collisions.draw_flight).run(fly)
         path = lanes["distance"] - lanes["start"] - 2 * layout.COLLISION_CLEARANCE
         found.append((path / lanes["mfp"], lanes["u0"], lanes["u1"]))
     return np.concatenate(np.transpose(found, (1, 2, 0)).reshape(3, 1, -1))
@@ -80,9 +80,8 @@ def coins(path, u0, u1):
 def draw_only(word, monkeypatch):
     """Let free paths be made of this word alone, in plain Python."""
     monkeypatch.setattr(paths, "event_words", lambda *_: (np.uint64(word),) * 4)
-    plain = getattr(paths.free_flight, "py_func", paths.free_flight)
-    for module in (collisions, variance_reduction):
-        monkeypatch.setattr(module, "free_flight", plain)
+    plain = getattr(paths.flight_numbers, "py_func", paths.flight_numbers)
+    monkeypatch.setattr(collisions, "flight_numbers", plain)
 
 
 @pytest.fixture(scope="module")
@@ -168,7 +167,7 @@ def test_lanes_at_a_surface_wait_in_the_queue_with_their_fields_and_come_back():
 
 
 def test_flights_in_vacuum_have_no_collision():
-    lanes = Lanes(mfp=np.inf).run(collisions.sample_free_path)
+    lanes = Lanes(mfp=np.inf).run(collisions.draw_flight).run(collisions.sample_free_path)
     assert np.isinf(lanes["distance"]).all()
     assert (lanes.run(collisions.collide)["collides"] == 0).all()
     assert (lanes["z"] == 0).all() and int(lanes.bundle["collisions"][0]) == 0
@@ -176,7 +175,7 @@ def test_flights_in_vacuum_have_no_collision():
 
 def test_a_collision_is_at_the_end_of_its_path_and_only_there():
     lanes = Lanes(start=0.25, x=1.0, ux=0.6, uz=0.8, sheet=5)
-    lanes.run(collisions.sample_free_path)
+    lanes.run(collisions.draw_flight).run(collisions.sample_free_path)
     path = lanes["distance"]
     lanes["hit"] = np.where(np.arange(LANES) % 3 == 0, 9, 0)
     lanes.run(collisions.collide)
@@ -196,7 +195,7 @@ def test_extreme_draws_make_finite_paths(word, monkeypatch):
     draw_only(word, monkeypatch)
     mfp = np.resize([1e-300, 1.0, 1e300, math.inf], LANES)
     for step in FLIGHTS:
-        lanes = Lanes(mfp=mfp).run_plainly(step)
+        lanes = Lanes(mfp=mfp).run_plainly(collisions.draw_flight).run_plainly(step)
         depth = lanes["distance"] / np.where((mfp > 1e-200) & (mfp < math.inf), mfp, 1.0)
         assert np.where(mfp == math.inf, np.isinf(depth), (depth > 0) & (depth < 37.5)).all()
         assert all(((lanes[name] >= 0) & (lanes[name] < 1)).all() for name in ("u0", "u1"))
@@ -212,7 +211,7 @@ def test_a_forced_collision_carries_its_probability_and_follows_the_truncated_ex
     depths, mfp = [], 0.5
     for seed in range(200):
         lanes = Lanes(seed=seed, mfp=mfp, start=-0.5, weight=0.75, forced_path=variance_reduction.UNCOLLIDED)
-        lanes.run(variance_reduction.sample_free_or_forced_path)
+        lanes.run(collisions.draw_flight).run(variance_reduction.sample_free_or_forced_path)
         assert np.isinf(lanes["distance"]).all()
         lanes["distance"] = -0.5 + tau * mfp
         way = lanes["distance"] + 0.5
@@ -234,9 +233,8 @@ def test_a_forced_collision_carries_its_probability_and_follows_the_truncated_ex
 def test_no_collision_is_forced_in_vacuum_without_a_surface_ahead_or_twice():
     kinds = np.arange(LANES) % 4
     ahead = np.where(kinds == 2, variance_reduction.FREE, variance_reduction.UNCOLLIDED)
-    lanes = Lanes(mfp=np.where(kinds == 0, np.inf, 1.0), forced_path=ahead).run(
-        variance_reduction.sample_free_or_forced_path
-    )
+    lanes = Lanes(mfp=np.where(kinds == 0, np.inf, 1.0), forced_path=ahead).run(collisions.draw_flight)
+    lanes.run(variance_reduction.sample_free_or_forced_path)
     distance = lanes["distance"]
     lanes["distance"] = np.where(kinds == 3, 1.0, distance)
     lanes.run(variance_reduction.force_collision)
@@ -250,11 +248,24 @@ def test_no_collision_is_forced_in_vacuum_without_a_surface_ahead_or_twice():
 
 
 def test_a_copy_flies_its_own_path_once():
-    lanes = Lanes(forced_path=0.125).run(variance_reduction.sample_free_or_forced_path)
+    lanes = (
+        Lanes(forced_path=0.125)
+        .run(collisions.draw_flight)
+        .run(variance_reduction.sample_free_or_forced_path)
+    )
     np.testing.assert_allclose(lanes["distance"], 0.125, rtol=1e-12)
     assert (lanes["forced_path"] == variance_reduction.FREE).all()
     lanes["distance"], lanes["hit"] = 0.0, 0
-    assert len(np.unique(lanes.run(variance_reduction.sample_free_or_forced_path)["distance"])) == LANES
+    assert (
+        len(
+            np.unique(
+                lanes.run(collisions.draw_flight).run(variance_reduction.sample_free_or_forced_path)[
+                    "distance"
+                ]
+            )
+        )
+        == LANES
+    )
 
 
 @pytest.mark.parametrize("word", WORDS.values(), ids=WORDS)

@@ -82,7 +82,7 @@ SCALAR_WITHOUT_AVX512 = {
     "find_medium", "stop_clock",
 }  # fmt: skip
 TWINS = [  # in which quasi-random numbers take the place of random ones
-    ("born_on_disk", "sobol"), ("born_on_disk", "stratified"), ("sample_target_disk", "sobol"), ("sample_free_path", "sobol"),
+    ("born_on_disk", "sobol"), ("born_on_disk", "stratified"), ("sample_target_disk", "sobol"), ("draw_flight", "sobol"),
 ]  # fmt: skip
 NOWHERE = Path("/proc/transport")  # where nobody can make a folder
 

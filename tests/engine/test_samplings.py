@@ -218,7 +218,7 @@ def test_every_pass_that_draws_has_a_twin_in_which_nothing_draws_at_random(sampl
 
 def test_random_programs_hold_nothing_of_it():
     assert not [each.name for each in machine("slab", "random").program.passes if " by " in each.name]
-    assert any(each.name == "sample_free_path by sobol" for each in machine("slab", "sobol").program.passes)
+    assert any(each.name == "draw_flight by sobol" for each in machine("slab", "sobol").program.passes)
 
 
 def test_an_unknown_sampling_is_refused_with_those_there_are():

@@ -39,8 +39,8 @@ FAULTS = (
     ),
     Fault(
         "physics/paths.py",
-        "depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))",
-        "depth = -1.4426950408889634 * log_positive((1.0 - 2.0**-53) - uniform(w0, w1))",
+        "return -log_positive((1.0 - 2.0**-53) - u)",
+        "return -1.4426950408889634 * log_positive((1.0 - 2.0**-53) - u)",
         "free paths by the logarithm to base 2",
         ("engine/test_flight_passes",),
     ),

@@ -139,7 +139,7 @@ SCRATCH = (
     ("u3", "f8"),  # 52 bits each, for mixtures and thermal walls
     ("u4", "f8"),
     ("arrival", "f8"),  # time at the end of the flight [durations]
-    ("depth", "f8"),  # sampled optical depth of the free path, in scenes with grids
+    ("depth", "f8"),  # uniform of the free path, then, where that is needed, its optical depth
     ("cut", "i8"),  # 1 if a flight is cut at a station, or ended there or at a collision
     ("copy_weight", "f8"),  # weight of the copy whose collision is forced ...
     ("copy_path", "f8"),  # ... and its path length

@@ -6,15 +6,22 @@ from transport.physics.streams import LOW32, PATH, event_words, short_uniform, u
 
 
 @device
-def free_flight(history, batch, event, seed_low, seed_high):
-    """Return the optical depth of a free path (exponential law), and two further uniforms.
+def flight_numbers(history, batch, event, seed_low, seed_high):
+    """Return three uniforms of one random block: of the free path, and two of the collision at its end.
 
-    All come from one random block; the uniforms have 52 and 32 bits. Depths are those of the middles of 2^52
-    equal cells of probability: never 0 and never above 37.
+    They have 52, 52 and 32 bits.
     """
     w0, w1, w2, w3 = event_words(history, batch, event, PATH, seed_low, seed_high)
-    depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))
-    return depth, uniform(w2, (w1 << 20) & LOW32), short_uniform(w3)
+    return uniform(w0, w1), uniform(w2, (w1 << 20) & LOW32), short_uniform(w3)
+
+
+@device
+def free_depth(u):
+    """Return the optical depth of a free path (exponential law), from a uniform of 52 bits.
+
+    Depths are those of the middles of 2^52 equal cells of probability: never 0 and never above 37.
+    """
+    return -log_positive((1.0 - 2.0**-53) - u)
 
 
 @device

@@ -25,7 +25,7 @@ from transport.physics.bits import bits_of, float_of
 from transport.physics.device import choose, device
 from transport.physics.directions import sample_isotropic, select
 from transport.physics.elementary import exp_negative
-from transport.physics.paths import free_flight
+from transport.physics.paths import flight_numbers, free_depth
 from transport.physics.scattering import (
     choose_segment,
     sample_henyey_greenstein,
@@ -74,13 +74,18 @@ def fly_uncollided(lane, table):
 
 
 @lane_pass(layout.NO_TABLE)
-def sample_free_path(lane, table):
-    """Sample a free path by the exponential law, and the uniforms u0, u1 of the collision at its end."""
+def draw_flight(lane, table):
+    """Draw the uniforms of a flight: one of its path, in `depth`, and u0, u1 of the collision at its end."""
     seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
-    lane.distance = lane.start + (depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)
+    lane.depth, lane.u0, lane.u1 = flight_numbers(lane.history, batch, lane.event, seed_low, seed_high)
     lane.hit, lane.covered = 0, 0
     lane.event += 1
+
+
+@lane_pass(layout.NO_TABLE)
+def sample_free_path(lane, table):
+    """Sample a free path by the exponential law."""
+    lane.distance = lane.start + (free_depth(lane.depth) * lane.mfp + 2.0 * COLLISION_CLEARANCE)
 
 
 @device

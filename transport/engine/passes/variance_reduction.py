@@ -16,7 +16,7 @@ from transport.engine.passes.collisions import revoke_collisions
 from transport.engine.tally import limbs, limbs_of_loss, to_ledger
 from transport.physics.device import choose, device
 from transport.physics.elementary import exp_negative
-from transport.physics.paths import depth_before, free_flight, survived
+from transport.physics.paths import depth_before, free_depth, survived
 from transport.physics.streams import WEIGH, event_words, uniform
 
 LN_2 = 0.6931471805599453
@@ -121,16 +121,12 @@ def sample_free_or_forced_path(lane, table):
 
     Fresh lanes fly to the surface ahead, forced copies have their path.
     """
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
-    ahead = lane.forced_path
+    depth, ahead = free_depth(lane.depth), lane.forced_path
     path = ahead if ahead > 0.0 else depth * lane.mfp
     path = math.inf if ahead == UNCOLLIDED else path
     lane.distance = lane.start + (path + 2.0 * COLLISION_CLEARANCE)
-    lane.hit, lane.covered = 0, 0
     lane.forced_path = FREE if ahead > 0.0 else ahead
     lane.depth = depth
-    lane.event += 1
 
 
 @lane_pass(layout.NO_TABLE, sums=to_ledger(layout.ROULETTE))

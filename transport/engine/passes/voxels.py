@@ -13,7 +13,7 @@ from transport.engine.passes.collisions import attenuated, revoke_collisions
 from transport.engine.tally import hash_salt, limbs_of_loss, to_row_of_table
 from transport.physics.device import choose, device
 from transport.physics.elementary import log_positive
-from transport.physics.paths import free_flight
+from transport.physics.paths import free_depth
 from transport.physics.streams import VOXELS, event_words, uniform
 
 # a ray with a direction component below MIN_COMPONENT never leaves a cell; NO_CROSSING is its reciprocal
@@ -347,12 +347,8 @@ def sample_path_in_grids(lane, table):
 
     Grids spend that depth voxel by voxel.
     """
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
-    lane.depth = depth
-    lane.distance = lane.start + (depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)
-    lane.hit, lane.covered = 0, 0
-    lane.event += 1
+    lane.depth = free_depth(lane.depth)
+    lane.distance = lane.start + (lane.depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)
 
 
 @lane_pass(layout.NO_TABLE)

@@ -130,6 +130,8 @@ def flight_steps(plan, moved):
     """Yield the steps of a flight up to a surface or a collision."""
     importance = importance_row(plan) if plan.splits else None
     # Sample a free path, or fly to the next surface.
+    if plan.scatters:
+        yield step(collisions.draw_flight)
     if plan.forces_collisions:
         yield step(variance_reduction.sample_free_or_forced_path)
     elif plan.scatters:
