@@ -204,8 +204,8 @@ FAULTS = (
     ),
     Fault(
         COLLISIONS,
-        "lane.distance = lane.start + (depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)",
-        "lane.distance = lane.start + (depth / lane.mfp + 2.0 * COLLISION_CLEARANCE)",
+        "(free_depth(lane.depth) * lane.mfp + 2.0 * COLLISION_CLEARANCE)",
+        "(free_depth(lane.depth) / lane.mfp + 2.0 * COLLISION_CLEARANCE)",
         "a mean free path for its inverse",
         ("engine/test_flight_passes",),
     ),
