@@ -72,8 +72,7 @@ def _cast(lane, address, shadow, moves, count):
         here, there = view(lane.address, WORDS, np.int64), view(shadow.address, WORDS, np.int64)
         rows = view(moves, count, layout.WORD)
         for m in range(count):
-            source = rows[m].source
-            there[rows[m].target] = here[source] if source >= 0 else 0
+            there[rows[m].target] = here[rows[m].source]
         return True
     return False
 

@@ -172,7 +172,7 @@ FAULTS = (
         ("detectors/test_aimed_births::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
     ),
     Fault(
-        "engine/passes/shadow_rays.py",
+        "engine/passes/next_event.py",
         "near = max(0.0, max(near_x, max(near_y, near_z)))",
         "near = max(near_x, max(near_y, near_z))",
         "what glows behind a point seen before it",

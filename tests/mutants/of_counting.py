@@ -115,23 +115,23 @@ FAULTS = (
         ("detectors/test_estimators::test_expected_crossings_agree_with_counted_ones",),
     ),
     Fault(
-        "engine/passes/shadow_rays.py",
-        "lane.score = lane.weight * density / (r * r) if r > 0.0 else 0.0",
-        "lane.score = lane.weight * density / r if r > 0.0 else 0.0",
+        "engine/passes/next_event.py",
+        "lane.score = 1.0 / (r * r) if r > 0.0 else 0.0",
+        "lane.score = 1.0 / r if r > 0.0 else 0.0",
         "light that falls as 1/r",
         (
             "detectors/test_point_detectors::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",
         ),
     ),
     Fault(
-        "engine/passes/shadow_rays.py",
+        "engine/passes/next_event.py",
         "side = 1.0 if lane.mu > 0.0 else -1.0",
         "side = 1.0",
         "walls that light points only from their front",
         ("detectors/test_point_detectors::test_in_a_diffuse_ball_the_walls_radiosity_adds_up",),
     ),
     Fault(
-        "engine/passes/shadow_rays.py",
+        "engine/passes/next_event.py",
         "sigma_s = lane.survival / mfp if mfp < math.inf else -1.0",
         "sigma_s = 1.0 / mfp if mfp < math.inf else -1.0",
         "extinction for scattering where flights light a point",
