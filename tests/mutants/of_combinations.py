@@ -142,9 +142,9 @@ FAULTS = (
         (FADES,),
     ),
     Fault(
-        CELLS,
-        "m = number_along(lane.z - table.cz, table.per_z, table.nz)\n        keep",
-        "m = number_along(lane.z - table.cz, table.per_z, table.ny)\n        keep",
+        "engine/passes/voxels.py",
+        "number_along(z - table.cz, table.per_z, table.nz)",
+        "number_along(z - table.cz, table.per_z, table.ny)",
         "the number of voxels along y for that along z, where collisions are counted",
         ("detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_as_much_as_tracks",),
     ),

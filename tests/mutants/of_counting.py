@@ -191,9 +191,16 @@ FAULTS = (
         ),
     ),
     Fault(
+        "physics/cells.py",
+        "if number != last else math.inf",
+        "if number <= last else math.inf",
+        "walks that leave their cells by the lower faces",
+        ("physics/test_cells::test_a_ray_ends_in_the_last_cell_however_far_its_end_lies_beyond",),
+    ),
+    Fault(
         "engine/passes/voxels.py",
         "depth += here * (stop - t) if stop > t else 0.0",
-        "depth += here * (leaves - t) if stop > t else 0.0",
+        "depth += here * (face - t) if stop > t else 0.0",
         "optical depth beyond the end of a flight",
         ("detectors/test_point_detectors::test_a_grid_dims_voxel_by_voxel",),
     ),

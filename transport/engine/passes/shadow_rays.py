@@ -4,13 +4,13 @@
 """
 
 import numpy as np
-from numba import int64, uint64
+from numba import uint64
 
 from transport.compile import layout
 from transport.engine.bodies import bundle_pass, lane_at, lane_pass
 from transport.engine.bundle import LANES, Bundle, add_to_row, view
 from transport.engine.passes.detector_bins import find_cell
-from transport.engine.passes.voxels import cell_at, grid_depth
+from transport.engine.passes.voxels import grid_depth, scattering_at, voxel_at
 from transport.engine.tally import limbs, to_scored
 from transport.engine.words import is_covered
 from transport.physics.bits import bits_of, float_of
@@ -57,13 +57,9 @@ def scale_by_grid_scattering(lane, table):
 
     Only scores that still lack it, which are negative.
     """
-    scattering = view(table.scattering, table.scattering_count, np.float64)
     if (lane.score < 0.0) & (lane.medium == table.medium):
-        i = cell_at((lane.sx - table.cx) * table.per_x, table.nx)
-        j = cell_at((lane.sy - table.cy) * table.per_y, table.ny)
-        m = cell_at((lane.sz - table.cz) * table.per_z, table.nz)
-        voxel = int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)
-        lane.score *= -scattering[voxel] * table.length
+        i, j, m = voxel_at(table, lane.sx, lane.sy, lane.sz)
+        lane.score *= -scattering_at(table, i, j, m) * table.length
 
 
 @lane_pass(layout.POINT_PHASE)
@@ -153,13 +149,8 @@ def attenuate_shadow_rays(lane, table):
 @lane_pass(layout.GRID)
 def attenuate_shadow_rays_in_grid(lane, table):
     """Multiply by the transmittance of voxels, from the exact optical depth."""
-    absorption = view(table.absorption, table.absorption_count, np.float64)
-    scattering = view(table.scattering, table.scattering_count, np.float64)
     if (lane.weight != 0.0) & (lane.medium == table.medium):
-        x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
-        start, end = lane.start, lane.distance
-        depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end)
-        lane.weight *= exp_negative(-depth)
+        lane.weight *= exp_negative(-grid_depth(lane, table))
 
 
 @device
