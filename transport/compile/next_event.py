@@ -144,8 +144,7 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         if kind is None:
             return []
         row = layout.row(layout.EXPECTATION, values, sharing=0.0 if is_pure else kind[0])
-        drawn = (draw, row if draw == "draw_point" else layout.row(layout.NO_TABLE))
-        connect = (drawn, *((name, row) for name in _connections(shape)))
+        connect = tuple((name, row) for name in (draw, *_connections(shape)))
         contribution = layout.row(layout.CONTRIBUTION, first=first, scale=scale, **density)
         return [Rays(connect, contribution, legs, kind[0])]
 

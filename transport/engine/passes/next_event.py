@@ -48,7 +48,7 @@ def set_ray(lane, x, y, z, vx, vy, vz, start, end):
 # ---- Sample a point on a detector; a point detector needs none.
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.EXPECTATION)
 def draw_joint_point_at_birth(lane, table):
     """Draw the uniforms p0, p1 for a point on the first detector.
 

@@ -63,10 +63,8 @@ def absorption_at(table, i, j, m):
 @device
 def voxel_at(table, x, y, z):
     """Return the numbers of the voxel that holds a point, clamped to the grid."""
-    i, j = (
-        number_along(x - table.cx, table.per_x, table.nx),
-        number_along(y - table.cy, table.per_y, table.ny),
-    )
+    i = number_along(x - table.cx, table.per_x, table.nx)
+    j = number_along(y - table.cy, table.per_y, table.ny)
     return i, j, number_along(z - table.cz, table.per_z, table.nz)
 
 
