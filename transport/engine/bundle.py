@@ -58,6 +58,7 @@ HEADER = (
     "patience_in_media",  # ... and collisions
     "trapped",  # number of lanes if none has ended or lost weight for so long, else 0
     "stop",  # set by another thread: end before the batch is complete
+    "zero",  # 0, which the compiler does not know (bodies._set_lane_field)
 )
 # Whole cache lines, so that every field of lanes begins on a line.
 HEADER_WORDS = -(-len(HEADER) // 8) * 8

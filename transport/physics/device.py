@@ -13,7 +13,7 @@ bits of a result do not depend on how passes are grouped and compiled.
 import operator
 
 from llvmlite import ir as llvm
-from numba import njit, types
+from numba import config, njit, types
 from numba.core import ir
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
@@ -113,3 +113,33 @@ EXACT = {"error_model": "numpy", "fastmath": False}
 
 device = njit(forceinline=True, **ARITHMETIC)
 exact_device = njit(forceinline=True, **EXACT)
+
+
+# ---- A choice without a branch.
+
+
+def _choose_plain(condition, first, second):
+    """Twin of `_choose` in plain Python."""
+    return first if condition else second
+
+
+@intrinsic
+def _choose(typing_context, condition, first, second):
+    """Return the first number if the condition holds, else the second; both are computed.
+
+    LLVM may turn branches of `first if condition else second` that store what they loaded into loops without
+    vectors, or into masked stores (see engine/bodies.py).
+    """
+    kind = typing_context.unify_types(first, second)
+
+    def codegen(context, builder, signature, args):
+        first, second = (
+            context.cast(builder, value, given, kind)
+            for value, given in zip(args[1:], signature.args[1:], strict=True)
+        )
+        return builder.select(args[0], first, second)
+
+    return kind(types.boolean, kind, kind), codegen
+
+
+choose = _choose_plain if config.DISABLE_JIT else _choose

@@ -2,7 +2,7 @@
 
 import math
 
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.elementary import cos_sin_turn
 
 
@@ -59,4 +59,4 @@ def sample_cosine_law(nx, ny, nz, u, turn):
 @device
 def select(this, ax, ay, az, bx, by, bz):
     """Return the first direction if `this`, else the second."""
-    return ax if this else bx, ay if this else by, az if this else bz
+    return choose(this, ax, bx), choose(this, ay, by), choose(this, az, bz)

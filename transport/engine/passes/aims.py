@@ -13,7 +13,7 @@ from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.tally import add_to_ledger, limbs
 from transport.physics.bits import bits_of
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.directions import select, turned_by, unit_and_length
 from transport.physics.elementary import TWO_PI, cos_sin_turn
 from transport.physics.emission import aimed_weight, cone_about
@@ -128,9 +128,9 @@ def aim_at_sphere(lane, table):
     # The ray's closest point to the centre; for births inside, it may lie behind them.
     depth = d * sine
     ahead = (cosine > 0.0) & (d2 > radius * radius)
-    lane.x = cx + depth * (cosine * ex - sine * axis_x) if ahead else lane.x
-    lane.y = cy + depth * (cosine * ey - sine * axis_y) if ahead else lane.y
-    lane.z = cz + depth * (cosine * ez - sine * axis_z) if ahead else lane.z
+    lane.x = choose(ahead, cx + depth * (cosine * ex - sine * axis_x), lane.x)
+    lane.y = choose(ahead, cy + depth * (cosine * ey - sine * axis_y), lane.y)
+    lane.z = choose(ahead, cz + depth * (cosine * ez - sine * axis_z), lane.z)
     lane.start = -d * cosine if ahead else 0.0
     lane.ux, lane.uy, lane.uz = ux, uy, uz
     lane.weight *= f * TWO_PI * cone * scale

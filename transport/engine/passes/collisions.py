@@ -23,7 +23,7 @@ from transport.engine.tally import (
     to_row_of_table,
 )
 from transport.physics.bits import bits_of, float_of
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.directions import sample_isotropic, select
 from transport.physics.elementary import exp_negative
 from transport.physics.paths import free_flight
@@ -95,7 +95,7 @@ def sample_free_path(lane, table):
     depth, lane.u0, lane.u1 = free_flight(lane.history, batch, lane.event, seed_low, seed_high)
     flies = is_flying(lane.hit, lane.distance, lane.weight)
     path = depth * lane.mfp + 2.0 * COLLISION_CLEARANCE
-    lane.distance = lane.start + path if flies else lane.distance
+    lane.distance = choose(flies, lane.start + path, lane.distance)
     lane.event += 1 if flies else 0
     lane.flies = 1 if flies else 0
 
@@ -121,8 +121,8 @@ def collide(lane, table):
     lane.x += d * lane.ux
     lane.y += d * lane.uy
     lane.z += d * lane.uz
-    lane.start = 0.0 if collides else lane.start
-    lane.sheet = 0 if collides else lane.sheet
+    lane.start = choose(collides, 0.0, lane.start)
+    lane.sheet = choose(collides, 0, lane.sheet)
     lane.collides = 1 if collides else 0
     return 1 if collides else 0
 
@@ -170,8 +170,8 @@ def absorb_at_collisions(lane, table):
     lane.u0 = fresh if fresh < 1.0 else 0.0
     high, low = limbs(lane.weight if dies else 0.0)
     lane.high, lane.low = high, low
-    lane.weight = 0.0 if dies else lane.weight
-    lane.collides = 0 if dies else lane.collides
+    lane.weight = choose(dies, 0.0, lane.weight)
+    lane.collides = choose(dies, 0, lane.collides)
 
 
 @lane_pass(layout.ABSORBING_MEDIUM, sums=to_row_of_table)

@@ -19,7 +19,7 @@ from transport.engine.tally import (
 )
 from transport.engine.words import is_covered
 from transport.physics.bits import bits_of, real, whole
-from transport.physics.device import device
+from transport.physics.device import choose, device
 
 
 @lane_pass(layout.LAYERS)
@@ -142,7 +142,7 @@ def require_visits(lane, table):
     detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin != 0:
         via = detectors[lane.detector_index].via
-        lane.bin = lane.bin if (lane.visited & via) == via else 0
+        lane.bin = choose((lane.visited & via) == via, lane.bin, 0)
 
 
 @lane_pass(layout.LAYERS)
@@ -151,4 +151,4 @@ def require_reflections(lane, table):
     detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin != 0:
         m = detectors[lane.detector_index]
-        lane.bin = lane.bin if (lane.reflections >= m.least) & (lane.reflections <= m.most) else 0
+        lane.bin = choose((lane.reflections >= m.least) & (lane.reflections <= m.most), lane.bin, 0)

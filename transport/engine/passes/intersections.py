@@ -12,7 +12,7 @@ from transport.compile.layout import EDGE, ROUNDING
 from transport.engine.bodies import lane_pass
 from transport.engine.tally import add_lost, add_to_ledger, limbs
 from transport.engine.words import passed_sheet, standing_sheet
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.directions import select
 from transport.physics.rays import plane_crossing, sphere_crossing
 
@@ -45,9 +45,9 @@ def is_box_face_passed(lane, table, t, cosine):
 def keep_acting(lane, table, t, nearer, is_edge):
     """Keep an acting surface at t as the next hit if it is nearer; is_edge: within rounding of its edge."""
     covers = table.covers | EDGE if is_edge else table.covers
-    lane.distance = t if nearer else lane.distance
-    lane.hit = table.hit if nearer else lane.hit
-    lane.covered = covers if nearer else lane.covered
+    lane.distance = choose(nearer, t, lane.distance)
+    lane.hit = choose(nearer, table.hit, lane.hit)
+    lane.covered = choose(nearer, covers, lane.covered)
 
 
 @device
@@ -65,9 +65,9 @@ def keep_transparent(lane, table, t, covers, same, bits):
     """
     nearer = covers & ((t < lane.distance) | same)
     replaces = nearer & (not same)
-    lane.distance = t if replaces else lane.distance
-    lane.hit = table.hit if replaces else lane.hit
-    lane.covered = (lane.covered | bits if same else bits) if nearer else lane.covered
+    lane.distance = choose(replaces, t, lane.distance)
+    lane.hit = choose(replaces, table.hit, lane.hit)
+    lane.covered = choose(nearer, lane.covered | bits if same else bits, lane.covered)
 
 
 @device
@@ -360,5 +360,5 @@ def restore_ray(lane, table):
     """
     passes = (lane.hit != 0) & (lane.surface == 0)
     lane.x, lane.y, lane.z = select(passes, lane.rx, lane.ry, lane.rz, lane.x, lane.y, lane.z)
-    lane.start = lane.distance if passes else lane.start
-    lane.sheet = ((lane.sheet << layout.PASSED_SHIFT) | lane.ray_sheet) if passes else lane.sheet
+    lane.start = choose(passes, lane.distance, lane.start)
+    lane.sheet = choose(passes, (lane.sheet << layout.PASSED_SHIFT) | lane.ray_sheet, lane.sheet)

@@ -14,7 +14,7 @@ from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.next_event import set_ray, words_of_event
 from transport.engine.passes.shadow_rays import direction_to
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.scattering import turned_by_angle
 from transport.physics.sight import PI_CUBED, sample_detour, sample_equiangular_beyond
 from transport.physics.streams import AGAIN, short_uniform, uniform
@@ -83,5 +83,5 @@ def start_second_leg(lane, table):
     turns = (lane.leg != 0) & (lane.hit == 0)
     score = lane.score * lane.pdf
     after = lane.weight * score if score > 0.0 else 0.0
-    lane.weight = after if turns else lane.weight
-    lane.leg = 0 if turns else lane.leg
+    lane.weight = choose(turns, after, lane.weight)
+    lane.leg = choose(turns, 0, lane.leg)

@@ -9,6 +9,7 @@ from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.velocities import quantile, quantile_table
 from transport.engine.tally import to_spare_word
+from transport.physics.device import choose
 from transport.physics.directions import select, turned_by
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.interfaces import (
@@ -60,7 +61,7 @@ def reflect_by_metal(lane, table):
     """
     loss = lane.ratio
     reflectance = metallic_reflectance(abs(lane.mu), lane.excess, loss)
-    lane.albedo = reflectance if (loss > 0.0) & (reflectance <= 1.0) else lane.albedo
+    lane.albedo = choose((loss > 0.0) & (reflectance <= 1.0), reflectance, lane.albedo)
 
 
 @lane_pass(layout.NO_TABLE)
@@ -81,10 +82,10 @@ def transmit(lane, table):
     """Transmit: mirror the reflected direction at the surface's plane, for lanes whose `through` is 1."""
     ux, uy, uz = reflected(lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu)
     passes = lane.transmitted == 1.0
-    lane.ux = ux if passes else lane.ux
-    lane.uy = uy if passes else lane.uy
-    lane.uz = uz if passes else lane.uz
-    lane.mu = -lane.mu if passes else lane.mu
+    lane.ux = choose(passes, ux, lane.ux)
+    lane.uy = choose(passes, uy, lane.uy)
+    lane.uz = choose(passes, uz, lane.uz)
+    lane.mu = choose(passes, -lane.mu, lane.mu)
 
 
 @lane_pass(layout.NO_TABLE, sums=to_spare_word(layout.LOST))
@@ -110,9 +111,8 @@ def refract(lane, table):
     astray = is_wrong & (not is_edge) & (lane.weight != 0.0)
     vx, vy, vz = select(back, wx, wy, wz, vx, vy, vz)
     lane.ux, lane.uy, lane.uz = select(here, vx, vy, vz, ux, uy, uz)
-    left = flip * cosine if back else -flip * g / ratio
-    lane.mu = left if here else mu
-    lane.index = (lane.index_before if back else lane.index_behind) if here else lane.index
+    lane.mu = choose(here, choose(back, flip * cosine, -flip * g / ratio), mu)
+    lane.index = choose(here, choose(back, lane.index_before, lane.index_behind), lane.index)
     return 1 if astray else 0
 
 

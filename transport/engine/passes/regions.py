@@ -15,7 +15,7 @@ from transport.engine.bundle import view
 from transport.engine.tally import add_lost, limbs, to_ledger, to_spare_word
 from transport.engine.words import is_covered
 from transport.physics.bits import bits_of
-from transport.physics.device import device
+from transport.physics.device import choose, device
 
 # [scene lengths] from a face: the tolerance of intersections.bound_rectangle, and clear of it.
 AT_EDGE, OFF_EDGE = 2.0**-42, 2.0**-41
@@ -33,7 +33,7 @@ def leave_birth_body(lane, table):
     """Remove a body if the particle leaves it, at birth on its boundary."""
     nx, ny, nz, bit = table.nx, table.ny, table.nz, table.bit
     leaves = lane.ux * nx + lane.uy * ny + lane.uz * nz > 0.0
-    lane.inside = lane.inside & ~bit if leaves else lane.inside
+    lane.inside = choose(leaves, lane.inside & ~bit, lane.inside)
 
 
 @lane_pass(layout.LAYERS, sums=to_spare_word(layout.ESCAPED))
@@ -49,7 +49,7 @@ def cross_boundary(lane, table):
     side, other = (front, back) if lane.mu > 0.0 else (back, front)
     before = lane.inside & (front | back)
     passes = covered & ((lane.covered & EDGE) == 0) & (lane.surface == 0) & (lane.weight != 0.0)
-    lane.inside = (lane.inside & ~(front | back)) | side if covered else lane.inside
+    lane.inside = choose(covered, (lane.inside & ~(front | back)) | side, lane.inside)
     return 1 if passes & (before != other) else 0
 
 
@@ -91,17 +91,17 @@ def resolve_box_edges(lane, table):
     touches = (abs(px) <= hx + AT_EDGE) & (abs(py) <= hy + AT_EDGE) & (abs(pz) <= hz + AT_EDGE)
     touches &= (lane.weight != 0.0) & (at_x | at_y | at_z)
     outside = out_x | out_y | out_z
-    lane.inside = (lane.inside & ~bit if outside else lane.inside | bit) if touches else lane.inside
+    lane.inside = choose(touches, lane.inside & ~bit if outside else lane.inside | bit, lane.inside)
     # Move off each face that it touches: outwards where it is outside, else inwards.
     ox = cx + side_x * (hx + (OFF_EDGE if out_x else -OFF_EDGE))
     oy = cy + side_y * (hy + (OFF_EDGE if out_y else -OFF_EDGE))
     oz = cz + side_z * (hz + (OFF_EDGE if out_z else -OFF_EDGE))
     here = lane.start != 0.0  # not moved off yet: still at its ray's origin
-    lane.x = (ox if at_x else cx + px if here else lane.x) if touches else lane.x
-    lane.y = (oy if at_y else cy + py if here else lane.y) if touches else lane.y
-    lane.z = (oz if at_z else cz + pz if here else lane.z) if touches else lane.z
-    lane.start = 0.0 if touches else lane.start
-    lane.sheet = 0 if touches else lane.sheet
+    lane.x = choose(touches, ox if at_x else cx + px if here else lane.x, lane.x)
+    lane.y = choose(touches, oy if at_y else cy + py if here else lane.y, lane.y)
+    lane.z = choose(touches, oz if at_z else cz + pz if here else lane.z, lane.z)
+    lane.start = choose(touches, 0.0, lane.start)
+    lane.sheet = choose(touches, 0, lane.sheet)
 
 
 @lane_pass(layout.NO_TABLE, sums=to_ledger(layout.ESCAPED))
@@ -110,7 +110,7 @@ def escape_to_empty_space(lane, table):
     beyond = layout.EMPTY_FRONT if lane.mu > 0.0 else layout.EMPTY_BACK
     escapes = ((lane.covered & beyond) != 0) & (lane.inside == 0)
     high, low = limbs(lane.weight if escapes else 0.0)
-    lane.weight = 0.0 if escapes else lane.weight
+    lane.weight = choose(escapes, 0.0, lane.weight)
     return high, low
 
 
@@ -184,10 +184,10 @@ def find_medium(lane, table):
     """Set the medium of one body for the lanes in it; passes run from the outermost to the innermost body."""
     bit, medium, mfp, sigma_a, survival = table.bit, table.medium, table.mfp, table.sigma_a, table.survival
     here = (lane.inside & bit) != 0
-    lane.medium = medium if here else lane.medium
-    lane.mfp = mfp if here else lane.mfp
-    lane.sigma_a = sigma_a if here else lane.sigma_a
-    lane.survival = survival if here else lane.survival
+    lane.medium = choose(here, medium, lane.medium)
+    lane.mfp = choose(here, mfp, lane.mfp)
+    lane.sigma_a = choose(here, sigma_a, lane.sigma_a)
+    lane.survival = choose(here, survival, lane.survival)
 
 
 @lane_pass(layout.ROWS)

@@ -14,7 +14,7 @@ from transport.engine.passes.voxels import grid_depth, scattering_at, voxel_at
 from transport.engine.tally import limbs, to_scored
 from transport.engine.words import is_covered
 from transport.physics.bits import bits_of, float_of
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.directions import unit_and_length
 from transport.physics.elementary import exp_negative
 from transport.physics.sight import henyey_greenstein_density, rayleigh_density
@@ -177,7 +177,7 @@ def score_at_points(lane, table):
 def end_rays_at_points(lane, table):
     """End rays at their point, and at acting surfaces."""
     stopped = ((lane.hit == 0) & (lane.leg == 0)) | (lane.surface != 0)
-    lane.weight = 0.0 if stopped else lane.weight
+    lane.weight = choose(stopped, 0.0, lane.weight)
 
 
 # ---- Rays to surface detectors score at their own detector only.
@@ -189,25 +189,25 @@ def end_rays_at_points(lane, table):
 def end_missed_rays(lane, table):
     """End rays that hit nothing more; idle lanes stay in place."""
     met = (lane.hit != 0) & (lane.weight != 0.0)
-    lane.weight = lane.weight if met else 0.0
-    lane.distance = lane.distance if met else 0.0
-    lane.start = lane.start if met else 0.0
-    lane.hit = lane.hit if met else 0
-    lane.covered = lane.covered if met else 0
+    lane.weight = choose(met, lane.weight, 0.0)
+    lane.distance = choose(met, lane.distance, 0.0)
+    lane.start = choose(met, lane.start, 0.0)
+    lane.hit = choose(met, lane.hit, 0)
+    lane.covered = choose(met, lane.covered, 0)
 
 
 @lane_pass(layout.NO_TABLE)
 def ignore_other_detectors(lane, table):
     """Ignore detectors other than the one that the ray was cast to."""
     is_target = (lane.detector_word & layout.DETECTOR_BASE_MASK) == lane.tally
-    lane.detector_word = lane.detector_word if is_target else 0
+    lane.detector_word = choose(is_target, lane.detector_word, 0)
 
 
 @lane_pass(layout.NO_TABLE)
 def keep_transmitted(lane, table):
     """Score departures only for rays that pass through; a ray at a wall does not depart."""
     passes = lane.surface == 0
-    lane.detector_word = lane.detector_word if passes else 0
+    lane.detector_word = choose(passes, lane.detector_word, 0)
 
 
 @lane_pass(layout.LAYERS, sums=to_scored)
@@ -222,4 +222,4 @@ def count_target_crossings(lane, table):
 def end_next_event_rays(lane, table):
     """End rays at acting surfaces, and behind their target."""
     acts = lane.surface != 0
-    lane.weight = 0.0 if acts | (lane.leg <= 0) else lane.weight
+    lane.weight = choose(acts | (lane.leg <= 0), 0.0, lane.weight)

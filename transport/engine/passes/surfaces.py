@@ -6,7 +6,7 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
 from transport.engine.tally import add_lost, limbs_of_loss
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.directions import sample_cosine_law, select
 from transport.physics.interfaces import reflected
 from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
@@ -89,7 +89,7 @@ def reflect_diffusely(lane, table):
     ux, uy, uz, mu = sample_cosine_law(nx, ny, nz, lane.u0, lane.u1)
     here = lane.material == layout.DIFFUSE
     lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
-    lane.mu = flip * mu if here else lane.mu
+    lane.mu = choose(here, flip * mu, lane.mu)
 
 
 @lane_pass(layout.NO_TABLE)
@@ -98,7 +98,7 @@ def reflect_specularly(lane, table):
     ux, uy, uz = reflected(lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu)
     here = lane.material == layout.MIRROR
     lane.ux, lane.uy, lane.uz = select(here, ux, uy, uz, lane.ux, lane.uy, lane.uz)
-    lane.mu = -lane.mu if here else lane.mu
+    lane.mu = choose(here, -lane.mu, lane.mu)
     lane.event += 1 if here else 0
 
 

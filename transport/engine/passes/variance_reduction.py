@@ -14,7 +14,7 @@ from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bodies import lane_pass
 from transport.engine.passes.collisions import is_flying, revoke_collisions
 from transport.engine.tally import limbs, limbs_of_loss, to_ledger
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.elementary import exp_negative
 from transport.physics.paths import depth_before, free_flight, survived
 from transport.physics.streams import WEIGH, event_words, uniform
@@ -59,7 +59,7 @@ def cut_flight(lane, table):
     end = lane.start + ((doubled - rise) / slope + 2.0 * COLLISION_CLEARANCE)
     cuts = (lane.flies != 0) & (slope > 0.0) & (doubled < most) & (end < lane.distance)
     cuts &= (lane.mfp < math.inf) | (lane.sigma_a > 0.0) | has_grids
-    lane.distance = end if cuts else lane.distance
+    lane.distance = choose(cuts, end, lane.distance)
     lane.cut = 1 if cuts else 0
 
 
@@ -71,7 +71,7 @@ def revoke_station_collisions(lane, table):
     """
     pauses = (lane.cut != 0) & (lane.collides != 0)
     lane.cut = 1 if pauses | (lane.collides != 0) else 0  # ended within a medium: to be weighted
-    lane.collides = 0 if pauses else lane.collides
+    lane.collides = choose(pauses, 0, lane.collides)
     return 1 if pauses else 0
 
 
@@ -126,7 +126,7 @@ def sample_free_or_forced_path(lane, table):
     flies, ahead = is_flying(lane.hit, lane.distance, lane.weight), lane.forced_path
     path = ahead if ahead > 0.0 else depth * lane.mfp
     path = math.inf if ahead == UNCOLLIDED else path
-    lane.distance = lane.start + (path + 2.0 * COLLISION_CLEARANCE) if flies else lane.distance
+    lane.distance = choose(flies, lane.start + (path + 2.0 * COLLISION_CLEARANCE), lane.distance)
     lane.forced_path = FREE if flies & (ahead > 0.0) else ahead
     lane.depth = depth
     lane.event += 1 if flies else 0
@@ -157,8 +157,8 @@ def force_collision(lane, table):
     lane.copies = 1 if forced & (caught > 0.0) else 0
     lane.weight = rest if forced else w
     far = fresh & (not ends)
-    lane.distance = lane.start + (lane.depth * mfp + 2.0 * COLLISION_CLEARANCE) if far else lane.distance
-    lane.forced_path = FREE if far else lane.forced_path
+    lane.distance = choose(far, lane.start + (lane.depth * mfp + 2.0 * COLLISION_CLEARANCE), lane.distance)
+    lane.forced_path = choose(far, FREE, lane.forced_path)
     return high - caught_high - rest_high if forced else 0, low - caught_low - rest_low if forced else 0
 
 
@@ -213,5 +213,5 @@ def play_roulette_in_flight(lane, table):
     is_light = (lane.collides != 0) & (w < table.threshold * birth)
     new, lane.u0, high, low = roulette_outcome(is_light, w, table.level * birth, lane.u0)
     lane.weight = new
-    lane.collides = 0 if new == 0.0 else lane.collides
+    lane.collides = choose(new == 0.0, 0, lane.collides)
     return high, low

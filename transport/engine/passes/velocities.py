@@ -9,7 +9,7 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.tally import limbs, to_ledger
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial
 from transport.physics.streams import CLOCK, SPEED, random_words, uniform
 from transport.physics.velocities import sample_normal_pair, speed_and_direction
@@ -187,7 +187,7 @@ def stop_clock(lane, table):
     late = arrival > table.duration
     high, low = limbs(lane.weight if late else 0.0)
     lane.time = arrival
-    lane.hit = 0 if late else lane.hit
-    lane.covered = 0 if late else lane.covered
-    lane.weight = 0.0 if late else lane.weight
+    lane.hit = choose(late, 0, lane.hit)
+    lane.covered = choose(late, 0, lane.covered)
+    lane.weight = choose(late, 0.0, lane.weight)
     return high, low

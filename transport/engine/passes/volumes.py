@@ -14,7 +14,7 @@ from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
 from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.elementary import exp_negative, expm1_negative
 
 SCORE_BOUND = 1 << 28  # contribution to driver.MAX_SCORED, so that the low limbs stay in range as well
@@ -43,14 +43,14 @@ def limit_by_clock(lane, table):
     """Limit the flight to the end of the clock, for one common speed."""
     slowness = table.slowness
     last = lane.start + (1.0 - lane.time) / slowness
-    lane.flight_end = last if last < lane.flight_end else lane.flight_end
+    lane.flight_end = choose(last < lane.flight_end, last, lane.flight_end)
 
 
 @lane_pass(layout.NO_TABLE)
 def limit_by_clock_and_speed(lane, table):
     """Limit the flight to the end of the clock, for particles with speeds of their own."""
     last = lane.start + (1.0 - lane.time) * lane.speed
-    lane.flight_end = last if last < lane.flight_end else lane.flight_end
+    lane.flight_end = choose(last < lane.flight_end, last, lane.flight_end)
 
 
 @lane_pass(layout.MEDIA_CLOCK)
@@ -61,7 +61,7 @@ def limit_by_clock_in_media(lane, table):
     pace = rows[lane.medium].index * slowness
     pace = 1.0 / lane.speed if has_speeds else pace
     last = lane.start + (1.0 - lane.time) / pace
-    lane.flight_end = last if last < lane.flight_end else lane.flight_end
+    lane.flight_end = choose(last < lane.flight_end, last, lane.flight_end)
 
 
 @device

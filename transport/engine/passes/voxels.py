@@ -18,7 +18,7 @@ from transport.physics.cells import (
     next_cell,
     number_along,
 )
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.elementary import log_positive
 from transport.physics.paths import free_flight
 from transport.physics.streams import VOXELS, event_words, uniform
@@ -257,21 +257,21 @@ def resample_rejected(lane):
         lane.walk_history, lane.batch, lane.walk_event, purpose, lane.seed_low, lane.seed_high
     )
     depth = -log_positive(BELOW_ONE - uniform(w0, w1))
-    lane.walk_depth = depth if again else lane.walk_depth
-    lane.walk_uniform = uniform(w2, w3) if again else lane.walk_uniform
+    lane.walk_depth = choose(again, depth, lane.walk_depth)
+    lane.walk_uniform = choose(again, uniform(w2, w3), lane.walk_uniform)
     lane.walk_draw = drawn + (1 if again else 0)
-    lane.walk_state = FLYING if again else lane.walk_state
+    lane.walk_state = choose(again, FLYING, lane.walk_state)
 
 
 @device
 def end_collided_flight(lane):
     """End the flight of a walk that collided and is still in the row of its lane."""
     collided = lane.walk_state == COLLIDED
-    lane.distance = lane.walk_t + 2.0 * COLLISION_CLEARANCE if collided else lane.distance
-    lane.hit = 0 if collided else lane.hit
-    lane.covered = 0 if collided else lane.covered
-    lane.u0 = lane.walk_uniform if collided else lane.u0
-    lane.walk_state = ENDED if collided else lane.walk_state
+    lane.distance = choose(collided, lane.walk_t + 2.0 * COLLISION_CLEARANCE, lane.distance)
+    lane.hit = choose(collided, 0, lane.hit)
+    lane.covered = choose(collided, 0, lane.covered)
+    lane.u0 = choose(collided, lane.walk_uniform, lane.u0)
+    lane.walk_state = choose(collided, ENDED, lane.walk_state)
 
 
 @device
@@ -342,7 +342,7 @@ def sample_path_in_grids(lane, table):
     flies = is_flying(lane.hit, lane.distance, lane.weight)
     lane.depth = depth
     end = lane.start + (depth * lane.mfp + 2.0 * COLLISION_CLEARANCE)
-    lane.distance = end if flies else lane.distance
+    lane.distance = choose(flies, end, lane.distance)
     lane.event += 1 if flies else 0
     lane.flies = 1 if flies else 0
 
@@ -357,7 +357,7 @@ def reset_cuts(lane, table):
 def revoke_cut_collisions(lane, table):
     """Revoke the collision of lanes whose flight was cut within voxels."""
     pauses = (lane.cut != 0) & (lane.collides != 0)
-    lane.collides = 0 if pauses else lane.collides
+    lane.collides = choose(pauses, 0, lane.collides)
     return 1 if pauses else 0
 
 
@@ -390,7 +390,7 @@ def delta_track(lane, table):
             if lane.walk_state == UNDECIDED:
                 accept_exactly(lane, extinction)
             if lane.walk_state == COLLIDED:
-                lane.survival = albedo if table.absorbs != 0 else lane.survival
+                lane.survival = choose(table.absorbs != 0, albedo, lane.survival)
                 end_collided_flight(lane)
 
 
@@ -476,4 +476,4 @@ def absorb_by_albedo(lane, table):
     after = before * lane.survival if collides else before
     lane.high, lane.low = limbs_of_loss(before, after)
     lane.weight = after
-    lane.collides = 0 if after == 0.0 else lane.collides
+    lane.collides = choose(after == 0.0, 0, lane.collides)
