@@ -42,43 +42,43 @@ NAMES = "ledger", "moments", "sizes"  # of the arrays of sums
 # ---- one pass for one lane ----
 
 body = when = other = None
-sums, NONE, TABLE = no_sums, (), np.dtype([("unused", "f8")])
+sums, NONE, TABLE, FIELDS = no_sums, (), np.dtype([("unused", "f8")]), layout.ROWS
 
 
-def _always(lane, address):
-    table = table_at(_pointer(address), TABLE)
+def _always(lane, offset):
+    table = table_at(lane, offset, TABLE)
     sums(lane, table, *added(NONE, body(lane, table)))
 
 
-def _sometimes(lane, address):
-    table = table_at(_pointer(address), TABLE)
+def _sometimes(lane, offset):
+    table = table_at(lane, offset, TABLE)
     if when(lane, table):
         sums(lane, table, *added(NONE, body(lane, table)))
 
 
-def _either(lane, address):
-    table = table_at(_pointer(address), TABLE)
+def _either(lane, offset):
+    table = table_at(lane, offset, TABLE)
     if when(lane, table):
         other(lane, table)
     else:
         body(lane, table)
 
 
-def _cast(lane, address, shadow, moves, count):
+def _cast(lane, offset, shadow, moves):
     """In the place of listing rays: true if one is to be traced."""
-    table = table_at(_pointer(address), TABLE)
+    table, fields = table_at(lane, offset, TABLE), table_at(lane, moves, FIELDS)
     lane.score, lane.leg = lane.score * lane.pdf, table.leg
     if lane.score > 0.0:
         here, there = view(lane.address, WORDS, np.int64), view(shadow.address, WORDS, np.int64)
-        rows = view(moves, count, layout.WORD)
-        for m in range(count):
+        rows = view(lane.arena + fields.rows, fields.count, layout.WORD)
+        for m in range(fields.count):
             there[rows[m].target] = here[rows[m].source]
         return True
     return False
 
 
 def alone(lane_pass: Pass):
-    """The pass for one lane: a function of a lane and of the address of its table."""
+    """The pass for one lane: a function of a lane and of the offset of its table."""
     template, own = _always, {"when": lane_pass.when, "other": None, "body": lane_pass.inlined}
     if lane_pass.name == "list_shadow_rays":
         template = _cast
@@ -101,16 +101,15 @@ def one_particle(compiled: CompiledProgram):
     program, names, lines = compiled.program, {}, []
 
     def calls(steps, indent, lane="lane"):
-        for lane_pass, table in steps:
+        for lane_pass, offset in steps:
             name = lane_pass.name.replace(" ", "_")
             if name not in names:
                 names[name] = alone(lane_pass)
-            call, pad = f"{name}({lane}, {table.ctypes.data}", "    " * indent
+            call, pad = f"{name}({lane}, {offset}", "    " * indent
             if lane_pass.name != "list_shadow_rays":
                 lines.append(f"{pad}{call})")
                 continue
-            moves = program.shadow_steps[0][1].reshape(1)[0]
-            lines.append(f"{pad}if {call}, shadow, {int(moves['rows'])}, {int(moves['count'])}):")
+            lines.append(f"{pad}if {call}, shadow, {program.shadow_steps[0][1]}):")
             lines.append(f"{pad}    trace(shadow)")
 
     lines += ["def trace(shadow):", "    while shadow.weight != 0.0:"]

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from functools import cache
 
 import jsonschema
-import numpy as np
 
 import transport as tp
 from tests import backward_scenes, expected_scenes, media_scenes, plain_scenes
@@ -76,23 +75,8 @@ def _validator() -> jsonschema.Draft202012Validator:
     return jsonschema.Draft202012Validator(schema())
 
 
-def _compiled(scene: tp.Scene, method: Method) -> tuple[list[str], list[bytes]]:
-    """Names of the passes, and the bytes of all numbers of all tables; whole numbers may be addresses, and are left out."""
+def _compiled(scene: tp.Scene, method: Method) -> tuple[list[str], bytes]:
+    """Names of the passes, and the bytes of all tables."""
     forget_programs()
     program = program_for(scene, None, method)
-    return [each.name for each in program.passes], list(_numbers(vars(program.plan)))
-
-
-def _numbers(part: object) -> Iterator[bytes]:
-    if isinstance(part, np.ndarray):
-        for name in part.dtype.names or ():
-            yield from _numbers(part[name])
-        if part.dtype.kind == "f":
-            yield part.tobytes()
-    elif isinstance(part, dict):
-        yield from _numbers(list(part.values()))
-    elif isinstance(part, list | tuple):
-        for inner in part:
-            yield from _numbers(inner)
-    elif hasattr(part, "__dict__") and type(part).__module__.startswith("transport.compile"):
-        yield from _numbers(vars(part))
+    return [each.name for each in program.passes], program.plan.arena.memory.tobytes()

@@ -175,7 +175,9 @@ def met_by(material, into: np.ndarray, seed: int = 1, normal=(0.3, -0.5, 0.8), p
     lamp = tp.Source(tp.Point(position=(1, 2, 3)), tp.Isotropic(power=1))
     plan = compile_scene(tp.Scene([lamp], [tp.Surface(shape, material)]))
     program = build_program(plan)
-    steps = [_ready(p, table) for p, table in program.steps if p.name in ACTS]
+    steps = [
+        (p.entry if config.DISABLE_JIT else PASS(p.entry), at) for p, at in program.steps if p.name in ACTS
+    ]
     frame, bundle = np.array(shape.frame), empty_bundle()
     where = plan.space.place(tuple(np.array(shape.center) + np.array(place) @ frame[:2]))
     sums = Sums(plan, len(into))
@@ -199,8 +201,8 @@ def met_by(material, into: np.ndarray, seed: int = 1, normal=(0.3, -0.5, 0.8), p
         )
         for lane, values in zip(lanes.values(), arriving, strict=True):
             lane[:live] = values
-        for step, table in steps:
-            step(handle, table, 0, live)
+        for step, offset in steps:
+            step(handle, offset, 0, live)
         for row, lane in zip(found, lanes.values(), strict=False):
             row[first : first + live] = lane[:live]
     out, (mu, weights) = found[:3].T, found[3:]
@@ -215,13 +217,6 @@ def cosine_law(count: int, seed: int, side: float = -1.0) -> np.ndarray:
     sine = np.sqrt(u)
     x, y = sine * np.cos(2 * math.pi * turn), sine * np.sin(2 * math.pi * turn)
     return np.stack([x, y, side * np.sqrt(1 - u)], axis=1)
-
-
-def _ready(step, table: np.ndarray) -> tuple[Callable, object]:
-    """What to call with a bundle, and its table."""
-    if config.DISABLE_JIT:
-        return step.entry, table.reshape(1).view(np.recarray)[0]
-    return PASS(step.entry), table.ctypes.data
 
 
 def _integrals(pdf: Density, low_mu, high_mu, low_phi, high_phi) -> np.ndarray:

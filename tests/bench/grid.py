@@ -75,18 +75,17 @@ def _scene(medium) -> tp.Scene:
 
 
 def memory(count: int = COUNT) -> dict[str, float]:
-    """Return the megabytes of the user's arrays that a Grid keeps, of its tables, and the peak while these are made."""
+    """Return the megabytes of the user's arrays that a Grid keeps, of its tables and arena, and the peak while these are made."""
     field = fields(count)["turbulence, +- 50 %"]
     tracemalloc.start()
     try:
         grid = tp.Grid(box=BOX, absorption=field, scattering=20 * field)
         kept = tracemalloc.get_traced_memory()[0]
-        plan = compile_scene(_scene(grid))
+        size = compile_scene(_scene(grid)).arena.memory.nbytes
         after, most = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    del plan
-    return {"arrays": kept / 1e6, "tables": (after - kept) / 1e6, "most": most / 1e6}
+    return {"arrays": kept / 1e6, "tables": (after - kept) / 1e6, "arena": size / 1e6, "most": most / 1e6}
 
 
 def main(

@@ -23,7 +23,7 @@ from tests.plain_scenes import METHODS, SCENES
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import ANALOG
 from transport.engine import cache, driver
-from transport.engine.program import Program, build_program
+from transport.engine.program import Program, build_program, change_steps
 from transport.engine.stages import quasi_random
 from transport.physics.device import device
 from transport.physics.streams import event_words, philox_rounds, random_words
@@ -76,9 +76,7 @@ def extreme_program(name: str) -> Program:
     quasi_random.WORDS[NAME] = {random_words: extreme_words, event_words: extreme_event_words}
     asked = media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)
     program = build_program(compile_scene(scene_of(name), *asked))
-    program.births = [quasi_random.quasi_random_steps(steps, NAME) for steps in program.births]
-    for part in ("steps", "shadow_steps", "bank_steps"):
-        setattr(program, part, quasi_random.quasi_random_steps(getattr(program, part), NAME))
+    change_steps(program, lambda steps: quasi_random.quasi_random_steps(steps, NAME))
     return program
 
 

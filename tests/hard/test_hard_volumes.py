@@ -61,7 +61,7 @@ class Rays:
         bundle, count, size = empty_bundle(), len(origins), self.plan.space.size
         assert count <= LANES
         tallies = np.zeros((self.plan.rows, 4), np.int64)
-        bundle["tallies"] = tallies.ctypes.data
+        bundle["tallies"], bundle["arena"] = tallies.ctypes.data, self.plan.arena.memory.ctypes.data
         values = dict(zip("xyz", (np.asarray(origins, float) - self.plan.space.origin).T / size, strict=True))
         values |= dict(zip(("ux", "uy", "uz"), np.asarray(flights, float).T, strict=True))
         values |= {
@@ -73,14 +73,13 @@ class Rays:
         values |= {"sigma_a": sigma_a * size, "mfp": math.inf, "survival": 1.0}
         for name, value in values.items():
             bundle[0][name][:count] = value
-        for lane_pass, table in self.machine.program.steps:
+        for lane_pass, offset in self.machine.program.steps:
             if not lane_pass.function.__module__.endswith(("volumes", "volume_cells")):
                 continue
             if config.DISABLE_JIT:
-                tables = bundle.view(np.recarray)[0], table.reshape(1).view(np.recarray)[0]
-                lane_pass.entry(*tables, 0, count)
+                lane_pass.entry(bundle.view(np.recarray)[0], offset, 0, count)
             else:
-                PASS(lane_pass.entry)(bundle.ctypes.data, table.ctypes.data, 0, count)
+                PASS(lane_pass.entry)(bundle.ctypes.data, offset, 0, count)
         row, cells = self.volume.row, self.volume.detector.volumes(self.volume.shape).size
         track = tallies[int(row["first"]) :][:cells]
         kept = tallies[int(row["kept"]) :][:cells, :2] @ WAY_UNITS if row["kept"] else np.zeros(cells)

@@ -206,16 +206,16 @@ def test_more_voxels_than_fit_into_memory_are_refused_with_the_figure(number, na
 
 @pytest.mark.parametrize("names", [("absorption",), ("absorption", "scattering")])
 def test_a_grid_takes_no_more_memory_than_documented(names):
-    """The most that making it and compiling its scene take at a time, beside the arrays given."""
+    """The most that making it and compiling its scene take at a time, and its arena, beside the arrays given."""
     rng, n = np.random.default_rng(1), 100
     given = {name: rng.random((n, n, n)) for name in names}
     macro_cells.cache_clear()
     tracemalloc.start()
     grid = tp.Grid(box=CUBE, **given)
     lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
-    compile_scene(
-        tp.Scene(lamp, tp.Surface(CUBE, tp.Transparent(), inside=grid)), tp.Tracking(absorption="analog")
-    )
+    scene = tp.Scene(lamp, tp.Surface(CUBE, tp.Transparent(), inside=grid))
+    plan = compile_scene(scene, tp.Tracking(absorption="analog"))
+    assert plan.arena.memory.nbytes > 9 * n**3
     most = tracemalloc.get_traced_memory()[1] / n**3
     tracemalloc.stop()
     assert 0.5 * BYTES_PER_VOXEL < most < BYTES_PER_VOXEL

@@ -162,8 +162,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/backward.py",
-        "lane.u2 = coordinate_in_bin(table.mu_edges, table.mu_cells, number % table.mu_cells, lane.u2)",
-        "lane.u2 = coordinate_in_bin(table.mu_edges, table.mu_cells, 0, lane.u2)",
+        "lane.u2 = coordinate_in_bin(lane.arena + table.mu_edges, table.mu_cells, number % table.mu_cells, lane.u2)",
+        "lane.u2 = coordinate_in_bin(lane.arena + table.mu_edges, table.mu_cells, 0, lane.u2)",
         "one stratum drawn again and again",
         ("detectors/test_estimators::test_a_map_shows_where_light_comes_from",),
     ),

@@ -8,6 +8,20 @@ FURNACE = "experiments/test_planted_faults::test_a_furnace_that_forgets_what_is_
 
 FAULTS = (
     Fault(
+        "compile/arena.py",
+        "        self._memory[:] = memory\n",
+        "        self._memory[8:] = memory[:-8]\n",
+        "arrays eight bytes behind their places in an arena that was pickled",
+        ("engine/test_arena::test_arrays_have_places_of_their_own_that_they_keep",),
+    ),
+    Fault(
+        "compile/arena.py",
+        "known is None or known() is not array",
+        "known is None",
+        "the place of an array that is no more for another with its identity",
+        ("engine/test_arena::test_an_array_that_is_no_more_leaves_its_place_to_none",),
+    ),
+    Fault(
         "physics/interfaces.py",
         "minus, plus, turned = cosine * p - sine2, cosine * p + sine2, cosine * q",
         "minus, plus, turned = cosine * p - sine2, cosine * p + sine2, q",

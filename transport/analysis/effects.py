@@ -316,12 +316,12 @@ def _run_steps(program, sums, visited: Callable) -> Iterator[int]:
     words = bundle.view(np.int64)
 
     def visit(step, first, live):
-        lane_pass, table = step
-        entry, place, before = lane_pass.entry, table.ctypes.data, words.copy()
+        lane_pass, offset = step
+        entry, before = lane_pass.entry, words.copy()
         left = replay_pass(
-            entry, place, bundle["address"], np.array([[first, live]]), words[None], nothing, 1
+            entry, offset, bundle["address"], np.array([[first, live]]), words[None], nothing, 1
         )
-        visited((lane_pass.name, entry, place), first, live, before, words)
+        visited((lane_pass.name, entry, offset), first, live, before, words)
         return left
 
     emitters, live, history = itertools.cycle(program.births), 0, 0

@@ -205,12 +205,11 @@ def widened(cosines: np.ndarray) -> np.ndarray:
 
 
 def edge_columns(plan: Plan, prefix: str, edges: np.ndarray, stride: int = 0) -> dict[str, float]:
-    """Return the columns of bins with these edges; the plan keeps the edges alive."""
+    """Return the columns of bins with these edges, which are placed in the arena of the plan."""
     edges = np.ascontiguousarray(edges, np.float64)
-    plan.kept.append(edges)
     return {
         f"{prefix}_cells": len(edges) - 1,
-        f"{prefix}_edges": edges.ctypes.data,
+        f"{prefix}_edges": plan.arena.place(edges),
         f"{prefix}_stride": stride,
     }
 
@@ -272,8 +271,7 @@ def _paths(plan: Plan) -> LongScore | None:
         return None
     rows = (surrounding_medium(plan.scene), *(body.medium for body in scene_bodies(plan.scene)))
     numbers = np.array([media.index(medium) if medium in media else -1 for medium in rows], np.int64)
-    plan.kept.append(numbers)
-    table = layout.row(PATHS, rows=numbers.ctypes.data, count=len(numbers), media=len(media))
+    table = layout.row(PATHS, rows=plan.arena.place(numbers), count=len(numbers), media=len(media))
     names = ("path weight", *(f"path {number}" for number in range(len(media))))
     fields = tuple(f"path_{number}" for number in range(len(media)))
     return LongScore(names, table, "score_paths_by_medium", "reset_paths", "follow_paths", fields)
@@ -338,5 +336,5 @@ def _assign_size_cells(plan: Plan) -> None:
 def size_row(plan: Plan) -> np.ndarray:
     """Return the table of the pass that counts scores by size."""
     is_costly = not weights_vary(plan) and any(is_dense(plan, layer) for layer in plan.layers)
-    numbers = {"numbers": plan.size_numbers.ctypes.data, "count": len(plan.size_numbers)}
+    numbers = {"numbers": plan.arena.place(plan.size_numbers), "count": len(plan.size_numbers)}
     return layout.row(SIZES, **numbers, cells=plan.size_cells, resting=COUNTED_EVERY - 1 if is_costly else 0)

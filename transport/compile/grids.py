@@ -49,24 +49,20 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
     both = [np.pad(each, 1, constant_values=-1.0) for each in (tops * size, least)]  # -1: outside the grid
     tops = np.ascontiguousarray(np.stack(both, axis=-1))
     values |= {
-        "tops": tops.ctypes.data,
+        "tops": plan.arena.place(tops),
         "top_count": tops.size,
-        "levels": levels.ctypes.data,
+        "levels": plan.arena.place(levels),
         "level_count": levels.size,
     }
-    # Point to the user's own arrays of coefficients; an axis of stride 0 shares one number.
+    # Place the coefficients; where all voxels share one number, its strides are 0.
     values |= {"absorbs": bool(grid.absorption.any())}
     for name, array in (("absorption", grid.absorption), ("scattering", grid.scattering)):
-        values |= {name: array.ctypes.data, f"{name}_count": 1 + sum(_last_offsets(array))}
-        values |= {f"{name}_{x}": step // 8 for x, step in zip("xyz", array.strides, strict=True)}
+        stored = np.ascontiguousarray(array) if any(array.strides) else array[:1, :1, :1]
+        values |= {name: plan.arena.place(stored), f"{name}_count": stored.size}
+        if stored.size > 1:
+            values |= {f"{name}_{x}": step // 8 for x, step in zip("xyz", stored.strides, strict=True)}
     values["ledger"] = layout.ABSORBED  # the program fills in the rest
-    plan.kept.extend([tops, levels, grid.absorption, grid.scattering])
     return layout.row(layout.GRID, **values)
-
-
-def _last_offsets(array: np.ndarray) -> list[int]:
-    """Return the offset of the last number along each axis; 0 where all voxels share one number."""
-    return [(count - 1) * step // 8 for count, step in zip(array.shape, array.strides, strict=True)]
 
 
 @lru_cache(maxsize=8)

@@ -52,11 +52,12 @@ BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 STANDING_SHEET_MASK, LEFT_BOX, PASSED_SHIFT = (1 << 24) - 1, 1 << 24, 32
 
 NO_TABLE = np.dtype([("unused", "f8")])
-# Address and length of an array of one of the row types below.
+# Rows name arrays by their offsets [bytes] in the arena of the plan (compile/arena.py); 0: none.
+# Offset and length of an array of one of the row types below.
 ROWS = np.dtype([("rows", "i8"), ("count", "i8")])
-# Addresses and lengths of two such arrays.
+# Offsets and lengths of two such arrays.
 TWO_ROWS = np.dtype([("rows", "i8"), ("count", "i8"), ("others", "i8"), ("other_count", "i8")])
-FIELD_MOVES = np.dtype([("fields", "i8"), ("count", "i8")])  # address and number of the fields to move
+FIELD_MOVES = np.dtype([("fields", "i8"), ("count", "i8")])  # offset and number of the fields to move
 BITS = np.dtype([("bits", "i8")])  # of `covered`
 LEG = np.dtype([("leg", "i8")])  # of a shadow ray
 
@@ -128,7 +129,7 @@ MESHED_SHEET = np.dtype(_integers("vertices vertex_count faces normals facet_cou
 # outward: +1 (-1) where the outward normal of a box is along (against) the sheet's normal, else 0.
 SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature outward"))
 # A mixture has one row per part, in succession; share: cumulative share up to and including this part.
-# quantiles: address of a QUANTILES row for new speeds; 0: speeds do not change.
+# quantiles: offset of a QUANTILES row for new speeds; 0: speeds do not change.
 # back: number of rows to the first row of the back side; 0 where both sides are alike.
 SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles back"))
 # Optical properties by row of a surface. side: -1 where its normal is opposite to its sheet's normal.
@@ -159,7 +160,7 @@ DETECTOR_BASE_MASK, DETECTOR_CELLS_SHIFT, DETECTOR_CELLS_MASK, DETECTOR_BACK, DE
 )
 # half: number of rows from arrivals to departures.
 LAYERS = np.dtype(_integers("rows count layer half detectors detector_count"))
-# A detector's axes beyond plain cosine bins: kind of coordinate (0: none), number of cells, address of the
+# A detector's axes beyond plain cosine bins: kind of coordinate (0: none), number of cells, offset of the
 # edges, stride in rows.
 # turn_low: the first azimuth edge [rad].
 WORLD_COSINE, LOCAL_COSINE, CONE, FLAT_AZIMUTH, SPHERE_AZIMUTH, WORLD_AZIMUTH = 1, 2, 3, 4, 5, 6
@@ -216,10 +217,10 @@ ROULETTE_LAW = np.dtype(_floats("threshold level"))
 PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))
 # Voxels that fill a body. c: lower corner; per: voxels per scene length; n: voxels; m: macro cells of `block`
 # voxels per side, each by axis.
-# tops: address of the majorants [1/scene lengths], with one extra cell on every side.
+# tops: offset of the majorants [1/scene lengths], with one extra cell on every side.
 # levels: each voxel's extinction over its majorant in LEVELS steps, rounded down: one byte decides nearly all
 # collisions.
-# absorption, scattering: addresses of the user's arrays [m^-1], with a stride per axis (0 where one number
+# absorption, scattering: offsets of the coefficients [m^-1], with a stride per axis (0 where one number
 # serves all); length: [m] per scene length.
 GRID = np.dtype(
     _floats("cx cy cz per_x per_y per_z length")
@@ -265,7 +266,7 @@ POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = 320, 256, 4
 # sharing: above 0 where close events share their contribution with the particle's own crossing (MIS,
 # engine/passes/next_event.py).
 # number: its own in the random number counter; sheet: of a flat detector, whose own events send no rays to
-# it; parts: address of a polygon's triangles, ten numbers each (cumulative share of the area, corner, two
+# it; parts: offset of a polygon's triangles, ten numbers each (cumulative share of the area, corner, two
 # edges).
 EXPECTATION = np.dtype(
     _floats(FRAME + " half_u half_v half_w inner2 outer2 ax ay az bx by bz area sharing")

@@ -119,8 +119,7 @@ def _phase_laws(plan: Plan):
                 values = {"g": phase.parameter, "share": share, "number": number, "parts": len(parts)}
                 if isinstance(phase, Tabulated):
                     rows = tabulated_rows(phase)
-                    plan.kept.append(rows)
-                    values |= {"rows": rows.ctypes.data, "count": len(rows)}
+                    values |= {"rows": plan.arena.place(rows), "count": len(rows)}
                 yield f"scatter_{phase.law}", layout.row(layout.PHASE_LAW, **values)
                 number += 1
 

@@ -378,8 +378,7 @@ def _part_columns(plan: Plan, shape: Shape) -> dict[str, float]:
     shares = np.cumsum([part.area for part in parts])
     columns = [shape_columns(part, plan.space) for part in parts]
     table = np.column_stack([shares / shares[-1], [[each[name] for name in names] for each in columns]])
-    plan.kept.append(table)
-    return layout.frame_columns(shape.frame) | {"parts": table.ctypes.data, "part_count": len(parts)}
+    return layout.frame_columns(shape.frame) | {"parts": plan.arena.place(table), "part_count": len(parts)}
 
 
 def _layer_and_sheet(plan: Plan, detector: Detector) -> tuple[int, int]:

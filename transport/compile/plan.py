@@ -8,6 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.arena import Arena
 from transport.compile.methods import ANALOG, Method
 from transport.compile.rows import Rows
 from transport.compile.space import Space
@@ -57,16 +58,16 @@ class MeshTable:
     normals: np.ndarray  # (m, 3)
     areas: np.ndarray  # (m,) [m^2]
     center: np.ndarray  # of its bounds
-    rows: list[np.ndarray] = field(default_factory=list)  # rows that point to these arrays
+    rows: list[np.ndarray] = field(default_factory=list)  # rows that refer to these arrays
     nodes: np.ndarray | None = None
     shares: np.ndarray | None = None
 
-    def point(self) -> None:
-        """Write the addresses and lengths of the arrays into the rows."""
+    def place(self, arena: Arena) -> None:
+        """Place the arrays, and write their offsets and lengths into the rows."""
         for row in self.rows:
             for name in ("vertices", "faces", "normals", "nodes", "shares"):
                 if name in row.dtype.names and getattr(self, name) is not None:
-                    row[name] = getattr(self, name).ctypes.data
+                    row[name] = arena.place(getattr(self, name))
             counts = {"vertex_count": self.vertices, "facet_count": self.faces, "node_count": self.nodes}
             for name, counted in counts.items():
                 if name in row.dtype.names and counted is not None:
@@ -106,7 +107,7 @@ class Plan:
     albedo_laws: set[str] = field(default_factory=set)  # of materials whose albedo depends on the direction
     rims: np.ndarray = None
     curved_sheets: np.ndarray = None  # same rows as `sheets`
-    meshed_sheets: np.ndarray = None
+    meshed_sheets: list[np.ndarray] = field(default_factory=list)  # one row per sheet
     meshes: dict[Mesh, MeshTable] = field(default_factory=dict)
     layers: list[np.ndarray] = field(default_factory=list)
     detectors: np.ndarray = None
@@ -154,17 +155,23 @@ class Plan:
     # layout.GRID of bodies of voxels where particles collide.
     grids: list[np.ndarray] = field(default_factory=list)
     absorbing_grids: list[np.ndarray] = field(default_factory=list)  # grids that only reduce weights
-    kept: list[np.ndarray] = field(default_factory=list)  # keeps arrays alive whose addresses the tables hold
+    arena: Arena = field(default_factory=Arena)  # arrays that tables refer to, and the tables of steps
 
     def freeze(self) -> None:
         """Let nothing change the plan any more: plans are shared between runs.
 
-        Arrays reject writes, lists become tuples, sets and mappings are read-only; only `kept` still grows.
+        Arrays reject writes, lists become tuples, sets and mappings are read-only. Only the arena still
+        grows: a program places the tables of its steps there.
         """
         for name, value in list(vars(self).items()):
-            if name != "kept":
-                setattr(self, name, _read_only(value))
+            setattr(self, name, _read_only(value))
         vars(self)["is_frozen"] = True
+
+    def __getstate__(self) -> dict:
+        return {name: dict(v) if isinstance(v, MappingProxyType) else v for name, v in vars(self).items()}
+
+    def __setstate__(self, state: dict) -> None:
+        vars(self).update({name: _read_only(value) for name, value in state.items()})
 
     def __setattr__(self, name: str, value: object) -> None:
         if vars(self).get("is_frozen"):

@@ -139,8 +139,7 @@ def phase_densities(plan: Plan) -> list[RayPass]:
             values = {"g": part.parameter, "share": share, "number": number}
             if isinstance(part, Tabulated):
                 cosines, densities = (np.ascontiguousarray(array) for array in (part.mu, part.values))
-                plan.kept.extend([cosines, densities])
-                values |= {"cosines": cosines.ctypes.data, "values": densities.ctypes.data}
+                values |= {"cosines": plan.arena.place(cosines), "values": plan.arena.place(densities)}
                 values |= {"cells": len(cosines) - 1}
             found.append((f"add_{part.law}_pdf", layout.row(layout.POINT_PHASE, **values)))
     return found

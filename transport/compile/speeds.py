@@ -155,18 +155,17 @@ def has_split_cells(quantile: Quantile) -> bool:
 
 
 def quantile_columns(plan, quantile: Quantile, unit: float | None = None) -> dict[str, int]:
-    """Return the columns of layout.QUANTILES; the plan keeps the tables alive.
+    """Return the columns of layout.QUANTILES; the tables are in the arena of the plan.
 
     unit: of the values, by default the plan's unit of speed [m/s].
     """
     octaves, cells = quantile_table(quantile)
     cells = cells.copy()
     cells[:, :SPLIT_COLUMN] /= plan.speed_unit if unit is None else unit
-    plan.kept.extend([octaves, cells])
     return {
-        "octaves": octaves.ctypes.data,
+        "octaves": plan.arena.place(octaves),
         "octave_count": len(octaves),
-        "cells": cells.ctypes.data,
+        "cells": plan.arena.place(cells),
         "cell_count": len(cells),
     }
 

@@ -95,11 +95,12 @@ def _fill_sheets(plan: Plan, sheets: list[Sheet]) -> None:
         raise SceneError(f"Scene: at most {layout.MAX_SHEETS} {what}, got {len(sheets)}")
     plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
     plan.curved_sheets = np.zeros(len(sheets) + 1, layout.CURVED_SHEET)
-    plan.meshed_sheets = np.zeros(len(sheets) + 1, layout.MESHED_SHEET)
+    plan.meshed_sheets = [layout.row(layout.MESHED_SHEET)] * (len(sheets) + 1)
     for number, sheet in enumerate(sheets, start=1):
         support, space = sheet.support, plan.space
         if isinstance(support, Mesh):
-            point_to_mesh(plan, support, plan.meshed_sheets[number])
+            row = layout.row(layout.MESHED_SHEET)
+            plan.meshed_sheets[number] = point_to_mesh(plan, support, row)
             continue
         center = layout.center_columns(space.place(support.center))
         if isinstance(support, Sphere):
@@ -321,28 +322,22 @@ def _material_row(plan: Plan, material: Material, member: SheetMember) -> Surfac
         optics["power"] = plan.space.size / row.focal_length
     if row.roughness > 0:
         lobe = quantile_row(plan, _microfacet_quantile(row.roughness), unit=1.0)
-        optics["lobe"] = _keep_row(plan, lobe)
+        optics["lobe"] = plan.arena.place(lobe)
     if material.speed is not None and row.albedo > 0 and plan.has_speeds:
         surface["quantiles"] = _wall_speed_table(plan, material.speed)
     return surface, optics
 
 
 def _wall_speed_table(plan: Plan, speed: float | SpeedDistribution) -> int:
-    """Return the address of the quantile table of speeds leaving a wall (weighted by the speed)."""
+    """Return the offset of the quantile table of speeds leaving a wall (weighted by the speed)."""
     quantile = constant_quantile(speed) if isinstance(speed, float) else speed.flux_quantile
-    return _keep_row(plan, quantile_row(plan, quantile))
+    return plan.arena.place(quantile_row(plan, quantile))
 
 
 @lru_cache(maxsize=64)
 def _microfacet_quantile(roughness: float) -> Quantile:
     """Return the quantile function of the microfacet lobe's cosine; one object per roughness."""
     return lambda u: lobe_quantile(u, roughness)
-
-
-def _keep_row(plan: Plan, row: np.ndarray) -> int:
-    """Keep a row alive in the plan, and return its address."""
-    plan.kept.append(row)
-    return row.ctypes.data
 
 
 # ---- Refuse surfaces so thin that rounding would distort them.

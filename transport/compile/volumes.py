@@ -111,8 +111,7 @@ def _cell_columns(plan: Plan, rows: Rows, shape: Shape) -> dict[str, float]:
     if not isinstance(shape, Box):
         edges = cells["r"].edges if cells else np.array([0.0, shape.radius])
         radii = np.ascontiguousarray(edges / size)
-        plan.kept.append(radii)
-        values = {"hx": radii[-1], "cells_x": len(radii) - 1, "radii": radii.ctypes.data}
+        values = {"hx": radii[-1], "cells_x": len(radii) - 1, "radii": plan.arena.place(radii)}
     sides = {}
     if isinstance(shape, Box):
         sides = dict(zip("xyz", shape.size, strict=True))

@@ -6,8 +6,10 @@
         return high, low
 
 A body reads and writes fields of its lane by name (`lane.weight`), and reads its table (`table.threshold`)
-and what is constant in a batch (`lane.seed_low`). What all particles add to is declared apart: the body
-returns integers, and the function `sums` adds their totals. A body that few lanes need says which (`when`).
+and what is constant in a batch (`lane.seed_low`). An array that the table refers to lies at an offset in the
+arena of the plan: `view(lane.arena + table.rows, table.count, layout.SHEET)`. What all particles add to is
+declared apart: the body returns integers, and the function `sums` adds their totals. A body that few lanes
+need says which (`when`).
 
 `Pass.compiled` makes the form for a bundle: a loop over the lanes [first, live) as a C callback, compiled
 when a program first needs it and cached on disk by itself, so that a new kind of scene compiles only its new
@@ -39,7 +41,16 @@ from numba.extending import (
 )
 
 from transport.compile.layout import PARTS
-from transport.engine.bundle import CARRIED, CARRIED_WORDS, HEADER, HEADER_WORDS, PITCH, SCRATCH, Bundle
+from transport.engine.bundle import (
+    CARRIED,
+    CARRIED_WORDS,
+    HEADER,
+    HEADER_WORDS,
+    PITCH,
+    SCRATCH,
+    Bundle,
+    view,
+)
 from transport.engine.cache import cached_kernels
 from transport.physics.device import ARITHMETIC, device
 
@@ -214,16 +225,18 @@ def _lane_at(typing_context, lanes, number):
 
 
 @intrinsic
-def table_at(typing_context, address, dtype):
-    """Return the table of a record type at an address."""
+def table_at(typing_context, lanes, offset, dtype):
+    """Return the table of a record type at an offset in the arena."""
     kind = TableType(dtype.dtype.dtype)
 
     def codegen(context, builder, signature, args):
+        arena = builder.load(_lane_pointer(context, builder, lanes, args[0], "arena"))
+        address = builder.inttoptr(builder.add(arena, args[1]), ir.IntType(8).as_pointer())
         table = cgutils.create_struct_proxy(kind)(context, builder)
-        table.address = _copied(builder, args[0], kind.dtype.itemsize)
+        table.address = _copied(builder, address, kind.dtype.itemsize)
         return table._getvalue()
 
-    return kind(types.voidptr, dtype), codegen
+    return kind(lanes, types.int64, dtype), codegen
 
 
 def _numbered(kind):
@@ -375,18 +388,20 @@ def body(lane, table):
 when, sums, other, NONE, TABLE = None, no_sums, None, (), np.dtype([("unused", "f8")])
 
 
-def _over_lanes(bundle, address, first, live):
+def _over_lanes(bundle, offset, first, live):
     """Run the body for every lane, and add what it returns."""
-    lanes, table, total = lanes_of(bundle), table_at(address, TABLE), NONE
+    lanes, total = lanes_of(bundle), NONE
+    table = table_at(lanes, offset, TABLE)
     for k in range(first, live):
         total = added(total, body(lane_at(lanes, k), table))
     sums(lane_at(lanes, first), table, *total)
     return live
 
 
-def _over_listed_lanes(bundle, address, first, live):
+def _over_listed_lanes(bundle, offset, first, live):
     """Run the body for the lanes that need it, listed without a branch; often there are none."""
-    lanes, table, total = lanes_of(bundle), table_at(address, TABLE), NONE
+    lanes, total = lanes_of(bundle), NONE
+    table = table_at(lanes, offset, TABLE)
     needed = False
     for k in range(first, live):
         needed |= when(lane_at(lanes, k), table)
@@ -402,9 +417,10 @@ def _over_listed_lanes(bundle, address, first, live):
     return live
 
 
-def _over_lanes_unless(bundle, address, first, live):
+def _over_lanes_unless(bundle, offset, first, live):
     """Run the body for every lane, or another for every lane if any lane needs that one, which is rare."""
-    lanes, table, needed = lanes_of(bundle), table_at(address, TABLE), False
+    lanes, needed = lanes_of(bundle), False
+    table = table_at(lanes, offset, TABLE)
     for k in range(first, live):
         needed |= when(lane_at(lanes, k), table)
     if needed:
@@ -416,14 +432,15 @@ def _over_lanes_unless(bundle, address, first, live):
     return live
 
 
-def _over_bundle(bundle, address, first, live):
+def _over_bundle(bundle, offset, first, live):
     """Run a pass that has the loop itself."""
-    return body(lanes_of(bundle), table_at(address, TABLE), first, live)
+    lanes = lanes_of(bundle)
+    return body(lanes, table_at(lanes, offset, TABLE), first, live)
 
 
 # ---- A pass.
 
-SIGNATURE = types.int64(types.voidptr, types.voidptr, types.uint64, types.uint64)
+SIGNATURE = types.int64(types.voidptr, types.int64, types.uint64, types.uint64)
 
 
 @dataclass(frozen=True)
@@ -496,7 +513,8 @@ class Pass:
         if not config.DISABLE_JIT:
             return self.compiled.address
 
-        def run(bundle, table, first, live):
+        def run(bundle, offset, first, live):
+            table = view(bundle.arena + offset, 1, self.table)[0]
             return self.run_plainly(bundle, table, first, live)
 
         run.__name__ = self.name

@@ -23,6 +23,7 @@ PITCH = LANES + 8
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
     "copy_rows",  # rows from one copy of the tallies to the next (driver.Sums); 0 where there is one
+    "arena",  # address of the buffer that tables lie in, and the arrays that they refer to (compile.arena)
     "tallies",  # address of the batch's detector sums (rows of four int64)
     "sizes",  # address of the batch's histogram of score sizes
     "moments",  # address of the long sums, such as of velocities (rows of four limbs)
@@ -234,7 +235,7 @@ def empty_bundle() -> np.ndarray:
 # ---- Raw addresses: call a pass by address, view memory as an array, add to a row; with plain Python twins
 # for NUMBA_DISABLE_JIT=1.
 #
-# The owner of an address keeps its memory alive: program.Program its tables, driver.run_batch its sums.
+# driver.run_batch keeps the memory alive: the arena and the sums.
 
 
 @intrinsic
@@ -248,16 +249,16 @@ def _pointer(typing_context, address):
 
 
 @intrinsic
-def _call_pass(typing_context, entry, bundle, table, first, live):
-    """Call the compiled pass at address `entry` as (bundle, table, first, live); returns the number of live
-    lanes.
+def _call_pass(typing_context, entry, bundle, offset, first, live):
+    """Call the compiled pass at address `entry` as (bundle, offset of its table, first, live); returns the
+    number of live lanes.
     """
 
     def codegen(context, builder, signature, args):
         pointer, integer = ir.IntType(8).as_pointer(), ir.IntType(64)
-        function = ir.FunctionType(integer, [pointer, pointer, integer, integer]).as_pointer()
-        bundle, table = (builder.inttoptr(a, pointer) for a in args[1:3])
-        return builder.call(builder.inttoptr(args[0], function), [bundle, table, args[3], args[4]])
+        function = ir.FunctionType(integer, [pointer, integer, integer, integer]).as_pointer()
+        bundle = builder.inttoptr(args[1], pointer)
+        return builder.call(builder.inttoptr(args[0], function), [bundle, *args[2:]])
 
     return types.int64(types.int64, types.int64, types.int64, types.int64, types.int64), codegen
 
@@ -296,9 +297,9 @@ def _view_plain(address, count, dtype):
     return np.frombuffer(memory, dtype).view(np.recarray if np.dtype(dtype).names else np.ndarray)
 
 
-def _call_pass_plain(entry, bundle, table, first, live):
+def _call_pass_plain(entry, bundle, offset, first, live):
     """Twin of `_call_pass` in plain Python: `entry` is the Python function itself."""
-    return entry(bundle, table, first, live)
+    return entry(bundle, offset, first, live)
 
 
 view = _view_plain if config.DISABLE_JIT else _view

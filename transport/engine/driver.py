@@ -57,7 +57,7 @@ class RawSums:
 
 
 class Sums:
-    """Memory for the sums of one batch."""
+    """Memory for the sums of one batch, beside the arena of the plan."""
 
     def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
         self.copies = layout.SCORE_COPIES if plan.rows <= layout.MAX_COPIED_ROWS else 1
@@ -71,6 +71,7 @@ class Sums:
         self.bank = np.zeros((BANK_CAPACITY, FIELDS) if copies else (1, 1), np.int64)
         self.tracks = np.zeros(plan.max_path_segments, layout.PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), layout.RECORD)
+        self.arena = plan.arena.memory
 
     @property
     def detectors(self) -> np.ndarray:
@@ -78,8 +79,8 @@ class Sums:
         return self.tallies.sum(axis=0) if self.copies > 1 else self.tallies[0]
 
     def enter(self, bundle: np.ndarray, **words: int) -> None:
-        """Write the addresses and sizes of this memory, and other words, into a bundle's header."""
-        for name in ("tallies", "ledger", "moments", "sizes", "records", "tracks", "bank"):
+        """Write the addresses and sizes of this memory and the arena, and other words, into a header."""
+        for name in ("arena", "tallies", "ledger", "moments", "sizes", "records", "tracks", "bank"):
             words[name] = getattr(self, name).ctypes.data
         words |= {"ledger_words": self.ledger.size, "stride": self.stride, "record_count": 0}
         words |= {"tracks_capacity": len(self.tracks), "flight_count": 0}
@@ -96,11 +97,11 @@ class Stopped(Exception):
 def _drive(bundle, handle, flow, births, sight, copies, histories):
     """Run `histories` histories to their ends.
 
-    flow: entries and tables of the steps, the number of steps before a flight, and the number after these
-    that are repeated for lanes that collide in a medium. births: entries and tables of birth steps, the first
-    of these per emitter, the emitters' cumulative shares of the histories, and the two arrays of
-    `_deal_histories`. sight: bundle of shadow rays, its handle, entries and tables of its steps. copies:
-    entry and table of the pass that takes copies from the bank.
+    flow: entries of the steps and offsets of their tables, the number of steps before a flight, and the
+    number after these that are repeated for lanes that collide in a medium. births: the same of birth steps,
+    the first of these per emitter, the emitters' cumulative shares of the histories, and the two arrays of
+    `_deal_histories`. sight: bundle of shadow rays, its handle, entries and offsets of its steps. copies:
+    entry and offset of the pass that takes copies from the bank.
 
     Histories are dealt to emitters in proportion to their power, as one run of numbers each: as
     `_deal_histories` gives, else by systematic sampling, whose random offset makes the probability of each
@@ -258,7 +259,7 @@ with cached_kernels():
 
 @dataclass(frozen=True)
 class CompiledProgram:
-    """A compiled program: entries and tables in the form of `_drive`. Threads share it."""
+    """A compiled program: entries, and offsets of tables, in the form of `_drive`. Threads share it."""
 
     program: Program
     step_table: tuple
@@ -267,6 +268,9 @@ class CompiledProgram:
     split_table: tuple
     # power of each emitter's histories if all were born at the largest weight
     emitter_powers: np.ndarray
+
+    def __reduce__(self) -> tuple:
+        return compile_program, (self.program,)
 
 
 def compile_program(program: Program, progress=None) -> CompiledProgram:
@@ -332,12 +336,11 @@ def _total_birth_weight(plan: Plan, without_aim: int, dealt: np.ndarray, worths:
 
 
 def _entry_table(steps):
-    """Return entries and tables of steps: addresses, or functions and records without compilation."""
+    """Return entries of steps, functions without compilation, and offsets of their tables in the arena."""
     steps = list(steps)
     entries = [lane_pass.entry for lane_pass, _ in steps]
-    if config.DISABLE_JIT:
-        return entries, [table.reshape(1).view(np.recarray)[0] for _, table in steps]
-    return np.array(entries, np.int64), np.array([table.ctypes.data for _, table in steps], np.int64)
+    entries = entries if config.DISABLE_JIT else np.array(entries, np.int64)
+    return entries, np.array([offset for _, offset in steps], np.int64)
 
 
 def run_batch(

@@ -1,7 +1,8 @@
 """A program: the ordered list of the passes that a scene needs, each with its table."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from transport.engine.passes import (
     variance_reduction,
     velocities,
 )
-from transport.engine.registry import Pass, Step, step, step_by_name, table_of_rows, table_of_two
+from transport.engine.registry import Pass, step, step_by_name
 from transport.engine.stages.births import birth_steps
 from transport.engine.stages.flights import find_media, flight_steps, intersect_surfaces, prepare_flight
 from transport.engine.stages.next_event import ray_steps, rays_from_walls
@@ -40,21 +41,26 @@ EMPTY_SIDES = layout.EMPTY_FRONT | layout.EMPTY_BACK
 
 @dataclass
 class Program:
-    """Passes with their tables: one list for all particles, one per emitter for births.
+    """Passes, each with the offset of its table in the arena of the plan: one list for all particles, one per
+    emitter for births.
 
-    A program keeps the tables alive that its steps point to.
+    Passes are pickled by name, and compiled or loaded again elsewhere.
     """
 
     plan: Plan
-    steps: list[Step] = field(default_factory=list)
+    steps: list[tuple[Pass, int]] = field(default_factory=list)
     setup_count: int = 0  # number of steps before a flight
     round_count: int = 0  # number of steps after these that are repeated for lanes that collide in a medium
-    births: list[list[Step]] = field(default_factory=list)
+    births: list[list[tuple[Pass, int]]] = field(default_factory=list)
     # steps of shadow rays, where point or expected detectors exist
-    shadow_steps: list[Step] = field(default_factory=list)
-    bank_steps: list[Step] = field(default_factory=list)  # step by which banked copies take free lanes
+    shadow_steps: list[tuple[Pass, int]] = field(default_factory=list)
+    # step by which banked copies take free lanes
+    bank_steps: list[tuple[Pass, int]] = field(default_factory=list)
     moved_fields: np.ndarray = field(default_factory=lambda: np.zeros((), layout.FIELD_MOVES))
     compiled: object = None  # the compiled program (driver.compile_program), once made
+
+    def __getstate__(self) -> dict:
+        return vars(self) | {"compiled": None}
 
     @property
     def passes(self) -> list[Pass]:
@@ -71,7 +77,7 @@ class Program:
 
     @cached_property
     def carried_numbers(self) -> np.ndarray:
-        """Positions of these fields in CARRIED, padded; the table of lanes.compact_lanes points here."""
+        """Positions of these fields in CARRIED, padded; the table of lanes.compact_lanes refers to them."""
         numbers = [k for k, (name, _) in enumerate(CARRIED) if name in self.carried]
         return np.array(lanes.pad_group(numbers), np.int64)
 
@@ -81,6 +87,7 @@ def build_program(plan: Plan) -> Program:
     # Complete the bounding volume hierarchies of meshes.
     for table in plan.meshes.values():
         bvh.build_mesh(table)
+        table.place(plan.arena)
     program = Program(plan)
     program.births = [list(birth_steps(plan, emitter)) for emitter in plan.emitters]
     # Steps of flight: preparation, rounds through media, then move, land and act at a surface.
@@ -96,17 +103,18 @@ def build_program(plan: Plan) -> Program:
         program.bank_steps = [step(bank.take_copies, program.moved_fields)]
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
-        _use_sampling(program, plan.method.sampling)
-    numbers = program.carried_numbers
-    program.moved_fields["fields"], program.moved_fields["count"] = numbers.ctypes.data, len(numbers)
+        change_steps(program, partial(quasi_random_steps, sampling=plan.method.sampling))
+    numbers, place = program.carried_numbers, plan.arena.place
+    program.moved_fields["fields"], program.moved_fields["count"] = place(numbers), len(numbers)
+    change_steps(program, lambda steps: [(lane_pass, place(table)) for lane_pass, table in steps])
     return program
 
 
-def _use_sampling(program, sampling):
-    """Replace each pass that draws by its twin for this sampling."""
-    program.births = [quasi_random_steps(steps, sampling) for steps in program.births]
+def change_steps(program: Program, change: Callable[[list], list]) -> None:
+    """Replace each list of steps by what a function makes of it."""
+    program.births = [change(steps) for steps in program.births]
     for part in ("steps", "shadow_steps", "bank_steps"):
-        setattr(program, part, quasi_random_steps(getattr(program, part), sampling))
+        setattr(program, part, change(getattr(program, part)))
 
 
 def _flight(plan, moved):
@@ -126,9 +134,9 @@ def _landing(plan):
     if plan.members:
         yield from land_on_surface(plan)
         if plan.crosses_detectors and (plan.sheets["outward"] != 0).any():
-            yield step(landing.mark_box_exit, table_of_rows(plan.sheets))
+            yield step(landing.mark_box_exit, plan.arena.table(plan.sheets))
         if plan.has_rims:
-            yield step(landing.clamp_inside_edge, table_of_rows(plan.rims))
+            yield step(landing.clamp_inside_edge, plan.arena.table(plan.rims))
         for row in plan.contacts:
             yield step(landing.keep_to_side, row)
 
@@ -149,13 +157,13 @@ def _crossing(plan, moved):
     if plan.needs_more_random_numbers:
         yield step(surfaces.draw_second_block)
     if plan.selects_material:
-        yield step(surfaces.choose_material, table_of_two(plan.surfaces, plan.optics))
-    yield step(surfaces.look_up_surface, table_of_rows(plan.surfaces))
+        yield step(surfaces.choose_material, plan.arena.table(plan.surfaces, plan.optics))
+    yield step(surfaces.look_up_surface, plan.arena.table(plan.surfaces))
     for law in sorted(plan.albedo_laws):
-        yield step_by_name((f"look_up_{law}", table_of_rows(plan.optics)))
+        yield step_by_name((f"look_up_{law}", plan.arena.table(plan.optics)))
         yield step_by_name((f"reflect_by_{law}", layout.row(layout.NO_TABLE)))
     if plan.has_optics:
-        yield step(optics.look_up_optics, table_of_rows(plan.optics))
+        yield step(optics.look_up_optics, plan.arena.table(plan.optics))
     if plan.absorbs:
         yield step(surfaces.absorb)
         yield step(surfaces.account_absorbed)
@@ -163,7 +171,7 @@ def _crossing(plan, moved):
         yield step(surfaces.draw_uniforms)
     yield from _new_directions(plan)
     if plan.has_thermal_walls:
-        yield step(velocities.sample_wall_speed, table_of_rows(plan.surfaces))
+        yield step(velocities.sample_wall_speed, plan.arena.table(plan.surfaces))
     if plan.counts_reflections:
         yield step(surfaces.count_reflections)
     # Score departures; then visits, bodies beyond, shadow rays and next-event rays.
@@ -219,6 +227,6 @@ def _new_directions(plan):
         yield step(optics.sample_transmission)
     for interaction, passes in NEW_DIRECTIONS.items():
         for each in passes() if interaction in plan.materials else ():
-            yield step(each, *[table_of_rows(plan.optics)] * (each.table == layout.ROWS))
+            yield step(each, *[plan.arena.table(plan.optics)] * (each.table == layout.ROWS))
     if plan.transmits:
         yield step(optics.transmit)

@@ -120,23 +120,13 @@ def step_by_name(called: tuple[str, np.ndarray]) -> Step:
     return step(PASSES[name], table)
 
 
-def table_of_rows(array: np.ndarray) -> np.ndarray:
-    """Return a table that points to an array, which the plan keeps alive."""
-    return layout.row(layout.ROWS, rows=array.ctypes.data, count=len(array))
-
-
-def table_of_two(array: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return a table that points to two arrays, which the plan keeps alive."""
-    first = {"rows": array.ctypes.data, "count": len(array)}
-    return layout.row(layout.TWO_ROWS, **first, others=other.ctypes.data, other_count=len(other))
-
-
 def table_of_layer(plan: Plan, layer: int, rows: np.ndarray | None = None) -> np.ndarray:
     """Return the table of the detectors of one layer.
 
     rows: other rows of layout.LAYER than those that flights use.
     """
     rows = plan.layers[layer] if rows is None else rows
-    detectors = {"detectors": plan.detectors.ctypes.data, "detector_count": len(plan.detectors)}
-    arrays = {"rows": rows.ctypes.data, "count": len(rows)} | detectors
+    place = plan.arena.place
+    detectors = {"detectors": place(plan.detectors), "detector_count": len(plan.detectors)}
+    arrays = {"rows": place(rows), "count": len(rows)} | detectors
     return layout.row(layout.LAYERS, layer=layer, half=plan.half, **arrays)

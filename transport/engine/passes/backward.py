@@ -63,16 +63,18 @@ def coordinate_in_bin(edges, cells, number, u):
 def place_in_cell(lane, table):
     """Set the two coordinates, uniform in area, within the cell's bin of position."""
     number = (lane.cell - table.first) // (table.mu_cells * table.turn_cells)
-    lane.u0 = coordinate_in_bin(table.u_edges, table.u_cells, number // table.v_cells, lane.u0)
-    lane.u1 = coordinate_in_bin(table.v_edges, table.v_cells, number % table.v_cells, lane.u1)
+    lane.u0 = coordinate_in_bin(lane.arena + table.u_edges, table.u_cells, number // table.v_cells, lane.u0)
+    lane.u1 = coordinate_in_bin(lane.arena + table.v_edges, table.v_cells, number % table.v_cells, lane.u1)
 
 
 @lane_pass(layout.SENSOR)
 def direction_in_cell(lane, table):
     """Set the two coordinates, uniform in their measure, within the cell's bin of direction."""
     number = (lane.cell - table.first) % (table.mu_cells * table.turn_cells)
-    lane.u2 = coordinate_in_bin(table.mu_edges, table.mu_cells, number % table.mu_cells, lane.u2)
-    lane.u3 = coordinate_in_bin(table.turn_edges, table.turn_cells, number // table.mu_cells, lane.u3)
+    lane.u2 = coordinate_in_bin(lane.arena + table.mu_edges, table.mu_cells, number % table.mu_cells, lane.u2)
+    lane.u3 = coordinate_in_bin(
+        lane.arena + table.turn_edges, table.turn_cells, number // table.mu_cells, lane.u3
+    )
 
 
 @lane_pass(layout.SENSOR)
@@ -83,9 +85,11 @@ def hemisphere_direction_in_cell(lane, table):
     """
     number = (lane.cell - table.first) % (table.mu_cells * table.turn_cells)
     column, u = number % table.mu_cells, lane.u2
-    lane.u2 = coordinate_in_bin(table.mu_edges, table.mu_cells, column, u)
-    lane.u4 = coordinate_in_bin(table.sine_edges, table.mu_cells, column, u)
-    lane.u3 = coordinate_in_bin(table.turn_edges, table.turn_cells, number // table.mu_cells, lane.u3)
+    lane.u2 = coordinate_in_bin(lane.arena + table.mu_edges, table.mu_cells, column, u)
+    lane.u4 = coordinate_in_bin(lane.arena + table.sine_edges, table.mu_cells, column, u)
+    lane.u3 = coordinate_in_bin(
+        lane.arena + table.turn_edges, table.turn_cells, number // table.mu_cells, lane.u3
+    )
 
 
 @device
@@ -221,7 +225,7 @@ def refine_by_cell(lane, table):
 
     No reading needs weight/|mu| of these rows: their slant counts the rays that are among the strongest.
     """
-    detectors, half = view(table.detectors, table.detector_count, layout.DETECTOR), table.half
+    detectors, half = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR), table.half
     m, is_flight = detectors[lane.detector_index], lane.detector_row < half
     arrives = is_flight | ((lane.detector_row >= 2 * half) & (lane.detector_row < 3 * half))
     row = (m.by_cell if is_flight else m.of_rays) + lane.cell

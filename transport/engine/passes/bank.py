@@ -48,7 +48,7 @@ def write_copy(lane, table, place):
 
     A full bank sets `bank_overflow` and reuses the first row.
     """
-    fields = view(table.fields, table.count, np.int64)
+    fields = view(lane.arena + table.fields, table.count, np.int64)
     lane.bank_overflow |= 1 if lane.banked >= lane.bank_capacity else 0
     row = view(lane.bank + (0 if lane.bank_overflow != 0 else 8 * FIELDS * lane.banked), FIELDS, np.int64)
     for f in range(table.count):
@@ -80,7 +80,7 @@ def bank_forced_copies(lane, table):
 @lane_pass(layout.FIELD_MOVES)
 def take_copies(lane, table):
     """Fill free lanes with copies from the bank."""
-    fields = view(table.fields, table.count, np.int64)
+    fields = view(lane.arena + table.fields, table.count, np.int64)
     lane.banked -= 1
     row = view(lane.bank + 8 * FIELDS * lane.banked, FIELDS, np.int64)
     for f in range(table.count):

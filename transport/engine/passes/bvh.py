@@ -145,13 +145,12 @@ with cached_kernels():
 
 
 def build_mesh(table) -> None:
-    """Sort the facets of a compile.meshes.MeshTable; build its nodes, area shares and addresses."""
+    """Sort the facets of a compile.plan.MeshTable, and build its nodes and area shares."""
     if table.nodes is None:
         table.nodes, order = build_hierarchy(table.vertices, table.faces, table.center)
         _renumber(table, order)
         areas = table.areas[order]
         table.shares = np.cumsum(areas) / areas.sum()
-    table.point()
 
 
 def build_hierarchy(

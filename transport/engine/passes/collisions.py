@@ -194,8 +194,8 @@ def choose_phase(lane, table):
 
     The uniform u0 is rescaled within the part's share and reused.
     """
-    media = view(table.rows, table.count, layout.MEDIA)
-    laws = view(table.others, table.other_count, layout.PHASE_LAW)
+    media = view(lane.arena + table.rows, table.count, layout.MEDIA)
+    laws = view(lane.arena + table.others, table.other_count, layout.PHASE_LAW)
     if lane.collides != 0:
         chosen = media[lane.medium].phase
         low, last, u = 0.0, chosen + laws[chosen - 1].parts - 1, lane.u0
@@ -243,7 +243,7 @@ def choose_segment_of_table(lane, table):
     Puts start, width and share of the segment into nx, ny, nz. The gather is a pass of its own because it
     would slow down the loop that turns directions.
     """
-    number, count, rows = table.number, table.count, view(table.rows, table.count, SEGMENT)
+    number, count, rows = table.number, table.count, view(lane.arena + table.rows, table.count, SEGMENT)
     if lane.collides == number:
         lane.nx, lane.ny, lane.nz, lane.u0 = choose_segment(rows, count, lane.u0)
 

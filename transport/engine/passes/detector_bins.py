@@ -75,7 +75,7 @@ def tangential_part(ax, ay, az, nx, ny, nz):
 @lane_pass(layout.LAYERS)
 def find_detector_row(lane, table):
     """Set the index of the detector's row, for the bin axes that follow."""
-    rows = view(table.rows, table.count, layout.LAYER)
+    rows = view(lane.arena + table.rows, table.count, layout.LAYER)
     lane.detector_index = rows[lane.hit_sheet].detector
 
 
@@ -85,11 +85,11 @@ def refine_by_time(lane, table):
 
     Each bin of time has outside rows of its own for direction and position.
     """
-    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
+    detectors = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin != 0:
         m = detectors[lane.detector_index]
         if m.time_cells != 0:
-            found = find_cell(lane.time, m.time_cells, m.time_edges)
+            found = find_cell(lane.time, m.time_cells, lane.arena + m.time_edges)
             outside = m.outside + (table.half if lane.detector_row >= table.half else 0)
             lane.bin = row_after(lane.bin, outside, found, m.time_stride)
             lane.detector_row = row_after(lane.detector_row, outside, found, m.time_stride)
@@ -98,11 +98,11 @@ def refine_by_time(lane, table):
 @lane_pass(layout.LAYERS)
 def refine_by_speed(lane, table):
     """Bin by speed, with outside rows like those of time."""
-    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
+    detectors = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin > lane.detector_row:
         m = detectors[lane.detector_index]
         if m.speed_cells != 0:
-            found = find_cell(lane.speed, m.speed_cells, m.speed_edges)
+            found = find_cell(lane.speed, m.speed_cells, lane.arena + m.speed_edges)
             outside = m.outside + (table.half if lane.detector_row >= table.half else 0)
             lane.bin = row_after(lane.bin, outside, found, m.speed_stride)
             lane.detector_row = row_after(lane.detector_row, outside, found, m.speed_stride)
@@ -111,7 +111,7 @@ def refine_by_speed(lane, table):
 @lane_pass(layout.LAYERS)
 def refine_by_cosine(lane, table):
     """Bin by cosine with given edges, by cosine in the world's frame, or by one cone."""
-    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
+    detectors = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin > lane.detector_row:  # not yet outside of another axis
         m = detectors[lane.detector_index]
         if m.mu_kind != 0:
@@ -123,14 +123,14 @@ def refine_by_cosine(lane, table):
                 value = -sine_squared(
                     toward * lane.ux, toward * lane.uy, toward * lane.uz, m.axis_x, m.axis_y, m.axis_z
                 )
-            found = find_cell(value, m.mu_cells, m.mu_edges)
+            found = find_cell(value, m.mu_cells, lane.arena + m.mu_edges)
             lane.bin = row_after(lane.bin, lane.detector_row, found, m.mu_stride)
 
 
 @lane_pass(layout.LAYERS)
 def refine_by_azimuth(lane, table):
     """Bin by azimuth of the direction, from e_u towards e_v, or from the world's x towards y."""
-    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
+    detectors = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin > lane.detector_row:
         m = detectors[lane.detector_index]
         if m.turn_kind != 0:
@@ -147,7 +147,7 @@ def refine_by_azimuth(lane, table):
             e_u, e_v = ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz
             if m.turn_kind == layout.WORLD_AZIMUTH:
                 e_u, e_v = ux, uy
-            found = azimuth_cell(e_u, e_v, m.turn_low, m.turn_cells, m.turn_edges)
+            found = azimuth_cell(e_u, e_v, m.turn_low, m.turn_cells, lane.arena + m.turn_edges)
             lane.bin = row_after(lane.bin, lane.detector_row, found, m.turn_stride)
 
 
@@ -157,7 +157,7 @@ def refine_by_place(lane, table):
 
     Radius and azimuth; polar angle and azimuth.
     """
-    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
+    detectors = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin > lane.detector_row:
         m = detectors[lane.detector_index]
         if m.place != 0:
@@ -173,8 +173,8 @@ def refine_by_place(lane, table):
                 w = px * m.nx + py * m.ny + pz * m.nz
                 polar = azimuth_turn(w, math.sqrt(u * u + v * v)) * TWO_PI
                 u, v = w if m.place == layout.REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
-            found = find_cell(u, m.u_cells, m.u_edges)
+            found = find_cell(u, m.u_cells, lane.arena + m.u_edges)
             lane.bin = row_after(lane.bin, lane.detector_row, found, m.u_stride)
             if lane.bin > lane.detector_row:
-                found = find_cell(v, m.v_cells, m.v_edges)
+                found = find_cell(v, m.v_cells, lane.arena + m.v_edges)
                 lane.bin = row_after(lane.bin, lane.detector_row, found, m.v_stride)

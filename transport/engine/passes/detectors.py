@@ -25,7 +25,7 @@ from transport.physics.device import choose, device
 @lane_pass(layout.LAYERS)
 def find_detector(lane, table):
     """Set the packed word of the detector of this layer on the sheet that was hit."""
-    rows = view(table.rows, table.count, layout.LAYER)
+    rows = view(lane.arena + table.rows, table.count, layout.LAYER)
     lane.detector_word = rows[uint64(lane.hit_sheet)].detector_word
 
 
@@ -131,7 +131,7 @@ def score_moments(lane, table):
 @lane_pass(layout.LAYERS)
 def mark_visit(lane, table):
     """Set the visit bit of the object at this crossing, where a detector has it in `via`."""
-    rows, layer = view(table.rows, table.count, layout.LAYER), table.layer
+    rows, layer = view(lane.arena + table.rows, table.count, layout.LAYER), table.layer
     mark = rows[lane.hit_sheet].mark
     lane.visited |= mark if is_covered(lane.covered, layer) else 0
 
@@ -139,7 +139,7 @@ def mark_visit(lane, table):
 @lane_pass(layout.LAYERS)
 def require_visits(lane, table):
     """Drop the bin of lanes that have not visited all objects in the detector's `via`."""
-    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
+    detectors = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin != 0:
         via = detectors[lane.detector_index].via
         lane.bin = choose((lane.visited & via) == via, lane.bin, 0)
@@ -148,7 +148,7 @@ def require_visits(lane, table):
 @lane_pass(layout.LAYERS)
 def require_reflections(lane, table):
     """Drop the bin of lanes whose number of reflections lies outside the detector's `events`."""
-    detectors = view(table.detectors, table.detector_count, layout.DETECTOR)
+    detectors = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR)
     if lane.bin != 0:
         m = detectors[lane.detector_index]
         lane.bin = choose((lane.reflections >= m.least) & (lane.reflections <= m.most), lane.bin, 0)

@@ -25,7 +25,7 @@ def set_sheet(lane, table):
 
     The gather is a pass of its own because it would slow down a longer loop.
     """
-    sheets = view(table.rows, table.count, layout.SHEET)
+    sheets = view(lane.arena + table.rows, table.count, layout.SHEET)
     s = lane.hit_sheet
     lane.sheet = s
     row = sheets[uint64(s)]
@@ -35,7 +35,7 @@ def set_sheet(lane, table):
 @lane_pass(layout.ROWS)
 def project_onto_sphere(lane, table):
     """On a sphere: set the normal from the point, and project the point to the radius."""
-    sheets = view(table.rows, table.count, layout.SHEET)
+    sheets = view(lane.arena + table.rows, table.count, layout.SHEET)
     row = sheets[lane.sheet]
     curved = row.curvature != 0.0
     ox, oy, oz = lane.x - row.cx, lane.y - row.cy, lane.z - row.cz
@@ -60,7 +60,7 @@ def mark_box_exit(lane, table):
 
     At an edge a ray may enter by one face and leave by another.
     """
-    sheets = view(table.rows, table.count, layout.SHEET)
+    sheets = view(lane.arena + table.rows, table.count, layout.SHEET)
     lane.ray_sheet |= layout.LEFT_BOX if sheets[lane.sheet].outward * lane.mu > 0.0 else 0
 
 
@@ -193,7 +193,7 @@ def is_at_edge(lane, table):
 @lane_pass(layout.ROWS, when=is_at_edge)
 def clamp_inside_edge(lane, table):
     """Clamp a lane that landed within rounding of an edge (bit EDGE) to the inner side of it."""
-    rims = view(table.rows, table.count, layout.RIM)  # one row per surface
+    rims = view(lane.arena + table.rows, table.count, layout.RIM)  # one row per surface
     rim = rims[lane.surface]
     px, py, pz = lane.x - rim.cx, lane.y - rim.cy, lane.z - rim.cz
     if rim.form == layout.QUADRIC_RIM:

@@ -33,7 +33,7 @@ def pad_group(numbers: list[int]) -> list[int]:
 @device
 def fill_gaps(lanes, table, gaps):
     """Move all carried fields of the lanes in `movers` to those in `listed`, four fields at a time."""
-    fields = view(table.fields, table.count, np.int64)
+    fields = view(lanes.arena + table.fields, table.count, np.int64)
     words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for f in range(0, table.count, FIELDS_PER_GROUP):
         r0, r1, r2, r3 = field_offsets(fields, f)
@@ -120,7 +120,7 @@ def compact_and_sort(lanes, table, first, live):
         lane = lane_at(lanes, k)
         lane_at(lanes, movers).movers = k
         movers += uint64(1) if (lane.weight != 0.0) & (lane.hit == 0) else uint64(0)
-    fields = view(table.fields, table.count, np.int64)
+    fields = view(lanes.arena + table.fields, table.count, np.int64)
     words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for f in range(0, table.count, FIELDS_PER_GROUP):
         r0, r1, r2, r3 = field_offsets(fields, f)

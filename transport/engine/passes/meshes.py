@@ -186,10 +186,10 @@ def next_facet(
 def meet_mesh(lane, table):
     """Intersect rays with an acting mesh; keep the facet if it is the nearest surface ahead."""
     stack, entries = view(stack_memory(), STACK, np.int64), view(stack_memory(), STACK, np.float64)
-    nodes = view(table.nodes, table.node_count, layout.NODE)
-    places = view(table.vertices, 3 * table.vertex_count, np.float64)
-    faces = view(table.faces, 3 * table.facet_count, np.int32)
-    normals = view(table.normals, 3 * table.facet_count, np.float64)
+    nodes = view(lane.arena + table.nodes, table.node_count, layout.NODE)
+    places = view(lane.arena + table.vertices, 3 * table.vertex_count, np.float64)
+    faces = view(lane.arena + table.faces, 3 * table.facet_count, np.int32)
+    normals = view(lane.arena + table.normals, 3 * table.facet_count, np.float64)
     sheet = table.sheet
     if lane.weight != 0.0:
         x, y, z, ux, uy, uz, start = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz, lane.start
@@ -214,10 +214,10 @@ def cover_mesh(lane, table):
     On the sheet of the nearest hit, adds its bit to the hit.
     """
     stack, entries = view(stack_memory(), STACK, np.int64), view(stack_memory(), STACK, np.float64)
-    nodes = view(table.nodes, table.node_count, layout.NODE)
-    places = view(table.vertices, 3 * table.vertex_count, np.float64)
-    faces = view(table.faces, 3 * table.facet_count, np.int32)
-    normals = view(table.normals, 3 * table.facet_count, np.float64)
+    nodes = view(lane.arena + table.nodes, table.node_count, layout.NODE)
+    places = view(lane.arena + table.vertices, 3 * table.vertex_count, np.float64)
+    faces = view(lane.arena + table.faces, 3 * table.facet_count, np.int32)
+    normals = view(lane.arena + table.normals, 3 * table.facet_count, np.float64)
     sheet = table.sheet
     if lane.hit_sheet == sheet:  # the same mesh
         lane.covered |= table.covers
@@ -244,12 +244,12 @@ def land_on_facet(lane, table):
     The facet of an acting mesh becomes the lane's `own_facet`, that of a transparent detector its
     `passed_facet`.
     """
-    sheets = view(table.rows, table.count, layout.MESHED_SHEET)
+    sheets = view(lane.arena + table.rows, table.count, layout.MESHED_SHEET)
     row = sheets[lane.sheet]
     if (row.facet_count != 0) & (lane.weight != 0.0):
-        places = view(row.vertices, 3 * row.vertex_count, np.float64)
-        faces = view(row.faces, 3 * row.facet_count, np.int32)
-        normals, at = view(row.normals, 3 * row.facet_count, np.float64), 3 * lane.facet
+        places = view(lane.arena + row.vertices, 3 * row.vertex_count, np.float64)
+        faces = view(lane.arena + row.faces, 3 * row.facet_count, np.int32)
+        normals, at = view(lane.arena + row.normals, 3 * row.facet_count, np.float64), 3 * lane.facet
         nx, ny, nz = normals[at], normals[at + 1], normals[at + 2]
         i, j, m = 3 * faces[at], 3 * faces[at + 1], 3 * faces[at + 2]
         lane.x, lane.y, lane.z = within_facet(
@@ -267,10 +267,10 @@ def land_on_facet(lane, table):
 @lane_pass(layout.FACET_AREAS)
 def born_on_mesh(lane, table):
     """Sample a point uniformly on a mesh: a facet by its area, then a point uniform on it."""
-    places = view(table.vertices, 3 * table.vertex_count, np.float64)
-    faces = view(table.faces, 3 * table.facet_count, np.int32)
-    normals = view(table.normals, 3 * table.facet_count, np.float64)
-    shares = view(table.shares, table.facet_count, np.float64)
+    places = view(lane.arena + table.vertices, 3 * table.vertex_count, np.float64)
+    faces = view(lane.arena + table.faces, 3 * table.facet_count, np.int32)
+    normals = view(lane.arena + table.normals, 3 * table.facet_count, np.float64)
+    shares = view(lane.arena + table.shares, table.facet_count, np.float64)
     side, count = table.side, table.facet_count
     seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)

@@ -97,7 +97,7 @@ def point_on_triangle(lane, table):
 def point_on_polygon(lane, table):
     """Set a point uniform on a polygon from p0, p1: a triangle by its area, then a point uniform on it."""
     count = table.part_count
-    parts = view(table.parts, 10 * count, np.float64)
+    parts = view(lane.arena + table.parts, 10 * count, np.float64)
     # Binary search in the cumulative shares of the area.
     chance, found, width = lane.p0, 0, count
     while width > 1:
@@ -287,12 +287,12 @@ def contribute_from_scattering(lane, table):
 @lane_pass(layout.ROWS)
 def find_phase_of_flights(lane, table):
     """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly."""
-    rows = view(table.rows, table.count, layout.MEDIA)
+    rows = view(lane.arena + table.rows, table.count, layout.MEDIA)
     lane.phase_number = rows[lane.medium].phase if lane.flies != 0 else 0
 
 
 @lane_pass(layout.ROWS)
 def find_phase_at_collisions(lane, table):
     """Set the number of the phase function of the medium that a lane collides in; 0 without a collision."""
-    rows = view(table.rows, table.count, layout.MEDIA)
+    rows = view(lane.arena + table.rows, table.count, layout.MEDIA)
     lane.phase_number = rows[lane.medium].phase if lane.collides != 0 else 0

@@ -60,8 +60,8 @@ def reset_phase_number(lane, table):
 @lane_pass(layout.TWO_ROWS, when=ends_first_leg)
 def turn_into_second_leg(lane, table):
     """Turn a ray towards the point at the end of its first leg, in the medium around the point."""
-    points = view(table.rows, table.count, layout.POINT)
-    media = view(table.others, table.other_count, layout.MEDIA)
+    points = view(lane.arena + table.rows, table.count, layout.POINT)
+    media = view(lane.arena + table.others, table.other_count, layout.MEDIA)
     # Direction to the point, scattering angle and coefficient; pdfs of phase functions follow.
     point, medium, length, mfp = points[lane.leg - 1], lane.medium, lane.distance, lane.mfp
     here = medium == point.medium

@@ -31,7 +31,7 @@ def look_up_optics(lane, table):
 
     The gather is a pass of its own because it would slow down a longer loop.
     """
-    rows = view(table.rows, table.count, layout.OPTICS)
+    rows = view(lane.arena + table.rows, table.count, layout.OPTICS)
     row = rows[lane.surface]
     enters = row.side * lane.mu < 0.0
     lane.index_before = row.outside if enters else row.inside
@@ -48,7 +48,7 @@ def look_up_metal(lane, table):
 
     Their own values come later.
     """
-    rows = view(table.rows, table.count, layout.OPTICS)
+    rows = view(lane.arena + table.rows, table.count, layout.OPTICS)
     row = rows[uint64(lane.surface)]
     lane.excess, lane.ratio = row.excess, row.loss
 
@@ -147,10 +147,12 @@ def reflect_glossily(lane, table):
 @lane_pass(layout.ROWS)
 def scatter_into_lobe(lane, table):
     """Sample the direction of masked rays from the lobe of multiple scattering (Kulla and Conty 2017)."""
-    rows = view(table.rows, table.count, layout.OPTICS)
+    rows = view(lane.arena + table.rows, table.count, layout.OPTICS)
     turn = lane.lobe
     if (turn != NO_LOBE) & (lane.weight != 0.0):
-        octaves, cells = quantile_table(view(rows[lane.surface].lobe, 1, layout.QUANTILES)[0])
+        octaves, cells = quantile_table(
+            lane, view(lane.arena + rows[lane.surface].lobe, 1, layout.QUANTILES)[0]
+        )
         mu = quantile(octaves, cells, lane.u4)
         mu = min(max(mu, 2.0**-40), 1.0)
         flip = -1.0 if lane.mu > 0.0 else 1.0
@@ -168,7 +170,7 @@ def deflect_by_lens(lane, table):
 
     Rays for which no direction remains go back along their path.
     """
-    rows = view(table.rows, table.count, layout.OPTICS)
+    rows = view(lane.arena + table.rows, table.count, layout.OPTICS)
     if lane.material == layout.LENS:
         row = rows[lane.surface]
         rx, ry, rz = lane.x - row.cx, lane.y - row.cy, lane.z - row.cz

@@ -64,7 +64,7 @@ def cover_quadric(lane, table):
 @lane_pass(layout.ROWS)
 def project_onto_quadric(lane, table):
     """Set the normal from the gradient and project the point onto the surface by one Newton step along it."""
-    sheets = view(table.rows, table.count, layout.CURVED_SHEET)
+    sheets = view(lane.arena + table.rows, table.count, layout.CURVED_SHEET)
     row = sheets[lane.sheet]
     if row.is_curved != 0:
         ax, ay, az = row.ax, row.ay, row.az

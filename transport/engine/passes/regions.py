@@ -43,7 +43,7 @@ def cross_boundary(lane, table):
     Bodies that share a face each have a boundary of their own there. A lane that arrives from bodies other
     than those recorded for its side (through a gap) is counted in the ledger.
     """
-    row = view(table.rows, table.count, layout.LAYER)[uint64(lane.hit_sheet)]
+    row = view(lane.arena + table.rows, table.count, layout.LAYER)[uint64(lane.hit_sheet)]
     front, back = row.front, row.back
     covered = is_covered(lane.covered, table.layer)
     side, other = (front, back) if lane.mu > 0.0 else (back, front)
@@ -158,7 +158,7 @@ def end_lost_particles(lane, table):
 @device
 def is_stray_of_many(lane, table):
     """Return the same for many finite bodies; gathers a row."""
-    row = view(table.rows, table.count, layout.BODY_BOUNDS)[uint64(innermost(lane.inside))]
+    row = view(lane.arena + table.rows, table.count, layout.BODY_BOUNDS)[uint64(innermost(lane.inside))]
     strays = ends_beyond(
         lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz, lane.distance,
         row.low_x, row.low_y, row.low_z, row.high_x, row.high_y, row.high_z,
@@ -193,7 +193,7 @@ def find_medium(lane, table):
 @lane_pass(layout.ROWS)
 def find_medium_of_many(lane, table):
     """Find the medium as `find_medium` does, for many bodies: gathers the row of the innermost one."""
-    rows = view(table.rows, table.count, layout.MEDIA)
+    rows = view(lane.arena + table.rows, table.count, layout.MEDIA)
     medium = innermost(lane.inside)
     row = rows[uint64(medium)]
     lane.medium, lane.mfp, lane.sigma_a, lane.survival = medium, row.mfp, row.sigma_a, row.survival

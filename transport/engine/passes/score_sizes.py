@@ -31,7 +31,8 @@ def score_and_size(lane, table):
 
     A batch whose number has a bit of `resting` counts none.
     """
-    numbers, sizes = view(table.numbers, table.count, np.int64), view(lane.sizes, table.cells, np.int64)
+    numbers = view(lane.arena + table.numbers, table.count, np.int64)
+    sizes = view(lane.sizes, table.cells, np.int64)
     add_score(lane)
     one = 1 if lane.batch & table.resting == 0 else 0
     sizes[uint64(numbers[uint64(lane.detector_row)] + size_cell(lane.weight))] += one
@@ -55,7 +56,8 @@ def score_all_and_size(lane, table):
 
     Row 0 and the first cells take the others and are never read.
     """
-    numbers, sizes = view(table.numbers, table.count, np.int64), view(lane.sizes, table.cells, np.int64)
+    numbers = view(lane.arena + table.numbers, table.count, np.int64)
+    sizes = view(lane.sizes, table.cells, np.int64)
     cell = numbers[uint64(lane.detector_row)] + size_cell(lane.weight)
     add_score(lane)
     sizes[uint64(cell if lane.bin != 0 else 0)] += 1

@@ -59,7 +59,7 @@ def scale_by_grid_scattering(lane, table):
     """
     if (lane.score < 0.0) & (lane.medium == table.medium):
         i, j, m = voxel_at(table, lane.sx, lane.sy, lane.sz)
-        lane.score *= -scattering_at(table, i, j, m) * table.length
+        lane.score *= -scattering_at(lane, table, i, j, m) * table.length
 
 
 @lane_pass(layout.POINT_PHASE)
@@ -89,10 +89,11 @@ def add_rayleigh_pdf(lane, table):
 def add_tabulated_pdf(lane, table):
     """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1]."""
     count = table.cells + 1
-    cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)
+    cosines = view(lane.arena + table.cosines, count, np.float64)
+    values = view(lane.arena + table.values, count, np.float64)
     if (lane.phase_number == table.number) & (lane.score != 0.0):
         mu = min(1.0, max(-1.0, lane.scatter_cosine))
-        j = find_cell(mu, table.cells, table.cosines)
+        j = find_cell(mu, table.cells, lane.arena + table.cosines)
         part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
         lane.pdf += table.share * (values[j] + part * (values[j + 1] - values[j]))
 
@@ -115,7 +116,7 @@ def load_shadow_rays(lanes, table, first, live):
 
     Called with the bundle that casts; `table` maps words of its lanes to words of the shadow bundle.
     """
-    moves = view(table.rows, table.count, layout.WORD)
+    moves = view(lanes.arena + table.rows, table.count, layout.WORD)
     here, there = view(lanes.address, WORDS, np.int64), view(lanes.shadow, WORDS, np.int64)
     taken, cast, flying = lanes.rays_taken, lanes.rays_cast, 0
     for free in range(LANES):

@@ -44,11 +44,11 @@ def count_phase_space(lane, table):
     inside = (x >= table.low_x) & (x <= table.high_x) & (y >= table.low_y) & (y <= table.high_y)
     inside &= (z >= table.low_z) & (z <= table.high_z)
     a = coordinate(table.a_kind, x, y, z, vx, vy, vz, speed, uz)
-    found = find_cell(a, table.a_cells, table.a_edges) if inside else -1
+    found = find_cell(a, table.a_cells, lane.arena + table.a_edges) if inside else -1
     row = 1 + found * table.a_stride if found >= 0 else 0
     if found >= 0 and table.b_kind != 0:
         other = coordinate(table.b_kind, x, y, z, vx, vy, vz, speed, uz)
-        found = find_cell(other, table.b_cells, table.b_edges)
+        found = find_cell(other, table.b_cells, lane.arena + table.b_edges)
         row = row + found * table.b_stride if found >= 0 else 0
     high, low = limbs(lane.weight)
     add_to_row(lane.tallies + 32 * (table.first + row), high, low, 1, 0)

@@ -17,7 +17,7 @@ MAX_EVENTS = 1 << 24  # after which a history ends as lost
 @lane_pass(layout.ROWS)
 def look_up_surface(lane, table):
     """Set the albedo of the acting surface; row 0 transmits everything."""
-    surfaces = view(table.rows, table.count, layout.SURFACE)
+    surfaces = view(lane.arena + table.rows, table.count, layout.SURFACE)
     lane.albedo = surfaces[uint64(lane.surface)].albedo
 
 
@@ -37,8 +37,8 @@ def choose_material(lane, table):
 
     The hit becomes that of the chosen row. The uniform u3 is rescaled within the part's share and reused.
     """
-    surfaces = view(table.rows, table.count, layout.SURFACE)
-    optics = view(table.others, table.other_count, layout.OPTICS)
+    surfaces = view(lane.arena + table.rows, table.count, layout.SURFACE)
+    optics = view(lane.arena + table.others, table.other_count, layout.OPTICS)
     before = lane.surface
     is_back = optics[before].side * lane.mu > 0.0
     chosen = before + (surfaces[before].back if is_back else 0)

@@ -16,10 +16,10 @@ from transport.physics.velocities import sample_normal_pair, speed_and_direction
 
 
 @device
-def quantile_table(row):
+def quantile_table(lane, row):
     """Return octaves and coefficients of an inverse CDF, from a row with the columns of layout.QUANTILES."""
-    octaves = view(row.octaves, row.octave_count, layout.OCTAVE)
-    return octaves, view(row.cells, row.cell_count * layout.CELL_TERMS, np.float64)
+    octaves = view(lane.arena + row.octaves, row.octave_count, layout.OCTAVE)
+    return octaves, view(lane.arena + row.cells, row.cell_count * layout.CELL_TERMS, np.float64)
 
 
 @device
@@ -63,7 +63,7 @@ def draw_speed_uniform(lane, table):
 @lane_pass(layout.QUANTILES)
 def set_speed_by_quantile(lane, table):
     """Set the speed at cumulative probability u0, for a smooth distribution."""
-    octaves, cells = quantile_table(table)
+    octaves, cells = quantile_table(lane, table)
     c, t = cell_of(octaves, lane.u0)
     c0, c1, c2, c3, c4, c5 = coefficients_at(cells, c)
     lane.speed = polynomial(c0, c1, c2, c3, c4, c5, t)
@@ -72,7 +72,7 @@ def set_speed_by_quantile(lane, table):
 @lane_pass(layout.QUANTILES)
 def set_speed_by_stepped_quantile(lane, table):
     """Set the speed at cumulative probability u0, for any distribution."""
-    octaves, cells = quantile_table(table)
+    octaves, cells = quantile_table(lane, table)
     lane.speed = quantile(octaves, cells, lane.u0)
 
 
@@ -91,7 +91,7 @@ def emit_from_drifting_gas(lane, table):
 
     The normal component is sampled by its inverse CDF, the tangential ones are Gaussian about the drift.
     """
-    octaves, cells = quantile_table(table)
+    octaves, cells = quantile_table(lane, table)
     side, sigma, drift_u, drift_v = table.side, table.sigma, table.drift_u, table.drift_v
     seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     w0, w1, _, _ = random_words(lane.history, batch, 0, SPEED, seed_low, seed_high)
@@ -108,10 +108,10 @@ def emit_from_drifting_gas(lane, table):
 @lane_pass(layout.ROWS)
 def sample_wall_speed(lane, table):
     """Set a speed sampled from the thermal wall that reflected the particle."""
-    surfaces = view(table.rows, table.count, layout.SURFACE)
+    surfaces = view(lane.arena + table.rows, table.count, layout.SURFACE)
     at = surfaces[lane.surface].quantiles
     if at != 0 and lane.weight != 0.0:
-        octaves, cells = quantile_table(view(at, 1, layout.QUANTILES)[0])
+        octaves, cells = quantile_table(lane, view(lane.arena + at, 1, layout.QUANTILES)[0])
         lane.speed = quantile(octaves, cells, lane.u4)
 
 
@@ -172,7 +172,7 @@ def time_arrival_by_speed(lane, table):
 @lane_pass(layout.MEDIA_CLOCK)
 def time_arrival_in_media(lane, table):
     """Set the time of arrival in media, where light is slower by the index; waiting lanes keep theirs."""
-    rows = view(table.rows, table.count, layout.MEDIA)
+    rows = view(lane.arena + table.rows, table.count, layout.MEDIA)
     slowness, has_speeds = table.slowness, table.has_speeds != 0
     pace = rows[lane.medium].index * slowness
     pace = 1.0 / lane.speed if has_speeds else pace

@@ -65,11 +65,11 @@ def direction_bin(lane, table):
     bin = 0
     if table.rows > 1:
         cosine, turn = ux * table.nx + uy * table.ny + uz * table.nz, 0
-        found = find_cell(cosine, table.mu_cells, table.mu_edges)
+        found = find_cell(cosine, table.mu_cells, lane.arena + table.mu_edges)
         if table.turn_cells > 0:
             e_u = ux * table.eux + uy * table.euy + uz * table.euz
             e_v = ux * table.evx + uy * table.evy + uz * table.evz
-            turn = azimuth_cell(e_u, e_v, table.turn_low, table.turn_cells, table.turn_edges)
+            turn = azimuth_cell(e_u, e_v, table.turn_low, table.turn_cells, lane.arena + table.turn_edges)
         if (found >= 0) & (turn >= 0):
             bin = 1 + found * table.mu_stride + turn * table.turn_stride
     return bin
@@ -142,14 +142,14 @@ def walk_shells(lane, table, bin, start, last, weight, fade, keep):
     Returns the weight left.
     """
     count = table.cells_x
-    radii = view(table.radii, count + 1, np.float64)
+    radii = view(lane.arena + table.radii, count + 1, np.float64)
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     ox, oy, oz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
     h = ox * ux + oy * uy + oz * uz
     qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
     q = math.sqrt(qx * qx + qy * qy + qz * qz)
     t, end = start + h, last + h  # measured from the point nearest to the centre
-    shell = shell_at(math.sqrt(q * q + t * t), count, table.radii)
+    shell = shell_at(math.sqrt(q * q + t * t), count, lane.arena + table.radii)
     going = True
     while going:
         # Next sphere: inwards until the ray's closest point, then outwards.
@@ -217,12 +217,12 @@ def walk_rings(lane, table, bin, t, end, weight, fade, keep):
     Returns the weight left. Rings and layers are crossed at distances computed from their numbers.
     """
     count, layers = table.cells_x, table.cells_z
-    radii = view(table.radii, count + 1, np.float64)
+    radii = view(lane.arena + table.radii, count + 1, np.float64)
     px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
     ax, ay, az = table.ax, table.ay, table.az
     q, across, sine, cosine, height = seen_along_axis(px, py, pz, lane.ux, lane.uy, lane.uz, ax, ay, az)
     inverse, now = 1.0 / sine if sine > 0.0 else 0.0, across + t * sine
-    ring = shell_at(math.sqrt(q * q + now * now), count, table.radii)
+    ring = shell_at(math.sqrt(q * q + now * now), count, lane.arena + table.radii)
     axis, layer = enter_axis(height + table.hz, cosine, t, table.per_z, table.width_z, layers)
     t_z = next_face(axis, layer)
     inwards = now < 0.0
@@ -304,7 +304,7 @@ def walk_through_grid(lane, table):
         face = nearest_face(faces)
         going = face < end
         last = face if going else end
-        keep = absorption_at(grid, cell[0], cell[1], cell[2]) * grid.length
+        keep = absorption_at(lane, grid, cell[0], cell[1], cell[2]) * grid.length
         fade = keep if table.fades != 0 else 0.0
         # Attenuate up to the volume; then score the part of this voxel in the volume.
         before = (entry if entry < last else last) - t
@@ -330,8 +330,8 @@ def set_collision_paths_in_grid(lane, table):
     """Set mean free path and total absorption coefficient at collisions in a grid, from their voxel."""
     if (lane.collides != 0) & (lane.medium == table.medium):
         i, j, m = voxel_at(table, lane.x, lane.y, lane.z)
-        keep = absorption_at(table, i, j, m)
-        sigma = scattering_at(table, i, j, m) + keep
+        keep = absorption_at(lane, table, i, j, m)
+        sigma = scattering_at(lane, table, i, j, m) + keep
         lane.length_inside = 1.0 / (sigma * table.length) if sigma > 0.0 else 0.0
         lane.total_absorption = keep * table.length
 
@@ -370,7 +370,7 @@ def collides_in_ball(lane, table):
 def score_collisions_in_ball(lane, table):
     """Score weight times mean free path at each collision in the shells of a ball."""
     dx, dy, dz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
-    shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
+    shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, lane.arena + table.radii)
     if shell >= 0:
         score_collision(lane, table, shell)
 
@@ -384,6 +384,6 @@ def score_collisions_in_cylinder(lane, table):
     px, py, pz = px - height * ax, py - height * ay, pz - height * az
     rho = math.sqrt(px * px + py * py + pz * pz)
     if (lane.collides != 0) & (rho <= radius) & (abs(height) <= half_height):
-        ring = shell_at(rho, table.cells_x, table.radii)
+        ring = shell_at(rho, table.cells_x, lane.arena + table.radii)
         layer = number_along(height + half_height, table.per_z, table.cells_z)
         score_collision(lane, table, ring * table.cells_z + layer)

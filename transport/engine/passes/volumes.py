@@ -56,7 +56,7 @@ def limit_by_clock_and_speed(lane, table):
 @lane_pass(layout.MEDIA_CLOCK)
 def limit_by_clock_in_media(lane, table):
     """Limit the flight to the end of the clock in media, where the refractive index slows light."""
-    rows = view(table.rows, table.count, layout.MEDIA)
+    rows = view(lane.arena + table.rows, table.count, layout.MEDIA)
     slowness, has_speeds = table.slowness, table.has_speeds != 0
     pace = rows[lane.medium].index * slowness
     pace = 1.0 / lane.speed if has_speeds else pace

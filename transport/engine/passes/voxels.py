@@ -47,16 +47,16 @@ def voxel_along(place, cell, block, count):
 
 
 @device
-def scattering_at(table, i, j, m):
+def scattering_at(lane, table, i, j, m):
     """Return the scattering coefficient [m^-1] of a voxel by its numbers along the axes."""
-    values = view(table.scattering, table.scattering_count, np.float64)
+    values = view(lane.arena + table.scattering, table.scattering_count, np.float64)
     return values[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
 
 
 @device
-def absorption_at(table, i, j, m):
+def absorption_at(lane, table, i, j, m):
     """Return the absorption coefficient [m^-1] of a voxel by its numbers along the axes."""
-    values = view(table.absorption, table.absorption_count, np.float64)
+    values = view(lane.arena + table.absorption, table.absorption_count, np.float64)
     return values[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
 
 
@@ -91,7 +91,7 @@ def grid_depth(lane, table):
         going = face < end
         stop = face if going else end
         i, j, m = cell
-        here = scattering_at(table, i, j, m) + absorption_at(table, i, j, m)
+        here = scattering_at(lane, table, i, j, m) + absorption_at(lane, table, i, j, m)
         depth += here * (stop - t) if stop > t else 0.0
         t = stop if stop > t else t
         if going:
@@ -366,15 +366,15 @@ def extinction_of(lane, table):
     """Return extinction [1/scene lengths] and albedo of the voxel of a tentative collision."""
     column, z = lane.voxel // table.nz, lane.voxel % table.nz
     x, y = column // table.ny, column % table.ny
-    scatters, absorbs = scattering_at(table, x, y, z), absorption_at(table, x, y, z)
+    scatters, absorbs = scattering_at(lane, table, x, y, z), absorption_at(lane, table, x, y, z)
     return (scatters + absorbs) * table.length, scatters / (scatters + absorbs)
 
 
 @device
 def delta_track(lane, table):
     """Find the first real collision of one lane as `delta_track_in_grid` does."""
-    tops = view(table.tops, table.top_count, np.float64)
-    levels = view(table.levels, table.level_count, np.uint8)
+    tops = view(lane.arena + table.tops, table.top_count, np.float64)
+    levels = view(lane.arena + table.levels, table.level_count, np.uint8)
     start_walk(lane, table)
     while lane.walk_state < ENDED:
         resample_rejected(lane)
@@ -402,8 +402,8 @@ def delta_track_in_grid(lanes, table, first, live):
     of two kinds: each moves to the next macro cell; once half of them have reached a tentative collision,
     these are decided.
     """
-    tops = view(table.tops, table.top_count, np.float64)
-    levels = view(table.levels, table.level_count, np.uint8)
+    tops = view(lanes.arena + table.tops, table.top_count, np.float64)
+    levels = view(lanes.arena + table.levels, table.level_count, np.uint8)
     walking = 0
     for k in range(first, live):
         walking += start_walk(lane_at(lanes, k), table)

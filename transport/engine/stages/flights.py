@@ -22,7 +22,7 @@ from transport.engine.passes import (
     volumes,
     voxels,
 )
-from transport.engine.registry import step, step_by_name, table_of_rows, table_of_two
+from transport.engine.registry import step, step_by_name
 from transport.engine.stages.next_event import (
     count_guarded_flights,
     rays_from_collisions,
@@ -77,7 +77,7 @@ def _clock_row(plan):
 
 def _media_clock(plan):
     """Return the table of the clock in media."""
-    rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
+    rows = {"rows": plan.arena.place(plan.media), "count": len(plan.media)}
     return layout.row(layout.MEDIA_CLOCK, slowness=plan.slowness, has_speeds=plan.has_speeds, **rows)
 
 
@@ -121,7 +121,7 @@ def find_media(plan):
     if not plan.has_media:
         return
     if len(plan.media) > MAX_MEDIA_BY_SINGLE_PASSES:
-        yield step(regions.find_medium_of_many, table_of_rows(plan.media))
+        yield step(regions.find_medium_of_many, plan.arena.table(plan.media))
         return
     yield step(regions.set_outer_medium, _medium_table(plan, 0))
     for medium in range(len(plan.media) - 1, 0, -1):
@@ -201,8 +201,8 @@ def _end_lost_particles(plan):
     rows = bounded_rows(plan)
     finite = [row for row in rows if row["bit"] != 0]
     if len(finite) > MAX_MEDIA_BY_SINGLE_PASSES:
-        plan.kept.append(np.array(rows, layout.BODY_BOUNDS))
-        yield step(regions.end_lost_particles_of_many, table_of_rows(plan.kept[-1]))
+        table = plan.arena.table(np.array(rows, layout.BODY_BOUNDS))
+        yield step(regions.end_lost_particles_of_many, table)
         return
     for row in finite:
         yield step(regions.end_lost_particles, row)
@@ -265,8 +265,7 @@ def _scatter(plan):
     """Yield the steps of scattering: next-event estimation, phase function, new direction."""
     if len(plan.phase_laws) > 1:
         laws = np.array([row for _, row in plan.phase_laws], layout.PHASE_LAW)
-        plan.kept.append(laws)
-        yield step(collisions.choose_phase, table_of_two(plan.media, laws))
+        yield step(collisions.choose_phase, plan.arena.table(plan.media, laws))
     if plan.counts_reflections:
         yield step(collisions.count_scatterings)
     yield from rays_from_collisions(plan)

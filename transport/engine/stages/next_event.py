@@ -7,7 +7,7 @@ from transport.compile.next_event import LAMBERTIAN_DENSITY
 from transport.compile.points import attenuates_anywhere, phase_densities
 from transport.engine.bundle import Bundle
 from transport.engine.passes import emission, mis, next_event, once_more_collided, shadow_rays
-from transport.engine.registry import step, step_by_name, table_of_rows, table_of_two
+from transport.engine.registry import step, step_by_name
 
 # ---- Cast rays: sample, connect, contribute, list; and record the pdf for MIS.
 
@@ -35,7 +35,7 @@ def rays_from_collisions(plan):
     sent = [rays for each in plan.targets for rays in each.collisions]
     if not sent:
         return
-    yield step(next_event.find_phase_at_collisions, table_of_rows(plan.media))
+    yield step(next_event.find_phase_at_collisions, plan.arena.table(plan.media))
     yield from _cast(sent, "contribute_from_scattering", map(step_by_name, phase_densities(plan)))
     if plan.expectations:
         yield step(mis.record_pdf_at_collisions, _pdf_table(sent[0].peak))
@@ -45,7 +45,7 @@ def rays_from_flights(plan):
     """Yield the steps that cast rays from flights: scattering outside the medium around a point detector."""
     sent = [rays for point in plan.points for rays in point.flights]
     if sent:
-        yield step(next_event.find_phase_of_flights, table_of_rows(plan.media))
+        yield step(next_event.find_phase_of_flights, plan.arena.table(plan.media))
         yield from _cast(sent, "contribute_from_scattering", _scattering(plan))
 
 
@@ -100,8 +100,8 @@ def ray_steps(plan, nearest, crossing):
     used = {name for lane_pass, _ in traced for name in lane_pass.fields}
     words = {name: offset // 8 for name, (_, offset) in Bundle.fields.items()}
     moves = [(words[source], words[target]) for target, source in RAY_FIELDS.items() if target in used]
-    plan.kept.append(np.array(moves, layout.WORD))
-    return [step(shadow_rays.load_shadow_rays, table_of_rows(plan.kept[-1])), *traced]
+    fields = plan.arena.table(np.array(moves, layout.WORD))
+    return [step(shadow_rays.load_shadow_rays, fields), *traced]
 
 
 def _attenuate(plan):
@@ -115,9 +115,8 @@ def _attenuate(plan):
 def _second_leg(plan):
     """Yield the steps from the first leg of a once-more-collided ray to the second."""
     points = np.array([point.row for point in plan.points], layout.POINT)
-    plan.kept.append(points)
     yield step(once_more_collided.reset_phase_number)
-    yield step(once_more_collided.turn_into_second_leg, table_of_two(points, plan.media))
+    yield step(once_more_collided.turn_into_second_leg, plan.arena.table(points, plan.media))
     yield from _scattering(plan)
     yield step(once_more_collided.start_second_leg)
 

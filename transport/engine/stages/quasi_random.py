@@ -6,12 +6,13 @@ exists twice, none tests how it samples, and a pseudo-random program contains no
 distinguishes it in Numba's cache and for readers; it runs as plain Python too.
 """
 
+import copyreg
 import dis
 from dataclasses import replace
 from functools import cache
 from types import FunctionType
 
-from transport.engine.registry import Pass, Step
+from transport.engine.registry import PASSES, Pass, Step
 from transport.physics.device import device
 from transport.physics.sobol import net_event_words, sobol_words, stratified_words
 from transport.physics.streams import event_words, random_words
@@ -32,6 +33,15 @@ def quasi_random_twin(lane_pass: Pass, sampling: str) -> Pass:
     """Return the twin of a pass; the pass itself if it draws nothing."""
     drawing = _drawing_globals(lane_pass.function, sampling)
     return replace(lane_pass, function=_twin(lane_pass.function, drawing, sampling)) if drawing else lane_pass
+
+
+def pass_by_name(name: str) -> Pass:
+    """Return the pass, or twin of a pass, of this name."""
+    name, _, sampling = name.partition(" by ")
+    return quasi_random_twin(PASSES[name], sampling) if sampling else PASSES[name]
+
+
+copyreg.pickle(Pass, lambda lane_pass: (pass_by_name, (lane_pass.name,)))
 
 
 @cache

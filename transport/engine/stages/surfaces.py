@@ -1,5 +1,8 @@
 """Steps at the end of a flight: land on the sheet, score at detectors, mark visits, change bodies."""
 
+import numpy as np
+
+from transport.compile import layout
 from transport.compile.detectors import is_dense, size_row
 from transport.engine.passes import (
     detector_bins,
@@ -12,7 +15,7 @@ from transport.engine.passes import (
     score_sizes,
     shadow_rays,
 )
-from transport.engine.registry import step, step_by_name, table_of_layer, table_of_rows
+from transport.engine.registry import step, step_by_name, table_of_layer
 from transport.engine.stages.next_event import mis_steps_after, mis_steps_before, uses_next_event
 
 # Bins of time and speed are the outer blocks of rows, so they come first.
@@ -21,13 +24,14 @@ BIN_AXES = ("time", "speed", "cosine", "azimuth", "place", "cell")
 
 def land_on_surface(plan):
     """Yield the steps that set the sheet, its normal and the cosine of incidence."""
-    yield step(landing.set_sheet, table_of_rows(plan.sheets))
+    yield step(landing.set_sheet, plan.arena.table(plan.sheets))
     if plan.is_curved:
-        yield step(landing.project_onto_sphere, table_of_rows(plan.sheets))
+        yield step(landing.project_onto_sphere, plan.arena.table(plan.sheets))
     if plan.has_quadrics:
-        yield step(quadrics.project_onto_quadric, table_of_rows(plan.curved_sheets))
+        yield step(quadrics.project_onto_quadric, plan.arena.table(plan.curved_sheets))
     if plan.meshes:
-        yield step(meshes.land_on_facet, table_of_rows(plan.meshed_sheets))
+        rows = np.array([*plan.meshed_sheets], layout.MESHED_SHEET)
+        yield step(meshes.land_on_facet, plan.arena.table(rows))
     yield step(landing.set_cosine)
 
 
@@ -104,7 +108,7 @@ def cross_shadow_rays(plan):
     yield step(intersections.move)
     yield from land_on_surface(plan)
     if passes and (plan.sheets["outward"] != 0).any():
-        yield step(landing.mark_box_exit, table_of_rows(plan.sheets))
+        yield step(landing.mark_box_exit, plan.arena.table(plan.sheets))
     if plan.expectations:
         for layer in range(len(plan.layers)):
             yield from _score_next_event(plan, layer)
