@@ -73,8 +73,7 @@ def _cast(lane, offset, shadow, moves):
         here, there = view(lane.address, WORDS, np.int64), view(shadow.address, WORDS, np.int64)
         rows = view(lane.arena + fields.rows, fields.count, layout.WORD)
         for m in range(fields.count):
-            source = rows[m].source
-            there[rows[m].target] = here[source] if source >= 0 else 0
+            there[rows[m].target] = here[rows[m].source]
         return True
     return False
 

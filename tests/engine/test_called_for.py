@@ -21,6 +21,7 @@ from transport.engine.driver import compile_program, run_batch
 from transport.engine.passes import (
     bank,
     collisions,
+    next_event,
     once_more_collided,
     regions,
     shadow_rays,
@@ -129,7 +130,7 @@ def passes(filling=None, tracking=None, looks=()) -> set[str]:
 
 ROULETTE = {"play_roulette", "play_roulette_in_flight"}  # at walls as well
 OF_MEDIA = of(regions, collisions, voxels, bank, variance_reduction) - ROULETTE
-OF_DETECTORS = of(volumes, volume_cells, shadow_rays, once_more_collided)
+OF_DETECTORS = of(volumes, volume_cells, next_event, shadow_rays, once_more_collided)
 BORDERS = {
     "bound_rectangle", "set_birth_bodies", "cross_boundary", "set_outer_medium", "find_medium", "save_ray",
     "restore_ray", "resolve_box_edges", "mark_box_exit", "end_lost_particles",
@@ -263,12 +264,12 @@ def test_a_volume_detector_of_collisions_follows_no_paths():
 
 
 RAYS = {
-    "load_shadow_rays", "reset_shadow_hit", "score_at_points", "end_rays_at_points", "list_shadow_rays", "cast_from_births",
-    "cast_from_walls",
+    "load_shadow_rays", "reset_shadow_hit", "score_at_points", "end_rays_at_points", "list_shadow_rays", "connect_to_point",
+    "contribute_from_births", "contribute_from_walls",
 }  # fmt: skip
-FLOWN = {"find_phase_of_flights", "cast_from_flights", "add_isotropic_pdf"}
+FLOWN = {"find_phase_of_flights", "connect_to_flight", "contribute_from_scattering", "add_isotropic_pdf"}
 DETOURS = {
-    "find_phase_at_collisions", "first_leg_from_births", "first_leg_from_collisions", "first_leg_from_walls",
+    "find_phase_at_collisions", "connect_by_detour", "contribute_from_scattering",
     "reset_phase_number", "turn_into_second_leg", "start_second_leg", "add_isotropic_pdf",
 }  # fmt: skip
 DIM, DIM_IN_GRID = {"attenuate_shadow_rays"}, {"attenuate_shadow_rays_in_grid"}

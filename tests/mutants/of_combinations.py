@@ -142,9 +142,9 @@ FAULTS = (
         (FADES,),
     ),
     Fault(
-        CELLS,
-        "m = number_along(lane.z - table.cz, table.per_z, table.nz)\n        keep",
-        "m = number_along(lane.z - table.cz, table.per_z, table.ny)\n        keep",
+        "engine/passes/voxels.py",
+        "number_along(z - table.cz, table.per_z, table.nz)",
+        "number_along(z - table.cz, table.per_z, table.ny)",
         "the number of voxels along y for that along z, where collisions are counted",
         ("detectors/test_volume_detectors::test_collisions_in_layers_of_voxels_absorb_as_much_as_tracks",),
     ),
@@ -172,7 +172,7 @@ FAULTS = (
         ("detectors/test_aimed_births::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
     ),
     Fault(
-        "engine/passes/shadow_rays.py",
+        "engine/passes/next_event.py",
         "near = max(0.0, max(near_x, max(near_y, near_z)))",
         "near = max(near_x, max(near_y, near_z))",
         "what glows behind a point seen before it",

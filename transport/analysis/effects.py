@@ -395,8 +395,7 @@ EFFECTS = {
     "snapshots": ("snapshots",),
     "tracks": ("record_tracks",),
     "path lengths": ("paths",),
-    "point detectors": ("shadow_rays", "once_more_collided"),
-    "next-event estimation": ("next_event", "mis"),
+    "next-event estimation": ("next_event", "once_more_collided", "shadow_rays", "mis"),
     "backward histories": ("backward",),
 }  # fmt: skip
 _EFFECT_OF = {member: name for name, members in EFFECTS.items() for member in members}

@@ -193,7 +193,7 @@ def _fill_rows(plan: Plan, lamps: tuple[DetectedSource, ...], cells: int) -> Non
                     plan.detectors["strong"][of_lamp] = LARGE_SHARE * strongest * each.scale
     # A birth sends its shadow ray within its own cell, which rays in all directions could not respect.
     for each in plan.expectations:
-        each.births[:] = [None] * len(plan.emitters)
+        each.births[:] = [[]] * len(plan.emitters)
     for emitter in plan.emitters:
         emitter.cells[0][1]["births"] = first
 

@@ -252,16 +252,12 @@ VOLUME = np.dtype(
 # fades: 1 where absorption reduces weights along the path.
 VOLUME_IN_GRID = np.dtype([("volume", VOLUME), ("grid", GRID), ("fades", "i8")])
 
-# A point detector: its position, the first of its POINT_ROWS rows of sums (compile/points.py), its number in
-# the random number counter.
+# A point detector: its position, and its number in the random number counter.
 # medium: row of MEDIA around it, where that scatters: rays there are scattered once more (once-more-collided
 # estimator); else -1.
-POINT = np.dtype(_floats("x y z") + _integers("first number medium"))
-# Intensity of a birth towards a point detector over its weight [sr^-1]: isotropic, and along the normal of a
-# diffuse emitter.
-POINT_EMISSION = np.dtype(_floats("x y z isotropic lambertian") + _integers("first number"))
+POINT = np.dtype(_floats("x y z") + _integers("number medium"))
 # A box of half sides h, or a sphere of radius hx, about c that emits uniformly; scale: 1 over its volume.
-POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("first number"))
+POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("number"))
 # Density per steradian of a phase function, or of one part of a mixture that begins with `number`.
 POINT_PHASE = np.dtype(_floats("g share") + _integers("number cosines values cells"))
 # Row POINT_MIDDLE + k of a point detector holds scores from 2^(4 k) up to 2^(4 k + 4), down to the smallest
@@ -271,19 +267,17 @@ POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = 320, 256, 4
 # radius of a sphere) and its area.
 # sharing: above 0 where close events share their contribution with the particle's own crossing (MIS,
 # engine/passes/next_event.py).
-# scale: power of two by which its scores are multiplied; peak: greatest density of directions after such
-# events [sr^-1].
-# isotropic, lambertian: density of directions at birth; first: first row of its expected sums; number: its
-# own in the random number counter; sheet: of a flat detector, whose own events send no rays to it; legs:
-# crossings per ray; parts: offset of a polygon's triangles, ten numbers each (cumulative share of the area,
-# corner, two edges).
+# number: its own in the random number counter; sheet: of a flat detector, whose own events send no rays to
+# it; parts: offset of a polygon's triangles, ten numbers each (cumulative share of the area, corner, two
+# edges).
 EXPECTATION = np.dtype(
-    _floats(
-        FRAME
-        + " half_u half_v half_w inner2 outer2 ax ay az bx by bz area peak sharing scale isotropic lambertian"
-    )
-    + _integers("first number sheet legs parts part_count")
+    _floats(FRAME + " half_u half_v half_w inner2 outer2 ax ay az bx by bz area sharing")
+    + _integers("number sheet parts part_count")
 )
+# What events contribute to a detector. isotropic, lambertian: density of directions at birth [sr^-1], the
+# latter along the normal; scale: power of two by which its scores are multiplied; first: first row of its
+# sums.
+CONTRIBUTION = np.dtype(_floats("isotropic lambertian scale") + _integers("first"))
 # Share of a detector's crossings that shadow rays have already scored. how: 1 all; else all but the share
 # peak area/(r^2 + peak area).
 # r: distance from the event to the crossing (how 2) or to the center of a sphere (how 3); passing: 1 where an
@@ -292,7 +286,7 @@ MIS_SHARE = np.dtype(_floats("cx cy cz area") + _integers("how sheet passing"))
 MIS_PEAK = np.dtype(_floats("peak"))
 # A sphere; first: its cell of sheet 0 among `cells`.
 GUARD = np.dtype(_floats("cx cy cz radius2") + _integers("first cells"))
-# Word `source` of one bundle is copied into word `target` of another; source -1: 0.
+# Word `source` of one bundle is copied into word `target` of another.
 WORD = np.dtype(_integers("source target"))
 
 # Histogram of scores by size (compile/detectors.py): per side of a detector SIZE_CELLS cells, SIZE_PARTS per

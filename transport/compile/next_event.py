@@ -16,8 +16,8 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.methods import uses_next_event
-from transport.compile.points import scatters_anywhere
-from transport.compile.shapes import shape_columns
+from transport.compile.points import Rays, scatters_anywhere
+from transport.compile.shapes import pass_name, shape_columns
 from transport.compile.sources import MAX_NEAR_WEIGHT, MIN_SOLID_ANGLE, one_minus_cosine
 from transport.geometry.flat import Triangle
 from transport.geometry.relations import are_on_one_support, is_behind, least_height
@@ -39,20 +39,15 @@ GRID_SAFETY = 1.1  # safety factor over the maximum on a grid of points
 MAX_FACES = 256  # of a mesh whose faces are bounded one by one
 MIN_RELATIVE_SIZE = 1e-12  # of a coordinate: 1000 roundings across a detector
 
-Row = np.ndarray
-
 
 @dataclass(frozen=True)
 class Expectation:
-    """A detector whose crossings are expected: rows of layout.EXPECTATION by kind of event.
-
-    Events of these kinds (births, walls, collisions) send shadow rays to the detector.
-    """
+    """A detector whose crossings are expected: the rays that events of each kind send to it."""
 
     detector: Detector
-    births: list[Row | None]  # by emitter; None where an emitter sends no shadow rays
-    walls: Row | None
-    collisions: Row | None
+    births: list[list[Rays]]  # by emitter
+    walls: list[Rays]
+    collisions: list[Rays]
     held: dict[str, float]  # columns of layout.MIS_SHARE
     layer: int  # of its sheet, among the detectors there
     scale: float  # factor by which its rows are scaled up
@@ -142,17 +137,19 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     # Scale sums by a power of two, so that the largest score is about 1.
     scale = math.ldexp(1.0, -math.frexp(bound)[1])
     layer, sheet = _layer_and_sheet(plan, detector)
-    values = _columns(plan, detector, shape, sheet) | {"number": number, "scale": scale}
+    values = _columns(plan, shape, sheet) | {"number": number}
+    first, legs = plan.rows_of[detector.name].first + 2 * plan.half, 1 if shape.is_flat else 2
 
-    def row(kind: tuple[float, float] | None, **more: float) -> Row | None:
+    def rays(kind: tuple[float, float] | None, draw: str = "draw_point", **density: float) -> list[Rays]:
         if kind is None:
-            return None
-        shares = {"peak": kind[0], "sharing": 0.0 if is_pure else kind[0]}
-        return layout.row(layout.EXPECTATION, values, **shares, **more)
+            return []
+        row = layout.row(layout.EXPECTATION, values, sharing=0.0 if is_pure else kind[0])
+        connect = tuple((name, row) for name in (draw, *_connections(shape)))
+        contribution = layout.row(layout.CONTRIBUTION, first=first, scale=scale, **density)
+        return [Rays(connect, contribution, legs, kind[0])]
 
-    by_emitter = [
-        row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
-    ]
+    draw = "draw_point" if number else "draw_joint_point_at_birth"
+    by_emitter = [rays(births.get(k), draw, **_law(emitter)) for k, emitter in enumerate(plan.emitters)]
     held = _mis_columns(shape, values, is_pure, sheet)
     # Bound the strongest ray and the largest MIS share per side, which diagnostics compare with the scores.
     places = {side: _event_shapes(plan, shape, side) for side in ("front", "back")}
@@ -163,7 +160,7 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     }
     scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
     return Expectation(
-        detector, by_emitter, row(walls), row(collisions), held, layer, scale, strongest, nearest, scattered
+        detector, by_emitter, rays(walls), rays(collisions), held, layer, scale, strongest, nearest, scattered
     )
 
 
@@ -355,14 +352,21 @@ def _max_score(shape: Shape, is_pure: bool, peak: float, gap: float) -> float:
     return bound if is_pure else min(bound, 1.0 if shape.is_flat else MAX_SPHERE_SCORE)
 
 
-def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[str, float]:
+def _connections(shape: Shape) -> tuple[str, ...]:
+    """Return the passes that sample a point on a detector's shape and connect an event to it."""
+    if not shape.is_flat:
+        return ("connect_to_ball",)
+    parts = shape.primitives()
+    return f"point_on_{'polygon' if len(parts) > 1 else pass_name(parts[0])}", "connect_to_flat"
+
+
+def _columns(plan: Plan, shape: Shape, sheet: int) -> dict[str, float]:
     """Return the columns of layout.EXPECTATION that do not depend on the kind of event."""
     size = plan.space.size
     values = layout.center_columns(plan.space.place(shape.middle))
-    values |= {"first": plan.rows_of[detector.name].first + 2 * plan.half, "legs": 1, "sheet": -1}
-    values |= {"area": shape.cross_section / size / size}
+    values |= {"sheet": -1, "area": shape.cross_section / size / size}
     if not shape.is_flat:
-        return values | {"half_w": shape.radius / size, "legs": 2}
+        return values | {"half_w": shape.radius / size}
     parts = shape.primitives()
     columns = _part_columns(plan, shape) if len(parts) > 1 else shape_columns(parts[0], plan.space)
     return values | columns | {"sheet": sheet}

@@ -184,6 +184,11 @@ class Plan:
         return rows
 
     @property
+    def targets(self) -> list:
+        """The detectors that events send shadow rays to."""
+        return [*self.points, *self.expectations]
+
+    @property
     def sends_shadow_rays(self) -> bool:
         """Whether events send shadow rays to detectors."""
         return self.method.estimator in ("expected", "backward")

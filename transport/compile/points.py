@@ -1,4 +1,4 @@
-"""Lower point detectors: positions, sums, rays from births, and densities of phase functions.
+"""Lower point detectors: positions, sums, rays to them, and densities of phase functions.
 
 The score of a point detector is not bounded. It is added to one of POINT_ROWS rows by its exponent, four
 octaves per row, scaled to between 1/16 and 1. So no sum overflows or loses digits, and the rows give the
@@ -8,6 +8,7 @@ distribution of scores.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -33,48 +34,64 @@ NEAR_EXTENTS = 1.5
 
 
 MAX_POINTS = 255  # values of a detector's number in the random number counter
+DETOURS = "connect_by_detour", "connect_along_beam"  # passes of rays that are scattered once more
 
 RayPass = tuple[str, np.ndarray]  # name of a pass, and its row
 
 
 @dataclass(frozen=True)
+class Rays:
+    """Rays from events of one kind to one detector."""
+
+    connect: tuple[RayPass, ...]  # passes that sample a point on the detector and connect the event to it
+    contribution: np.ndarray  # row of layout.CONTRIBUTION
+    leg: int = 0  # mark of these rays (bundle.py)
+    peak: float = 0.0  # [sr^-1] greatest density of directions after such events
+
+
+@dataclass(frozen=True)
 class PointPlan:
-    """A point detector ready to run: its row of layout.POINT, and by emitter how births reach it."""
+    """A point detector ready to run: its row of layout.POINT, and the rays that events of each kind send."""
 
     detector: PointDetector
     row: np.ndarray
-    births: list[RayPass | None]  # direct rays; None for beams
-    # rays scattered once more; None where the medium around the point does not scatter
-    detours: list[RayPass | None]
-    has_other_scatterers: bool  # whether any other medium scatters
-
-    @property
-    def leg(self) -> int:
-        """Return the lane's mark of rays to this detector that are to be scattered once more."""
-        return 1 + int(self.row["number"])
+    births: list[list[Rays]]  # by emitter: direct, and scattered once more in the medium around the point
+    walls: list[Rays]  # the same
+    collisions: list[Rays]  # in the medium around the point: scattered once more
+    flights: list[Rays]  # in other media: direct
 
 
 def lower_points(plan: Plan) -> None:
     """Give each PointDetector its rows of sums, and fill its table."""
     if len(plan.scene.points) > MAX_POINTS:
         raise SceneError(f"Scene: at most {MAX_POINTS} PointDetectors, got {len(plan.scene.points)}")
-    for number, detector in enumerate(plan.scene.points):
-        rows = plan.add_rows(detector.name, Rows(plan.rows, (), (), POINT_ROWS))
-        place = layout.vector_columns("", plan.space.place(detector.position))
-        places = place | {"first": rows.first, "number": number}
-        scatterers = _scatterers(plan)
-        medium = _medium_row_at(plan, detector)
-        medium = medium if medium in scatterers else -1
-        by_flights = bool(scatterers - {medium})
-        if by_flights and plan.tracking.forced:
-            must = (
-                "is not supported with Tracking(forced=True) where other media than the one around it scatter"
-            )
-            refuse(detector, f"{must}; omit forced=True")
-        births = [_births(plan, emitter, detector, places) for emitter in plan.emitters]
-        detours = [_scattered_births(emitter, places) if medium >= 0 else None for emitter in plan.emitters]
-        row = layout.row(layout.POINT, **places, medium=medium)
-        plan.points.append(PointPlan(detector, row, births, detours, by_flights))
+    plan.points.extend(_point(plan, detector, number) for number, detector in enumerate(plan.scene.points))
+
+
+def _point(plan: Plan, detector: PointDetector, number: int) -> PointPlan:
+    """Return a point detector ready to run, with rows of its own."""
+    rows = plan.add_rows(detector.name, Rows(plan.rows, (), (), POINT_ROWS))
+    scatterers, medium = _scatterers(plan), _medium_row_at(plan, detector)
+    medium = medium if medium in scatterers else -1
+    by_flights = bool(scatterers - {medium})
+    if by_flights and plan.tracking.forced:
+        must = "is not supported with Tracking(forced=True) where other media than the one around it scatter"
+        refuse(detector, f"{must}; omit forced=True")
+    place = layout.vector_columns("", plan.space.place(detector.position))
+    row = layout.row(layout.POINT, **place, number=number, medium=medium)
+
+    def rays(name: str, row: np.ndarray = row, **density: float) -> Rays:
+        contribution = layout.row(layout.CONTRIBUTION, first=rows.first, scale=1.0, **density)
+        return Rays(((name, row),), contribution, 1 + number if name in DETOURS else 0)
+
+    births = [
+        [rays(*way, **density) for *way, density in _births(plan, emitter, detector, row)]
+        for emitter in plan.emitters
+    ]
+    detours = [rays("connect_by_detour")] if medium >= 0 else []
+    walls = [rays("connect_to_point"), *detours] if layout.DIFFUSE in plan.materials else []
+    flights = [rays("connect_to_flight")] if by_flights else []
+    return PointPlan(detector, row, births, walls, detours, flights)
 
 
 def _scatterers(plan: Plan) -> set[int]:
@@ -88,33 +105,30 @@ def _medium_row_at(plan: Plan, detector: PointDetector) -> int:
     return (bits & -bits).bit_length()
 
 
-def _births(
-    plan: Plan, emitter: Emitter, detector: PointDetector, places: dict[str, float]
-) -> RayPass | None:
-    """Return the pass and row of direct rays from births to the point; None for beams."""
+def _births(plan: Plan, emitter: Emitter, detector: PointDetector, row: np.ndarray) -> Iterator[tuple]:
+    """Yield pass, row and density of directions of the rays from births to a point.
+
+    Direct ones, and where the medium around the point scatters those that are scattered once before it.
+    """
     shape, emission = emitter.shape, emitter.source.emission
     is_near = math.dist(detector.position, shape.middle) < NEAR_EXTENTS * shape.extent
+    density, even = emission.ray_densities, {"isotropic": 1.0}
     if emission.fills_volume and is_near and isinstance(shape, Box | Sphere):
-        return _volume_births(plan, shape, dict(places))
-    if not (density := emitter.source.emission.ray_densities):
-        return None
-    return "cast_from_births", layout.row(layout.POINT_EMISSION, **places, **density)
+        yield f"connect_through_{type(shape).__name__.lower()}", _glow_row(plan, shape, row), even
+    elif density:
+        yield "connect_to_point", row, density
+    if row["medium"] >= 0:
+        yield ("connect_by_detour", row, density) if density else ("connect_along_beam", row, even)
 
 
-def _scattered_births(emitter: Emitter, places: dict[str, float]) -> RayPass:
-    """Return the pass and row of rays from births that are scattered once before the point."""
-    density = emitter.source.emission.ray_densities
-    name = "first_leg_from_births" if density else "first_leg_along_beams"
-    return name, layout.row(layout.POINT_EMISSION, **places, **density)
-
-
-def _volume_births(plan: Plan, shape, values: dict[str, float]) -> RayPass:
-    """Return the pass and row of a uniformly emitting volume, sampled along lines through the point."""
+def _glow_row(plan: Plan, shape: Box | Sphere, row: np.ndarray) -> np.ndarray:
+    """Return the row of a uniformly emitting volume, sampled along lines through the point of a row."""
     size = plan.space.size
     halves = [side / 2 for side in shape.size] if isinstance(shape, Box) else [shape.radius] * 3
+    values = {name: row[name] for name in ("x", "y", "z", "number")}
     values |= {f"h{x}": half / size for x, half in zip("xyz", halves, strict=True)}
     values |= layout.center_columns(plan.space.place(shape.middle)) | {"scale": size**3 / shape.volume}
-    return f"cast_from_{type(shape).__name__.lower()}", layout.row(layout.POINT_GLOW, **values)
+    return layout.row(layout.POINT_GLOW, **values)
 
 
 def phase_densities(plan: Plan) -> list[RayPass]:

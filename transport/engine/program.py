@@ -26,20 +26,14 @@ from transport.engine.passes import (
 from transport.engine.registry import Pass, step, step_by_name
 from transport.engine.stages.births import birth_steps
 from transport.engine.stages.flights import find_media, flight_steps, intersect_surfaces
-from transport.engine.stages.next_event import (
-    next_event_from_walls,
-    next_event_ray_steps,
-    point_ray_steps,
-    shadow_rays_from_walls,
-)
+from transport.engine.stages.next_event import ray_steps, rays_from_walls
 from transport.engine.stages.quasi_random import quasi_random_steps
 from transport.engine.stages.surfaces import (
     cross_media,
-    cross_next_event_rays,
+    cross_shadow_rays,
     land_on_surface,
     mark_visits,
     score_detectors,
-    transmit_shadow_rays,
 )
 
 EMPTY_SIDES = layout.EMPTY_FRONT | layout.EMPTY_BACK
@@ -116,11 +110,9 @@ def build_program(plan: Plan) -> Program:
     program.setup_count, program.round_count = len(ready), len(rounds)
     program.steps = [*ready, *rounds, *arrived]
     # Steps of shadow rays: to point detectors, or to detectors scored by next-event estimation.
-    nearest = [*find_media(plan), *intersect_surfaces(plan)]
-    if plan.points:
-        program.shadow_steps = list(point_ray_steps(plan, nearest, transmit_shadow_rays(plan)))
-    if plan.expectations:
-        program.shadow_steps = list(next_event_ray_steps(plan, nearest, cross_next_event_rays(plan)))
+    if plan.targets:
+        nearest = [*find_media(plan), *intersect_surfaces(plan)]
+        program.shadow_steps = ray_steps(plan, nearest, cross_shadow_rays(plan))
     if plan.splits or plan.forces_collisions:
         program.bank_steps = [step(bank.take_copies, program.moved_fields)]
     # Replace pseudo-random draws by quasi-random ones.
@@ -203,8 +195,7 @@ def _crossing(plan, moved):
     yield from score_detectors(plan, detectors.bin_departures, is_known=len(plan.layers) == 1)
     yield from mark_visits(plan)
     yield from cross_media(plan)
-    yield from shadow_rays_from_walls(plan)
-    yield from next_event_from_walls(plan)
+    yield from rays_from_walls(plan)
     yield from _resume_rays(plan)
     # Russian roulette, and the limit of events.
     if plan.has_roulette:

@@ -9,8 +9,10 @@ from numba import int64
 
 from transport.compile import layout
 from transport.engine.bodies import lane_pass
-from transport.engine.passes.flats import distance_from_hole
+from transport.engine.passes.flats import distance_from_hole, on_holed, on_triangle
+from transport.engine.passes.intersections import on_disk, on_rectangle
 from transport.physics.bits import float_of
+from transport.physics.device import device
 from transport.physics.directions import from_frame, sample_cosine_law, sample_isotropic
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.positions import sample_disk, sample_rectangle, sample_triangle
@@ -96,15 +98,13 @@ def born_on_triangle(lane, table):
 @lane_pass(layout.HOLED)
 def born_beside_hole(lane, table):
     """Sample a point uniformly on a rectangle with a hole, by rejection of points in the hole."""
-    hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
-    half_p, half_q = table.half_p, table.half_q
     seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     u, v, draws, beyond = 0.0, 0.0, 0, -1.0
     # Reject points in the hole.
     while beyond < 0.0:
         w0, w1, w2, w3 = random_words(lane.history, batch, draws, POSITION, seed_low, seed_high)
         u, v = sample_rectangle(table.half_u, table.half_v, uniform(w0, w1), uniform(w2, w3))
-        beyond = distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
+        beyond = distance_from_hole(table, u, v)
         draws += 1
     lane.x = table.cx + u * table.eux + v * table.evx
     lane.y = table.cy + u * table.euy + v * table.evy
@@ -262,43 +262,42 @@ def move_to_target(lane, table):
     lane.x, lane.y, lane.z = lane.u0, lane.u1, lane.u2
 
 
+@device
+def from_center(lane, table):
+    """Return the place of a lane relative to a shape's center."""
+    return lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
+
+
 @lane_pass(layout.RECTANGLE)
 def born_over_rectangle(lane, table):
     """Add the detectors of this rectangle to the hit of births within it."""
-    px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
-    u = abs(px * table.eux + py * table.euy + pz * table.euz)
-    v = abs(px * table.evx + py * table.evy + pz * table.evz)
-    lane.covered |= table.covers if (u <= table.half_u) & (v <= table.half_v) else 0
+    px, py, pz = from_center(lane, table)
+    is_inside, _ = on_rectangle(table, px, py, pz, 0.0, False)
+    lane.covered |= table.covers if is_inside else 0
 
 
 @lane_pass(layout.DISK)
 def born_over_disk(lane, table):
     """Add the detectors of this disk to the hit of births within it."""
-    px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
-    r2 = px * px + py * py + pz * pz
-    lane.covered |= table.covers if (r2 <= table.outer2) & (r2 >= table.inner2) else 0
+    px, py, pz = from_center(lane, table)
+    is_inside, _ = on_disk(table, px, py, pz, 0.0, False)
+    lane.covered |= table.covers if is_inside else 0
 
 
 @lane_pass(layout.TRIANGLE)
 def born_over_triangle(lane, table):
     """Add the detectors of this triangle to the hit of births within it."""
-    px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
-    u = px * table.ax + py * table.ay + pz * table.az
-    v = px * table.bx + py * table.by + pz * table.bz
-    lane.covered |= table.covers if (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) else 0
+    px, py, pz = from_center(lane, table)
+    is_inside, _ = on_triangle(table, px, py, pz, 0.0)
+    lane.covered |= table.covers if is_inside else 0
 
 
 @lane_pass(layout.HOLED)
 def born_over_holed(lane, table):
     """Add the detectors of this rectangle with a hole to the hit of births within it."""
-    px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
-    u = px * table.eux + py * table.euy + pz * table.euz
-    v = px * table.evx + py * table.evy + pz * table.evz
-    beyond = distance_from_hole(
-        u, v, table.hole_u, table.hole_v, table.hole_cos, table.hole_sin, table.half_p, table.half_q
-    )
-    covers = (abs(u) <= table.half_u) & (abs(v) <= table.half_v) & (beyond >= 0.0)
-    lane.covered |= table.covers if covers else 0
+    px, py, pz = from_center(lane, table)
+    is_inside, _ = on_holed(table, px, py, pz, 0.0, False)
+    lane.covered |= table.covers if is_inside else 0
 
 
 @lane_pass(layout.QUADRIC)

@@ -5,39 +5,52 @@ import math
 from transport.compile import layout
 from transport.compile.layout import ROUNDING
 from transport.engine.bodies import lane_pass
-from transport.engine.passes.intersections import is_ahead, keep_acting, keep_transparent
-from transport.engine.words import standing_sheet
+from transport.engine.passes.intersections import cover_flat, crossing, meet_flat, within_sides
 from transport.physics.device import device
-from transport.physics.rays import plane_crossing
 
 
 @device
-def distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q):
+def distance_from_hole(table, u, v):
     """Return the distance of a point (u, v) of the plane from the hole; negative inside the hole."""
-    du, dv = u - hole_u, v - hole_v
-    p, q = abs(hole_cos * du + hole_sin * dv), abs(hole_cos * dv - hole_sin * du)
-    round_ = math.sqrt(p * p + q * q) - half_p
-    beyond_p, beyond_q = p - half_p, q - half_q
+    du, dv = u - table.hole_u, v - table.hole_v
+    p, q = abs(table.hole_cos * du + table.hole_sin * dv), abs(table.hole_cos * dv - table.hole_sin * du)
+    round_ = math.sqrt(p * p + q * q) - table.half_p
+    beyond_p, beyond_q = p - table.half_p, q - table.half_q
     square = beyond_p if beyond_p > beyond_q else beyond_q
-    return round_ if half_q == 0.0 else square
+    return round_ if table.half_q == 0.0 else square
+
+
+@device
+def on_holed(table, px, py, pz, t, reaches):
+    """Return whether a point lies in a rectangle with a hole, and whether within rounding of its edge."""
+    u = px * table.eux + py * table.euy + pz * table.euz
+    v = px * table.evx + py * table.evy + pz * table.evz
+    beyond, slack = distance_from_hole(table, u, v), ROUNDING * t if reaches else 0.0
+    is_inside, is_edge = within_sides(u, v, table.half_u, table.half_v, table.inner_u, table.inner_v, slack)
+    return is_inside & (beyond + slack >= 0.0), is_edge | (beyond < table.margin)
+
+
+@device
+def on_triangle(table, px, py, pz, t):
+    """Return whether a point lies in a triangle, and whether within rounding of its edge.
+
+    t: distance of the ray's origin.
+    It reaches over an edge of an acting triangle, and over one between the triangles of a polygon, so that no
+    ray passes between two; over another edge of a detector its reach is 0.
+    """
+    p = px * table.ax + py * table.ay + pz * table.az
+    q = px * table.bx + py * table.by + pz * table.bz
+    r, beyond = 1.0 - p - q, table.slack + ROUNDING * t
+    is_inside = (p >= -beyond * table.reach_a) & (q >= -beyond * table.reach_b)
+    is_inside &= r >= -beyond * table.reach_c
+    return is_inside, (p < table.least_a) | (q < table.least_b) | (r < table.least_c)
 
 
 @lane_pass(layout.PLANE)
 def meet_plane(lane, table):
     """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead."""
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sheet = table.sheet
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    t, _, _, _ = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
-    nearer = (t < lane.distance) & (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
-    keep_acting(lane, table, t, nearer, False)
-
-
-@device
-def keep_plane(lane, table, t):
-    """Keep a detector's plane at t as the next hit if it is the nearest ahead."""
-    covers = (t < math.inf) & is_ahead(t, lane.start, table.sheet, lane.sheet)
-    keep_transparent(lane, table, t, covers, lane.hit_sheet == table.sheet, table.covers)
+    t, _, _, _ = crossing(lane, table, table.cx, table.cy, table.cz)
+    meet_flat(lane, table, t, True, False)
 
 
 @lane_pass(layout.PLANE)
@@ -46,10 +59,8 @@ def cover_plane(lane, table):
 
     On the sheet of the nearest hit, adds its bit to the hit.
     """
-    nx, ny, nz, sx, sy, sz = table.nx, table.ny, table.nz, table.sx, table.sy, table.sz
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
-    keep_plane(lane, table, t)
+    t, _, _, _ = crossing(lane, table, table.sx, table.sy, table.sz)
+    cover_flat(lane, table, t, t < math.inf, table.covers)
 
 
 @lane_pass(layout.PLANES)
@@ -61,70 +72,36 @@ def cover_planes(lane, table):
     x, y, z = lane.x, lane.y, lane.z
     inverse = 1.0 / (lane.ux * nx + lane.uy * ny + lane.uz * nz)
     t = ((sx - x) * nx + (sy - y) * ny + (sz - z) * nz) * inverse
-    keep_plane(lane, one, t)
+    cover_flat(lane, one, t, t < math.inf, one.covers)
     t = ((ox - x) * nx + (oy - y) * ny + (oz - z) * nz) * inverse
-    keep_plane(lane, other, t)
+    cover_flat(lane, other, t, t < math.inf, other.covers)
 
 
 @lane_pass(layout.TRIANGLE)
 def meet_triangle(lane, table):
     """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead."""
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
-    reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
-    least_a, least_b, least_c = table.least_a, table.least_b, table.least_c
-    sheet = table.sheet
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
-    p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
-    r, beyond = 1.0 - p - q, slack + ROUNDING * t
-    nearer = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (r >= -beyond * reach_c)
-    nearer &= (t < lane.distance) & (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
-    edge = (p < least_a) | (q < least_b) | (r < least_c)
-    keep_acting(lane, table, t, nearer, edge)
+    t, px, py, pz = crossing(lane, table, table.cx, table.cy, table.cz)
+    is_inside, is_edge = on_triangle(table, px, py, pz, t)
+    meet_flat(lane, table, t, is_inside, is_edge)
 
 
 @lane_pass(layout.TRIANGLE)
 def cover_triangle(lane, table):
     """Intersect rays with a transparent detector on a triangle; keep it if its sheet is the nearest ahead.
 
-    On the sheet of the nearest hit, adds its bit to the hit. The triangles of a polygon reach over the sides
-    between them by rounding, so that no ray passes between two; elsewhere their reach is 0.
+    On the sheet of the nearest hit, adds its bit to the hit.
     """
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz = table.sx, table.sy, table.sz
-    ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
-    reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
-    sheet = table.sheet
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
-    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
-    px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
-    p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
-    same = lane.hit_sheet == sheet
-    beyond = slack + ROUNDING * abs(t)
-    covers = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (p + q <= 1.0 + beyond * reach_c)
-    covers &= is_ahead(t, lane.start, sheet, lane.sheet)
-    keep_transparent(lane, table, t, covers, same, table.covers)
+    t, px, py, pz = crossing(lane, table, table.sx, table.sy, table.sz)
+    is_inside, _ = on_triangle(table, px, py, pz, abs(t))
+    cover_flat(lane, table, t, is_inside, table.covers)
 
 
 @lane_pass(layout.HOLED)
 def meet_holed(lane, table):
     """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead."""
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
-    hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
-    half_p, half_q, margin, sheet = table.half_p, table.half_q, table.margin, table.sheet
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
-    pu, pv, slack = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz, ROUNDING * t
-    u, v = abs(pu), abs(pv)
-    beyond = distance_from_hole(pu, pv, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
-    nearer = (u - slack <= half_u) & (v - slack <= half_v) & (beyond + slack >= 0.0) & (t < lane.distance)
-    nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
-    edge = (u > inner_u) | (v > inner_v) | (beyond < margin)
-    keep_acting(lane, table, t, nearer, edge)
+    t, px, py, pz = crossing(lane, table, table.cx, table.cy, table.cz)
+    is_inside, is_edge = on_holed(table, px, py, pz, t, True)
+    meet_flat(lane, table, t, is_inside, is_edge)
 
 
 @lane_pass(layout.HOLED)
@@ -133,19 +110,6 @@ def cover_holed(lane, table):
 
     On the sheet of the nearest hit, adds its bit to the hit.
     """
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz = table.sx, table.sy, table.sz
-    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    half_u, half_v, sheet = table.half_u, table.half_v, table.sheet
-    hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
-    half_p, half_q = table.half_p, table.half_q
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
-    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
-    px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
-    u, v = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz
-    beyond = distance_from_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
-    same = lane.hit_sheet == sheet
-    covers = (abs(u) <= half_u) & (abs(v) <= half_v) & (beyond >= 0.0)
-    covers &= is_ahead(t, lane.start, sheet, lane.sheet)
-    keep_transparent(lane, table, t, covers, same, table.covers)
+    t, px, py, pz = crossing(lane, table, table.sx, table.sy, table.sz)
+    is_inside, _ = on_holed(table, px, py, pz, t, False)
+    cover_flat(lane, table, t, is_inside, table.covers)

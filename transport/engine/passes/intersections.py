@@ -32,12 +32,14 @@ def is_ahead(t, start, sheet, places):
 
 
 @device
-def is_box_face_passed(t, start, tie, leaves, places):
+def is_box_face_passed(lane, table, t, cosine):
     """Return whether another face of this face's box was entered, or left, at this very point (on an edge).
 
-    tie: number of the box's first sheet.
+    table.tie: number of the box's first sheet.
     """
-    return (t == start) & (passed_sheet(places) >= tie) & (((places & layout.LEFT_BOX) != 0) == leaves)
+    leaves = table.outward * cosine > 0.0
+    left = (lane.sheet & layout.LEFT_BOX) != 0
+    return (t == lane.start) & (passed_sheet(lane.sheet) >= table.tie) & (left == leaves)
 
 
 @device
@@ -47,6 +49,13 @@ def keep_acting(lane, table, t, nearer, is_edge):
     lane.distance = choose(nearer, t, lane.distance)
     lane.hit = choose(nearer, table.hit, lane.hit)
     lane.covered = choose(nearer, covers, lane.covered)
+
+
+@device
+def meet_flat(lane, table, t, is_inside, is_edge):
+    """Keep a flat acting surface crossed inside its edge at t, if it is the nearest ahead."""
+    nearer = (t < lane.distance) & (t > lane.start) & (standing_sheet(lane.sheet) != table.sheet) & is_inside
+    keep_acting(lane, table, t, nearer, is_edge)
 
 
 @device
@@ -62,11 +71,70 @@ def keep_transparent(lane, table, t, covers, same, bits):
     lane.covered = choose(nearer, lane.covered | bits if same else bits, lane.covered)
 
 
+@device
+def cover_curved(lane, table, t, other):
+    """Keep a curved transparent detector at t as the next hit, if it is the nearest ahead.
+
+    other: its other crossing, which may be the hit of a part of the same sheet.
+    """
+    is_other = abs(t - lane.distance) > abs(other - lane.distance)
+    same = (lane.hit_sheet == table.sheet) & (not is_other)
+    keep_transparent(lane, table, t, t < math.inf, same, table.covers)
+
+
+@device
+def cover_flat(lane, table, t, is_inside, bits):
+    """Keep a flat transparent shape crossed inside its edge at t, if its sheet is the nearest ahead."""
+    covers = is_ahead(t, lane.start, table.sheet, lane.sheet) & is_inside
+    keep_transparent(lane, table, t, covers, lane.hit_sheet == table.sheet, bits)
+
+
 @lane_pass(layout.NO_TABLE)
 def reset_hit(lane, table):
     """Reset the nearest hit: infinite distance, no sheet."""
     lane.distance = math.inf
     lane.hit, lane.covered = 0, 0
+
+
+# ---- Flat shapes. An acting surface lies in its own plane through c, a transparent one in that of its sheet
+# through s.
+#
+# on_...(table, px, py, pz, t, reaches) returns whether a point p relative to c lies inside the edge, and
+# whether it lies within rounding of it. reaches: whether the shape accepts rays that rounding carried past
+# its edge; t: distance of their origin.
+
+
+@device
+def crossing(lane, table, sx, sy, sz):
+    """Return the distance to the plane of a flat shape through s, and the crossing relative to its c."""
+    nx, ny, nz, ux, uy, uz = table.nx, table.ny, table.nz, lane.ux, lane.uy, lane.uz
+    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
+    rx, ry, rz = table.cx - lane.x, table.cy - lane.y, table.cz - lane.z
+    return t, t * ux - rx, t * uy - ry, t * uz - rz
+
+
+@device
+def within_sides(u, v, half_u, half_v, inner_u, inner_v, slack):
+    """Return whether |u| and |v| lie within the half sides of a rectangle, and whether near its edge."""
+    u, v = abs(u), abs(v)
+    return (u - slack <= half_u) & (v - slack <= half_v), (u > inner_u) | (v > inner_v)
+
+
+@device
+def on_rectangle(table, px, py, pz, t, reaches):
+    """Return whether a point lies in a rectangle, and whether within rounding of its edge."""
+    u = px * table.eux + py * table.euy + pz * table.euz
+    v = px * table.evx + py * table.evy + pz * table.evz
+    slack = ROUNDING * t if reaches else 0.0
+    return within_sides(u, v, table.half_u, table.half_v, table.inner_u, table.inner_v, slack)
+
+
+@device
+def on_disk(table, px, py, pz, t, reaches):
+    """Return whether a point lies in a disk or annulus, and whether within rounding of its edge."""
+    r2, slack = px * px + py * py + pz * pz, ROUNDING * table.breadth * t if reaches else 0.0
+    is_edge = (r2 > table.most2) | (r2 < table.least2)
+    return (r2 - slack <= table.outer2) & (r2 + slack >= table.inner2), is_edge
 
 
 @lane_pass(layout.RECTANGLE)
@@ -75,17 +143,9 @@ def meet_rectangle(lane, table):
 
     Sets bit EDGE of the hit within rounding of the rectangle's edge.
     """
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
-    sheet = table.sheet
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
-    u, v, slack = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz), ROUNDING * t
-    nearer = (u - slack <= half_u) & (v - slack <= half_v) & (t < lane.distance)
-    nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
-    edge = (u > inner_u) | (v > inner_v)
-    keep_acting(lane, table, t, nearer, edge)
+    t, px, py, pz = crossing(lane, table, table.cx, table.cy, table.cz)
+    is_inside, is_edge = on_rectangle(table, px, py, pz, t, True)
+    meet_flat(lane, table, t, is_inside, is_edge)
 
 
 @lane_pass(layout.RECTANGLE)
@@ -94,46 +154,70 @@ def cover_rectangle(lane, table):
 
     On the sheet of the nearest hit, adds its bit to the hit.
     """
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz, tie, outward = table.sx, table.sy, table.sz, table.tie, table.outward
-    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    half_u, half_v, sheet = table.half_u, table.half_v, table.sheet
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
-    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
-    px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
-    u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
-    leaves = outward * (ux * nx + uy * ny + uz * nz) > 0.0
-    same = lane.hit_sheet == sheet
-    covers = (u <= half_u) & (v <= half_v) & is_ahead(t, lane.start, sheet, lane.sheet)
-    covers &= not is_box_face_passed(t, lane.start, tie, leaves, lane.sheet)
-    keep_transparent(lane, table, t, covers, same, table.covers)
+    t, px, py, pz = crossing(lane, table, table.sx, table.sy, table.sz)
+    is_inside, _ = on_rectangle(table, px, py, pz, t, False)
+    cosine = lane.ux * table.nx + lane.uy * table.ny + lane.uz * table.nz
+    is_inside &= not is_box_face_passed(lane, table, t, cosine)
+    cover_flat(lane, table, t, is_inside, table.covers)
 
 
-# ---- Rectangles aligned with the axes: the same digits without the products by 0 and 1.
+@lane_pass(layout.RECTANGLE)
+def bound_rectangle(lane, table):
+    """Intersect rays with a rectangular boundary of a medium; keep it if its sheet is the nearest ahead.
+
+    Like an acting surface, it accepts rays that rounding carried past its edge.
+    """
+    t, px, py, pz = crossing(lane, table, table.sx, table.sy, table.sz)
+    is_inside, is_edge = on_rectangle(table, px, py, pz, t, True)
+    cover_flat(lane, table, t, is_inside, table.covers | EDGE if is_edge else table.covers)
+
+
+@lane_pass(layout.DISK)
+def meet_disk(lane, table):
+    """Intersect rays with an acting disk or annulus; keep it if it is the nearest surface ahead."""
+    t, px, py, pz = crossing(lane, table, table.cx, table.cy, table.cz)
+    is_inside, is_edge = on_disk(table, px, py, pz, t, True)
+    meet_flat(lane, table, t, is_inside, is_edge)
+
+
+@lane_pass(layout.DISK)
+def cover_disk(lane, table):
+    """Intersect rays with a transparent detector on a disk; keep it if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+    """
+    t, px, py, pz = crossing(lane, table, table.sx, table.sy, table.sz)
+    is_inside, _ = on_disk(table, px, py, pz, t, False)
+    cover_flat(lane, table, t, is_inside, table.covers)
+
+
+# ---- Rectangles aligned with the axes: the same digits without the products by 0 and 1. x: along the normal.
+
+
+@device
+def aligned_crossing(table, x, y, z, ux, uy, uz, sx, cy, cz, reaches):
+    """Return the distance to an aligned rectangle's plane, and the same two answers as `on_rectangle`."""
+    t = (sx - x) / ux
+    v, w, slack = t * uy - (cy - y), t * uz - (cz - z), ROUNDING * t if reaches else 0.0
+    is_inside, is_edge = within_sides(
+        v, w, table.half_next, table.half_last, table.inner_next, table.inner_last, slack
+    )
+    return t, is_inside, is_edge
 
 
 @device
 def meet_aligned(lane, table, x, y, z, ux, uy, uz, cx, cy, cz):
-    """Intersect rays with an acting rectangle as `meet_rectangle` does; x: along its normal."""
-    t = (cx - x) / ux
-    v, w, slack = abs(t * uy - (cy - y)), abs(t * uz - (cz - z)), ROUNDING * t
-    nearer = (v - slack <= table.half_next) & (w - slack <= table.half_last) & (t < lane.distance)
-    nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != table.sheet)
-    edge = (v > table.inner_next) | (w > table.inner_last)
-    keep_acting(lane, table, t, nearer, edge)
+    """Intersect rays with an acting rectangle as `meet_rectangle` does."""
+    t, is_inside, is_edge = aligned_crossing(table, x, y, z, ux, uy, uz, cx, cy, cz, True)
+    meet_flat(lane, table, t, is_inside, is_edge)
 
 
 @device
 def cover_aligned(lane, table, x, y, z, ux, uy, uz, sx, cy, cz, nx):
-    """Intersect rays with a transparent rectangle as `cover_rectangle` does; x: along its normal."""
-    t = (sx - x) / ux
-    v, w = abs(t * uy - (cy - y)), abs(t * uz - (cz - z))
-    leaves = table.outward * (ux * nx) > 0.0
-    covers = (v <= table.half_next) & (w <= table.half_last)
-    covers &= is_ahead(t, lane.start, table.sheet, lane.sheet)
-    covers &= not is_box_face_passed(t, lane.start, table.tie, leaves, lane.sheet)
-    keep_transparent(lane, table, t, covers, lane.hit_sheet == table.sheet, table.covers)
+    """Intersect rays with a transparent rectangle as `cover_rectangle` does."""
+    t, is_inside, _ = aligned_crossing(table, x, y, z, ux, uy, uz, sx, cy, cz, False)
+    is_inside &= not is_box_face_passed(lane, table, t, ux * nx)
+    cover_flat(lane, table, t, is_inside, table.covers)
 
 
 @lane_pass(layout.RECTANGLE)
@@ -144,20 +228,6 @@ def meet_rectangle_x(lane, table):
 
 
 @lane_pass(layout.RECTANGLE)
-def meet_rectangle_y(lane, table):
-    """Intersect rays with an acting rectangle across the y axis."""
-    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
-    meet_aligned(lane, table, y, z, x, uy, uz, ux, table.cy, table.cz, table.cx)
-
-
-@lane_pass(layout.RECTANGLE)
-def meet_rectangle_z(lane, table):
-    """Intersect rays with an acting rectangle across the z axis."""
-    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
-    meet_aligned(lane, table, z, x, y, uz, ux, uy, table.cz, table.cx, table.cy)
-
-
-@lane_pass(layout.RECTANGLE)
 def cover_rectangle_x(lane, table):
     """Intersect rays with a transparent rectangle across the x axis."""
     x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
@@ -165,85 +235,58 @@ def cover_rectangle_x(lane, table):
 
 
 @lane_pass(layout.RECTANGLE)
+def meet_rectangle_y(lane, table):
+    """Intersect rays with an acting rectangle across the y axis."""
+    x, y, z, ux, uy, uz = lane.y, lane.z, lane.x, lane.uy, lane.uz, lane.ux
+    meet_aligned(lane, table, x, y, z, ux, uy, uz, table.cy, table.cz, table.cx)
+
+
+@lane_pass(layout.RECTANGLE)
 def cover_rectangle_y(lane, table):
     """Intersect rays with a transparent rectangle across the y axis."""
-    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
-    cover_aligned(lane, table, y, z, x, uy, uz, ux, table.sy, table.cz, table.cx, table.ny)
+    x, y, z, ux, uy, uz = lane.y, lane.z, lane.x, lane.uy, lane.uz, lane.ux
+    cover_aligned(lane, table, x, y, z, ux, uy, uz, table.sy, table.cz, table.cx, table.ny)
+
+
+@lane_pass(layout.RECTANGLE)
+def meet_rectangle_z(lane, table):
+    """Intersect rays with an acting rectangle across the z axis."""
+    x, y, z, ux, uy, uz = lane.z, lane.x, lane.y, lane.uz, lane.ux, lane.uy
+    meet_aligned(lane, table, x, y, z, ux, uy, uz, table.cz, table.cx, table.cy)
 
 
 @lane_pass(layout.RECTANGLE)
 def cover_rectangle_z(lane, table):
     """Intersect rays with a transparent rectangle across the z axis."""
-    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
-    cover_aligned(lane, table, z, x, y, uz, ux, uy, table.sz, table.cx, table.cy, table.nz)
+    x, y, z, ux, uy, uz = lane.z, lane.x, lane.y, lane.uz, lane.ux, lane.uy
+    cover_aligned(lane, table, x, y, z, ux, uy, uz, table.sz, table.cx, table.cy, table.nz)
 
 
-@lane_pass(layout.RECTANGLE)
-def bound_rectangle(lane, table):
-    """Intersect rays with a rectangular boundary of a medium; keep it if its sheet is the nearest ahead.
+# ---- Spheres.
 
-    Like an acting surface, it accepts rays that rounding carried past its edge.
+
+@device
+def next_on_sphere(lane, table, acts):
+    """Return the distance to the next crossing of a sphere, and that to the other one.
+
+    acts: whether an acting surface is crossed; of detectors that meet in a line, the next number is next.
     """
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz = table.sx, table.sy, table.sz
-    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
-    sheet = table.sheet
+    ox, oy, oz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
+    start, last = lane.start, passed_sheet(lane.sheet)
+    standing = standing_sheet(lane.sheet) == table.sheet
+    own = start if start < 0.0 else 0.0  # ray parameter of the origin
+    closed = (not acts) & (last != 0) & (table.sheet > last)
+    passed = (not acts) & (last == table.sheet)
     ux, uy, uz = lane.ux, lane.uy, lane.uz
-    rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
-    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
-    px, py, pz, slack = t * ux - rx, t * uy - ry, t * uz - rz, ROUNDING * t
-    u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
-    found = table.covers | EDGE if (u > inner_u) | (v > inner_v) else table.covers
-    same = lane.hit_sheet == sheet
-    covers = (u - slack <= half_u) & (v - slack <= half_v) & is_ahead(t, lane.start, sheet, lane.sheet)
-    keep_transparent(lane, table, t, covers, same, found)
-
-
-@lane_pass(layout.DISK)
-def meet_disk(lane, table):
-    """Intersect rays with an acting disk or annulus; keep it if it is the nearest surface ahead."""
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    inner2, outer2, breadth, sheet = table.inner2, table.outer2, table.breadth, table.sheet
-    least2, most2 = table.least2, table.most2
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    t, px, py, pz = plane_crossing(cx - lane.x, cy - lane.y, cz - lane.z, ux, uy, uz, nx, ny, nz)
-    r2, slack = px * px + py * py + pz * pz, ROUNDING * breadth * t
-    nearer = (r2 - slack <= outer2) & (r2 + slack >= inner2) & (t < lane.distance)
-    nearer &= (t > lane.start) & (standing_sheet(lane.sheet) != sheet)
-    edge = (r2 > most2) | (r2 < least2)
-    keep_acting(lane, table, t, nearer, edge)
-
-
-@lane_pass(layout.DISK)
-def cover_disk(lane, table):
-    """Intersect rays with a transparent detector on a disk; keep it if its sheet is the nearest ahead.
-
-    On the sheet of the nearest hit, adds its bit to the hit.
-    """
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz = table.sx, table.sy, table.sz
-    inner2, outer2, sheet = table.inner2, table.outer2, table.sheet
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
-    t, _, _, _ = plane_crossing(sx - lane.x, sy - lane.y, sz - lane.z, ux, uy, uz, nx, ny, nz)
-    px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
-    r2 = px * px + py * py + pz * pz
-    same = lane.hit_sheet == sheet
-    covers = (r2 <= outer2) & (r2 >= inner2) & is_ahead(t, lane.start, sheet, lane.sheet)
-    keep_transparent(lane, table, t, covers, same, table.covers)
+    t = sphere_crossing(ox, oy, oz, ux, uy, uz, table.radius, start, standing, own, closed, passed)
+    return t, -2.0 * (ox * ux + oy * uy + oz * uz) - t
 
 
 @lane_pass(layout.SPHERE)
 def meet_sphere(lane, table):
     """Intersect rays with an acting sphere; keep it if it is the nearest surface ahead."""
-    cx, cy, cz, radius, sheet = table.cx, table.cy, table.cz, table.radius, table.sheet
-    ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
-    standing, start = standing_sheet(lane.sheet) == sheet, lane.start
-    own = start if start < 0.0 else 0.0  # ray parameter of the origin
-    t = sphere_crossing(ox, oy, oz, lane.ux, lane.uy, lane.uz, radius, start, standing, own, False, False)
-    nearer = t < lane.distance
-    keep_acting(lane, table, t, nearer, False)
+    t, _ = next_on_sphere(lane, table, True)
+    keep_acting(lane, table, t, t < lane.distance, False)
 
 
 @lane_pass(layout.SPHERE)
@@ -252,21 +295,8 @@ def cover_sphere(lane, table):
 
     On the sheet of the nearest hit, adds its bit to the hit.
     """
-    cx, cy, cz, radius, sheet = table.cx, table.cy, table.cz, table.radius, table.sheet
-    ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
-    start, last = lane.start, passed_sheet(lane.sheet)
-    standing = standing_sheet(lane.sheet) == sheet
-    own = start if start < 0.0 else 0.0
-    # Of detectors that meet in a line, the next number is next.
-    closed = (last != 0) & (sheet > last)
-    t = sphere_crossing(
-        ox, oy, oz, lane.ux, lane.uy, lane.uz, radius, start, standing, own, closed, last == sheet
-    )
-    other = -2.0 * (ox * lane.ux + oy * lane.uy + oz * lane.uz) - t
-    # the hit is the other crossing, found by a zone of the same sphere
-    is_other = abs(t - lane.distance) > abs(other - lane.distance)
-    same = (lane.hit_sheet == sheet) & (not is_other)
-    keep_transparent(lane, table, t, t < math.inf, same, table.covers)
+    t, other = next_on_sphere(lane, table, False)
+    cover_curved(lane, table, t, other)
 
 
 @device

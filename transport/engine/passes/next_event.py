@@ -1,8 +1,9 @@
-"""Next-event estimation for surface detectors: rays from emissions, diffuse reflections and collisions.
+"""Next-event estimation: rays from births, diffuse walls and collisions to surface and point detectors.
 
-A ray goes from the event to a point sampled on the detector; its contribution is the pdf with which the event
-emits in that direction over the pdf of sampling it (Kalos 1963; physics/connections.py). MIS weights of
-flights are in mis.py, tracing of rays in stages/next_event.py.
+A ray is sampled in steps. Sample a point on the detector; connect the event to it; contribute: the pdf with
+which the event emits in that direction over the pdf of sampling it (Kalos 1963; physics/connections.py). Rays
+are listed and traced next (shadow_rays.py). Each way to connect serves all kinds of events, and each kind of
+event all ways. MIS weights of flights are in mis.py.
 """
 
 import math
@@ -11,23 +12,43 @@ import numpy as np
 from numba import uint64
 
 from transport.compile import layout
+from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.passes.shadow_rays import DETECTOR_SHIFT, INVERSE_PI, SCORE_BOUND, direction_to
-from transport.engine.tally import to_scored
-from transport.engine.words import is_covered, standing_sheet
+from transport.engine.passes.shadow_rays import direction_to
+from transport.engine.passes.volumes import half_chord, slab_crossings
+from transport.engine.words import standing_sheet
 from transport.physics.connections import ball_connection, flat_connection
-from transport.physics.device import choose
-from transport.physics.directions import turned_by
-from transport.physics.elementary import cos_sin_turn
+from transport.physics.device import device
+from transport.physics.directions import sample_isotropic, turned_by
+from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.emission import cone_about
 from transport.physics.positions import sample_disk, sample_rectangle, sample_triangle
-from transport.physics.streams import EXPECT, event_words, random_words, uniform
+from transport.physics.sight import sample_equiangular
+from transport.physics.streams import EXPECT, SHADOW, event_words, random_words, short_uniform, uniform
 
-# ---- Points on detectors ----
+DETECTOR_SHIFT = uint64(24)  # bits of an event below the number of the detector
+INVERSE_PI = 0.3183098861837907
 
 
-@lane_pass(layout.NO_TABLE)
+@device
+def words_of_event(lane, number, purpose):
+    """Return the random words of a lane's event for one detector."""
+    event = uint64(lane.event) | (uint64(number) << DETECTOR_SHIFT)
+    return event_words(lane.history, lane.batch, event, purpose, lane.seed_low, lane.seed_high)
+
+
+@device
+def set_ray(lane, x, y, z, vx, vy, vz, start, end):
+    """Set the ray through a point: its direction, and the ray parameters of its origin and of its end."""
+    lane.sx, lane.sy, lane.sz, lane.vx, lane.vy, lane.vz = x, y, z, vx, vy, vz
+    lane.ray_start, lane.point_distance = start, end
+
+
+# ---- Sample a point on a detector; a point detector needs none.
+
+
+@lane_pass(layout.EXPECTATION)
 def draw_joint_point_at_birth(lane, table):
     """Draw the uniforms p0, p1 for a point on the first detector.
 
@@ -39,21 +60,9 @@ def draw_joint_point_at_birth(lane, table):
 
 
 @lane_pass(layout.EXPECTATION)
-def draw_point_at_birth(lane, table):
-    """Draw the uniforms p0, p1 for a point on a further detector."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    number = uint64(table.number) << DETECTOR_SHIFT
-    w0, w1, w2, w3 = event_words(lane.history, batch, number, EXPECT, seed_low, seed_high)
-    lane.p0, lane.p1 = uniform(w0, w1), uniform(w2, w3)
-
-
-@lane_pass(layout.EXPECTATION)
-def draw_point_at_event(lane, table):
-    """Draw the uniforms p0, p1 for a point on a detector at a later event."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    number = uint64(table.number) << DETECTOR_SHIFT
-    event = uint64(lane.event) | number
-    w0, w1, w2, w3 = event_words(lane.history, batch, event, EXPECT, seed_low, seed_high)
+def draw_point(lane, table):
+    """Draw the uniforms p0, p1 for a point on a further detector at a birth, or on any at a later event."""
+    w0, w1, w2, w3 = words_of_event(lane, table.number, EXPECT)
     lane.p0, lane.p1 = uniform(w0, w1), uniform(w2, w3)
 
 
@@ -103,6 +112,12 @@ def point_on_polygon(lane, table):
     lane.sz = parts[i + 3] + u * parts[i + 6] + v * parts[i + 9]
 
 
+# ---- Connect: set the ray from a lane's event, and as `score` its connection factor.
+#
+# The factor is one over the pdf of sampling the direction: a solid angle [sr], or one over the squared
+# distance of a point. Where a point on a flight or in a source is sampled as well, it includes that.
+
+
 @lane_pass(layout.EXPECTATION)
 def connect_to_flat(lane, table):
     """Set the ray to that point, with its parameter 0 there, and its connection factor [sr].
@@ -113,7 +128,7 @@ def connect_to_flat(lane, table):
     area, sharing = table.area, table.sharing
     vx, vy, vz, r = direction_to(lane.x, lane.y, lane.z, lane.sx, lane.sy, lane.sz)
     brings = flat_connection(r * r, area, abs(vx * nx + vy * ny + vz * nz), sharing)
-    lane.vx, lane.vy, lane.vz, lane.ray_start = vx, vy, vz, lane.start - r
+    set_ray(lane, lane.sx, lane.sy, lane.sz, vx, vy, vz, lane.start - r, math.inf)
     lane.score = brings if standing_sheet(lane.sheet) != sheet else 0.0
 
 
@@ -135,96 +150,149 @@ def connect_to_ball(lane, table):
     cosine, sine = 1.0 - gap, math.sqrt(gap * (2.0 - gap))
     c, s = cos_sin_turn(lane.p1)
     ex, ey, ez = turned_by(axis_x, axis_y, axis_z, 0.0, c, s)
+    vx, vy, vz = cosine * axis_x + sine * ex, cosine * axis_y + sine * ey, cosine * axis_z + sine * ez
     # Closest point to the centre.
     depth, ahead = d * sine, (cosine > 0.0) & (d2 > radius * radius)
-    lane.sx = cx + depth * (cosine * ex - sine * axis_x) if ahead else lane.x
-    lane.sy = cy + depth * (cosine * ey - sine * axis_y) if ahead else lane.y
-    lane.sz = cz + depth * (cosine * ez - sine * axis_z) if ahead else lane.z
-    lane.ray_start = lane.start - (d * cosine if ahead else 0.0)
-    lane.vx = cosine * axis_x + sine * ex
-    lane.vy = cosine * axis_y + sine * ey
-    lane.vz = cosine * axis_z + sine * ez
+    x = cx + depth * (cosine * ex - sine * axis_x) if ahead else lane.x
+    y = cy + depth * (cosine * ey - sine * axis_y) if ahead else lane.y
+    z = cz + depth * (cosine * ez - sine * axis_z) if ahead else lane.z
+    set_ray(lane, x, y, z, vx, vy, vz, lane.start - (d * cosine if ahead else 0.0), math.inf)
     lane.score = ball_connection(d2, radius, area, sharing)
 
 
-# ---- Contributions of events ----
+@lane_pass(layout.POINT)
+def connect_to_point(lane, table):
+    """Set the ray to a point detector; its connection factor is one over the squared distance."""
+    x, y, z = lane.x, lane.y, lane.z
+    vx, vy, vz, r = direction_to(x, y, z, table.x, table.y, table.z)
+    set_ray(lane, x, y, z, vx, vy, vz, 0.0, r)
+    lane.score = 1.0 / (r * r) if r > 0.0 else 0.0
 
 
-@lane_pass(layout.EXPECTATION)
+@lane_pass(layout.POINT_GLOW)
+def connect_through_box(lane, table):
+    """Set a ray from a uniformly emitting box to a point.
+
+    Samples an isotropic line through the point and a uniform place in the box on it: the factor 1/r^2 is
+    sampled rather than weighted.
+    """
+    px, py, pz = table.x, table.y, table.z
+    hx, hy, hz, scale = table.hx, table.hy, table.hz, table.scale
+    ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    event = uint64(table.number) << DETECTOR_SHIFT
+    w0, w1, w2, w3 = random_words(lane.history, batch, event, SHADOW, seed_low, seed_high)
+    ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
+    near_x, far_x = slab_crossings(ox, ux, hx)
+    near_y, far_y = slab_crossings(oy, uy, hy)
+    near_z, far_z = slab_crossings(oz, uz, hz)
+    # Chord of the box on this line, and a place on it.
+    near = max(0.0, max(near_x, max(near_y, near_z)))
+    far = min(far_x, min(far_y, far_z))
+    length = far - near if near < far else 0.0
+    s = near + short_uniform(w3) * length if near < far else 1.0
+    set_ray(lane, px + s * ux, py + s * uy, pz + s * uz, -ux, -uy, -uz, 0.0, s)
+    lane.score = length * scale
+
+
+@lane_pass(layout.POINT_GLOW)
+def connect_through_sphere(lane, table):
+    """Set a ray from a uniformly emitting ball to a point.
+
+    The chord follows from its point nearest the centre.
+    """
+    px, py, pz, radius, scale = table.x, table.y, table.z, table.hx, table.scale
+    ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
+    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
+    event = uint64(table.number) << DETECTOR_SHIFT
+    w0, w1, w2, w3 = random_words(lane.history, batch, event, SHADOW, seed_low, seed_high)
+    ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
+    h = ox * ux + oy * uy + oz * uz
+    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+    q = math.sqrt(qx * qx + qy * qy + qz * qz)
+    half = half_chord(radius, q)
+    near, far = max(0.0, -h - half), half - h
+    length = far - near if near < far else 0.0
+    s = near + short_uniform(w3) * length if near < far else 1.0
+    set_ray(lane, px + s * ux, py + s * uy, pz + s * uz, -ux, -uy, -uz, 0.0, s)
+    lane.score = length * scale
+
+
+@lane_pass(layout.POINT)
+def connect_to_flight(lane, table):
+    """Set a ray from a scattering point sampled equiangularly on each flight (Kulla and Fajardo 2012).
+
+    No factor for survival to that point: the flight's length is itself sampled; only absorption along it is
+    weighted. In voxels the coefficient is not known yet: the score stays negative until
+    `scale_by_grid_scattering`.
+    """
+    px, py, pz, medium = table.x, table.y, table.z, table.medium
+    w0, w1, _, _ = words_of_event(lane, table.number, SHADOW)
+    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
+    rx, ry, rz = px - x, py - y, pz - z
+    # Foot of the perpendicular from the point on the ray, and its length.
+    foot = rx * ux + ry * uy + rz * uz
+    qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
+    least = math.sqrt(qx * qx + qy * qy + qz * qz)
+    start, end, mfp = lane.start + COLLISION_CLEARANCE, lane.distance - COLLISION_CLEARANCE, lane.mfp
+    flies = (lane.weight != 0.0) & (lane.phase_number != 0) & (lane.medium != medium)
+    flies &= (start < end) & (end < math.inf)
+    # Sample the place; `inverse` is one over (pdf times r^2).
+    end = end if flies else start
+    place, inverse = sample_equiangular(least, start - foot, end - foot, uniform(w0, w1))
+    t = foot + place
+    sx, sy, sz = x + t * ux, y + t * uy, z + t * uz
+    vx, vy, vz, r = direction_to(sx, sy, sz, px, py, pz)
+    sigma_s = lane.survival / mfp if mfp < math.inf else -1.0
+    score = exp_negative(-lane.sigma_a * (t - lane.start)) * sigma_s * inverse
+    set_ray(lane, sx, sy, sz, vx, vy, vz, 0.0, r)
+    lane.score = score if flies else 0.0
+
+
+# ---- Contribute: multiply by the event's weight, and set its pdf in the direction of the ray.
+
+
+@lane_pass(layout.CONTRIBUTION)
 def contribute_from_births(lane, table):
     """Set the contribution of a birth: its weight times its pdf [sr^-1] in the ray's direction."""
-    isotropic, lambertian, scale, tally = table.isotropic, table.lambertian, table.scale, table.first
+    isotropic, lambertian = table.isotropic, table.lambertian
     cosine = lane.vx * lane.nx + lane.vy * lane.ny + lane.vz * lane.nz if lambertian > 0.0 else 0.0
-    lane.score *= scale * lane.weight
+    lane.score *= table.scale * lane.weight
     lane.pdf = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
-    lane.point_distance, lane.shadow_sheet, lane.tally = math.inf, lane.sheet, tally
+    lane.shadow_sheet, lane.tally = lane.sheet, table.first
 
 
-@lane_pass(layout.EXPECTATION)
+@lane_pass(layout.CONTRIBUTION)
 def contribute_from_walls(lane, table):
     """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1]."""
-    scale, tally = table.scale, table.first
     side = 1.0 if lane.mu > 0.0 else -1.0
     cosine = side * (lane.vx * lane.nx + lane.vy * lane.ny + lane.vz * lane.nz)
     here = lane.material == layout.DIFFUSE
-    lane.score *= scale * lane.weight if here & (cosine > 0.0) else 0.0
+    lane.score *= table.scale * lane.weight if here & (cosine > 0.0) else 0.0
     lane.pdf = INVERSE_PI * cosine
-    lane.point_distance, lane.shadow_sheet, lane.tally = math.inf, standing_sheet(lane.sheet), tally
+    lane.shadow_sheet, lane.tally = standing_sheet(lane.sheet), table.first
 
 
-@lane_pass(layout.EXPECTATION)
-def contribute_from_collisions(lane, table):
-    """Set the contribution of a collision.
+@lane_pass(layout.CONTRIBUTION)
+def contribute_from_scattering(lane, table):
+    """Set the contribution of a collision, or of a scattering point on a flight.
 
-    Pdfs of phase functions are added next, none for lanes without collision.
+    Pdfs of phase functions are added next, none for lanes without either.
     """
-    scale, tally = table.scale, table.first
     lane.scatter_cosine = lane.ux * lane.vx + lane.uy * lane.vy + lane.uz * lane.vz
-    lane.score *= scale * lane.weight
-    lane.pdf = 0.0
-    lane.point_distance, lane.shadow_sheet, lane.tally = math.inf, 0, tally
+    lane.score *= table.scale * lane.weight
+    lane.shadow_sheet, lane.pdf, lane.tally = 0, 0.0, table.first
 
 
-# ---- Tracing of next-event rays: they score at their own detector only.
-#
-# They pass other transparent detectors without a score, and end behind their own or at an acting surface.
+@lane_pass(layout.ROWS)
+def find_phase_of_flights(lane, table):
+    """Set the number of the phase function of the medium that a lane flies in."""
+    rows = view(lane.arena + table.rows, table.count, layout.MEDIA)
+    lane.phase_number = rows[lane.medium].phase
 
 
-@lane_pass(layout.NO_TABLE)
-def end_missed_rays(lane, table):
-    """End rays that hit nothing more; idle lanes stay in place."""
-    met = (lane.hit != 0) & (lane.weight != 0.0)
-    lane.weight = choose(met, lane.weight, 0.0)
-    lane.distance = choose(met, lane.distance, 0.0)
-    lane.start = choose(met, lane.start, 0.0)
-    lane.hit = choose(met, lane.hit, 0)
-    lane.covered = choose(met, lane.covered, 0)
-
-
-@lane_pass(layout.NO_TABLE)
-def ignore_other_detectors(lane, table):
-    """Ignore detectors other than the one that the ray was cast to."""
-    is_target = (lane.detector_word & layout.DETECTOR_BASE_MASK) == lane.tally
-    lane.detector_word = choose(is_target, lane.detector_word, 0)
-
-
-@lane_pass(layout.NO_TABLE)
-def keep_transmitted(lane, table):
-    """Score departures only for rays that pass through; a ray at a wall does not depart."""
-    passes = lane.surface == 0
-    lane.detector_word = choose(passes, lane.detector_word, 0)
-
-
-@lane_pass(layout.LAYERS, sums=to_scored)
-def count_target_crossings(lane, table):
-    """Count one crossing of its target off the `leg` of each ray."""
-    there = (lane.detector_word != 0) & is_covered(lane.covered, table.layer) & (lane.weight != 0.0)
-    lane.leg -= 1 if there else 0
-    return SCORE_BOUND if there else 0
-
-
-@lane_pass(layout.NO_TABLE)
-def end_next_event_rays(lane, table):
-    """End rays at acting surfaces, and behind their target."""
-    acts = lane.surface != 0
-    lane.weight = choose(acts | (lane.leg <= 0), 0.0, lane.weight)
+@lane_pass(layout.ROWS)
+def find_phase_at_collisions(lane, table):
+    """Set the number of the phase function of the medium that a lane collides in; 0 without a collision."""
+    rows = view(lane.arena + table.rows, table.count, layout.MEDIA)
+    lane.phase_number = rows[lane.medium].phase if lane.collides != 0 else 0

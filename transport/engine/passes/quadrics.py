@@ -6,33 +6,49 @@ from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE, ROUNDING
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
-from transport.engine.passes.intersections import keep_acting, keep_transparent
+from transport.engine.passes.intersections import cover_curved, keep_acting
 from transport.engine.words import passed_sheet, standing_sheet
+from transport.physics.device import device
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.quadrics import next_crossing, on_one_nappe, quadric_crossings, quadric_form
 from transport.physics.streams import POSITION, random_words, uniform
 
 
+@device
+def next_on_quadric(lane, table, acts):
+    """Return the distance to the next crossing of a surface of revolution, to its other one, and the height.
+
+    acts: an acting surface meets tangent rays, and reaches over its edges by rounding. A detector is that
+    nappe of a cone on which it lies; of detectors that meet in a line, the next number is next.
+    """
+    low, high, sheet = table.low, table.high, table.sheet
+    ox, oy, oz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
+    start, last = lane.start, passed_sheet(lane.sheet)
+    standing = standing_sheet(lane.sheet) == sheet
+    own = start if start < 0.0 else 0.0  # ray parameter of the origin
+    near, far, w, pace, steep = quadric_crossings(
+        ox, oy, oz, lane.ux, lane.uy, lane.uz, table.ax, table.ay, table.az,
+        table.alpha, table.beta, table.gamma, standing, own, acts,
+    )  # fmt: skip
+    at_near, at_far = w + near * pace, w + far * pace
+    slack_near, slack_far = (ROUNDING * abs(near), ROUNDING * abs(far)) if acts else (0.0, 0.0)
+    if not acts:
+        is_below = table.beta + table.gamma * (low + high) < 0.0  # on the side of its apex
+        one_near, one_far = on_one_nappe(at_near, at_far, ROUNDING * abs(w), pace, is_below, standing)
+        at_near, at_far = one_near if steep else at_near, one_far if steep else at_far
+    is_near_in = (at_near + slack_near >= low) & (at_near - slack_near <= high)
+    is_far_in = (at_far + slack_far >= low) & (at_far - slack_far <= high)
+    closed, passed = (not acts) & (last != 0) & (sheet > last), (not acts) & (last == sheet)
+    t = next_crossing(near, far, is_near_in, is_far_in, start, closed, passed)
+    return t, near + far - t, w + t * pace
+
+
 @lane_pass(layout.QUADRIC)
 def meet_quadric(lane, table):
     """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead."""
-    cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
-    alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
-    inner_low, inner_high, sheet = table.inner_low, table.inner_high, table.sheet
-    ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
-    standing, start = standing_sheet(lane.sheet) == sheet, lane.start
-    own = start if start < 0.0 else 0.0  # ray parameter of the origin
-    near, far, w, pace, _ = quadric_crossings(
-        ox, oy, oz, lane.ux, lane.uy, lane.uz, ax, ay, az, alpha, beta, gamma, standing, own, True
-    )
-    at_near, at_far, slack = w + near * pace, w + far * pace, ROUNDING * abs(far)
-    is_near_in = (at_near + ROUNDING * abs(near) >= low) & (at_near - ROUNDING * abs(near) <= high)
-    is_far_in = (at_far + slack >= low) & (at_far - slack <= high)
-    t = next_crossing(near, far, is_near_in, is_far_in, start, False, False)
-    height = w + t * pace
-    edge = (height < inner_low) | (height > inner_high)
-    nearer = t < lane.distance
-    keep_acting(lane, table, t, nearer, edge)
+    t, _, height = next_on_quadric(lane, table, True)
+    is_edge = (height < table.inner_low) | (height > table.inner_high)
+    keep_acting(lane, table, t, t < lane.distance, is_edge)
 
 
 @lane_pass(layout.QUADRIC)
@@ -41,28 +57,8 @@ def cover_quadric(lane, table):
 
     On the sheet of the nearest hit, adds its bit to the hit.
     """
-    cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
-    alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
-    # on the side of its apex
-    sheet, is_below = table.sheet, beta + gamma * (low + high) < 0.0
-    ox, oy, oz = lane.x - cx, lane.y - cy, lane.z - cz
-    start, last = lane.start, passed_sheet(lane.sheet)
-    standing = standing_sheet(lane.sheet) == sheet
-    own = start if start < 0.0 else 0.0
-    closed = (last != 0) & (sheet > last)  # of detectors that meet in a line, the next number is next
-    near, far, w, pace, steep = quadric_crossings(
-        ox, oy, oz, lane.ux, lane.uy, lane.uz, ax, ay, az, alpha, beta, gamma, standing, own, False
-    )
-    at_near, at_far = w + near * pace, w + far * pace
-    slack = ROUNDING * abs(w)
-    one_near, one_far = on_one_nappe(at_near, at_far, slack, pace, is_below, standing)
-    at_near, at_far = one_near if steep else at_near, one_far if steep else at_far
-    is_near_in = (at_near >= low) & (at_near <= high)
-    is_far_in = (at_far >= low) & (at_far <= high)
-    t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
-    apart, other_apart = abs(t - lane.distance), abs(near + far - t - lane.distance)
-    same = (lane.hit_sheet == sheet) & (not apart > other_apart)  # not its other crossing
-    keep_transparent(lane, table, t, t < math.inf, same, table.covers)
+    t, other, _ = next_on_quadric(lane, table, False)
+    cover_curved(lane, table, t, other)
 
 
 @lane_pass(layout.ROWS)

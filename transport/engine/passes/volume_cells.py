@@ -2,7 +2,7 @@
 
 The parts of a path add up to the whole: each begins where the last one ended, and a boundary that rounding
 has put behind that place is passed at once. Every step leaves a cell for the next one on the way, so the walk
-ends.
+ends. Boxes and voxel grids are walked by physics/cells.py, shells and rings by the same rule here.
 """
 
 import math
@@ -22,9 +22,18 @@ from transport.engine.passes.volumes import (
     mean_transmittance,
     slab_crossings,
 )
-from transport.engine.passes.voxels import axis_start
+from transport.engine.passes.voxels import absorption_at, enter_grid, scattering_at, voxel_at
 from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
 from transport.physics.bits import bits_of
+from transport.physics.cells import (
+    beyond_face,
+    enter_axis,
+    enter_cells,
+    nearest_face,
+    next_cell,
+    next_face,
+    number_along,
+)
 from transport.physics.device import ARITHMETIC, device
 from transport.physics.elementary import azimuth_turn, exp_negative
 
@@ -94,61 +103,24 @@ def score_part(lane, table, number, bin, length, weight, fade, keep):
     return left
 
 
-@device
-def number_along(place, per_length, count):
-    """Return the cell along one axis that holds a coordinate measured from the lower face, clamped."""
-    number = int64(math.floor(place * per_length))
-    return 0 if number < 0 else (count - 1 if number >= count else number)
-
-
-@device
-def next_face(place, number, u, inverse, width, count):
-    """Return the distance at which the ray leaves cells of this number along one axis.
-
-    Infinity beyond the last ones.
-    """
-    if u > 0.0:
-        return (width * (number + 1) - place) * inverse if number + 1 < count else math.inf
-    return (width * number - place) * inverse if (u < 0.0) & (number > 0) else math.inf
-
-
 @separate_device
 def walk_voxels(lane, table, bin, t, end, weight, fade, keep):
-    """Walk a flight through the voxels from distance t to `end` (Amanatides and Woo 1987).
-
-    Returns the weight left. The distance of each face is computed from its number, so rounding does not
-    accumulate.
-    """
-    ux, uy, uz = lane.ux, lane.uy, lane.uz
-    ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
-    px, py, pz = lane.x - table.cx + table.hx, lane.y - table.cy + table.hy, lane.z - table.cz + table.hz
-    # First voxel, and the distances of the next face along each axis.
-    i = number_along(px + t * ux, table.per_x, table.cells_x)
-    j = number_along(py + t * uy, table.per_y, table.cells_y)
-    m = number_along(pz + t * uz, table.per_z, table.cells_z)
-    t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
-    t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
-    t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
+    """Walk a flight through the voxels from distance t to `end`; returns the weight left."""
+    place = (lane.x - table.cx + table.hx, lane.y - table.cy + table.hy, lane.z - table.cz + table.hz)
+    per_length, width = (table.per_x, table.per_y, table.per_z), (table.width_x, table.width_y, table.width_z)
+    count = (table.cells_x, table.cells_y, table.cells_z)
+    axes, cell, faces = enter_cells(place, (lane.ux, lane.uy, lane.uz), t, per_length, width, count)
     going = True
     while going:
-        face = min(t_x, min(t_y, t_z))
+        face = nearest_face(faces)
         going = face < end
         length = (face if going else end) - t
         if length > 0.0:  # none to a face that rounding has put behind
-            number = (i * table.cells_y + j) * table.cells_z + m
+            number = (cell[0] * table.cells_y + cell[1]) * table.cells_z + cell[2]
             weight = score_part(lane, table, number, bin, length, weight, fade, keep)
             t = face
-        # Step across the nearest face.
         if going:
-            if face == t_x:
-                i += 1 if ux > 0.0 else -1
-                t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
-            elif face == t_y:
-                j += 1 if uy > 0.0 else -1
-                t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
-            else:
-                m += 1 if uz > 0.0 else -1
-                t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
+            cell, faces = next_cell(axes, cell, faces)
     return weight
 
 
@@ -249,11 +221,10 @@ def walk_rings(lane, table, bin, t, end, weight, fade, keep):
     px, py, pz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
     ax, ay, az = table.ax, table.ay, table.az
     q, across, sine, cosine, height = seen_along_axis(px, py, pz, lane.ux, lane.uy, lane.uz, ax, ay, az)
-    inverse, per_height = 1.0 / sine if sine > 0.0 else 0.0, 1.0 / cosine
-    place, now = height + table.hz, across + t * sine
+    inverse, now = 1.0 / sine if sine > 0.0 else 0.0, across + t * sine
     ring = shell_at(math.sqrt(q * q + now * now), count, lane.arena + table.radii)
-    layer = number_along(place + t * cosine, table.per_z, layers)
-    t_z = next_face(place, layer, cosine, per_height, table.width_z, layers)
+    axis, layer = enter_axis(height + table.hz, cosine, t, table.per_z, table.width_z, layers)
+    t_z = next_face(axis, layer)
     inwards = now < 0.0
     going = True
     while going:
@@ -276,8 +247,8 @@ def walk_rings(lane, table, bin, t, end, weight, fade, keep):
             if face == t_r:
                 ring += -1 if inwards else 1
             else:
-                layer += 1 if cosine > 0.0 else -1
-                t_z = next_face(place, layer, cosine, per_height, table.width_z, layers)
+                layer = beyond_face(axis, layer)
+                t_z = next_face(axis, layer)
     return weight
 
 
@@ -323,25 +294,17 @@ def walk_through_grid(lane, table):
     Later passes skip these lanes (`length_inside` = 0).
     """
     grid, volume = table.grid, table.volume
-    absorption = view(lane.arena + grid.absorption, grid.absorption_count, np.float64)
     weight, t, entry = lane.weight, lane.start, lane.start + lane.length_before
     end = entry + lane.length_inside
     lane.length_inside = 0.0
     bin = direction_bin(lane, volume)
-    vx, vy, vz = lane.ux * grid.per_x, lane.uy * grid.per_y, lane.uz * grid.per_z
-    px, py = (lane.x - grid.cx) * grid.per_x, (lane.y - grid.cy) * grid.per_y
-    pz = (lane.z - grid.cz) * grid.per_z
-    # Start in the voxel at `start`.
-    i, step_x, face_x, ix = axis_start(px, vx, t, 1.0, grid.nx, float64(grid.nx))
-    j, step_y, face_y, iy = axis_start(py, vy, t, 1.0, grid.ny, float64(grid.ny))
-    m, step_z, face_z, iz = axis_start(pz, vz, t, 1.0, grid.nz, float64(grid.nz))
-    t_x, t_y, t_z = (face_x - px) * ix, (face_y - py) * iy, (face_z - pz) * iz
+    axes, cell, faces = enter_grid(lane, grid)
     going = True
     while going:
-        leaves = min(t_x, min(t_y, t_z))
-        last = leaves if leaves < end else end
-        here = i * grid.absorption_x + j * grid.absorption_y + m * grid.absorption_z
-        keep = absorption[here] * grid.length
+        face = nearest_face(faces)
+        going = face < end
+        last = face if going else end
+        keep = absorption_at(lane, grid, cell[0], cell[1], cell[2]) * grid.length
         fade = keep if table.fades != 0 else 0.0
         # Attenuate up to the volume; then score the part of this voxel in the volume.
         before = (entry if entry < last else last) - t
@@ -351,18 +314,8 @@ def walk_through_grid(lane, table):
         if last > t:
             weight = walk(lane, volume, bin, t, last, weight, fade, keep)
             t = last
-        going = leaves < end
-        # Step to the next voxel.
-        if leaves == t_x:
-            i, face_x = i + step_x, face_x + step_x
-            t_x = (face_x - px) * ix
-        elif leaves == t_y:
-            j, face_y = j + step_y, face_y + step_y
-            t_y = (face_y - py) * iy
-        else:
-            m, face_z = m + step_z, face_z + step_z
-            t_z = (face_z - pz) * iz
-        going &= (i >= 0) & (j >= 0) & (m >= 0) & (i < grid.nx) & (j < grid.ny) & (m < grid.nz)
+        if going:
+            cell, faces = next_cell(axes, cell, faces)
 
 
 @lane_pass(layout.NO_TABLE)
@@ -375,15 +328,10 @@ def set_collision_paths(lane, table):
 @lane_pass(layout.GRID)
 def set_collision_paths_in_grid(lane, table):
     """Set mean free path and total absorption coefficient at collisions in a grid, from their voxel."""
-    absorption = view(lane.arena + table.absorption, table.absorption_count, np.float64)
-    scattering = view(lane.arena + table.scattering, table.scattering_count, np.float64)
     if (lane.collides != 0) & (lane.medium == table.medium):
-        i = number_along(lane.x - table.cx, table.per_x, table.nx)
-        j = number_along(lane.y - table.cy, table.per_y, table.ny)
-        m = number_along(lane.z - table.cz, table.per_z, table.nz)
-        keep = absorption[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
-        sigma = scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
-        sigma += keep
+        i, j, m = voxel_at(table, lane.x, lane.y, lane.z)
+        keep = absorption_at(lane, table, i, j, m)
+        sigma = scattering_at(lane, table, i, j, m) + keep
         lane.length_inside = 1.0 / (sigma * table.length) if sigma > 0.0 else 0.0
         lane.total_absorption = keep * table.length
 

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from numba import float64, int64, uint64
+from numba import int64, uint64
 
 from transport.compile import layout
 from transport.compile.layout import COLLISION_CLEARANCE, LEVELS
@@ -11,23 +11,17 @@ from transport.engine.bodies import bundle_pass, lane_at, lane_pass
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH, view
 from transport.engine.passes.collisions import attenuated, revoke_collisions
 from transport.engine.tally import hash_salt, limbs_of_loss, to_row_of_table
+from transport.physics.cells import (
+    component_and_reciprocal,
+    enter_cells,
+    nearest_face,
+    next_cell,
+    number_along,
+)
 from transport.physics.device import choose, device
 from transport.physics.elementary import log_positive
 from transport.physics.paths import free_depth
 from transport.physics.streams import VOXELS, event_words, uniform
-
-# a ray with a direction component below MIN_COMPONENT never leaves a cell; NO_CROSSING is its reciprocal
-MIN_COMPONENT, NO_CROSSING = 1e-280, 1e300
-
-
-@device
-def component_and_reciprocal(v):
-    """Return a direction component in cells per scene length and its reciprocal.
-
-    The component is 0, and the reciprocal NO_CROSSING, if the ray never leaves a cell along this axis.
-    """
-    moves = abs(v) > MIN_COMPONENT
-    return v if moves else 0.0, 1.0 / v if moves else NO_CROSSING
 
 
 @device
@@ -37,16 +31,6 @@ def cell_at(place, count):
     highest = count - 1.0
     cell = cell if cell > 0.0 else 0.0
     return cell if cell < highest else highest
-
-
-@device
-def axis_start(p, v, start, block, cells, count):
-    """Return for one axis of a ray p + v t in voxels: cell at `start`, its step, the face ahead, 1/v."""
-    v, inverse = component_and_reciprocal(v)
-    step = 1 if v >= 0.0 else -1
-    cell = int64(cell_at((p + start * v) / block, cells))
-    face = (float64(cell) + (1.0 if v >= 0.0 else 0.0)) * block
-    return cell, step, face if face < count else count, inverse
 
 
 @device
@@ -63,49 +47,55 @@ def voxel_along(place, cell, block, count):
 
 
 @device
-def coefficients(table, scattering, absorption, voxel):
-    """Return scattering and absorption coefficient [m^-1] of a voxel by its number."""
-    column, z = voxel // table.nz, voxel % table.nz
-    x, y = column // table.ny, column % table.ny
-    scatters = scattering[x * table.scattering_x + y * table.scattering_y + z * table.scattering_z]
-    return scatters, absorption[x * table.absorption_x + y * table.absorption_y + z * table.absorption_z]
+def scattering_at(lane, table, i, j, m):
+    """Return the scattering coefficient [m^-1] of a voxel by its numbers along the axes."""
+    values = view(lane.arena + table.scattering, table.scattering_count, np.float64)
+    return values[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
 
 
 @device
-def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
-    """Return the optical depth along a ray from `start` to `end`, voxel by voxel (Amanatides, Woo 1987).
+def absorption_at(lane, table, i, j, m):
+    """Return the absorption coefficient [m^-1] of a voxel by its numbers along the axes."""
+    values = view(lane.arena + table.absorption, table.absorption_count, np.float64)
+    return values[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
+
+
+@device
+def voxel_at(table, x, y, z):
+    """Return the numbers of the voxel that holds a point, clamped to the grid."""
+    i = number_along(x - table.cx, table.per_x, table.nx)
+    j = number_along(y - table.cy, table.per_y, table.ny)
+    return i, j, number_along(z - table.cz, table.per_z, table.nz)
+
+
+@device
+def enter_grid(lane, table):
+    """Start a walk through the voxels along a lane's ray, in units of voxels (physics/cells.py)."""
+    per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
+    place = ((lane.x - table.cx) * per_x, (lane.y - table.cy) * per_y, (lane.z - table.cz) * per_z)
+    direction, one = (lane.ux * per_x, lane.uy * per_y, lane.uz * per_z), (1.0, 1.0, 1.0)
+    return enter_cells(place, direction, lane.start, one, one, (table.nx, table.ny, table.nz))
+
+
+@device
+def grid_depth(lane, table):
+    """Return the optical depth along a lane's flight, voxel by voxel.
 
     A shadow ray needs exp(-depth). The exact depth has no variance, unlike ratio tracking (Novak et al.
     2014), and is cheaper in voxels.
     """
-    per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
-    px, py, pz = (x - table.cx) * per_x, (y - table.cy) * per_y, (z - table.cz) * per_z
-    vx, ix = component_and_reciprocal(ux * per_x)
-    vy, iy = component_and_reciprocal(uy * per_y)
-    vz, iz = component_and_reciprocal(uz * per_z)
-    i, j = cell_at(px + start * vx, table.nx), cell_at(py + start * vy, table.ny)
-    m = cell_at(pz + start * vz, table.nz)
-    up_x, up_y, up_z = 1.0 if vx >= 0.0 else 0.0, 1.0 if vy >= 0.0 else 0.0, 1.0 if vz >= 0.0 else 0.0
-    # Add extinction times length in each voxel, then step across the nearest face.
-    t, depth, going = start, 0.0, True
+    axes, cell, faces = enter_grid(lane, table)
+    t, end, depth, going = lane.start, lane.distance, 0.0, True
     while going:
-        t_x, t_y, t_z = (i + up_x - px) * ix, (j + up_y - py) * iy, (m + up_z - pz) * iz
-        leaves = min(t_x, min(t_y, t_z))
-        stop = leaves if leaves < end else end
-        here = scattering[int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)]
-        here += absorption[int64(i * table.absorption_x + j * table.absorption_y + m * table.absorption_z)]
+        face = nearest_face(faces)
+        going = face < end
+        stop = face if going else end
+        i, j, m = cell
+        here = scattering_at(lane, table, i, j, m) + absorption_at(lane, table, i, j, m)
         depth += here * (stop - t) if stop > t else 0.0
         t = stop if stop > t else t
-        going = leaves < end
-        if leaves == t_x:
-            i += 2.0 * up_x - 1.0
-            going &= (i >= 0.0) & (i < table.nx)
-        elif leaves == t_y:
-            j += 2.0 * up_y - 1.0
-            going &= (j >= 0.0) & (j < table.ny)
-        else:
-            m += 2.0 * up_z - 1.0
-            going &= (m >= 0.0) & (m < table.nz)
+        if going:
+            cell, faces = next_cell(axes, cell, faces)
     return depth * table.length
 
 
@@ -366,9 +356,11 @@ def revoke_cut_collisions(lane, table):
 
 
 @device
-def extinction_of(lane, table, scattering, absorption):
+def extinction_of(lane, table):
     """Return extinction [1/scene lengths] and albedo of the voxel of a tentative collision."""
-    scatters, absorbs = coefficients(table, scattering, absorption, lane.voxel)
+    column, z = lane.voxel // table.nz, lane.voxel % table.nz
+    x, y = column // table.ny, column % table.ny
+    scatters, absorbs = scattering_at(lane, table, x, y, z), absorption_at(lane, table, x, y, z)
     return (scatters + absorbs) * table.length, scatters / (scatters + absorbs)
 
 
@@ -377,8 +369,6 @@ def delta_track(lane, table):
     """Find the first real collision of one lane as `delta_track_in_grid` does."""
     tops = view(lane.arena + table.tops, table.top_count, np.float64)
     levels = view(lane.arena + table.levels, table.level_count, np.uint8)
-    absorption = view(lane.arena + table.absorption, table.absorption_count, np.float64)
-    scattering = view(lane.arena + table.scattering, table.scattering_count, np.float64)
     start_walk(lane, table)
     while lane.walk_state < ENDED:
         resample_rejected(lane)
@@ -390,7 +380,7 @@ def delta_track(lane, table):
             find_voxel(lane, table)
             lane.level = levels[uint64(lane.lookup_voxel)]
             accept_by_level(lane)
-            extinction, albedo = extinction_of(lane, table, scattering, absorption)
+            extinction, albedo = extinction_of(lane, table)
             if lane.walk_state == UNDECIDED:
                 accept_exactly(lane, extinction)
             if lane.walk_state == COLLIDED:
@@ -408,8 +398,6 @@ def delta_track_in_grid(lanes, table, first, live):
     """
     tops = view(lanes.arena + table.tops, table.top_count, np.float64)
     levels = view(lanes.arena + table.levels, table.level_count, np.uint8)
-    absorption = view(lanes.arena + table.absorption, table.absorption_count, np.float64)
-    scattering = view(lanes.arena + table.scattering, table.scattering_count, np.float64)
     walking = 0
     for k in range(first, live):
         walking += start_walk(lane_at(lanes, k), table)
@@ -442,7 +430,7 @@ def delta_track_in_grid(lanes, table, first, live):
                 real, rejected, unsure = real + is_real, rejected + is_rejected, unsure + is_unsure
             for g in range(uint64(list_walks(lanes, UNDECIDED, first, last) if unsure > 0 else 0)):
                 walk = lane_at(lanes, uint64(lane_at(lanes, g).listed))
-                extinction, _ = extinction_of(walk, table, scattering, absorption)
+                extinction, _ = extinction_of(walk, table)
                 real += accept_exactly(walk, extinction)
             rejected, walking = rejected + unsure, walking - real
             # End the flights of real collisions.
@@ -453,7 +441,7 @@ def delta_track_in_grid(lanes, table, first, live):
                 collided = uint64(list_walks(lanes, COLLIDED, first, last))
                 for g in range(collided if table.absorbs != 0 else uint64(0)):
                     walk = lane_at(lanes, uint64(lane_at(lanes, g).listed))
-                    _, albedo = extinction_of(walk, table, scattering, absorption)
+                    _, albedo = extinction_of(walk, table)
                     lane_at(lanes, uint64(walk.walk_lane)).survival = albedo
                 end_listed_flights(lanes, collided, 0)
     return live
@@ -467,11 +455,7 @@ def attenuate_in_grid(lane, table):
     """
     if lane.medium != table.medium or lane.weight == 0.0:
         return 0, 0
-    absorption = view(lane.arena + table.absorption, table.absorption_count, np.float64)
-    scattering = view(lane.arena + table.scattering, table.scattering_count, np.float64)
-    x, y, z, ux, uy, uz = lane.x, lane.y, lane.z, lane.ux, lane.uy, lane.uz
-    depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, lane.start, lane.distance)
-    before = lane.weight
+    before, depth = lane.weight, grid_depth(lane, table)
     lane.weight = attenuated(before, depth, hash_salt(lane.seed_low, lane.batch) + lane.history)
     return limbs_of_loss(before, lane.weight)
 

@@ -5,7 +5,7 @@ from transport.compile.media import importance_row
 from transport.compile.shapes import pass_name
 from transport.engine.passes import aims, detectors, emission, regions, variance_reduction
 from transport.engine.registry import step, step_by_name
-from transport.engine.stages.next_event import next_event_from_births, shadow_rays_from_births
+from transport.engine.stages.next_event import rays_from_births
 from transport.engine.stages.surfaces import land_on_surface, mark_visits, score_detectors
 
 DETECTOR_BITS = (1 << layout.DETECTORS_PER_SHEET) - 1
@@ -27,7 +27,7 @@ def birth_steps(plan, emitter):
         yield step(aims.account_births)
         yield step(aims.note_heaviest_birth)
     # State that other passes need.
-    if plan.reflects or plan.scatters:
+    if plan.reflects or plan.scatters or plan.expectations:
         yield step(emission.reset_events)
     if emitter.inside is not None:
         yield step(regions.set_birth_bodies, emitter.inside)
@@ -49,8 +49,7 @@ def birth_steps(plan, emitter):
         if score.at_birth is not None:
             yield step_by_name((score.at_birth, score.table))
     # Next-event estimation, and detectors on the emitting sheet.
-    yield from shadow_rays_from_births(plan, emitter)
-    yield from next_event_from_births(plan, emitter)
+    yield from rays_from_births(plan, emitter)
     on_sheet = [(row, shape) for _, row, shape in plan.members if row["sheet"] == emitter.birth["sheet"]]
     metered = [(row, shape) for row, shape in on_sheet if row["covers"] & DETECTOR_BITS]
     if metered and emitter.place[0] != "born_at_point" and plan.adjoint is None:

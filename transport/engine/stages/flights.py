@@ -25,9 +25,8 @@ from transport.engine.passes import (
 from transport.engine.registry import step, step_by_name
 from transport.engine.stages.next_event import (
     count_guarded_flights,
-    next_event_from_collisions,
-    once_more_collided_rays,
-    shadow_rays_from_flights,
+    rays_from_collisions,
+    rays_from_flights,
 )
 
 # ---- Steps of volume detectors and tracks in a flight.
@@ -152,7 +151,7 @@ def flight_steps(plan, moved):
     for row in plan.grids:
         yield step(voxels.delta_track_in_grid, row)
     # Next-event estimation from flights, volume detectors, and the clock.
-    yield from shadow_rays_from_flights(plan)
+    yield from rays_from_flights(plan)
     yield from score_paths(plan)
     yield from count_guarded_flights(plan)
     if plan.has_clock:
@@ -257,13 +256,12 @@ def _account_absorption(plan):
 
 def _scatter(plan):
     """Yield the steps of scattering: next-event estimation, phase function, new direction."""
-    yield from once_more_collided_rays(plan)
     if len(plan.phase_laws) > 1:
         laws = np.array([row for _, row in plan.phase_laws], layout.PHASE_LAW)
         yield step(collisions.choose_phase, plan.arena.table(plan.media, laws))
     if plan.counts_reflections:
         yield step(collisions.count_scatterings)
-    yield from next_event_from_collisions(plan)
+    yield from rays_from_collisions(plan)
     for name, law in plan.phase_laws:
         if name == "scatter_tabulated":
             yield step(collisions.choose_segment_of_table, law)

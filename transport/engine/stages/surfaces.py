@@ -10,10 +10,10 @@ from transport.engine.passes import (
     intersections,
     landing,
     meshes,
-    next_event,
     quadrics,
     regions,
     score_sizes,
+    shadow_rays,
 )
 from transport.engine.registry import step, step_by_name, table_of_layer
 from transport.engine.stages.next_event import mis_steps_after, mis_steps_before, uses_next_event
@@ -98,33 +98,22 @@ def cross_media(plan):
 # ---- Steps of shadow rays at surfaces: passage through transparent ones, and scores along the path.
 
 
-def transmit_shadow_rays(plan):
-    """Yield the steps of a shadow ray through transparent surfaces, on along the same ray."""
-    if _has_transparent(plan):
-        yield from _land_ray(plan, ())
-
-
-def cross_next_event_rays(plan):
-    """Yield the steps of a next-event ray from arrival at a surface to its other side."""
-    counted = [each for layer in range(len(plan.layers)) for each in _score_next_event(plan, layer)]
-    yield from _land_ray(plan, [*counted, *mark_visits(plan), step(next_event.end_next_event_rays)])
-
-
-def _has_transparent(plan):
-    """Return whether the scene has transparent detectors or boundaries of media."""
-    return any(name.startswith(("cover", "bound")) for name, *_ in plan.members)
-
-
-def _land_ray(plan, counted):
+def cross_shadow_rays(plan):
     """Yield the steps of a ray at a surface: move there, score, change bodies, resume the ray."""
-    passes = _has_transparent(plan)
+    passes = any(name.startswith(("cover", "bound")) for name, *_ in plan.members)
+    if not (passes or plan.expectations):
+        return
     if passes:
         yield step(intersections.save_ray)
     yield step(intersections.move)
     yield from land_on_surface(plan)
     if passes and (plan.sheets["outward"] != 0).any():
         yield step(landing.mark_box_exit, plan.arena.table(plan.sheets))
-    yield from counted
+    if plan.expectations:
+        for layer in range(len(plan.layers)):
+            yield from _score_next_event(plan, layer)
+        yield from mark_visits(plan)
+        yield step(shadow_rays.end_next_event_rays)
     yield from cross_media(plan)
     if passes:
         yield step(intersections.restore_ray)
@@ -139,12 +128,12 @@ def _score_next_event(plan, layer):
         return
     table = table_of_layer(plan, layer, plan.expected_layers[layer])
     yield step(detectors.find_detector, table)
-    yield step(next_event.ignore_other_detectors)
+    yield step(shadow_rays.ignore_other_detectors)
     acting = detectors.bin_arrivals, detectors.bin_departures
     for binning in acting if plan.has_acting_surfaces else (detectors.bin_crossings,):
         if binning is detectors.bin_departures:
-            yield step(next_event.keep_transmitted)
+            yield step(shadow_rays.keep_transmitted)
         yield step(binning, table)
         yield from bin_axes(plan, table)
         yield score_step(plan)
-    yield step(next_event.count_target_crossings, table)
+    yield step(shadow_rays.count_target_crossings, table)

@@ -345,10 +345,10 @@ def _classes_of_source(
     rays = next((each for each in plan.expectations if each.detector.name == lamp.detector.name), None)
     if rays is None:
         return
-    if rays.collisions is not None:  # collisions may be so near that their rays have no other limit
+    if rays.collisions:  # collisions may be so near that their rays have no other limit
         what = f"light from {lamp.name!r} via diffuse walls or scattering"
         yield PathClass(what, met.rays, heaviest / rays.scale, gain=gain)
-    if rays.walls is not None:
+    if rays.walls:
         what = f"light from {lamp.name!r} via {'walls near it' if met.rays else 'diffuse walls'}"
         strongest = heaviest * rays.largest_score[side_of(lamp.detector)]
         yield PathClass(what, met.strong_rays, strongest, gain=gain, name="strong rays")
