@@ -176,6 +176,14 @@ class Plan:
         self.rows_of[name], self.rows = rows, rows.past
         return rows
 
+    @cached_property
+    def rows_of_surfaces(self) -> dict[int, list[int]]:
+        """Return the places in `surface_numbers` of each acting surface, by its index in the scene."""
+        rows: dict[int, list[int]] = {}
+        for row, number in enumerate(self.surface_numbers):
+            rows.setdefault(number, []).append(row)
+        return rows
+
     @property
     def sends_shadow_rays(self) -> bool:
         """Whether events send shadow rays to detectors."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
@@ -262,6 +263,7 @@ def exterior_sides(sheets: list[Sheet]) -> Iterator[tuple[bool, bool]]:
     """Yield whether the front and the back side of each sheet are empty (exact, without tolerance)."""
     shapes = [(number, member.shape) for number, sheet in enumerate(sheets) for member in sheet.members]
     finite = [(number, shape.bounds_corners()) for number, shape in shapes if not shape.is_infinite]
+    random.Random(0).shuffle(finite)  # neighbours often lie on the same side of a plane
     owners = np.array([number for number, _ in finite], int)
     corners = np.array([corners for _, corners in finite]).reshape(-1, 8, 3)
     infinite = [(number, shape) for number, shape in shapes if shape.is_infinite]

@@ -42,13 +42,13 @@ class Supports:
 
     def _cells(self, shape: Shape, reach: float) -> Iterable[tuple]:
         """Return the cells within a reach [cells] of a shape's support."""
-        kind, coordinates = self._coordinates(shape)
+        kind, coordinates = self.coordinates(shape)
         width = CELL * self.tolerance
         places = [x / width + OFFSET for x in coordinates]
         ends = ({math.floor(place - reach), math.floor(place + reach)} for place in places)
         return product((kind,), *ends)
 
-    def _coordinates(self, shape: Shape) -> tuple[object, Iterator[float]]:
+    def coordinates(self, shape: Shape) -> tuple[object, Iterator[float]]:
         """Return the kind of a support, and its coordinates relative to the largest coordinate."""
         if shape.is_flat:
             normal = shape.normal

@@ -57,8 +57,13 @@ class SceneParts:
         """
         return {}
 
+    @cached_property
+    def _named(self) -> dict[str, Surface]:
+        """Surfaces by name."""
+        return {surface.name: surface for surface in self.surfaces if surface.name is not None}
+
     def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in vars(self).items() if name != "proofs"}
+        return {name: value for name, value in vars(self).items() if name not in ("proofs", "_named")}
 
     @property
     def meters(self) -> tuple[Detector, ...]:
@@ -176,10 +181,10 @@ class SceneParts:
         )
 
     def _surface_for(self, user: object, parameter: str, name: str) -> Surface:
-        named = {surface.name: surface for surface in self.surfaces if surface.name is not None}
-        if name not in named:
-            refuse(user, f"{parameter} must name a surface, got {short_repr(name)}; {name_hint(name, named)}")
-        return named[name]
+        if name not in self._named:
+            hint = name_hint(name, self._named)
+            refuse(user, f"{parameter} must name a surface, got {short_repr(name)}; {hint}")
+        return self._named[name]
 
 
 def surface_name(scene: SceneParts, which: Surface | int) -> str:
