@@ -99,7 +99,7 @@ def test_no_shared_support_is_missed(monkeypatch):
     among_all = Supports([shape for pair in found for shape in pair])
     for number, (one, _) in enumerate(found):
         among_all.add(number, one)
-    for number, (one, other) in enumerate(found):
+    for number, (_, other) in enumerate(found):
         assert number in among_all.near(other)
     for one, other in found[::5]:
         for coordinate in Supports((one, other)).coordinates(one)[1]:

@@ -177,6 +177,11 @@ class Plan:
         return rows
 
     @cached_property
+    def first_detector_rows(self) -> np.ndarray:
+        """Return the first row of each detector on a shape or surface, in the order of the scene."""
+        return np.array([self.rows_of[detector.name].base for detector in self.scene.meters], np.intp)
+
+    @cached_property
     def rows_of_surfaces(self) -> dict[int, list[int]]:
         """Return the places in `surface_numbers` of each acting surface, by its index in the scene."""
         rows: dict[int, list[int]] = {}

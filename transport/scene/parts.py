@@ -1,6 +1,7 @@
 """Parts of a scene before any check: sources, surfaces, detectors, the surrounding medium, the clock."""
 
 from collections.abc import Iterable
+from dataclasses import fields
 from functools import cached_property
 
 from transport.geometry.shape import Shape
@@ -63,9 +64,9 @@ class SceneParts:
         return {surface.name: surface for surface in self.surfaces if surface.name is not None}
 
     def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in vars(self).items() if name not in ("proofs", "_named")}
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    @property
+    @cached_property
     def meters(self) -> tuple[Detector, ...]:
         """The detectors on shapes and surfaces: those of class Detector.
 
@@ -75,7 +76,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, Detector))
 
-    @property
+    @cached_property
     def phase_spaces(self) -> tuple[PhaseSpace, ...]:
         """The detectors of class PhaseSpace.
 
@@ -85,7 +86,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, PhaseSpace))
 
-    @property
+    @cached_property
     def snapshots(self) -> tuple[Snapshot, ...]:
         """The detectors of class Snapshot.
 
@@ -95,7 +96,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, Snapshot))
 
-    @property
+    @cached_property
     def volumes(self) -> tuple[VolumeDetector, ...]:
         """The detectors of class VolumeDetector.
 
@@ -105,7 +106,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
 
-    @property
+    @cached_property
     def points(self) -> tuple[PointDetector, ...]:
         """The detectors of class PointDetector.
 
@@ -115,7 +116,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, PointDetector))
 
-    @property
+    @cached_property
     def instruments(self) -> tuple[PointInstrument, ...]:
         """The detectors that only backward histories reach: each Camera and EnvironmentMap.
 
@@ -125,12 +126,12 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, PointInstrument))
 
-    @property
+    @cached_property
     def path_media(self) -> tuple[AnyMedium, ...]:
         """Return the media in which any detector keeps path lengths, each once."""
         return tuple(dict.fromkeys(medium for one in self.meters for medium in one.path_lengths or ()))
 
-    @property
+    @cached_property
     def visited(self) -> tuple[str, ...]:
         """The names of detectors and surfaces that occur in a `via`, each once.
 
