@@ -100,8 +100,8 @@ FAULTS = (
     ),
     Fault(
         "results/batches.py",
-        "detectors[a:b, 0] * HIGH_UNIT + detectors[a:b, 1] * LOW_UNIT",
-        "detectors[a:b, 0].astype(np.float32) * np.float32(HIGH_UNIT) + detectors[a:b, 1] * LOW_UNIT",
+        "high * HIGH_UNIT + low * LOW_UNIT",
+        "high.astype(np.float32) * np.float32(HIGH_UNIT) + low * LOW_UNIT",
         "sums in single precision",
         ("hard/test_hard_numbers::test_a_hard_case_is_right_where_the_naive_way_is_not",),
     ),

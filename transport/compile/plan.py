@@ -183,6 +183,19 @@ class Plan:
         self.rows_of[name], self.rows = rows, rows.past
         return rows
 
+    @cached_property
+    def first_detector_rows(self) -> np.ndarray:
+        """Return the first row of each detector on a shape or surface, in the order of the scene."""
+        return np.array([self.rows_of[detector.name].base for detector in self.scene.meters], np.intp)
+
+    @cached_property
+    def rows_of_surfaces(self) -> dict[int, list[int]]:
+        """Return the places in `surface_numbers` of each acting surface, by its index in the scene."""
+        rows: dict[int, list[int]] = {}
+        for row, number in enumerate(self.surface_numbers):
+            rows.setdefault(number, []).append(row)
+        return rows
+
     @property
     def targets(self) -> list:
         """The detectors that events send shadow rays to."""

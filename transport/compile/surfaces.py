@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import random
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -49,10 +51,11 @@ def lower_surfaces(plan: Plan, sheets: list[Sheet], layer_bits: list[list[int]])
     """
     _fill_sheets(plan, sheets)
     rows, rims, acting = [_transparent_row()], [layout.row(layout.RIM)], []
-    first_of_box = _ties(sheets)
+    first_of_box, exterior_bits = _ties(sheets), _exterior_bits(plan, sheets)
+    surface_numbers = {surface: number for number, surface in enumerate(plan.scene.surfaces)}
     for number, (sheet, bits_of_members) in enumerate(zip(sheets, layer_bits, strict=True), start=1):
         covered: list[tuple[SheetMember, np.ndarray]] = []
-        exterior = _exterior_bits(plan, sheet, sheets)
+        exterior, finest = exterior_bits[number - 1], min((m.shape for m in sheet.members), key=_extent)
         for member, bits in zip(sheet.members, bits_of_members, strict=True):
             for shape in member.shape.primitives():
                 part, hit = replace(member, shape=shape), layout.hit_word(number)
@@ -62,15 +65,16 @@ def lower_surfaces(plan: Plan, sheets: list[Sheet], layer_bits: list[list[int]])
                     acting.append((number, first, part))
                     rows += new
                     rims += [_rim_row(part, plan.space)] * len(new)
-                    plan.surface_numbers += [plan.scene.surfaces.index(part.surface)] * len(new)
+                    plan.surface_numbers += [surface_numbers[part.surface]] * len(new)
                     hit = layout.hit_word(number, first, int(new[0][0]["material"]))
                 # Add the bits to the row of a part that covers the same points, or make a new shape row.
-                twin = next((row for other, row in covered if covers_same_points(other, part)), None)
+                others = covered if part.surface is None else ()
+                twin = next((row for other, row in others if covers_same_points(other, part)), None)
                 if twin is not None:
                     twin["hit"] |= hit
                     twin["covers"] |= exterior | bits
                     continue
-                name, row = _shape_row(plan, part, member.shape, sheet, number)
+                name, row = _shape_row(plan, part, member.shape, finest, number)
                 row["hit"], row["covers"] = hit, exterior | bits
                 covered.append((part, row))
                 if "tie" in row.dtype.names:
@@ -116,15 +120,18 @@ def _fill_sheets(plan: Plan, sheets: list[Sheet]) -> None:
 
 
 def _shape_row(
-    plan: Plan, part: SheetMember, whole: Shape, sheet: Sheet, number: int
+    plan: Plan, part: SheetMember, whole: Shape, finest: Shape, number: int
 ) -> tuple[str, np.ndarray]:
-    """Return the pass and the row by which rays are intersected with a part of a member's whole shape."""
+    """Return the pass and the row by which rays are intersected with a part of a member's whole shape.
+
+    finest: smallest shape of the sheet, with this number.
+    """
     shape, space, name = part.shape, plan.space, primitive_of(part.shape).name
     columns = shape_columns(shape, space, edge_slack(part, space))
     row = layout.row(getattr(layout, name.upper()), columns, sheet=number)
     if isinstance(shape, Mesh):
         point_to_mesh(plan, shape, row)
-    _share_plane(row, part, sheet, space)
+    _share_plane(row, part, finest, space)
     along = ""
     if name == "rectangle" and (axis := aligned_axis(shape)) is not None:
         along = "_" + "xyz"[axis]
@@ -138,14 +145,13 @@ def _shape_row(
     return f"bound_{name}" if is_boundary else f"cover_{name}{along}", row
 
 
-def _share_plane(row: np.ndarray, member: SheetMember, sheet: Sheet, space: Space) -> None:
+def _share_plane(row: np.ndarray, member: SheetMember, finest: Shape, space: Space) -> None:
     """Set all flat members of a sheet to the point of the smallest one, and detectors to its normal.
 
     With planes of their own they would lie a rounding apart, and a particle that crosses there could miss
     both or hit one twice.
     """
     if "sx" in row.dtype.names:
-        finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
         row["sx"], row["sy"], row["sz"] = space.place(finest.center)
         if "outward" in row.dtype.names:
             row["outward"] = outward_sign(member, finest)
@@ -161,16 +167,18 @@ def outward_sign(member: SheetMember, flat: Shape) -> float:
 
 
 def covers_same_points(one: SheetMember, other: SheetMember) -> bool:
-    """Return whether two members of a sheet cover the same points, so that one pass finds both.
+    """Return whether a member of a sheet and another, which does not act, cover the same points.
 
-    Two acting members never do.
+    One pass then finds both.
     """
-    if other.surface is not None:
-        return False
     if one.shape.is_plane and other.shape.is_plane:
         return True
     same = one.shape == other.shape and one.whole == other.whole
     return same and one.surface is None and bounds_bodies(one) == bounds_bodies(other)
+
+
+def _extent(shape: Shape) -> float:
+    return shape.extent
 
 
 def bounds_bodies(member: SheetMember) -> bool:
@@ -239,33 +247,58 @@ def _fill_contacts(plan: Plan, acting: list[tuple[int, int, SheetMember]]) -> No
 # ---- Find the empty sides of sheets: a particle that leaves there has escaped without another flight.
 
 PARALLEL_TOLERANCE = 1e-15
+FEW_SHAPES = 64  # looked at first: in most scenes some lie on either side of a plane
 
 
-def _exterior_bits(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
-    """Return the hit bits of a sheet's empty sides; 0 where the plan cannot use them."""
+def _exterior_bits(plan: Plan, sheets: list[Sheet]) -> list[int]:
+    """Return the hit bits of each sheet's empty sides; 0 where the plan cannot use them."""
     if not plan.can_escape_at_once:
-        return 0
-    before, behind = exterior_sides(sheet, sheets)
-    return (layout.EMPTY_FRONT if before else 0) | (layout.EMPTY_BACK if behind else 0)
+        return [0] * len(sheets)
+    return [
+        (layout.EMPTY_FRONT if before else 0) | (layout.EMPTY_BACK if behind else 0)
+        for before, behind in exterior_sides(sheets)
+    ]
 
 
-def exterior_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
-    """Return whether the front and the back side of a sheet are empty (exact, without tolerance)."""
-    others = [other.support for other in sheets if other is not sheet]
-    others += [member.shape for other in sheets if other is not sheet for member in other.members[1:]]
-    support = sheet.support
-    if support.is_flat:
-        return tuple(all(_is_behind(support, shape, side) for shape in others) for side in (1.0, -1.0))
-    return support.is_convex and all(_is_within(support, shape) for shape in others), False
+def exterior_sides(sheets: list[Sheet]) -> Iterator[tuple[bool, bool]]:
+    """Yield whether the front and the back side of each sheet are empty (exact, without tolerance)."""
+    shapes = [(number, member.shape) for number, sheet in enumerate(sheets) for member in sheet.members]
+    finite = [(number, shape.bounds_corners()) for number, shape in shapes if not shape.is_infinite]
+    random.Random(0).shuffle(finite)  # neighbours often lie on the same side of a plane
+    owners = np.array([number for number, _ in finite], int)
+    corners = np.array([corners for _, corners in finite]).reshape(-1, 8, 3)
+    infinite = [(number, shape) for number, shape in shapes if shape.is_infinite]
+    for number, sheet in enumerate(sheets):
+        support = sheet.support
+        if support.is_flat:
+            endless = [shape for owner, shape in infinite if owner != number]
+            yield _empty_sides(support, endless, corners, owners != number)
+        else:
+            others = (shape for owner, shape in shapes if owner != number)
+            yield support.is_convex and all(_is_within(support, shape) for shape in others), False
 
 
-def _is_behind(flat: FlatShape, shape: Shape, side: float) -> bool:
-    """Return whether a shape lies behind a plane (side 1), or on the normal's side (side -1)."""
+def _empty_sides(
+    flat: FlatShape, endless: list[Shape], corners: np.ndarray, is_other: np.ndarray
+) -> tuple[bool, bool]:
+    """Return whether nothing reaches beyond a plane on its front and its back side.
+
+    endless: infinite shapes; corners: those (n, 8, 3) [m] of finite ones, of which those of the plane itself
+    do not count.
+    """
     normal, center = np.array(flat.normal), np.array(flat.center)
-    if shape.is_infinite:
+    highest, lowest = 0.0, 0.0
+    for shape in endless:
         is_parallel = shape.is_plane and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL_TOLERANCE
-        return is_parallel and side * (np.array(shape.center) - center) @ normal <= 0.0
-    return bool((side * ((np.array(shape.bounds_corners()) - center) @ normal) <= 0.0).all())
+        height = (np.array(shape.center) - center) @ normal if is_parallel else math.inf
+        highest, lowest = max(highest, height), min(lowest, height if is_parallel else -math.inf)
+    # Look at more and more shapes until some lie on either side.
+    seen, past = 0, FEW_SHAPES
+    while seen < len(corners) and (highest <= 0.0 or lowest >= 0.0):
+        heights = (corners[seen:past][is_other[seen:past]] - center) @ normal
+        highest, lowest = heights.max(initial=highest), heights.min(initial=lowest)
+        seen, past = past, 8 * past
+    return bool(highest <= 0.0), bool(lowest >= 0.0)
 
 
 def _is_within(ball: Sphere, shape: Shape) -> bool:

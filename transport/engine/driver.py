@@ -6,6 +6,7 @@
 import math
 from dataclasses import dataclass
 from itertools import chain
+from operator import itemgetter
 
 import numpy as np
 from numba import config, int64, njit
@@ -31,6 +32,11 @@ GOLDEN = 0.6180339887498949
 # least share of its due histories that the brightest emitter keeps when the others are rounded up
 MIN_BRIGHTEST_SHARE = 0.95
 PLACE_IN_HEADER = {name: place for place, name in enumerate(HEADER)}
+# counts that are read at the end of a batch; they and some others begin at 0
+COUNTED = ("crossings", "collisions", "started", "bank_overflow", "trapped", "killed", "scored")
+COUNTED = (*COUNTED, "record_count", "flight_count")
+CLEARED = np.array([PLACE_IN_HEADER[name] for name in (*COUNTED, "banked", "rays_cast", "rays_taken")])
+read_counts = itemgetter(*map(PLACE_IN_HEADER.get, COUNTED))
 MAX_SCORED = 1 << 60  # largest sum of a volume detector [2^-32], to which each score adds up to 2^28
 
 
@@ -58,14 +64,16 @@ class Sums:
 
     def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
         self.copies = layout.SCORE_COPIES if plan.rows <= layout.MAX_COPIED_ROWS else 1
-        self.tallies = np.zeros((self.copies, plan.rows, 4), np.int64)
-        self.ledger = np.zeros((layout.ABSORBED + len(plan.surfaces) + plan.media_rows, 4), np.int64)
+        # The energy balance follows the tallies in one block, so that both have one address to find.
+        counted, balanced = self.copies * plan.rows, layout.ABSORBED + len(plan.surfaces) + plan.media_rows
+        rows = np.zeros((counted + balanced, 4), np.int64)
+        self.tallies, self.ledger = rows[:counted].reshape(self.copies, -1, 4), rows[counted:]
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
         self.sizes = np.zeros(plan.size_cells, np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // max(1, wanted))
         copies = plan.splits or plan.forces_collisions
-        self.bank = np.zeros((BANK_CAPACITY, FIELDS) if copies else (1, 1), np.int64)
+        self.bank = np.zeros((BANK_CAPACITY if copies else 0, FIELDS), np.int64)
         self.tracks = np.zeros(plan.max_path_segments, layout.PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), layout.RECORD)
         self.arena = plan.arena.memory
@@ -77,11 +85,19 @@ class Sums:
 
     def enter(self, bundle: np.ndarray, **words: int) -> None:
         """Write the addresses and sizes of this memory and the arena, and other words, into a header."""
-        for name in ("arena", "tallies", "ledger", "moments", "sizes", "records", "tracks", "bank"):
-            words[name] = getattr(self, name).ctypes.data
-        words |= {"ledger_words": self.ledger.size, "stride": self.stride, "record_count": 0}
+        address = self.tallies.ctypes.data
+        words |= {
+            "arena": self.arena.ctypes.data,
+            "tallies": address,
+            "ledger": address + self.tallies.nbytes,
+            "ledger_words": self.ledger.size,
+        }
+        words |= {"stride": self.stride, "record_count": 0}
         words |= {"tracks_capacity": len(self.tracks), "flight_count": 0}
         words["copy_rows"] = self.tallies.shape[1] if self.copies > 1 else 0
+        for name in ("moments", "sizes", "records", "tracks", "bank"):
+            if len(part := getattr(self, name)):
+                words[name] = part.ctypes.data
         header = header_of(bundle)
         for name, word in words.items():
             header[PLACE_IN_HEADER[name]] = word
@@ -251,6 +267,7 @@ class CompiledProgram:
     split_table: tuple
     # power of each emitter's histories if all were born at the largest weight
     emitter_powers: np.ndarray
+    by_chance: tuple[np.ndarray, np.ndarray]  # `_deal_histories` where systematic sampling deals
 
     def __reduce__(self) -> tuple:
         return compile_program, (self.program,)
@@ -275,6 +292,7 @@ def compile_program(program: Program, progress=None) -> CompiledProgram:
         shadow_table=_entry_table(program.shadow_steps),
         split_table=_entry_table(program.bank_steps),
         emitter_powers=bounds,
+        by_chance=(np.empty(0, np.int64), np.ones(len(bounds))),
     )
     if not (config.DISABLE_JIT or drive.signatures):
         if progress is not None:
@@ -292,16 +310,15 @@ def _deal_histories(compiled: CompiledProgram, histories: int) -> tuple[np.ndarr
     quasi-random sampling the numbers are therefore fixed and the birth weights compensate their rounding; the
     brightest emitter has the remaining histories.
     """
-    bounds, count = compiled.emitter_powers, len(compiled.emitter_powers)
-    by_chance = np.empty(0, np.int64), np.ones(count)
-    if count == 1 or compiled.program.plan.method.sampling == "random":
-        return by_chance
+    bounds = compiled.emitter_powers
+    if len(bounds) == 1 or compiled.program.plan.method.sampling == "random":
+        return compiled.by_chance
     due = histories * (bounds / bounds.sum())
     numbers = np.ceil(due * (1.0 - ROUNDING)).astype(np.int64)
     brightest = int(np.argmax(due))
     numbers[brightest] += histories - numbers.sum()
     if numbers[brightest] < MIN_BRIGHTEST_SHARE * due[brightest]:
-        return by_chance
+        return compiled.by_chance
     is_whole = np.abs(due - numbers) <= ROUNDING * due
     return np.cumsum(numbers), np.where(is_whole, 1.0, due / np.maximum(numbers, 1))
 
@@ -351,22 +368,23 @@ def run_batch(
         shadows = empty_bundle()
         sums.enter(shadows, **key)
     # Reset the header of the bundle.
-    counts = "started", "crossings", "collisions", "scored", "banked", "bank_overflow", "killed", "trapped"
-    key |= {"shadow": shadows.ctypes.data, "rays_cast": 0, "rays_taken": 0, "bank_capacity": BANK_CAPACITY}
+    header = header_of(bundle)
+    header[CLEARED] = 0
+    key["shadow"] = header_of(shadows)[PLACE_IN_HEADER["address"]]
+    key["bank_capacity"] = BANK_CAPACITY
     key["patience"] = UNLIMITED if plan.has_clock else PATIENCE
     key["patience_in_media"] = UNLIMITED if plan.has_clock else PATIENCE_IN_MEDIA
-    sums.enter(bundle, **key, **dict.fromkeys(counts, 0))
+    sums.enter(bundle, **key)
     lanes, handle = _handle(bundle)
     sight = (*_handle(shadows), *compiled.shadow_table)
     dealt, worths = _deal_histories(compiled, histories)
     births = (*compiled.birth_table, dealt, worths)
     drive(lanes, handle, compiled.step_table, births, sight, compiled.split_table, histories)
     # Raise if the batch was stopped, cannot end, or exceeds a limit.
-    header = dict(zip(HEADER, header_of(bundle).tolist(), strict=True))
-    if header["stop"]:
+    if header[PLACE_IN_HEADER["stop"]]:
         raise Stopped
-    counted = ("crossings", "started", "bank_overflow", "trapped", "killed")
-    crossings, started, copies, trapped, killed = (header[name] for name in counted)
+    counts = read_counts(header.tolist())
+    crossings, collisions, started, copies, trapped, killed, scored, recorded, flights = counts
     are_all_killed = 0 < killed == histories and not sums.ledger[layout.ABSORBED :, :2].any()
     if trapped or are_all_killed:
         particles = trapped or killed
@@ -378,9 +396,9 @@ def run_batch(
         raise limits_exceeded.full_bank_error(plan, BANK_CAPACITY)
     if crossings >= MAX_CROSSINGS:
         raise limits_exceeded.too_many_crossings_error(plan, crossings, started)
-    if max(header["scored"], int(shadows["scored"][0])) >= MAX_SCORED:
+    if max(scored, int(header_of(shadows)[PLACE_IN_HEADER["scored"]])) >= MAX_SCORED:
         raise limits_exceeded.too_many_scores_error(histories)
-    records = sums.records[: header["record_count"]]
+    records = sums.records[:recorded]
     if len(records):
         records = np.sort(records, order=("snapshot", "history"))
     return RawSums(
@@ -392,18 +410,19 @@ def run_batch(
         sums.sizes,
         records,
         sums.stride,
-        sums.tracks[: header["flight_count"]],
-        header["flight_count"],
+        sums.tracks[:flights],
+        flights,
         seed,
         crossings,
-        header["collisions"],
+        collisions,
     )
 
 
 def _last_surfaces(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
     """Return the sorted numbers of the surfaces that the lanes hit last."""
     _, shift, length = layout.PARTS["surface"]
-    rows = (bundle["hit"][0][:lanes] >> shift) & ((1 << length) - 1)
+    hits = bundle["hit"][0]
+    rows = (np.r_[hits[:lanes], hits[LANES : LANES + lanes]] >> shift) & ((1 << length) - 1)
     return sorted({plan.surface_numbers[row - 1] for row in rows.tolist() if row > 0})
 
 

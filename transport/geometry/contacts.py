@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from transport.geometry.flat import Disk, FlatShape
+from transport.geometry.neighbours import touching_boxes
 from transport.geometry.relations import are_on_one_support, rounding_tolerance
 from transport.geometry.revolved import Profile, Revolved
 from transport.geometry.shape import ROUNDING, Shape
@@ -46,12 +47,11 @@ def _pairs(shapes: Sequence[Shape]) -> Iterator[tuple[int, int, bool]]:
     finite = np.where(np.isfinite([*low.T, *high.T]).T, np.hstack((low, high)), places)
     tolerance = 64 * ROUNDING * (np.abs(finite[:, :3]).max() + np.abs(finite[:, 3:]).max())
     # Compare shapes with overlapping bounding boxes only.
-    for hit, shape in enumerate(shapes):
-        near = ((low <= high[hit] + tolerance) & (high >= low[hit] - tolerance)).all(axis=1)
-        for other in np.flatnonzero(near):
-            if other != hit and touches(shape, shapes[other], tolerance, tolerance):
-                is_inside = touches(shape, shapes[other], -tolerance, tolerance)
-                yield hit, int(other), is_inside
+    for hit, near in enumerate(touching_boxes(low - tolerance, high)):
+        for other in near.tolist():
+            if touches(shapes[hit], shapes[other], tolerance, tolerance):
+                is_inside = touches(shapes[hit], shapes[other], -tolerance, tolerance)
+                yield hit, other, is_inside
 
 
 def touches(hit: Shape, other: Shape, widened: float, tolerance: float) -> bool:

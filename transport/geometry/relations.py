@@ -39,7 +39,7 @@ def are_on_one_support(a: Shape, b: Shape) -> bool:
     if isinstance(a, Sphere) and isinstance(b, Sphere):
         tolerance = rounding_tolerance(a, b)
         return math.dist(a.center, b.center) <= tolerance and abs(a.radius - b.radius) <= tolerance
-    if isinstance(a, Revolved) and isinstance(b, Revolved):
+    if all(isinstance(shape, Revolved) and not isinstance(shape, Sphere) for shape in (a, b)):
         return _has_rings_on(a, b) or _has_rings_on(b, a)
     return a == b
 

@@ -94,6 +94,8 @@ def _hashed(numbers: np.ndarray) -> np.ndarray:
 
 HIGH_UNIT, LOW_UNIT, SLANT_UNIT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
 
+MOST_COUNT = (1 << layout.COUNT_BITS) - 1  # above it, a count holds the grazing excess
+ENDS = {name: getattr(layout, name.upper()) for name in ("escaped", "in_flight", "roulette", "lost")}
 MOMENT_LIMB_UNITS = np.array([HIGH_UNIT, LOW_UNIT, 2.0**-94, 2.0**-125])  # of a row of velocity sums
 
 
@@ -150,7 +152,23 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
 
     Raises LedgerError if the energy balance does not close.
     """
-    # Check that the energy balance closes exactly.
+    return batches_of(plan, {number: raw})[number]
+
+
+def batches_of(plan: Plan, parcel: dict[int, object]) -> dict[int, Batch]:
+    """Convert the raw sums of several batches by number: where they are short, all at once.
+
+    Raises LedgerError if an energy balance does not close.
+    """
+    columns = zip(*_columns(plan, list(parcel.values())), strict=True)
+    return {
+        number: _batch_of(raw, number, *own)
+        for (number, raw), own in zip(parcel.items(), columns, strict=True)
+    }
+
+
+def _batch_of(raw, number: int, weights, counts, slants, grazing: np.ndarray) -> Batch:
+    """Check that the energy balance closes exactly, and return a batch with these columns."""
     ledger = raw.ledger.tolist()
     whole = [(high << 31) + low for high, low, _, _ in ledger]
     born = raw.birth_weight + whole[layout.BORN]
@@ -160,29 +178,17 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
             f"the ledger of {raw.histories} histories does not close: born {born / 2**63!r},"
             f" ended {ended / 2**63!r}"
         )
-    raw.detectors[0] = 0  # unused row: the target of lanes without a detector
-    ends = ("escaped", "in_flight", "roulette", "lost")
-    # Convert the sums of the detectors' rows to floats; pack them if they are long.
-    detectors, moments, most = raw.detectors, raw.moments, (1 << layout.COUNT_BITS) - 1
-    weights, counts, slants = make_columns(
-        [
-            lambda a, b: detectors[a:b, 0] * HIGH_UNIT + detectors[a:b, 1] * LOW_UNIT,
-            lambda a, b: detectors[a:b, 2] & most,
-            lambda a, b: detectors[a:b, 3] * SLANT_UNIT,
-        ],
-        [1, 1, SLANT_UNIT],
-        detectors,
-    )
+    moments = raw.moments
     (velocities,) = make_columns([lambda a, b: moments[a:b] @ MOMENT_LIMB_UNITS], [1], moments)
     return Batch(
         raw.histories,
         weights,
         counts,
         slants,
-        _grazing_excess(plan, raw.detectors[:, 2]),
+        grazing,
         born * LOW_UNIT,
         float(raw.ledger[layout.BORN, 3].view(np.float64)),
-        {name: whole[getattr(layout, name.upper())] * LOW_UNIT for name in ends},
+        {name: whole[row] * LOW_UNIT for name, row in ENDS.items()},
         np.array([value * LOW_UNIT for value in whole[layout.ABSORBED + 1 :]]),
         ledger[layout.LOST][2],
         ledger[layout.LOST][3],
@@ -198,18 +204,39 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
     )
 
 
-def _grazing_excess(plan: Plan, counts: np.ndarray) -> np.ndarray:
-    """Grazing excess of each detector, both sides together, from the upper bits of the counts of scores."""
-    firsts = [plan.rows_of[detector.name].base for detector in plan.scene.meters]
-    if not firsts:
-        return np.zeros(0, np.int64)
-    if plan.half > MAX_UNPACKED_ROWS:  # unwritten rows take no memory, but a copy of them would
-        ends = [*firsts[1:], plan.half]
-        return np.array(
-            [_grazing_excess_of_rows(plan, counts, *rows) for rows in zip(firsts, ends, strict=True)]
-        )
-    excess = counts[: 2 * plan.half] >> layout.COUNT_BITS
-    return sum(np.add.reduceat(side, firsts) for side in excess.reshape(2, -1))
+def _columns(plan: Plan, raws: list) -> tuple:
+    """Return weights, counts, slants and grazing excess of each batch; long columns are packed."""
+    if plan.rows > MAX_UNPACKED_ROWS:
+        return zip(*(_long_columns(plan, raw.detectors) for raw in raws), strict=True)
+    detectors = np.array([raw.detectors for raw in raws])
+    detectors[:, 0] = 0  # unused row: the target of lanes without a detector
+    high, low, counts, slants = (detectors[..., column] for column in range(4))
+    excess = (counts[:, : 2 * plan.half] >> layout.COUNT_BITS).reshape(len(raws), 2, -1).sum(axis=1)
+    firsts = plan.first_detector_rows
+    return (
+        high * HIGH_UNIT + low * LOW_UNIT,
+        counts & MOST_COUNT,
+        slants * SLANT_UNIT,
+        np.add.reduceat(excess, firsts, axis=1) if len(firsts) else excess[:, :0],
+    )
+
+
+def _long_columns(plan: Plan, detectors: np.ndarray) -> tuple:
+    """Return the packed columns of one batch, computed in stretches of rows."""
+    detectors[0] = 0
+    columns = make_columns(
+        [
+            lambda a, b: detectors[a:b, 0] * HIGH_UNIT + detectors[a:b, 1] * LOW_UNIT,
+            lambda a, b: detectors[a:b, 2] & MOST_COUNT,
+            lambda a, b: detectors[a:b, 3] * SLANT_UNIT,
+        ],
+        [1, 1, SLANT_UNIT],
+        detectors,
+    )
+    firsts = plan.first_detector_rows.tolist()
+    rows = zip(firsts, [*firsts[1:], plan.half], strict=True) if firsts else ()
+    excess = [_grazing_excess_of_rows(plan, detectors[:, 2], *each) for each in rows]
+    return *columns, np.array(excess, np.int64)
 
 
 def _grazing_excess_of_rows(plan: Plan, counts: np.ndarray, first: int, past: int) -> int:

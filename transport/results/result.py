@@ -344,11 +344,9 @@ class Ledger(Mapping[str, Estimate]):
         share = emitted / plan.unit
         # Collect the absorbed weight of each surface and of each absorbing medium.
         self.absorbed_by: dict[str, Estimate] = {}
-        for index, surface in enumerate(scene.surfaces):
-            rows = [row for row, owner in enumerate(plan.surface_numbers) if owner == index]
-            if rows:
-                name = surface.name or f"surfaces[{index}]"
-                self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)
+        for index, rows in sorted(plan.rows_of_surfaces.items()):
+            name = scene.surfaces[index].name or f"surfaces[{index}]"
+            self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)
         for row, name in media_names(plan).items():
             column = len(plan.surface_numbers) + row
             self.absorbed_by[name] = entry([b.absorbed[column] for b in batches])

@@ -9,8 +9,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 
 from transport.compile.plan import Plan
-from transport.results.batches import Batch, batch_of
+from transport.results.batches import Batch, batches_of
 from transport.run.provenance import Origin
+from transport.statistics.packed import MAX_UNPACKED_ROWS
 
 POLL_SECONDS = 0.1  # [s] between updates of the progress
 # [s] of work that a thread returns together: handing over costs as long as a small batch
@@ -112,16 +113,6 @@ class Executor(ABC):
             yield self.ahead.pop(self.next - 1)
 
 
-def timed_batch(compiled, seed: int, number: int, size: int, bundle, count: int) -> tuple[Batch, float]:
-    """Compute a batch in this thread; return it with the seconds that it took."""
-    from transport.engine.driver import run_batch
-
-    begun = time.perf_counter()
-    # Keep no reference to the raw sums: they would double the memory of the next batch.
-    batch = batch_of(compiled.program.plan, run_batch(compiled, seed, number, size, bundle, count), number)
-    return batch, time.perf_counter() - begun
-
-
 class ThreadExecutor(Executor):
     """Compute batches in threads of this process, each with its own bundle."""
 
@@ -174,10 +165,13 @@ class ThreadExecutor(Executor):
 
     def _work(self, bundle) -> None:
         """Run one thread: compute batches in its bundle, and return them in parcels of PARCEL_SECONDS."""
-        from transport.engine.driver import Stopped
+        from transport.engine.driver import Stopped, run_batch
 
         bundle["stop"], bundle["started"] = 0, 0
-        parcel, handed = {}, time.perf_counter()
+        # Long sums are converted at once: their memory would add up.
+        patience = PARCEL_SECONDS if self.plan.rows <= MAX_UNPACKED_ROWS else 0.0
+        parcel: dict[int, object] = {}
+        handed = begun = time.perf_counter()
         try:
             # Compute batches until none is left, and hand them over in parcels.
             while not self.is_over:
@@ -185,17 +179,24 @@ class ThreadExecutor(Executor):
                     number, size = next(self.tasks, (None, 0))
                 if number is None:
                     break
-                parcel[number], seconds = timed_batch(
-                    self.compiled, self.seed, number, size, bundle, self.count
-                )
+                parcel[number] = run_batch(self.compiled, self.seed, number, size, bundle, self.count)
                 bundle["started"], now = 0, time.perf_counter()
-                self.done.append((size, seconds))
-                if now - handed > PARCEL_SECONDS:
-                    self.finished.put(parcel)
+                self.done.append((size, now - begun))
+                begun = now
+                if now - handed > patience:
+                    self._hand_over(parcel)
                     parcel, handed = {}, now
         except Stopped:
             pass
         except Exception as error:  # raised again in the caller's thread
             self.finished.put(error)
-        if parcel:
-            self.finished.put(parcel)
+        self._hand_over(parcel)
+
+    def _hand_over(self, parcel: dict[int, object]) -> None:
+        """Convert the sums of batches, and hand them over to the caller's thread."""
+        if not parcel:
+            return
+        try:
+            self.finished.put(batches_of(self.plan, parcel))
+        except Exception as error:  # raised again there
+            self.finished.put(error)

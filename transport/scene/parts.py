@@ -1,6 +1,7 @@
 """Parts of a scene before any check: sources, surfaces, detectors, the surrounding medium, the clock."""
 
 from collections.abc import Iterable
+from dataclasses import fields
 from functools import cached_property
 
 from transport.geometry.shape import Shape
@@ -57,10 +58,15 @@ class SceneParts:
         """
         return {}
 
-    def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in vars(self).items() if name != "proofs"}
+    @cached_property
+    def _named(self) -> dict[str, Surface]:
+        """Surfaces by name."""
+        return {surface.name: surface for surface in self.surfaces if surface.name is not None}
 
-    @property
+    def __getstate__(self) -> dict[str, object]:
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @cached_property
     def meters(self) -> tuple[Detector, ...]:
         """The detectors on shapes and surfaces: those of class Detector.
 
@@ -70,7 +76,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, Detector))
 
-    @property
+    @cached_property
     def phase_spaces(self) -> tuple[PhaseSpace, ...]:
         """The detectors of class PhaseSpace.
 
@@ -80,7 +86,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, PhaseSpace))
 
-    @property
+    @cached_property
     def snapshots(self) -> tuple[Snapshot, ...]:
         """The detectors of class Snapshot.
 
@@ -90,7 +96,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, Snapshot))
 
-    @property
+    @cached_property
     def volumes(self) -> tuple[VolumeDetector, ...]:
         """The detectors of class VolumeDetector.
 
@@ -100,7 +106,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
 
-    @property
+    @cached_property
     def points(self) -> tuple[PointDetector, ...]:
         """The detectors of class PointDetector.
 
@@ -110,7 +116,7 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, PointDetector))
 
-    @property
+    @cached_property
     def instruments(self) -> tuple[PointInstrument, ...]:
         """The detectors that only backward histories reach: each Camera and EnvironmentMap.
 
@@ -120,12 +126,12 @@ class SceneParts:
         """
         return tuple(part for part in self.detectors if isinstance(part, PointInstrument))
 
-    @property
+    @cached_property
     def path_media(self) -> tuple[AnyMedium, ...]:
         """Return the media in which any detector keeps path lengths, each once."""
         return tuple(dict.fromkeys(medium for one in self.meters for medium in one.path_lengths or ()))
 
-    @property
+    @cached_property
     def visited(self) -> tuple[str, ...]:
         """The names of detectors and surfaces that occur in a `via`, each once.
 
@@ -176,10 +182,10 @@ class SceneParts:
         )
 
     def _surface_for(self, user: object, parameter: str, name: str) -> Surface:
-        named = {surface.name: surface for surface in self.surfaces if surface.name is not None}
-        if name not in named:
-            refuse(user, f"{parameter} must name a surface, got {short_repr(name)}; {name_hint(name, named)}")
-        return named[name]
+        if name not in self._named:
+            hint = name_hint(name, self._named)
+            refuse(user, f"{parameter} must name a surface, got {short_repr(name)}; {hint}")
+        return self._named[name]
 
 
 def surface_name(scene: SceneParts, which: Surface | int) -> str:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from transport.geometry.neighbours import Supports
 from transport.geometry.relations import are_on_one_support, is_on_support, relative_orientation
 from transport.geometry.shape import Point, Shape
 from transport.scene.bodies import bodies_on_sides, has_media
@@ -49,10 +50,14 @@ class Sheet:
 def scene_sheets(scene: SceneParts) -> list[Sheet]:
     """Sheets of the scene, acting members before detectors, without surfaces that have no effect."""
     sheets: list[Sheet] = []
-    for member in sorted(_members(scene), key=_precedence):
-        home = next((s for s in sheets if are_on_one_support(s.support, member.shape)), None)
+    members = sorted(_members(scene), key=_precedence)
+    supports = Supports([member.shape for member in members])
+    for member in members:
+        near = (sheets[number] for number in supports.near(member.shape))
+        home = next((sheet for sheet in near if are_on_one_support(sheet.support, member.shape)), None)
         if home is None:
             home = Sheet([])
+            supports.add(len(sheets), member.shape)
             sheets.append(home)
         home.members.append(member)
         member.orientation = relative_orientation(home.support, member.shape)
@@ -67,10 +72,15 @@ def _precedence(member: SheetMember) -> tuple[bool, float]:
 def _members(scene: SceneParts) -> Iterator[SheetMember]:
     """All members: pieces of surfaces with detectors and bodies, and detectors with their own shapes."""
     bounds = bodies_on_sides(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
+    visited = set(scene.visited)
+    on_surface: dict[str | None, list[Detector]] = {}  # by the surface's name
+    for detector in scene.meters:
+        if isinstance(detector.shape, str):
+            on_surface.setdefault(detector.shape, []).append(detector)
     for surface, sides in zip(scene.surfaces, bounds, strict=True):
-        looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]
+        looking = on_surface.get(surface.name, [])
         acts = surface.material.acts
-        mark = surface.name if surface.name in scene.visited else None
+        mark = surface.name if surface.name in visited else None
         front, back = (sum(1 << body for body in side) for side in sides)
         if acts or looking or mark is not None or front != back:
             for piece in surface.shape.pieces():

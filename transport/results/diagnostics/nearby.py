@@ -284,7 +284,7 @@ def _estimated_visits(tally: Tally, number: int, share: float, light: float) -> 
     plan, shape = tally.plan, tally.plan.scene.surfaces[number].shape
     if share >= 1:
         return math.inf if shape.is_infinite else shape.area * light * tally.particles / plan.unit
-    rows = [row for row, owner in enumerate(plan.surface_numbers) if owner == number]
+    rows = plan.rows_of_surfaces.get(number, [])
     return sum(float(batch.absorbed[rows].sum()) for batch in tally.batches) / (1 - share)
 
 

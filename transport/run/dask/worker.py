@@ -15,6 +15,7 @@ from functools import wraps
 
 from distributed import Reschedule, WorkerPlugin, get_worker
 
+from transport.results.batches import batch_of
 from transport.run.provenance import Origin, this_origin
 
 IDLE_SECONDS = 600.0  # [s] without a batch after which a run's program is forgotten: its client may be gone
@@ -141,14 +142,18 @@ class RunPlugin(WorkerPlugin):
         count: batches of the run, among which the sample of a Snapshot is divided; task: key of the task.
         Raise Stopped where the run is over or the task was cancelled.
         """
-        from transport.run.executor import timed_batch
+        from transport.engine.driver import run_batch
 
         compiled, done, times = self.compiled_program(), {}, []
         bundle = self._take_bundle(task)
         try:
             for number, size in group:
-                done[number], seconds = timed_batch(compiled, self.seed, number, size, bundle, count)
-                times.append((size, seconds))
+                begun = time.perf_counter()
+                # Keep no reference to the raw sums: they would double the memory of the next batch.
+                done[number] = batch_of(
+                    compiled.program.plan, run_batch(compiled, self.seed, number, size, bundle, count), number
+                )
+                times.append((size, time.perf_counter() - begun))
         finally:
             with self.lock:
                 self.free.append(self.busy.pop(task))

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from transport.geometry.neighbours import touching_boxes
 from transport.geometry.relations import are_on_one_support, overlap
-from transport.geometry.shape import Shape
+from transport.geometry.shape import ROUNDING, Shape
 from transport.scene.bodies import scene_media
 from transport.scene.checks.coplanar_meshes import check_coplanar_meshes
 from transport.scene.checks.enclosures import check_lossless_enclosures
@@ -15,7 +19,7 @@ from transport.scene.checks.refractive_indices import check_media
 from transport.scene.checks.trapping import check_total_internal_reflection
 from transport.scene.detectors import MAX_PATHS
 from transport.scene.parts import surface_name
-from transport.scene.sheets import scene_sheets
+from transport.scene.sheets import SheetMember, scene_sheets
 from transport.statistics.findings import Check
 from transport.validation import SceneError, refuse, short_repr
 
@@ -33,21 +37,30 @@ def check_supports(scene: SceneParts) -> None:
     """Refuse two acting surfaces at one point of a sheet."""
     for sheet in scene_sheets(scene):
         acting = [m for m in sheet.members if m.surface is not None]
-        for i, one in enumerate(acting):
-            for other in acting[:i]:
-                if overlap(one.shape, other.shape):
-                    cure = "let them share an edge only, leave a gap of 1e-9 of their size, or leave one out"
-                    if all(member.surface.material.boundary for member in (one, other)):
-                        cure = (
-                            "define the common face once, as a Plane, Disk or Rectangle with"
-                            " Dielectric(index behind, index in front), and make the bodies Transparent()"
-                            " there; a gap would be a film of air"
-                        )
-                    raise SceneError(
-                        f"Scene: {surface_name(scene, other.surface)} and"
-                        f" {surface_name(scene, one.surface)} overlap on one {_support_name(one.shape)};"
-                        f" {cure}"
+        for one, other in _near_pairs(acting):
+            if overlap(one.shape, other.shape):
+                cure = "let them share an edge only, leave a gap of 1e-9 of their size, or leave one out"
+                if all(member.surface.material.boundary for member in (one, other)):
+                    cure = (
+                        "define the common face once, as a Plane, Disk or Rectangle with"
+                        " Dielectric(index behind, index in front), and make the bodies Transparent()"
+                        " there; a gap would be a film of air"
                     )
+                raise SceneError(
+                    f"Scene: {surface_name(scene, other.surface)} and"
+                    f" {surface_name(scene, one.surface)} overlap on one {_support_name(one.shape)};"
+                    f" {cure}"
+                )
+
+
+def _near_pairs(members: list[SheetMember]) -> Iterator[tuple[SheetMember, SheetMember]]:
+    """Yield each member with those before it whose bounding boxes it touches, within rounding."""
+    if len(members) < 2:
+        return
+    low, high = np.array([member.shape.bounds for member in members]).transpose(1, 0, 2)
+    gap = 64 * ROUNDING * max(member.shape.coordinate_scale for member in members)
+    for k, near in enumerate(touching_boxes(low - gap, high)):
+        yield from ((members[k], members[other]) for other in near[near < k].tolist())
 
 
 def check_aims(scene: SceneParts) -> None:

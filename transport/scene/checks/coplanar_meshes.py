@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.geometry.mesh import Mesh
+from transport.geometry.neighbours import touching_boxes
 from transport.geometry.relations import rounding_tolerance
-from transport.geometry.shape import Shape
+from transport.geometry.shape import ROUNDING, Shape
 from transport.scene.parts import surface_name
 from transport.validation import SceneError
 
@@ -32,10 +33,12 @@ def check_coplanar_meshes(scene: SceneParts) -> None:
     users = list(_named_shapes(scene))
     if not any(shape.triangles for _, shape in users):
         return
+    low, high = np.array([shape.bounds for _, shape in users]).transpose(1, 0, 2)
+    gap = 64 * ROUNDING * max(shape.coordinate_scale for _, shape in users)
     seen = set()
-    for title, mesh in users:
-        for other_title, other in users:
-            if not mesh.triangles or other == mesh or frozenset((mesh, other)) in seen:
+    for (title, mesh), near in zip(users, touching_boxes(low - gap, high), strict=True):
+        for other_title, other in [users[k] for k in near.tolist()] if mesh.triangles else ():
+            if other == mesh or frozenset((mesh, other)) in seen:
                 continue
             seen.add(frozenset((mesh, other)))
             parts = [part for piece in other.pieces() for part in piece.primitives()]

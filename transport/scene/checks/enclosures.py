@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from transport.geometry.line_crossings import crossings
+from transport.geometry.neighbours import touching_boxes
 from transport.geometry.relations import are_on_one_support, boxes_meet, encloses, is_behind, point_beside
 from transport.geometry.shape import ROUNDING, Shape
 from transport.scene.bodies import TEST_DIRECTIONS
@@ -286,13 +287,10 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[ClosedPatches]:
     )
     is_circle = np.array([rim.is_circle for rim in rims], bool)
     slack = 4 * ROUNDING * np.array([shapes[number].coordinate_scale for number in owners.tolist()])
-    # Find equal rims of other surfaces; sort by x so that only near ones are compared.
-    order = np.argsort(centers[:, 0])
-    reach = (slack + slack.max())[:, None] * (-1, 1)
-    ends = np.searchsorted(centers[order, 0], centers[:, :1] + reach, side="left") + (0, 1)
+    # Find equal rims of other surfaces.
+    reach = 2 * slack[:, None]
     partners: list[list[int]] = []
-    for k, (low, past) in enumerate(ends.tolist()):
-        near = order[low:past]
+    for k, near in enumerate(touching_boxes(centers - reach, centers + reach)):
         tolerance = slack[near] + slack[k]
         directions = np.minimum(*(np.abs(spans[near] - sign * spans[k]).max(axis=1) for sign in (1, -1)))
         is_same = (np.abs(centers[near] - centers[k]).max(axis=1) <= tolerance) & (directions <= tolerance)
@@ -303,12 +301,12 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[ClosedPatches]:
     for k, number in enumerate(owners.tolist()):
         rows[number].append(k)
     left = set(shapes)
-    while left:
-        joined, new = set(), {min(left)}
+    for number in shapes:
+        joined, new = set(), {number} & left
         while new:
             joined |= new
             new = {int(owners[n]) for number in new for k in rows[number] for n in partners[k]} - joined
         left -= joined
-        if all(len(partners[k]) == 1 for number in joined for k in rows[number]):
+        if joined and all(len(partners[k]) == 1 for number in joined for k in rows[number]):
             numbers = tuple(sorted(joined))
             yield ClosedPatches(numbers, tuple(shapes[number] for number in numbers))

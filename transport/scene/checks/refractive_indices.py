@@ -27,6 +27,7 @@ from transport.geometry.line_crossings import (
     scene_size,
     with_neighbour_lines,
 )
+from transport.geometry.neighbours import touching_boxes
 from transport.geometry.relations import is_within, solids_overlap
 from transport.geometry.shape import Shape
 from transport.scene.materials import Dielectric
@@ -108,11 +109,10 @@ def _boundaries(scene: SceneParts) -> list[Boundary]:
 
 
 def _pairs(glass: list[Boundary]) -> Iterator[tuple[Boundary, Boundary]]:
-    """Pairs whose bounding boxes overlap."""
+    """Pairs whose bounding boxes touch."""
     low, high = np.array([b.shape.bounds for b in glass]).transpose(1, 0, 2)
-    for k, one in enumerate(glass):
-        for n in np.flatnonzero((low[k + 1 :] < high[k]).all(axis=1) & (high[k + 1 :] > low[k]).all(axis=1)):
-            yield one, glass[k + 1 + n]
+    for k, near in enumerate(touching_boxes(low, high)):
+        yield from ((glass[k], glass[other]) for other in near[near > k].tolist())
 
 
 def _intersect(a: Shape, b: Shape) -> bool:

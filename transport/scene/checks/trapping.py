@@ -16,6 +16,7 @@ import numpy as np
 
 from transport.geometry.flat import Slab
 from transport.geometry.line_crossings import EDGE_TOLERANCE
+from transport.geometry.neighbours import touching_boxes
 from transport.geometry.relations import boxes_meet
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
@@ -44,16 +45,21 @@ def check_total_internal_reflection(scene: SceneParts) -> None:
     if scene.duration is not None:
         return
     check_weak_absorption(scene)
+    lamps = {f"sources[{place}]": source for place, source in enumerate(scene.sources)}
+    lamps |= {f"the medium of surfaces[{k}]": source for k, source in emitting_bodies_as_sources(scene)}
+    near = []
     for number, surface in enumerate(scene.surfaces):
         sine = _escape_sine(surface.material)
         if sine == 1 or not surface.shape.is_closed:
             continue
         if _interacts(scene.medium if surface.back is None else surface.back):
             continue
-        company = _other_surfaces_inside(scene, number)
+        near = near or touching_boxes(*np.array([s.shape.bounds for s in scene.surfaces]).transpose(1, 0, 2))
+        others = (scene.surfaces[k] for k in near[number].tolist())
+        company = [other for other in others if not _is_inert(other)]  # may lie within, by bounding boxes
         if company and not (surface.shape.is_infinite and all(map(_is_bounded, company))):
             continue
-        for lamp, cure in _trapped_sources(scene, surface.shape, sine, company):
+        for lamp, cure in _trapped_sources(scene, lamps, surface.shape, sine, company):
             title = surface_name(scene, number)
             raise SceneError(
                 f"Scene: total internal reflection traps light of {lamp} in {title} forever, got a critical"
@@ -64,11 +70,9 @@ def check_total_internal_reflection(scene: SceneParts) -> None:
 
 
 def _trapped_sources(
-    scene: SceneParts, shape: Shape, sine: float, company: list[Surface]
+    scene: SceneParts, lamps: dict[str, Source], shape: Shape, sine: float, company: list[Surface]
 ) -> Iterator[tuple[str, str]]:
-    """Sources whose light is trapped in a clear body, with an additional cure, as text."""
-    lamps = {f"sources[{place}]": source for place, source in enumerate(scene.sources)}
-    lamps |= {f"the medium of surfaces[{k}]": source for k, source in emitting_bodies_as_sources(scene)}
+    """Titles of the sources whose light is trapped in a clear body, with an additional cure, as text."""
     for lamp, source in lamps.items():
         origin = scene.shape_of(source)
         if (
@@ -113,16 +117,6 @@ def _escape_sine(material: Material) -> float:
 def _interacts(medium: AnyMedium | None) -> bool:
     """Return whether a medium absorbs or scatters."""
     return medium is not None and bool(np.max(medium.extinction) > 0)
-
-
-def _other_surfaces_inside(scene: SceneParts, number: int) -> list[Surface]:
-    """Other surfaces with an effect that may lie within, judged by bounding boxes."""
-    shape, others = scene.surfaces[number].shape, enumerate(scene.surfaces)
-    return [
-        other
-        for k, other in others
-        if k != number and not _is_inert(other) and boxes_meet(other.shape, shape)
-    ]
 
 
 def _is_inert(surface: Surface) -> bool:
