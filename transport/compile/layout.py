@@ -113,9 +113,10 @@ CURVED_SHEET = np.dtype(_floats("cx cy cz ax ay az alpha beta gamma narrows") + 
 # about c. leaves: the facets once more, leaf by leaf: FACET_TERMS runs of as many numbers as the leaf has
 # facets, x, y and z of the three vertices and of the normal.
 # A node has the boxes of its children (low x, y, z, then high; NaN for none), and per child a word: number of
-# facets in the lowest COUNT_BITS bits, above it the first of them, or the child's node where the number is 0.
+# facets in the lowest LEAF_BITS bits, above it the first of them, or the child's node where the number is 0.
 # A mesh of at most MAX_LEAF_FACETS facets is a single leaf.
-FACET_TERMS, CHILDREN, COUNT_BITS, MAX_LEAF_FACETS = 12, 8, 8, 32
+FACET_TERMS, CHILDREN, LEAF_BITS, MAX_LEAF_FACETS = 12, 8, 8, 32
+VECTOR = 4  # facets that are tested at once; the last leaf is padded by so many numbers
 # margin: edge function, twice the area of an edge and a ray's origin as seen along the ray, of a ray that
 # passes an edge within rounding [square scene lengths].
 MESH = np.dtype(

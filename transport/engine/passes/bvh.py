@@ -10,14 +10,16 @@ import math
 import numpy as np
 from numba import njit
 
-from transport.compile.layout import CHILDREN, COUNT_BITS, FACET_TERMS, MAX_LEAF_FACETS, NODE
+from transport.compile.layout import CHILDREN, FACET_TERMS, LEAF_BITS, MAX_LEAF_FACETS, NODE, ROUNDING, VECTOR
 from transport.engine.cache import cached_kernels
-from transport.engine.passes.meshes import SLACK, VECTOR
 
 BINS = 16
 SPLIT_FACETS = 4  # so many facets are not split; this decides the order of facets
 # beyond this depth nodes are halved by number, so that the tree never exceeds a lane's traversal stack
 MAX_SAH_DEPTH = 40
+# [scene lengths] bound of the rounding of an edge function per size of the mesh, and of the reach within
+# which facets are joined (meshes.SLACK)
+EDGE_MARGIN = 512.0 * ROUNDING
 BOX_MARGIN = 2.0**-46  # [scene lengths] margin about each box, larger than a ray's rounding
 # A node of the binary tree: its box, facets [first, last) in leaf order, and its left child (the right one
 # follows); 0: none.
@@ -147,9 +149,9 @@ def _merge(tree, nodes):
                 node.boxes[a + 3, k] = -_rounded_down(-child.high[a])
             number = child.last - child.first
             if number <= MAX_LEAF_FACETS:
-                node.children[k] = child.first << COUNT_BITS | number
+                node.children[k] = child.first << LEAF_BITS | number
             else:
-                node.children[k] = used << COUNT_BITS
+                node.children[k] = used << LEAF_BITS
                 stack[top, 0], stack[top, 1] = opened[k], used
                 top, used = top + 1, used + 1
     return used
@@ -179,7 +181,7 @@ def build_mesh(table) -> None:
         table.nodes, order = build_hierarchy(table.vertices, table.faces, table.center)
         _renumber(table, order)
         table.leaves = _facets_by_leaf(table)
-        table.margin = 32.0 * SLACK * float(np.linalg.norm(np.ptp(table.vertices, axis=0)))
+        table.margin = EDGE_MARGIN * float(np.linalg.norm(np.ptp(table.vertices, axis=0)))
         areas = table.areas[order]
         table.shares = np.cumsum(areas) / areas.sum()
     table.point()
@@ -211,8 +213,8 @@ def _facets_by_leaf(table) -> np.ndarray:
     """Return the vertices and normals of the facets, in runs of the facets of a leaf (layout.MESH)."""
     number = len(table.faces)
     words = table.nodes["children"].ravel() if number > MAX_LEAF_FACETS else np.array([number])
-    counts = words & ((1 << COUNT_BITS) - 1)
-    firsts, counts = (words >> COUNT_BITS)[counts > 0], counts[counts > 0]
+    counts = words & ((1 << LEAF_BITS) - 1)
+    firsts, counts = (words >> LEAF_BITS)[counts > 0], counts[counts > 0]
     order = np.argsort(firsts)
     first, count = (np.repeat(each[order], counts[order])[:, None] for each in (firsts, counts))
     places = FACET_TERMS * first + count * np.arange(FACET_TERMS) + (np.arange(number)[:, None] - first)

@@ -33,7 +33,6 @@ from transport.physics.streams import DEPTH, POSITION, random_words, uniform
 
 NONE_AT_START = 1 << 62
 STACK = 512  # nodes and leaves that wait during a search
-VECTOR = 4  # facets that are tested at once; the last leaf is padded by so many numbers
 stack_memory, child_memory, ray_memory = own_memory(STACK), own_memory(layout.CHILDREN), own_memory(6)
 # a node as numbers of its boxes, of which these are the first per side, and as words
 NODE_NUMBERS, NODE_WORDS = layout.NODE.itemsize // 4, layout.NODE.itemsize // 8
@@ -146,7 +145,7 @@ def next_facet(
     """
     boxes = view(mesh.nodes, NODE_NUMBERS * mesh.node_count, np.float32)
     children = view(mesh.nodes, NODE_WORDS * mesh.node_count, np.int64)
-    leaves = view(mesh.leaves, layout.FACET_TERMS * mesh.facet_count + VECTOR, np.float64)
+    leaves = view(mesh.leaves, layout.FACET_TERMS * mesh.facet_count + layout.VECTOR, np.float64)
     stack, entries = view(stack_memory(), STACK, np.int64), view(stack_memory(), STACK, np.float64)
     # Frame of the watertight test: the largest component of the direction becomes the z axis. Components are
     # fetched from memory: which one is unforeseeable, and a branch would be mispredicted.
@@ -175,7 +174,7 @@ def next_facet(
         top -= 1
         if entries[top] > best:
             continue
-        first, count = stack[top] >> layout.COUNT_BITS, stack[top] & ((1 << layout.COUNT_BITS) - 1)
+        first, count = stack[top] >> layout.LEAF_BITS, stack[top] & ((1 << layout.LEAF_BITS) - 1)
         if count == 0:
             top = push_children(
                 boxes, children, first, stack, entries, top,
@@ -190,7 +189,7 @@ def next_facet(
         cx, cy, cz = ax + uint64(6 * count), ay + uint64(6 * count), az + uint64(6 * count)
         px, py, pz = uint64(at), uint64(at + count), uint64(at + 2 * count)
         nx, ny, nz = uint64(at + 9 * count), uint64(at + 10 * count), uint64(at + 11 * count)
-        for j in range(uint64((count + VECTOR - 1) & -VECTOR)):
+        for j in range(uint64((count + layout.VECTOR - 1) & -layout.VECTOR)):
             may_cross = passes_near(
                 leaves[ax + j], leaves[ay + j], leaves[az + j],
                 leaves[bx + j], leaves[by + j], leaves[bz + j],
