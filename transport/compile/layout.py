@@ -113,17 +113,20 @@ QUADRIC = np.dtype(
 CURVED_SHEET = np.dtype(_floats("cx cy cz ax ay az alpha beta gamma narrows") + _integers("is_curved"))
 
 # A mesh: vertices (x, y, z), three vertex numbers and the normal per facet, and a bounding volume hierarchy
-# about c.
-# A node is one cache line: the boxes of two children, and per child either its first facet and their number,
-# or its node and 0.
+# about c. leaves: the facets once more, leaf by leaf: FACET_TERMS runs of as many numbers as the leaf has
+# facets, x, y and z of the three vertices and of the normal.
+# A node has the boxes of its children (low x, y, z, then high; NaN for none), and per child a word: number of
+# facets in the lowest LEAF_BITS bits, above it the first of them, or the child's node where the number is 0.
+# A mesh of at most MAX_LEAF_FACETS facets is a single leaf.
+FACET_TERMS, CHILDREN, LEAF_BITS, MAX_LEAF_FACETS = 12, 8, 8, 32
+VECTOR = 4  # facets that are tested at once; the last leaf is padded by so many numbers
+# margin: edge function, twice the area of an edge and a ray's origin as seen along the ray, of a ray that
+# passes an edge within rounding [square scene lengths].
 MESH = np.dtype(
-    _floats("cx cy cz")
-    + _integers("vertices vertex_count faces normals facet_count nodes node_count hit covers sheet")
+    _floats("cx cy cz margin")
+    + _integers("vertices vertex_count faces normals facet_count leaves nodes node_count hit covers sheet")
 )
-NODE = np.dtype(
-    [(f"{side}_{x}{n}", "f4") for n in (0, 1) for side in ("low", "high") for x in "xyz"]
-    + [(f"{what}{n}", "i4") for n in (0, 1) for what in ("first", "count")]
-)
+NODE = np.dtype([("boxes", "f4", (6, CHILDREN)), ("children", "i8", (CHILDREN,))])
 # Meshes by sheet; 0 for other sheets.
 MESHED_SHEET = np.dtype(_integers("vertices vertex_count faces normals facet_count"))
 

@@ -60,15 +60,19 @@ class MeshTable:
     center: np.ndarray  # of its bounds
     rows: list[np.ndarray] = field(default_factory=list)  # rows that refer to these arrays
     nodes: np.ndarray | None = None
+    leaves: np.ndarray | None = None
+    margin: float = 0.0
     shares: np.ndarray | None = None
 
     def place(self, arena: Arena) -> None:
         """Place the arrays, and write their offsets and lengths into the rows."""
         for row in self.rows:
-            for name in ("vertices", "faces", "normals", "nodes", "shares"):
+            for name in ("vertices", "faces", "normals", "nodes", "leaves", "shares"):
                 if name in row.dtype.names and getattr(self, name) is not None:
                     row[name] = arena.place(getattr(self, name))
             counts = {"vertex_count": self.vertices, "facet_count": self.faces, "node_count": self.nodes}
+            if "margin" in row.dtype.names:
+                row["margin"] = self.margin
             for name, counted in counts.items():
                 if name in row.dtype.names and counted is not None:
                     row[name] = len(counted)

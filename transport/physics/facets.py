@@ -41,29 +41,44 @@ def edge_function(px, py, qx, qy):
 
 
 @exact_device
-def facet_crossing(ax, ay, az, bx, by, bz, cx, cy, cz):
-    """Return the distance along a ray to a triangle of sheared vertices, and twice its sheared signed area.
+def passes_near(ax, ay, az, bx, by, bz, cx, cy, cz, shear_x, shear_y, foot_x, foot_y, margin):
+    """Return whether a ray passes through a triangle, or by less than rounding beside it.
 
-    NaN and 0 for a miss. x, y: across the ray, z: along it, all from its origin.
+    ax ... cz: the vertices, with z along the largest component of the ray's direction. (foot_x, foot_y):
+    point of the ray at z = 0, which moves by shear_x, shear_y per z. margin: bound of the rounding of the
+    edge functions.
+    """
+    ax, ay = (ax - shear_x * az) - foot_x, (ay - shear_y * az) - foot_y
+    bx, by = (bx - shear_x * bz) - foot_x, (by - shear_y * bz) - foot_y
+    cx, cy = (cx - shear_x * cz) - foot_x, (cy - shear_y * cz) - foot_y
+    u, v, w = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
+    return (min(u, min(v, w)) >= -margin) | (max(u, max(v, w)) <= margin)
+
+
+@exact_device
+def crossing_weights(ax, ay, bx, by, cx, cy):
+    """Return the weights of a triangle's vertices where a ray crosses it, of one sign; all 0 for a miss.
+
+    ax ... cy: the sheared vertices, across the ray from its origin. The sum of the weights is twice the
+    sheared triangle's signed area.
     """
     u = edge_function(cx, cy, bx, by)
     v = edge_function(ax, ay, cx, cy)
     w = edge_function(bx, by, ax, ay)
     is_in = ((u > 0.0) & (v > 0.0) & (w > 0.0)) | ((u < 0.0) & (v < 0.0) & (w < 0.0))
-    area = u + v + w if is_in else 0.0
-    return (u * az + v * bz + w * cz) / area if is_in else math.nan, area
+    return (u, v, w) if is_in else (0.0, 0.0, 0.0)
 
 
 @exact_device
-def plane_distance(t, az, bz, cz, height, cosine):
+def plane_distance(u, v, w, az, bz, cz, height, cosine):
     """Return the distance to the plane of a facet that a ray crosses, within the range of its vertices.
 
-    t: the distance as the vertices' weighted mean, used if the ray lies in the plane; for slivers it is off
-    the plane, since their narrowness magnifies rounding. height: of the facet's plane over the ray's origin,
-    along its normal.
+    u, v, w: weights of the vertices, whose mean distance counts if the ray lies in the plane; for slivers it
+    is off the plane, since their narrowness magnifies rounding. az, bz, cz: the vertices' distances along the
+    ray. height: of the facet's plane over the ray's origin, along its normal.
     """
     nearest, farthest = min(az, min(bz, cz)), max(az, max(bz, cz))
-    t = height / cosine if cosine != 0.0 else t
+    t = height / cosine if cosine != 0.0 else (u * az + v * bz + w * cz) / (u + v + w)
     return min(max(t, nearest), farthest)
 
 

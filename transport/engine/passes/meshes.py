@@ -13,19 +13,30 @@ distance, then of facet number: each once.
 import math
 
 import numpy as np
+from numba import int64, uint64
 
 from transport.compile import layout
 from transport.compile.layout import ROUNDING
 from transport.engine.bodies import lane_pass, own_memory
 from transport.engine.bundle import view
 from transport.engine.words import passed_sheet, standing_sheet
+from transport.physics.bits import bits_of
 from transport.physics.device import EXACT, exact_device
-from transport.physics.facets import facet_crossing, lies_beside_edge, plane_distance, within_facet
+from transport.physics.facets import (
+    crossing_weights,
+    lies_beside_edge,
+    passes_near,
+    plane_distance,
+    within_facet,
+)
 from transport.physics.streams import DEPTH, POSITION, random_words, uniform
 
 NONE_AT_START = 1 << 62
-STACK = 128  # nodes and facets that wait during a search
-stack_memory = own_memory(STACK)
+STACK = 512  # nodes and leaves that wait during a search
+stack_memory, child_memory, ray_memory = own_memory(STACK), own_memory(layout.CHILDREN), own_memory(6)
+# a node as numbers of its boxes, of which these are the first per side, and as words
+NODE_NUMBERS, NODE_WORDS = layout.NODE.itemsize // 4, layout.NODE.itemsize // 8
+_, Y_LOW, Z_LOW, X_HIGH, Y_HIGH, Z_HIGH = (layout.CHILDREN * side for side in range(6))
 MAX_RECIPROCAL = 1e300  # reciprocal of a direction component that is 0: times 0 it gives 0
 # [scene lengths] radius about a point of a mesh within which facets count as joined there
 SLACK = 16.0 * ROUNDING
@@ -39,37 +50,20 @@ def reciprocal(u):
 
 
 @exact_device
-def box_entry(low_x, low_y, low_z, high_x, high_y, high_z, ox, oy, oz, ix, iy, iz, start, best):
-    """Return the distance at which a ray enters a box (slab test); infinity for a miss.
-
-    A box that the ray left before `start` or enters beyond `best` is a miss. ix, iy, iz: reciprocal
-    direction.
-    """
-    p, q = (low_x - ox) * ix, (high_x - ox) * ix
-    near, far = p if p < q else q, q if p < q else p
-    p, q = (low_y - oy) * iy, (high_y - oy) * iy
-    small, large = p if p < q else q, q if p < q else p
-    near, far = small if small > near else near, large if large < far else far
-    p, q = (low_z - oz) * iz, (high_z - oz) * iz
-    small, large = p if p < q else q, q if p < q else p
-    near, far = small if small > near else near, large if large < far else far
-    far += BOX_ROUNDING * abs(far)
-    return near if (near <= far) & (far >= start) & (near <= best) else math.inf
-
-
-@exact_device
-def joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
+def joins_ahead(places, faces, normals, f, own, side, ox, oy, oz):
     """Return whether a facet joins the ray's own facet at its origin and rises on the ray's side of it."""
-    # The origin must lie within SLACK of the facet's plane and edges.
+    # The origin must lie within SLACK of the facet's edges, and of its box: a sharp corner ends there.
+    a, b, c = 3 * faces[3 * f], 3 * faces[3 * f + 1], 3 * faces[3 * f + 2]
     nx, ny, nz = normals[3 * f], normals[3 * f + 1], normals[3 * f + 2]
     ax, ay, az = places[a] - ox, places[a + 1] - oy, places[a + 2] - oz
-    if abs(ax * nx + ay * ny + az * nz) > SLACK:
-        return False
     bx, by, bz = places[b] - ox, places[b + 1] - oy, places[b + 2] - oz
     cx, cy, cz = places[c] - ox, places[c + 1] - oy, places[c + 2] - oz
     beside = lies_beside_edge(ax, ay, az, bx, by, bz, nx, ny, nz, SLACK)
     beside |= lies_beside_edge(bx, by, bz, cx, cy, cz, nx, ny, nz, SLACK)
     beside |= lies_beside_edge(cx, cy, cz, ax, ay, az, nx, ny, nz, SLACK)
+    beside |= (min(ax, min(bx, cx)) > SLACK) | (max(ax, max(bx, cx)) < -SLACK)
+    beside |= (min(ay, min(by, cy)) > SLACK) | (max(ay, max(by, cy)) < -SLACK)
+    beside |= (min(az, min(bz, cz)) > SLACK) | (max(az, max(bz, cz)) < -SLACK)
     # Height of the facet's middle over the plane of the own facet.
     rise = (ax + bx + cx) * normals[3 * own] + (ay + by + cy) * normals[3 * own + 1]
     rise += (az + bz + cz) * normals[3 * own + 2]
@@ -77,12 +71,15 @@ def joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
 
 
 @exact_device
-def folds_back(places, normals, a, b, c, at, f):
-    """Return whether a facet lies behind the plane of facet f: a convex fold where the two join.
+def lies_behind(places, faces, normals, f, g):
+    """Return whether facet f lies behind the plane of facet g.
 
-    at: offset of the first vertex of f.
+    Where they share an edge, their fold is convex if so, and either lies behind the other. Where they share
+    only a vertex, it is enough that one does.
     """
-    nx, ny, nz = normals[3 * f], normals[3 * f + 1], normals[3 * f + 2]
+    a, b, c = 3 * faces[3 * f], 3 * faces[3 * f + 1], 3 * faces[3 * f + 2]
+    at = 3 * faces[3 * g]
+    nx, ny, nz = normals[3 * g], normals[3 * g + 1], normals[3 * g + 2]
     px = places[a] + places[b] + places[c] - 3.0 * places[at]
     py = places[a + 1] + places[b + 1] + places[c + 1] - 3.0 * places[at + 1]
     pz = places[a + 2] + places[b + 2] + places[c + 2] - 3.0 * places[at + 2]
@@ -90,103 +87,173 @@ def folds_back(places, normals, a, b, c, at, f):
 
 
 @exact_device
+def are_at_one_place(t, other, slope, other_slope):
+    """Return whether a ray crosses two facets, at these distances and cosines, at one place."""
+    return abs(t - other) * min(abs(slope), abs(other_slope)) <= SLACK
+
+
+@exact_device
+def lowest_bit(word):
+    """Return the number of the lowest bit that is set in a word."""
+    return (bits_of(float(word & -word)) >> 52) - 1023
+
+
+@exact_device
+def push_children(boxes, children, node, stack, entries, top, x, y, z, ix, iy, iz, start, best):
+    """Push the children of a node whose boxes a ray meets, the nearest one last; return the stack's new top.
+
+    x, y, z: origin of the ray from the mesh's middle. ix, iy, iz: reciprocal direction. A box that the ray
+    left before `start` or enters beyond `best` is a miss.
+    """
+    entered, at, hits = view(child_memory(), layout.CHILDREN, np.float64), NODE_NUMBERS * node, 0
+    # The sides by which the ray enters, and those by which it leaves.
+    x_in, y_in, z_in = 0 if ix > 0.0 else X_HIGH, Y_LOW if iy > 0.0 else Y_HIGH, Z_LOW if iz > 0.0 else Z_HIGH
+    x_out, y_out, z_out = X_HIGH - x_in, Y_LOW + Y_HIGH - y_in, Z_LOW + Z_HIGH - z_in
+    x_in, y_in, z_in = uint64(at + x_in), uint64(at + y_in), uint64(at + z_in)
+    x_out, y_out, z_out = uint64(at + x_out), uint64(at + y_out), uint64(at + z_out)
+    for j in range(uint64(layout.CHILDREN)):
+        near, far = (boxes[x_in + j] - x) * ix, (boxes[x_out + j] - x) * ix
+        p, q = (boxes[y_in + j] - y) * iy, (boxes[y_out + j] - y) * iy
+        near, far = p if p > near else near, q if q < far else far
+        p, q = (boxes[z_in + j] - z) * iz, (boxes[z_out + j] - z) * iz
+        near, far = p if p > near else near, q if q < far else far
+        far += BOX_ROUNDING * abs(far)
+        entered[j] = near
+        hits |= (1 << j) if (near <= far) & (far >= start) & (near <= best) else 0
+    bottom = top
+    while hits != 0:
+        j = lowest_bit(hits)
+        hits &= hits - 1
+        place = top
+        while place > bottom and entries[place - 1] < entered[j]:
+            stack[place], entries[place] = stack[place - 1], entries[place - 1]
+            place -= 1
+        stack[place], entries[place] = children[NODE_WORDS * node + 3 * layout.CHILDREN + j], entered[j]
+        top += 1
+    return top
+
+
+@exact_device
 def next_facet(
-    mesh, nodes, places, faces, normals, stack, entries, ox, oy, oz, ux, uy, uz,
-    own, side, acts, start, last, furthest,
+    arena, mesh, places, faces, normals, ox, oy, oz, ux, uy, uz, own, side, acts, start, last, furthest
 ):  # fmt: skip
     """Return the next facet that a ray crosses after (start, last), and its distance (BVH traversal).
 
-    The facet is -1 if none is nearer than `furthest`. The nearer child is visited first, with a stack in
-    `stack` and `entries`. own: facet that the ray began on (-1: none). side: +1 if it has just left the front
-    of that facet, -1 its back, else 0. last: of facets crossed at `start`, those of higher numbers are still
-    to come.
+    The facet is -1 if none is nearer than `furthest`. own: facet that the ray began on (-1: none). side: +1
+    if it has just left the front of that facet, -1 its back, else 0. last: of facets crossed at `start`,
+    those of higher numbers are still to come. The order in which facets are tested does not matter.
     """
-    # Frame of the watertight test: the largest component of the direction becomes the z axis.
+    boxes = view(arena + mesh.nodes, NODE_NUMBERS * mesh.node_count, np.float32)
+    children = view(arena + mesh.nodes, NODE_WORDS * mesh.node_count, np.int64)
+    leaves = view(arena + mesh.leaves, layout.FACET_TERMS * mesh.facet_count + layout.VECTOR, np.float64)
+    stack, entries = view(stack_memory(), STACK, np.int64), view(stack_memory(), STACK, np.float64)
+    # Frame of the watertight test: the largest component of the direction becomes the z axis. Components are
+    # fetched from memory: which one is unforeseeable, and a branch would be mispredicted.
+    ray = view(ray_memory(), 6, np.float64)
+    ray[0], ray[1], ray[2], ray[3], ray[4], ray[5] = ux, uy, uz, ox, oy, oz
     along_x, along_y, along_z = abs(ux), abs(uy), abs(uz)
-    kz = 0 if (along_x >= along_y) & (along_x >= along_z) else (1 if along_y >= along_z else 2)
-    kx = 1 if kz == 0 else (2 if kz == 1 else 0)
-    ky = 2 if kz == 0 else (0 if kz == 1 else 1)
-    uk = ux if kz == 0 else (uy if kz == 1 else uz)
-    if uk < 0.0:
-        kx, ky = ky, kx  # preserves the winding
-    u_x = ux if kx == 0 else (uy if kx == 1 else uz)
-    u_y = ux if ky == 0 else (uy if ky == 1 else uz)
-    o_x = ox if kx == 0 else (oy if kx == 1 else oz)
-    o_y = ox if ky == 0 else (oy if ky == 1 else oz)
-    o_z = ox if kz == 0 else (oy if kz == 1 else oz)
-    sz = 1.0 / uk
-    cx, cy, cz = ox - mesh.cx, oy - mesh.cy, oz - mesh.cz
+    is_z, is_y = int64((along_z > along_x) & (along_z > along_y)), int64(along_y > along_x)
+    kz = 2 * is_z + (is_y & ~is_z)
+    kx, ky = (kz + 1) % 3, (kz + 2) % 3
+    uk = ray[uint64(kz)]
+    kx, ky = ky if uk < 0.0 else kx, kx if uk < 0.0 else ky  # preserves the winding
+    u_x, u_y = ray[uint64(kx)], ray[uint64(ky)]
+    o_x, o_y, o_z = ray[uint64(kx + 3)], ray[uint64(ky + 3)], ray[uint64(kz + 3)]
+    per_z = 1.0 / uk
+    shear_x, shear_y = u_x * per_z, u_y * per_z
+    foot_x, foot_y = o_x - shear_x * o_z, o_y - shear_y * o_z
     ix, iy, iz = reciprocal(ux), reciprocal(uy), reciprocal(uz)
-    best, found, slope, top, here = furthest, -1, 0.0, 0, 0
-    while here >= 0:
-        n = nodes[here]
-        # Enter the boxes of both children; push the farther one first.
-        left = box_entry(
-            n.low_x0, n.low_y0, n.low_z0, n.high_x0, n.high_y0, n.high_z0, cx, cy, cz, ix, iy, iz, start, best
-        )
-        right = box_entry(
-            n.low_x1, n.low_y1, n.low_z1, n.high_x1, n.high_y1, n.high_z1, cx, cy, cz, ix, iy, iz, start, best
-        )
-        here = -1
-        for turn in range(2):  # so that the nearer child is on top of the stack
-            is_right = (left <= right) == (turn == 0)
-            entry = right if is_right else left
-            if entry < math.inf:
-                stack[top] = (n.first1 << 3 | n.count1) if is_right else (n.first0 << 3 | n.count0)
-                entries[top] = entry
-                top += 1
-        # Pop until an inner node is found; test the facets of leaves.
-        while (here < 0) & (top > 0):
-            top -= 1
-            if entries[top] > best:
-                continue
-            first, count, begins_here = stack[top] >> 3, stack[top] & 7, entries[top] <= start
-            if count == 0:
-                here = first
-            for f in range(first, first + count):
-                a, b, c = 3 * faces[3 * f], 3 * faces[3 * f + 1], 3 * faces[3 * f + 2]
-                az, bz = sz * (places[a + kz] - o_z), sz * (places[b + kz] - o_z)
-                cz_ = sz * (places[c + kz] - o_z)
-                t, area = facet_crossing(
-                    (places[a + kx] - o_x) - u_x * az, (places[a + ky] - o_y) - u_y * az, az,
-                    (places[b + kx] - o_x) - u_x * bz, (places[b + ky] - o_y) - u_y * bz, bz,
-                    (places[c + kx] - o_x) - u_x * cz_, (places[c + ky] - o_y) - u_y * cz_, cz_,
+    # The nearest facet against whose normal the ray moves, the nearest along whose normal it moves, and how
+    # many of either kind it crosses at that place.
+    t_in, facet_in, cosine_in, count_in = furthest, -1, 0.0, 0
+    t_out, facet_out, cosine_out, count_out = furthest, -1, 0.0, 0
+    best = furthest
+    stack[0] = mesh.facet_count if mesh.facet_count <= layout.MAX_LEAF_FACETS else 0
+    entries[0], top = -math.inf, 1
+    while top > 0:
+        top -= 1
+        if entries[top] > best:
+            continue
+        first, count = stack[top] >> layout.LEAF_BITS, stack[top] & ((1 << layout.LEAF_BITS) - 1)
+        if count == 0:
+            top = push_children(
+                boxes, children, first, stack, entries, top,
+                ox - mesh.cx, oy - mesh.cy, oz - mesh.cz, ix, iy, iz, start, best,
+            )  # fmt: skip
+            continue
+        # List the facets of the leaf that the ray may cross, without a branch. Offsets of their terms: a to c
+        # are the vertices in the ray's frame, p the first one as it is, n the normal.
+        at, hits = layout.FACET_TERMS * first, 0
+        ax, ay, az = uint64(at + kx * count), uint64(at + ky * count), uint64(at + kz * count)
+        bx, by, bz = ax + uint64(3 * count), ay + uint64(3 * count), az + uint64(3 * count)
+        cx, cy, cz = ax + uint64(6 * count), ay + uint64(6 * count), az + uint64(6 * count)
+        px, py, pz = uint64(at), uint64(at + count), uint64(at + 2 * count)
+        nx, ny, nz = uint64(at + 9 * count), uint64(at + 10 * count), uint64(at + 11 * count)
+        for j in range(uint64((count + layout.VECTOR - 1) & -layout.VECTOR)):
+            may_cross = passes_near(
+                leaves[ax + j], leaves[ay + j], leaves[az + j],
+                leaves[bx + j], leaves[by + j], leaves[bz + j],
+                leaves[cx + j], leaves[cy + j], leaves[cz + j], shear_x, shear_y, foot_x, foot_y, mesh.margin,
+            )  # fmt: skip
+            hits |= (1 << j) if may_cross else 0
+        hits &= (1 << count) - 1
+        if (own >= first) & (own < first + count):
+            hits &= ~(1 << (own - first))
+        # Test these exactly.
+        while hits != 0:
+            j = uint64(lowest_bit(hits))
+            hits &= hits - 1
+            f = first + int64(j)
+            n_x, n_y, n_z = leaves[nx + j], leaves[ny + j], leaves[nz + j]
+            cosine = ux * n_x + uy * n_y + uz * n_z
+            height = (leaves[px + j] - ox) * n_x + (leaves[py + j] - oy) * n_y
+            height += (leaves[pz + j] - oz) * n_z
+            heads_out, begins_on_plane = cosine * side < 0.0, (side != 0.0) & (abs(height) <= SLACK)
+            # At the origin, a joined facet that the ray leaves through is crossed at once.
+            t, is_next = start, heads_out & begins_on_plane & (start == 0.0)
+            if is_next:
+                is_next = joins_ahead(places, faces, normals, f, own, side, ox, oy, oz)
+            if not is_next:
+                a_z, b_z = per_z * (leaves[az + j] - o_z), per_z * (leaves[bz + j] - o_z)
+                c_z = per_z * (leaves[cz + j] - o_z)
+                u, v, w = crossing_weights(
+                    (leaves[ax + j] - o_x) - u_x * a_z, (leaves[ay + j] - o_y) - u_y * a_z,
+                    (leaves[bx + j] - o_x) - u_x * b_z, (leaves[by + j] - o_y) - u_y * b_z,
+                    (leaves[cx + j] - o_x) - u_x * c_z, (leaves[cy + j] - o_y) - u_y * c_z,
                 )  # fmt: skip
-                if f == own:
-                    continue
-                cosine = ux * normals[3 * f] + uy * normals[3 * f + 1] + uz * normals[3 * f + 2]
-                # At the origin, a joined facet that the ray leaves through is crossed at once.
-                heads_out = cosine * side < 0.0
-                joins = heads_out and begins_here
-                if joins and joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
-                    best, found, slope = start, f, cosine
-                    continue
-                if area == 0.0:
-                    continue
-                height = (places[a] - ox) * normals[3 * f] + (places[a + 1] - oy) * normals[3 * f + 1]
-                height += (places[a + 2] - oz) * normals[3 * f + 2]
-                t = plane_distance(t, az, bz, cz_, height, cosine)
-                is_next = (t > start) | ((t == start) & (f > last))
-                if (side != 0.0) & (abs(height) <= SLACK):  # the ray begins on its plane
-                    is_next, t = heads_out, (t if t > start else start)
-                if is_next:
-                    # The nearer crossing wins; at one place, the fold of the two facets decides.
-                    comes_first = (t < best) | ((t == best) & (found >= 0) & (f < found))
-                    if acts & (found >= 0):
-                        same_place = abs(t - best) * min(abs(cosine), abs(slope)) <= SLACK
-                        if same_place & (cosine * slope < 0.0):
-                            is_convex = folds_back(places, normals, a, b, c, 3 * faces[3 * found], found)
-                            comes_first = (cosine < 0.0) == is_convex
-                    if comes_first:
-                        best, found, slope = min(t, best), f, cosine
-    return found, best
+                if u != 0.0:
+                    t = plane_distance(u, v, w, a_z, b_z, c_z, height, cosine)
+                    is_next = (t > start) | ((t == start) & (f > last))
+                    if begins_on_plane:  # unless it lies behind the origin
+                        is_next, t = (
+                            heads_out & (max(a_z, max(b_z, c_z)) >= start - 2.0 * SLACK),
+                            max(t, start),
+                        )
+            if is_next & (cosine < 0.0):
+                is_joint = are_at_one_place(t, t_in, cosine, cosine_in)
+                count_in = count_in + 1 if is_joint else 1 if t < t_in else count_in
+                if (t < t_in) | ((t == t_in) & (f < facet_in)):
+                    t_in, facet_in, cosine_in = t, f, cosine
+            elif is_next:
+                is_joint = are_at_one_place(t, t_out, cosine, cosine_out)
+                count_out = count_out + 1 if is_joint else 1 if t < t_out else count_out
+                if (t < t_out) | ((t == t_out) & (f < facet_out)):
+                    t_out, facet_out, cosine_out = t, f, cosine
+            best = min(t_in, t_out)
+    # The nearer crossing comes first. At one place ways in and out alternate: the more frequent one comes
+    # first, and if there are as many of both, the fold of the two facets decides.
+    is_in = (t_in < t_out) | ((t_in == t_out) & (facet_in < facet_out))
+    is_joint = acts & (facet_in >= 0) & (facet_out >= 0) & (best > start)
+    if is_joint & are_at_one_place(t_in, t_out, cosine_in, cosine_out):
+        is_convex = lies_behind(places, faces, normals, facet_in, facet_out)
+        is_convex |= lies_behind(places, faces, normals, facet_out, facet_in)
+        is_in = count_in > count_out if count_in != count_out else is_convex
+    return (facet_in if is_in else facet_out), (t_in if is_in else t_out)
 
 
 @lane_pass(layout.MESH, EXACT)
 def meet_mesh(lane, table):
     """Intersect rays with an acting mesh; keep the facet if it is the nearest surface ahead."""
-    stack, entries = view(stack_memory(), STACK, np.int64), view(stack_memory(), STACK, np.float64)
-    nodes = view(lane.arena + table.nodes, table.node_count, layout.NODE)
     places = view(lane.arena + table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(lane.arena + table.faces, 3 * table.facet_count, np.int32)
     normals = view(lane.arena + table.normals, 3 * table.facet_count, np.float64)
@@ -200,7 +267,7 @@ def meet_mesh(lane, table):
             if passed_sheet(lane.sheet) == 0:  # still at its origin
                 side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
         found, t = next_facet(
-            table, nodes, places, faces, normals, stack, entries, x, y, z, ux, uy, uz,
+            lane.arena, table, places, faces, normals, x, y, z, ux, uy, uz,
             own, side, True, start, NONE_AT_START, lane.distance,
         )  # fmt: skip
         if (found >= 0) & (t < lane.distance):
@@ -213,8 +280,6 @@ def cover_mesh(lane, table):
 
     On the sheet of the nearest hit, adds its bit to the hit.
     """
-    stack, entries = view(stack_memory(), STACK, np.int64), view(stack_memory(), STACK, np.float64)
-    nodes = view(lane.arena + table.nodes, table.node_count, layout.NODE)
     places = view(lane.arena + table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(lane.arena + table.faces, 3 * table.facet_count, np.int32)
     normals = view(lane.arena + table.normals, 3 * table.facet_count, np.float64)
@@ -230,7 +295,7 @@ def cover_mesh(lane, table):
             last = lane.passed_facet if passed == sheet else -1
         start = lane.start
         found, t = next_facet(
-            table, nodes, places, faces, normals, stack, entries, lane.x, lane.y, lane.z,
+            lane.arena, table, places, faces, normals, lane.x, lane.y, lane.z,
             lane.ux, lane.uy, lane.uz, own, 0.0, False, start, last, lane.distance,
         )  # fmt: skip
         if (found >= 0) & (t < lane.distance):
