@@ -1,4 +1,4 @@
-"""Rays meet a rectangle aligned with the axes at the same place, to the last bit, as by the passes for rectangles in any position."""
+"""Rays meet rectangles and planes across an axis at the same place, to the last bit, as by the passes for any position."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from tests.driven import Lanes
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import LANES
 from transport.engine.registry import PASSES
+from transport.engine.stages.flights import intersect_surfaces
 
 LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
 AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
@@ -32,7 +33,8 @@ def met(name, row):
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     for column, name_of in enumerate("xyz"):
         lanes[name_of], lanes[f"u{name_of}"] = random.uniform(-0.3, 0.3, LANES), directions[:, column]
-    lanes["sheet"] = np.where(random.random(LANES) < 0.1, row["sheet"], 0)
+    sheet = (row["one"] if "one" in row.dtype.names else row)["sheet"]
+    lanes["sheet"] = np.where(random.random(LANES) < 0.1, sheet, 0)
     lanes.run(PASSES[name], row)
     return {field: lanes[field] for field in ("distance", "hit", "covered")}
 
@@ -60,3 +62,22 @@ def test_a_tilted_rectangle_has_the_general_pass():
     tilted = tp.Rectangle(normal=(0, 1e-9, 1), width=1, height=1)
     ((name, _, _),) = compile_scene(tp.Scene(LAMP, [tp.Surface(tilted, tp.Black())])).members
     assert name == "meet_rectangle"
+
+
+@pytest.mark.parametrize("sign", [1, -1], ids=["along", "against"])
+@pytest.mark.parametrize("axis", AXES)
+def test_aligned_and_general_passes_of_two_planes_agree(axis, sign):
+    n = np.array(AXES[axis])
+    planes = [
+        tp.Plane(center=tuple(0.1 * n), normal=tuple(sign * n)),
+        tp.Plane(center=tuple(-0.2 * n), normal=tuple(n)),
+    ]
+    plan = compile_scene(
+        tp.Scene(LAMP, detectors=[tp.Detector(plane, f"at {k}") for k, plane in enumerate(planes)])
+    )
+    ((lane_pass, table),) = intersect_surfaces(plan)
+    assert lane_pass.name == f"cover_planes_{axis}"
+    aligned, general = met(lane_pass.name, table), met("cover_planes", table)
+    assert 20 < np.isfinite(aligned["distance"]).sum() < LANES
+    for field, values in general.items():
+        np.testing.assert_array_equal(aligned[field], values, field)

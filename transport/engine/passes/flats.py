@@ -63,18 +63,44 @@ def cover_plane(lane, table):
     cover_flat(lane, table, t, t < math.inf, table.covers)
 
 
+@device
+def cover_two(lane, table, t, other_t):
+    """Keep detectors on two planes at these distances as `cover_plane` does."""
+    cover_flat(lane, table.one, t, t < math.inf, table.one.covers)
+    cover_flat(lane, table.other, other_t, other_t < math.inf, table.other.covers)
+
+
 @lane_pass(layout.PLANES)
 def cover_planes(lane, table):
     """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine."""
     one, other = table.one, table.other
-    nx, ny, nz, sx, sy, sz = one.nx, one.ny, one.nz, one.sx, one.sy, one.sz
-    ox, oy, oz = other.sx, other.sy, other.sz
+    nx, ny, nz = one.nx, one.ny, one.nz
     x, y, z = lane.x, lane.y, lane.z
     inverse = 1.0 / (lane.ux * nx + lane.uy * ny + lane.uz * nz)
-    t = ((sx - x) * nx + (sy - y) * ny + (sz - z) * nz) * inverse
-    cover_flat(lane, one, t, t < math.inf, one.covers)
-    t = ((ox - x) * nx + (oy - y) * ny + (oz - z) * nz) * inverse
-    cover_flat(lane, other, t, t < math.inf, other.covers)
+    t = ((one.sx - x) * nx + (one.sy - y) * ny + (one.sz - z) * nz) * inverse
+    other_t = ((other.sx - x) * nx + (other.sy - y) * ny + (other.sz - z) * nz) * inverse
+    cover_two(lane, table, t, other_t)
+
+
+@lane_pass(layout.PLANES)
+def cover_planes_x(lane, table):
+    """Intersect rays with two planes across the x axis: the same digits without the products by 0 and 1."""
+    inverse = 1.0 / lane.ux
+    cover_two(lane, table, (table.one.sx - lane.x) * inverse, (table.other.sx - lane.x) * inverse)
+
+
+@lane_pass(layout.PLANES)
+def cover_planes_y(lane, table):
+    """Intersect rays with two planes across the y axis."""
+    inverse = 1.0 / lane.uy
+    cover_two(lane, table, (table.one.sy - lane.y) * inverse, (table.other.sy - lane.y) * inverse)
+
+
+@lane_pass(layout.PLANES)
+def cover_planes_z(lane, table):
+    """Intersect rays with two planes across the z axis."""
+    inverse = 1.0 / lane.uz
+    cover_two(lane, table, (table.one.sz - lane.z) * inverse, (table.other.sz - lane.z) * inverse)
 
 
 @lane_pass(layout.TRIANGLE)

@@ -11,7 +11,6 @@ from transport.engine.passes import (
     backward,
     bank,
     collisions,
-    flats,
     intersections,
     regions,
     snapshots,
@@ -212,7 +211,8 @@ def intersect_surfaces(plan):
         elif abs(sum(waiting[axis] * row[axis] for axis in ("nx", "ny", "nz"))) >= PARALLEL_COSINE:
             pair = layout.row(layout.PLANES)
             pair["one"], pair["other"] = waiting, row
-            yield step(flats.cover_planes, pair)
+            across = [f"_{axis}" for axis in "xyz" if abs(waiting[f"n{axis}"]) == 1.0]
+            yield step_by_name(("cover_planes" + "".join(across), pair))
             waiting = None
         else:
             yield step_by_name((name, waiting))
