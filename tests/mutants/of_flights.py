@@ -51,8 +51,8 @@ FAULTS = (
     ),
     Fault(
         BIRTHS,
-        "d0, d1, _, _ = random_words(lane.history, batch, 0, DEPTH,",
-        "d0, d1, _, _ = random_words(lane.history, batch, 0, POSITION,",
+        "d0, d1, _, _ = words_at_birth(lane, DEPTH)",
+        "d0, d1, _, _ = words_at_birth(lane, POSITION)",
         "a stream used twice: for width and depth of a birthplace",
         ("physics/test_phase_moments",),
     ),

@@ -176,7 +176,10 @@ def _get_lane_field(context, builder, owner, value, name):
 @lower_setattr_generic(LaneType)
 def _set_lane_field(context, builder, signature, arguments, name):
     owner, given = signature.args
-    value = context.cast(builder, arguments[1], given, owner.field(name)[1])
+    _, kind, is_constant = owner.field(name)
+    if is_constant:
+        raise NotImplementedError(f"a pass that writes {name} needs it in COUNTERS")
+    value = context.cast(builder, arguments[1], given, kind)
     pointer = _lane_pointer(context, builder, owner, arguments[0], name)
     if name in PARTS:
         _, shift, length = PARTS[name]
@@ -467,7 +470,7 @@ class Pass:
         """Name of the function."""
         return self.function.__name__
 
-    @property
+    @cached_property
     def fields(self) -> tuple[str, ...]:
         """Names of the lane fields that the pass uses, itself or in functions that it gives the lane to."""
         parts = [self.function, self.sums] + [self.when] * (self.when is not None)
@@ -545,6 +548,11 @@ def _plain(function: Callable) -> Callable:
     return getattr(function, "py_func", function)
 
 
+def _takes_lane(code) -> bool:
+    """Return whether a function has a lane among its arguments."""
+    return not set(LANES_IN_CODE).isdisjoint(code.co_varnames[: code.co_argcount])
+
+
 def _attributes(function: FunctionType) -> set[str]:
     """Return the attributes of lanes in a function's bytecode, and in that of the functions that it calls."""
     steps = list(dis.get_instructions(function))
@@ -554,7 +562,7 @@ def _attributes(function: FunctionType) -> set[str]:
     for name in {step.argval for step in steps if step.opname == "LOAD_GLOBAL"}:
         value = function.__globals__.get(name)
         called = _plain(value)
-        if isinstance(called, FunctionType) and called.__code__.co_varnames[:1] in (("lane",), ("lanes",)):
+        if isinstance(called, FunctionType) and _takes_lane(called.__code__):
             named |= _attributes(called)
     return named
 

@@ -25,3 +25,11 @@ def sample_triangle(p, q):
     """Return the weights of the second and third vertex, for a point uniform on a triangle."""
     s = math.sqrt(p)
     return s * (1.0 - q), s * q
+
+
+@device
+def place_in_frame(table, u, v):
+    """Return the point (u, v) of a local frame: c + u e_u + v e_v of the table."""
+    x = table.cx + u * table.eux + v * table.evx
+    y = table.cy + u * table.euy + v * table.evy
+    return x, y, table.cz + u * table.euz + v * table.evz

@@ -15,7 +15,7 @@ from transport.physics.bits import float_of
 from transport.physics.device import device
 from transport.physics.directions import from_frame, sample_cosine_law, sample_isotropic
 from transport.physics.elementary import cos_sin_turn
-from transport.physics.positions import sample_disk, sample_rectangle, sample_triangle
+from transport.physics.positions import place_in_frame, sample_disk, sample_rectangle, sample_triangle
 from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, uniform
 from transport.physics.velocities import sample_normal_pair
 
@@ -62,37 +62,34 @@ def save_birth_weight(lane, table):
     lane.birth = lane.weight
 
 
+@device
+def words_at_birth(lane, purpose):
+    """Return the random words of a birth for one purpose."""
+    return random_words(lane.history, lane.batch, 0, purpose, lane.seed_low, lane.seed_high)
+
+
 @lane_pass(layout.PATCH)
 def born_on_rectangle(lane, table):
     """Sample a point uniformly on a rectangle."""
-    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
-    evx, evy, evz, half_u, half_v = table.evx, table.evy, table.evz, table.half_u, table.half_v
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
-    u, v = sample_rectangle(half_u, half_v, uniform(w0, w1), uniform(w2, w3))
-    lane.x, lane.y, lane.z = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    u, v = sample_rectangle(table.half_u, table.half_v, uniform(w0, w1), uniform(w2, w3))
+    lane.x, lane.y, lane.z = place_in_frame(table, u, v)
 
 
 @lane_pass(layout.PATCH)
 def born_on_disk(lane, table):
     """Sample a point uniformly on a disk or annulus."""
-    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
-    evx, evy, evz, inner2, outer2 = table.evx, table.evy, table.evz, table.inner2, table.outer2
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
-    u, v = sample_disk(inner2, outer2, uniform(w0, w1), uniform(w2, w3))
-    lane.x, lane.y, lane.z = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    u, v = sample_disk(table.inner2, table.outer2, uniform(w0, w1), uniform(w2, w3))
+    lane.x, lane.y, lane.z = place_in_frame(table, u, v)
 
 
 @lane_pass(layout.PATCH)
 def born_on_triangle(lane, table):
     """Sample a point uniformly on a triangle with corner c and edges e_u, e_v."""
-    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
-    evx, evy, evz = table.evx, table.evy, table.evz
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
     u, v = sample_triangle(uniform(w0, w1), uniform(w2, w3))
-    lane.x, lane.y, lane.z = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    lane.x, lane.y, lane.z = place_in_frame(table, u, v)
 
 
 @lane_pass(layout.HOLED)
@@ -115,8 +112,7 @@ def born_beside_hole(lane, table):
 def born_on_sphere(lane, table):
     """Sample a point uniformly on a sphere, with its normal on the emitting side."""
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
     nx, ny, nz = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
     lane.x, lane.y, lane.z = cx + radius * nx, cy + radius * ny, cz + radius * nz
     lane.nx, lane.ny, lane.nz = side * nx, side * ny, side * nz
@@ -130,8 +126,7 @@ def born_on_sphere_cross_section(lane, table):
     """
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
     ux, uy, uz = table.nx, table.ny, table.nz
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
     nx, ny, nz, _ = sample_cosine_law(ux, uy, uz, uniform(w0, w1), uniform(w2, w3))
     r = side * radius
     lane.x, lane.y, lane.z = cx + r * nx, cy + r * ny, cz + r * nz
@@ -156,9 +151,8 @@ def born_in_box(lane, table):
     """Sample a point uniformly in a box."""
     cx, cy, cz = table.cx, table.cy, table.cz
     half_u, half_v, half_w = table.half_u, table.half_v, table.half_w
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
-    d0, d1, _, _ = random_words(lane.history, batch, 0, DEPTH, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    d0, d1, _, _ = words_at_birth(lane, DEPTH)
     lane.x = cx + (2.0 * uniform(w0, w1) - 1.0) * half_u
     lane.y = cy + (2.0 * uniform(w2, w3) - 1.0) * half_v
     lane.z = cz + (2.0 * uniform(d0, d1) - 1.0) * half_w
@@ -171,10 +165,9 @@ def born_in_sphere(lane, table):
     The radius is the largest of three uniforms, which has the law of the cube root of one.
     """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.half_u
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
-    d0, d1, d2, d3 = random_words(lane.history, batch, 0, DEPTH, seed_low, seed_high)
-    e0, e1, _, _ = random_words(lane.history, batch, 1, DEPTH, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    d0, d1, d2, d3 = words_at_birth(lane, DEPTH)
+    e0, e1, _, _ = random_words(lane.history, lane.batch, 1, DEPTH, lane.seed_low, lane.seed_high)
     ux, uy, uz = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
     r = radius * max(max(uniform(d0, d1), uniform(d2, d3)), uniform(e0, e1))
     lane.x, lane.y, lane.z = cx + r * ux, cy + r * uy, cz + r * uz
@@ -185,9 +178,8 @@ def born_in_cloud(lane, table):
     """Sample a point of a normal distribution with a standard deviation per coordinate."""
     cx, cy, cz = table.cx, table.cy, table.cz
     half_u, half_v, half_w = table.half_u, table.half_v, table.half_w
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
-    d0, d1, d2, d3 = random_words(lane.history, batch, 0, DEPTH, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    d0, d1, d2, d3 = words_at_birth(lane, DEPTH)
     p, q = sample_normal_pair(uniform(w0, w1), uniform(w2, w3))
     r, _ = sample_normal_pair(uniform(d0, d1), uniform(d2, d3))
     lane.x, lane.y, lane.z = cx + half_u * p, cy + half_v * q, cz + half_w * r
@@ -196,8 +188,7 @@ def born_in_cloud(lane, table):
 @lane_pass(layout.NO_TABLE)
 def emit_lambertian(lane, table):
     """Sample a direction by the cosine law about the normal of the emitting side."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, DIRECTION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, DIRECTION)
     ux, uy, uz, _ = sample_cosine_law(lane.nx, lane.ny, lane.nz, uniform(w0, w1), uniform(w2, w3))
     lane.ux, lane.uy, lane.uz = ux, uy, uz
 
@@ -208,8 +199,7 @@ def emit_lambertian_from_plane(lane, table):
     side = table.side
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz = side * table.nx, side * table.ny, side * table.nz
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, DIRECTION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, DIRECTION)
     u = uniform(w0, w1)
     c, s = cos_sin_turn(uniform(w2, w3))
     mu, sine = math.sqrt(1.0 - u), math.sqrt(u)
@@ -220,8 +210,7 @@ def emit_lambertian_from_plane(lane, table):
 @lane_pass(layout.NO_TABLE)
 def emit_isotropic(lane, table):
     """Sample a direction uniformly over the sphere."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, DIRECTION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_at_birth(lane, DIRECTION)
     lane.ux, lane.uy, lane.uz = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
 
 

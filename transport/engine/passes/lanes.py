@@ -33,14 +33,15 @@ def pad_group(numbers: list[int]) -> list[int]:
 
 
 @device
-def fill_gaps(lanes, table, gaps):
-    """Move all carried fields of the lanes in `movers` to those in `listed`, four fields at a time."""
+def move_lanes(lanes, table, count, place):
+    """Move the lanes in `movers` to those from `place` on, or to those in `listed` where it is -1."""
     fields = view(lanes.arena + table.fields, table.count, np.int64)
     words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for f in range(0, table.count, FIELDS_PER_GROUP):
         r0, r1, r2, r3 = field_offsets(fields, f)
-        for j in range(uint64(gaps)):
-            here, there = uint64(lane_at(lanes, j).listed), uint64(lane_at(lanes, j).movers)
+        for j in range(uint64(count)):
+            here = uint64(place) + j if place >= 0 else uint64(lane_at(lanes, j).listed)
+            there = uint64(lane_at(lanes, j).movers)
             words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
             words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
 
@@ -57,11 +58,12 @@ def list_gaps(lanes, first, last):
 
 @device
 def list_movers(lanes, first, last):
-    """List lanes with a particle, to fill gaps."""
+    """List lanes with a particle; returns their number."""
     movers = uint64(0)
     for k in range(uint64(first), uint64(last)):
         lane_at(lanes, movers).movers = k
         movers += uint64(1) if lane_at(lanes, k).weight != 0.0 else uint64(0)
+    return movers
 
 
 @device
@@ -91,7 +93,7 @@ def compact_lanes(lanes, table, first, live):
         return alive + ended if alive > 0 else 0
     gaps = list_gaps(lanes, 0, alive)
     list_movers(lanes, alive, live)
-    fill_gaps(lanes, table, gaps)
+    move_lanes(lanes, table, gaps, -1)
     return alive
 
 
@@ -102,19 +104,6 @@ def compact_lanes(lanes, table, first, live):
 def flies_on(lane):
     """Return whether a lane flies on in its medium: alive, without a surface ahead, and finite."""
     return (lane.weight != 0.0) & (lane.hit == 0) & (lane.distance < math.inf) & is_finite(lane)
-
-
-@device
-def append_lanes(lanes, table, count, first):
-    """Move the lanes in `movers` to the lanes from `first` on."""
-    fields = view(lanes.arena + table.fields, table.count, np.int64)
-    words = view(lanes.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    for f in range(0, table.count, FIELDS_PER_GROUP):
-        r0, r1, r2, r3 = field_offsets(fields, f)
-        for j in range(uint64(count)):
-            here, there = uint64(first) + j, uint64(lane_at(lanes, j).movers)
-            words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
-            words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
 
 
 @bundle_pass(layout.QUEUE, alone=stay)
@@ -141,25 +130,22 @@ def queue_arrivals(lanes, table, first, live):
         lane_at(lanes, arrived).movers = k
         arrived += uint64(1) if lane_at(lanes, uint64(k)).weight != 0.0 else uint64(0)
         gaps += uint64(1) if k < flying else uint64(0)
-    append_lanes(lanes, table.arriving, arrived, LANES + lanes.waiting)
+    move_lanes(lanes, table.arriving, arrived, int64(LANES) + lanes.waiting)
     lanes.waiting += int64(arrived)
     # The last lanes in flight fill the gaps.
     movers = uint64(0)
     for k in range(uint64(flying), uint64(live)):
         lane_at(lanes, movers).movers = k
         movers += uint64(lane_at(lanes, k).flies)
-    fill_gaps(lanes, table.flying, gaps)
+    move_lanes(lanes, table.flying, gaps, -1)
     return flying
 
 
 @bundle_pass(layout.FIELD_MOVES, alone=stay)
 def resume_flights(lanes, table, first, live):
     """Move what is left of the queue to free lanes behind those in flight."""
-    resumed = uint64(0)
-    for k in range(uint64(first), uint64(live)):  # no branch, so no misprediction
-        lane_at(lanes, resumed).movers = k
-        resumed += uint64(1) if lane_at(lanes, k).weight != 0.0 else uint64(0)
-    append_lanes(lanes, table, resumed, lanes.flying)
+    resumed = list_movers(lanes, first, live)
+    move_lanes(lanes, table, resumed, lanes.flying)
     lanes.flying += int64(resumed)
     lanes.waiting = 0
     return int64(live)

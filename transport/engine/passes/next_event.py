@@ -16,14 +16,14 @@ from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.shadow_rays import direction_to
-from transport.engine.passes.volumes import half_chord, slab_crossings
+from transport.engine.passes.volumes import half_chord, nearest_to_centre, slab_crossings
 from transport.engine.words import standing_sheet
 from transport.physics.connections import ball_connection, flat_connection
 from transport.physics.device import device
 from transport.physics.directions import sample_isotropic, turned_by
 from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.emission import cone_about
-from transport.physics.positions import sample_disk, sample_rectangle, sample_triangle
+from transport.physics.positions import place_in_frame, sample_disk, sample_rectangle, sample_triangle
 from transport.physics.sight import sample_equiangular
 from transport.physics.streams import EXPECT, SHADOW, event_words, random_words, short_uniform, uniform
 
@@ -69,28 +69,23 @@ def draw_point(lane, table):
 @lane_pass(layout.EXPECTATION)
 def point_on_rectangle(lane, table):
     """Set a point uniform on a rectangle from p0, p1."""
-    cx, cy, cz, half_u, half_v = table.cx, table.cy, table.cz, table.half_u, table.half_v
-    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    u, v = sample_rectangle(half_u, half_v, lane.p0, lane.p1)
-    lane.sx, lane.sy, lane.sz = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    lane.sx, lane.sy, lane.sz = place_in_frame(
+        table, *sample_rectangle(table.half_u, table.half_v, lane.p0, lane.p1)
+    )
 
 
 @lane_pass(layout.EXPECTATION)
 def point_on_disk(lane, table):
     """Set a point uniform on a disk or annulus from p0, p1."""
-    cx, cy, cz, inner2, outer2 = table.cx, table.cy, table.cz, table.inner2, table.outer2
-    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    u, v = sample_disk(inner2, outer2, lane.p0, lane.p1)
-    lane.sx, lane.sy, lane.sz = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    lane.sx, lane.sy, lane.sz = place_in_frame(
+        table, *sample_disk(table.inner2, table.outer2, lane.p0, lane.p1)
+    )
 
 
 @lane_pass(layout.EXPECTATION)
 def point_on_triangle(lane, table):
     """Set a point uniform on a triangle (corner c, edges e_u, e_v) from p0, p1."""
-    cx, cy, cz = table.cx, table.cy, table.cz
-    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    u, v = sample_triangle(lane.p0, lane.p1)
-    lane.sx, lane.sy, lane.sz = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    lane.sx, lane.sy, lane.sz = place_in_frame(table, *sample_triangle(lane.p0, lane.p1))
 
 
 @lane_pass(layout.EXPECTATION)
@@ -169,6 +164,25 @@ def connect_to_point(lane, table):
     lane.score = 1.0 / (r * r) if r > 0.0 else 0.0
 
 
+@device
+def line_through_point(lane, table):
+    """Return a point relative to a source's middle, an isotropic direction and a uniform number."""
+    event = uint64(table.number) << DETECTOR_SHIFT
+    w0, w1, w2, w3 = random_words(lane.history, lane.batch, event, SHADOW, lane.seed_low, lane.seed_high)
+    ox, oy, oz = table.x - table.cx, table.y - table.cy, table.z - table.cz
+    return ox, oy, oz, *sample_isotropic(uniform(w0, w1), short_uniform(w2)), short_uniform(w3)
+
+
+@device
+def set_ray_from_chord(lane, table, ux, uy, uz, near, far, chance):
+    """Set the ray to a point from a place uniform on its line's chord of a source, and the factor."""
+    length = far - near if near < far else 0.0
+    s = near + chance * length if near < far else 1.0
+    x, y, z = table.x + s * ux, table.y + s * uy, table.z + s * uz
+    set_ray(lane, x, y, z, -ux, -uy, -uz, 0.0, s)
+    lane.score = length * table.scale
+
+
 @lane_pass(layout.POINT_GLOW)
 def connect_through_box(lane, table):
     """Set a ray from a uniformly emitting box to a point.
@@ -176,23 +190,12 @@ def connect_through_box(lane, table):
     Samples an isotropic line through the point and a uniform place in the box on it: the factor 1/r^2 is
     sampled rather than weighted.
     """
-    px, py, pz = table.x, table.y, table.z
-    hx, hy, hz, scale = table.hx, table.hy, table.hz, table.scale
-    ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    event = uint64(table.number) << DETECTOR_SHIFT
-    w0, w1, w2, w3 = random_words(lane.history, batch, event, SHADOW, seed_low, seed_high)
-    ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
-    near_x, far_x = slab_crossings(ox, ux, hx)
-    near_y, far_y = slab_crossings(oy, uy, hy)
-    near_z, far_z = slab_crossings(oz, uz, hz)
-    # Chord of the box on this line, and a place on it.
+    ox, oy, oz, ux, uy, uz, chance = line_through_point(lane, table)
+    near_x, far_x = slab_crossings(ox, ux, table.hx)
+    near_y, far_y = slab_crossings(oy, uy, table.hy)
+    near_z, far_z = slab_crossings(oz, uz, table.hz)
     near = max(0.0, max(near_x, max(near_y, near_z)))
-    far = min(far_x, min(far_y, far_z))
-    length = far - near if near < far else 0.0
-    s = near + short_uniform(w3) * length if near < far else 1.0
-    set_ray(lane, px + s * ux, py + s * uy, pz + s * uz, -ux, -uy, -uz, 0.0, s)
-    lane.score = length * scale
+    set_ray_from_chord(lane, table, ux, uy, uz, near, min(far_x, min(far_y, far_z)), chance)
 
 
 @lane_pass(layout.POINT_GLOW)
@@ -201,21 +204,10 @@ def connect_through_sphere(lane, table):
 
     The chord follows from its point nearest the centre.
     """
-    px, py, pz, radius, scale = table.x, table.y, table.z, table.hx, table.scale
-    ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    event = uint64(table.number) << DETECTOR_SHIFT
-    w0, w1, w2, w3 = random_words(lane.history, batch, event, SHADOW, seed_low, seed_high)
-    ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
-    h = ox * ux + oy * uy + oz * uz
-    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
-    q = math.sqrt(qx * qx + qy * qy + qz * qz)
-    half = half_chord(radius, q)
-    near, far = max(0.0, -h - half), half - h
-    length = far - near if near < far else 0.0
-    s = near + short_uniform(w3) * length if near < far else 1.0
-    set_ray(lane, px + s * ux, py + s * uy, pz + s * uz, -ux, -uy, -uz, 0.0, s)
-    lane.score = length * scale
+    ox, oy, oz, ux, uy, uz, chance = line_through_point(lane, table)
+    h, q = nearest_to_centre(ox, oy, oz, ux, uy, uz)
+    half = half_chord(table.hx, q)
+    set_ray_from_chord(lane, table, ux, uy, uz, max(0.0, -h - half), half - h, chance)
 
 
 @lane_pass(layout.POINT)

@@ -82,9 +82,7 @@ def transmit(lane, table):
     """Transmit: mirror the reflected direction at the surface's plane, for lanes whose `through` is 1."""
     ux, uy, uz = reflected(lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu)
     passes = lane.transmitted == 1.0
-    lane.ux = choose(passes, ux, lane.ux)
-    lane.uy = choose(passes, uy, lane.uy)
-    lane.uz = choose(passes, uz, lane.uz)
+    lane.ux, lane.uy, lane.uz = select(passes, ux, uy, uz, lane.ux, lane.uy, lane.uz)
     lane.mu = choose(passes, -lane.mu, lane.mu)
 
 

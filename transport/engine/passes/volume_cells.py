@@ -20,6 +20,7 @@ from transport.engine.passes.volumes import (
     half_chord,
     lengths_of_part,
     mean_transmittance,
+    nearest_to_centre,
     slab_crossings,
 )
 from transport.engine.passes.voxels import absorption_at, enter_grid, scattering_at, voxel_at
@@ -145,9 +146,7 @@ def walk_shells(lane, table, bin, start, last, weight, fade, keep):
     radii = view(lane.arena + table.radii, count + 1, np.float64)
     ux, uy, uz = lane.ux, lane.uy, lane.uz
     ox, oy, oz = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
-    h = ox * ux + oy * uy + oz * uz
-    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
-    q = math.sqrt(qx * qx + qy * qy + qz * qz)
+    h, q = nearest_to_centre(ox, oy, oz, ux, uy, uz)
     t, end = start + h, last + h  # measured from the point nearest to the centre
     shell = shell_at(math.sqrt(q * q + t * t), count, lane.arena + table.radii)
     going = True

@@ -72,6 +72,14 @@ def slab_crossings(o, u, half):
 
 
 @device
+def nearest_to_centre(ox, oy, oz, ux, uy, uz):
+    """Return how far a point lies past its line's point nearest to the origin, and that one's distance."""
+    h = ox * ux + oy * uy + oz * uz
+    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+    return h, math.sqrt(qx * qx + qy * qy + qz * qz)
+
+
+@device
 def half_chord(radius, q):
     """Return half the chord of a sphere at distance q from its centre."""
     d = (radius - q) * (radius + q)
@@ -110,9 +118,7 @@ def clip_to_ball(lane, table):
     """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.hx
     ox, oy, oz, ux, uy, uz = lane.x - cx, lane.y - cy, lane.z - cz, lane.ux, lane.uy, lane.uz
-    h = ox * ux + oy * uy + oz * uz
-    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
-    q = math.sqrt(qx * qx + qy * qy + qz * qz)
+    h, q = nearest_to_centre(ox, oy, oz, ux, uy, uz)
     half = half_chord(radius, q)
     start, reach = lane.start + h, lane.flight_end + h
     near = start if start > -half else -half
