@@ -68,6 +68,9 @@ SCALAR_REASONS = {
     "a logarithm and an exponential that keep the digits of shallow ones": (
         "born_on_paraboloid",
     ),
+    "moves a few lanes": (
+        "resume_flights",
+    ),
     "descends a hierarchy of boxes, ray by ray": (
         "meet_mesh", "cover_mesh",
     ),
@@ -76,11 +79,6 @@ SCALAR_REASONS = {
     ),
 }  # fmt: skip
 SCALAR_PASSES = set().union(*SCALAR_REASONS.values())
-# AVX2 cannot convert packed int64 to float64 and back, nor mask as AVX-512 does.
-SCALAR_WITHOUT_AVX512 = {
-    "absorb", "born_over_rectangle", "born_over_disk", "born_over_triangle", "born_over_quadric", "born_over_holed",
-    "find_medium", "stop_clock",
-}  # fmt: skip
 TWINS = [  # in which quasi-random numbers take the place of random ones
     ("born_on_disk", "sobol"), ("born_on_disk", "stratified"), ("sample_target_disk", "sobol"), ("draw_flight", "sobol"),
 ]  # fmt: skip
@@ -156,8 +154,8 @@ def needs(feature):
 
 def assert_vectorised(names):
     """One branch, table look-up or libm call in a loop over lanes makes it five times slower, and nothing else shows."""
-    share, exceptions = (0.05, set()) if host_has("avx512dq") else (1.5, SCALAR_WITHOUT_AVX512)
-    judged = set(names) - SCALAR_PASSES - exceptions
+    share = 0.05 if host_has("avx512dq") else 1.5
+    judged = set(names) - SCALAR_PASSES
     assert [name for name in sorted(judged) if not is_vectorised(assembly(PASSES[name]), share)] == []
 
 

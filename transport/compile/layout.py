@@ -42,8 +42,8 @@ SCORE_COPIES, MAX_COPIED_ROWS = 4, 256
 COUNT_BITS = 36
 
 # The ledger's rows have four words: high, low, number (where counted), and a spare one.
-# The spare word of LOST counts crossings from a medium that the scene contradicts; that of BORN holds the
-# bits of the heaviest birth towards a target.
+# The spare word of LOST counts refractions from a medium that the scene contradicts, that of ESCAPED counts
+# crossings of boundaries from such bodies; that of BORN holds the bits of the heaviest aimed birth weight.
 # Absorbed weight follows from ABSORBED on: a row per surface, then a row per row of MEDIA.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 

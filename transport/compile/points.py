@@ -17,6 +17,7 @@ import numpy as np
 from transport.compile import layout
 from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
 from transport.compile.rows import Rows
+from transport.compile.shapes import pass_name
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import body_bits_at
 from transport.scene.media import Medium
@@ -114,7 +115,7 @@ def _births(plan: Plan, emitter: Emitter, detector: PointDetector, row: np.ndarr
     is_near = math.dist(detector.position, shape.middle) < NEAR_EXTENTS * shape.extent
     density, even = emission.ray_densities, {"isotropic": 1.0}
     if emission.fills_volume and is_near and isinstance(shape, Box | Sphere):
-        yield f"connect_through_{type(shape).__name__.lower()}", _glow_row(plan, shape, row), even
+        yield f"connect_through_{pass_name(shape)}", _glow_row(plan, shape, row), even
     elif density:
         yield "connect_to_point", row, density
     if row["medium"] >= 0:

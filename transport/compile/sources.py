@@ -11,7 +11,7 @@ import numpy as np
 from transport.compile import layout, speeds
 from transport.compile.media import POINT_OFFSET, body_row, boundary_rows, emitting_media, runs_along_boundary
 from transport.compile.plan import Emitter, Plan, Step
-from transport.compile.shapes import point_to_mesh, primitive_of, shape_columns
+from transport.compile.shapes import pass_name, point_to_mesh, primitive_of, shape_columns
 from transport.compile.space import Space
 from transport.geometry.flat import FlatShape
 from transport.geometry.mesh import Mesh
@@ -229,7 +229,7 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     row = layout.row(layout.TARGET, shape_columns(aim, space), **values)
     if isinstance(aim, Box):
         return weight, (("aim_at_box", row),)
-    return weight, ((f"sample_target_{type(aim).__name__.lower()}", row), ("aim_at_sampled_point", row))
+    return weight, ((f"sample_target_{pass_name(aim)}", row), ("aim_at_sampled_point", row))
 
 
 def _checked_weight(source: Source, weight: float) -> float:

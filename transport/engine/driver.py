@@ -33,8 +33,17 @@ GOLDEN = 0.6180339887498949
 MIN_BRIGHTEST_SHARE = 0.95
 PLACE_IN_HEADER = {name: place for place, name in enumerate(HEADER)}
 # counts that are read at the end of a batch; they and some others begin at 0
-COUNTED = ("crossings", "collisions", "started", "bank_overflow", "trapped", "killed", "scored")
-COUNTED = (*COUNTED, "record_count", "flight_count")
+COUNTED = [
+    "crossings",
+    "collisions",
+    "started",
+    "bank_overflow",
+    "trapped",
+    "killed",
+    "scored",
+    "record_count",
+    "flight_count",
+]
 CLEARED = np.array([PLACE_IN_HEADER[name] for name in (*COUNTED, "banked", "rays_cast", "rays_taken")])
 read_counts = itemgetter(*map(PLACE_IN_HEADER.get, COUNTED))
 MAX_SCORED = 1 << 60  # largest sum of a volume detector [2^-32], to which each score adds up to 2^28
@@ -92,8 +101,7 @@ class Sums:
             "ledger": address + self.tallies.nbytes,
             "ledger_words": self.ledger.size,
         }
-        words |= {"stride": self.stride, "record_count": 0}
-        words |= {"tracks_capacity": len(self.tracks), "flight_count": 0}
+        words |= {"stride": self.stride, "tracks_capacity": len(self.tracks)}
         words["copy_rows"] = self.tallies.shape[1] if self.copies > 1 else 0
         for name in ("moments", "sizes", "records", "tracks", "bank"):
             if len(part := getattr(self, name)):

@@ -223,7 +223,7 @@ def _end_lanes(plan, moved):
     escapes = plan.can_escape_at_once and any(row["covers"] & EMPTY_SIDES for _, row, _ in plan.members)
     if escapes:
         yield step(regions.escape_to_empty_space)
-    if not plan.scatters and (escapes or (plan.has_acting_surfaces and (plan.absorbs or plan.reflects))):
+    if not plan.scatters and plan.has_acting_surfaces and (plan.absorbs or plan.reflects):
         yield step(lanes.compact_lanes, moved)
 
 

@@ -117,6 +117,8 @@ def step(lane_pass: Pass, table: np.ndarray = EMPTY_TABLE) -> Step:
 def step_by_name(called: tuple[str, np.ndarray]) -> Step:
     """Return the step of a pass given by name: (name, table) -> (pass, table)."""
     name, table = called
+    if name not in MODULE_OF_PASS:
+        raise LookupError(f"there is no pass {name}: write it as guides/extending.md says")
     return step(PASSES[name], table)
 
 

@@ -36,5 +36,5 @@ def speed_and_direction(vx, vy, vz, ux, uy, uz):
 
 @device
 def state_at(x, y, z, ux, uy, uz, length, speed):
-    """Return position and velocity after a free flight of length `way` along the direction."""
+    """Return position and velocity after a free flight of this length along the direction."""
     return x + length * ux, y + length * uy, z + length * uz, speed * ux, speed * uy, speed * uz

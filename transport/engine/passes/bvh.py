@@ -1,6 +1,6 @@
 """Bounding volume hierarchies (BVH) of boxes over the facets of a mesh, by the surface area heuristic.
 
-Binned: 16 split planes along each axis are tried (Wald 2007, "On fast construction of SAH-based bounding
+Binned: 15 split planes along each axis are tried (Wald 2007, "On fast construction of SAH-based bounding
 volume hierarchies"). Its nodes are then merged into nodes of up to layout.CHILDREN children, whose boxes are
 in single precision relative to the middle of the mesh, rounded outwards.
 """

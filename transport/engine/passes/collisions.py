@@ -75,7 +75,10 @@ def fly_uncollided(lane, table):
 
 @lane_pass(layout.NO_TABLE)
 def draw_flight(lane, table):
-    """Draw the uniforms of a flight: one of its path, in `depth`, and u0, u1 of the collision at its end."""
+    """Draw the uniforms of a flight: one of its path, in `depth`, and u0, u1 of the collision at its end.
+
+    It has no surface ahead yet.
+    """
     seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
     lane.depth, lane.u0, lane.u1 = flight_numbers(lane.history, batch, lane.event, seed_low, seed_high)
     lane.hit, lane.covered = 0, 0

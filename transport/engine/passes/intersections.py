@@ -1,7 +1,7 @@
 """Ray tracing to the next crossing: find the nearest sheet ahead, move there, or leave the scene.
 
 An acting surface accepts a ray that rounding carried past its edge, so that no ray slips between two walls
-with a common edge; layout.ROUNDING and the slack of compile/compiler.py bound that rounding. A detector uses
+with a common edge; layout.ROUNDING and compile.surfaces.edge_slack bound that rounding. A detector uses
 its exact bounds.
 """
 

@@ -37,7 +37,7 @@ def reset_paths(lane, table):
 
 @lane_pass(PATHS)
 def follow_paths(lane, table):
-    """Add the length of the flight to the path in its medium; ended and waiting lanes have none."""
+    """Add the length of the flight to the path in its medium; ended lanes have none."""
     numbers = view(lane.arena + table.rows, table.count, np.int64)
     length, number = lane.flight_end - lane.start, numbers[lane.medium]
     if (length > 0.0) & (number >= 0):

@@ -123,7 +123,7 @@ def innermost(inside):
 
 @device
 def ends_beyond(x, y, z, ux, uy, uz, length, low_x, low_y, low_z, high_x, high_y, high_z):
-    """Return whether a flight of length `way` ends outside a box (true for an infinite flight)."""
+    """Return whether a flight of this length ends outside a box (true for an infinite flight)."""
     x, y, z = x + length * ux, y + length * uy, z + length * uz
     return not ((x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y) & (z >= low_z) & (z <= high_z))
 

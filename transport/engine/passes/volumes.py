@@ -1,9 +1,9 @@
 """Volume detectors (track-length estimator): path length of each flight in a box or ball.
 
-A flight lasts from `start` to `reach`: to the next hit or collision, or to the end of the clock. `clip_...`
-finds its part in the volume; a volume of one cell is scored here, volumes with cells or directions are walked
-through (volume_cells.py). Path lengths are in lengths of the volume, so that a score is at most 1; absorption
-along the path is in weights.
+A flight lasts from `start` to `flight_end`: to the next hit or collision, or to the end of the clock. The
+passes `clip_...` find its part in the volume; a volume of one cell is scored here, volumes with cells or
+directions are walked through (volume_cells.py). Path lengths are in lengths of the volume, so that a score is
+at most 1; absorption along the path is in weights.
 """
 
 import math
