@@ -396,7 +396,8 @@ def run_batch(
     are_all_killed = 0 < killed == histories and not sums.ledger[layout.ABSORBED :, :2].any()
     if trapped or are_all_killed:
         particles = trapped or killed
-        last = _last_surfaces(plan, bundle, particles)
+        flying, waiting = (int(bundle[name][0]) if trapped else killed for name in ("flying", "waiting"))
+        last = _last_surfaces(plan, bundle, flying, waiting)
         raise limits_exceeded.endless_particles_error(plan, last, particles)
     if copies > 1:
         raise limits_exceeded.too_many_copies_error(plan, copies, started)
@@ -426,11 +427,11 @@ def run_batch(
     )
 
 
-def _last_surfaces(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
-    """Return the sorted numbers of the surfaces that the lanes hit last."""
+def _last_surfaces(plan: Plan, bundle: np.ndarray, flying: int, waiting: int) -> list[int]:
+    """Return the sorted numbers of the surfaces that lanes in flight and those in the queue hit last."""
     _, shift, length = layout.PARTS["surface"]
     hits = bundle["hit"][0]
-    rows = (np.r_[hits[:lanes], hits[LANES : LANES + lanes]] >> shift) & ((1 << length) - 1)
+    rows = (np.r_[hits[:flying], hits[LANES : LANES + waiting]] >> shift) & ((1 << length) - 1)
     return sorted({plan.surface_numbers[row - 1] for row in rows.tolist() if row > 0})
 
 

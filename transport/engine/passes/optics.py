@@ -121,8 +121,8 @@ def reflect_glossily(lane, table):
     With probability G2/G1 the ray leaves; else `lobe` receives a rescaled uniform.
     """
     ux, uy, uz, mu, alpha = lane.ux, lane.uy, lane.uz, lane.mu, lane.roughness
-    flip = -1.0 if mu > 0.0 else 1.0
-    nx, ny, nz, cosine = flip * lane.nx, flip * lane.ny, flip * lane.nz, abs(mu)
+    here, flip = lane.material == layout.GLOSSY, -1.0 if mu > 0.0 else 1.0
+    nx, ny, nz, cosine = flip * lane.nx, flip * lane.ny, flip * lane.nz, choose(here, abs(mu), 1.0)
     # Direction of arrival in the frame of the normal; sample a visible normal; reflect at it.
     px, py, pz = turned_by(nx, ny, nz, 0.0, 1.0, 0.0)
     qx, qy, qz = turned_by(nx, ny, nz, 0.0, 0.0, 1.0)
@@ -133,7 +133,6 @@ def reflect_glossily(lane, table):
     share = unshadowed_share(cosine, out, alpha)
     vx, vy, vz = turned_by(nx, ny, nz, out, 2.0 * seen * hx - x, 2.0 * seen * hy - y)
     vx, vy, vz = renormalized(vx, vy, vz)
-    here = lane.material == layout.GLOSSY
     u = lane.u3
     leaves = u < share
     lane.lobe = NO_LOBE if leaves | (not here) else (u - share) / (1.0 - share)
