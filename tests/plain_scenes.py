@@ -242,6 +242,12 @@ def flat_shapes():
     turned = Rectangle(center=(0.1, 0, 0.2), width=0.6, height=0.5, up=(1, 2, 0))
     meters += [Detector(window, "window"), Detector("roof", side="back"), Detector(Plane(), "plane")]
     meters.append(Detector(turned, "turned"))
+    pairs = {"x": (1, 0, 0), "y": (0, 1, 0), "tilted": (1, 2, 2)}
+    meters += [
+        Detector(Plane(center=tuple(0.1 * place * n for n in normal), normal=normal), f"{name} {place}")
+        for name, normal in pairs.items()
+        for place in (-1, 2)
+    ]
     sources = [
         Source("roof", LIGHT, side="back"),
         Source("screen", LIGHT),

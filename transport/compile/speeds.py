@@ -159,8 +159,8 @@ def quantile_columns(plan, quantile: Quantile, unit: float | None = None) -> dic
 
     unit: of the values, by default the plan's unit of speed [m/s].
     """
-    octaves, cells = quantile_table(quantile)
-    cells = cells.copy()
+    # Copies: the arena of equal scenes is the same, whether they share a law of speeds or have equal ones.
+    octaves, cells = (array.copy() for array in quantile_table(quantile))
     cells[:, :SPLIT_COLUMN] /= plan.speed_unit if unit is None else unit
     return {
         "octaves": plan.arena.place(octaves),
