@@ -12,8 +12,8 @@ import pytest
 
 import transport as tp
 from transport.compile.compiler import compile_scene
-from transport.results import footprint
-from transport.run import memory
+from transport.results import batches, footprint
+from transport.run import executor, memory
 from transport.run.schedules import batches_in, schedule_for
 from transport.run.settings import checked_limits
 from transport.statistics import chunked, packed
@@ -106,7 +106,7 @@ def small_parts(monkeypatch):
     def begin():
         for module, name, value in (
             (chunked, "MIN_MAPPED_BYTES", 1),
-            (packed, "MAX_UNPACKED_ROWS", 0),
+            *((module, "MAX_UNPACKED_ROWS", 0) for module in (packed, batches, executor)),
             (packed, "PAGE", 64),
             (packed, "CHUNK_ROWS", 256),
             (chunked, "MAX_ARRAY_SIZE", 300),
