@@ -167,6 +167,16 @@ def test_some_lane_loops_of_a_closed_room_are_vectorised():
     assert_vectorised(sorted(names)[::10])
 
 
+@needs("avx2")
+@pytest.mark.skipif(
+    host_has("avx512f"), reason="with AVX-512 a store under a mask costs no more than another"
+)
+@pytest.mark.parametrize("name", ["collide", "meet_rectangle_x", "refract"])
+def test_a_field_that_keeps_its_value_in_some_lanes_is_stored_without_a_mask(name):
+    """Where that is slow; planted: bodies.MASKS_STORES set."""
+    assert not re.search(r"maskmov\w+\s+%ymm\d+, %ymm\d+, ", assembly(PASSES[name]))
+
+
 @pytest.mark.slow
 @needs("avx2")
 def test_every_lane_loop_is_vectorised():

@@ -62,9 +62,9 @@ COUNTERS = (
 )
 
 
-# LLVM 22 stores a choice between a new value and the loaded one under a mask. Without AVX-512 that is slow on
-# some processors (AMD Zen 3: 12 cycles for four lanes). There, all that is stored is combined with a word of
-# the header that is 0, which LLVM does not know.
+# LLVM 22 stores a choice between a new value and the loaded one under a mask. Without AVX-512 some processors
+# run that in microcode (AMD Zen 3). There, all that is stored is combined with a word of the header that is
+# 0, which LLVM does not know.
 MASKS_STORES = llvm.get_host_cpu_features().get("avx512f", False)
 
 # ---- Lanes and tables as values of compiled code: an address, whose attributes are fields.

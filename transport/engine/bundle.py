@@ -17,8 +17,8 @@ from transport.scene.detectors import MAX_PATHS
 # Lanes per bundle: a constant of the build. Only tests set the environment variable.
 LANES = int(os.environ.get("TRANSPORT_LANES", "256"))
 # Words from one field to the next: LANES for particles in flight, as many behind them for those that wait at
-# a surface (passes/lanes.py), and nine cache lines: fields of one lane then fall into different cache sets,
-# and no field lies 4096 bytes after another, where a load would wait for a store into that one.
+# a surface (passes/lanes.py), and nine cache lines, so that the fields of one lane do not all fall into the
+# same cache set.
 PITCH = 2 * LANES + 72
 
 HEADER = (
