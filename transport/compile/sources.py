@@ -226,10 +226,10 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     far = weight < MAX_NEAR_WEIGHT
     weight = _checked_weight(source, weight if far else MAX_NEAR_WEIGHT)
     values = {law: peak, "area": area, "natural": 0.0 if far else 1.0 / MAX_NEAR_WEIGHT, "unit": 1.0 / weight}
-    row = layout.row(layout.TARGET, shape_columns(aim, space), **values)
+    row = layout.row(layout.TARGET, shape_columns(whole, space), **values)
     if isinstance(aim, Box):
         return weight, (("aim_at_box", row),)
-    return weight, ((f"sample_target_{pass_name(aim)}", row), ("aim_at_sampled_point", row))
+    return weight, ((f"sample_target_{pass_name(whole)}", row), ("aim_at_sampled_point", row))
 
 
 def _checked_weight(source: Source, weight: float) -> float:
