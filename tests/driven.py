@@ -40,11 +40,6 @@ class Lanes:
         """(LANES, 3)"""
         return np.stack([self["ux"], self["uy"], self["uz"]], axis=1)
 
-    @property
-    def scored(self) -> np.ndarray:
-        """What the last pass took from each weight [1]."""
-        return np.stack([self["high"], self["low"]], axis=1) @ UNIT
-
     def gained(self, row: int) -> float:
         """What is in a row of the ledger [1]."""
         return float(self.ledger[row, :2] @ UNIT)

@@ -7,6 +7,7 @@ import pytest
 
 import transport as tp
 from tests.driven import Lanes
+from transport.compile import layout
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import LANES
 from transport.engine.registry import PASSES
@@ -81,3 +82,43 @@ def test_aligned_and_general_passes_of_two_planes_agree(axis, sign):
     assert 20 < np.isfinite(aligned["distance"]).sum() < LANES
     for field, values in general.items():
         np.testing.assert_array_equal(aligned[field], values, field)
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_two_planes_at_once_are_as_one_after_the_other(axis):
+    """For rays from the planes too, rays that passed one, and rays with a hit before, on either sheet."""
+    n = np.array(AXES[axis])
+    looks = [
+        tp.Detector(tp.Plane(center=tuple(at * n), normal=tuple(n)), name)
+        for name, at in (("a", 0.125), ("b", -0.25))
+    ]
+    ((lane_pass, table),) = intersect_surfaces(compile_scene(tp.Scene(LAMP, detectors=looks)))
+    rows = [table["one"], table["other"]]
+    planes, sheets = np.array([(row[f"s{axis}"], row["sheet"]) for row in rows]).T
+    choices, hits = [0, 0, 0, *sheets.astype(int)], np.array([row["hit"] for row in rows])
+    replaced = shared = 0
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        at, u = random.uniform(-0.5, 0.5, LANES), random.choice([-1.0, -0.5, 0.0, 0.5, 1.0], LANES)
+        at[:64] = random.choice(planes, 64)
+        places = random.choice(choices, LANES) | random.choice(choices, LANES) << layout.PASSED_SHIFT
+        which, has_hit = random.integers(2, size=LANES), random.random(LANES) < 0.5
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (planes[which] - at) / u
+        has_hit &= (t > 0) & (t < np.inf)
+        fields = {
+            "distance": np.where(has_hit, t, np.inf),
+            "hit": np.where(has_hit, hits[which], 0),
+            "covered": np.where(has_hit, 1 << 9, 0),
+            "start": np.where(random.random(LANES) < 0.2, 0.125, 0.0),
+            "sheet": places,
+        }
+        fields |= {"uz": 0, axis: at, f"u{axis}": u}
+        together, apart = Lanes(**fields).run(lane_pass, table), Lanes(**fields)
+        for row in rows:
+            apart.run(PASSES["cover_plane"], row)
+        for field in ("distance", "hit", "covered"):
+            np.testing.assert_array_equal(together[field], apart[field], field)
+        replaced += (has_hit & (apart["hit"] != fields["hit"])).sum()
+        shared += (apart["covered"] > 1 << 9).sum()
+    assert replaced > 100 and shared > 300

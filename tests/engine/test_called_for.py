@@ -200,7 +200,7 @@ def test_without_media_no_pass_and_no_field_of_media_is_named():
     assert not passes() & (OF_MEDIA | OF_DETECTORS | BORDERS | {"queue_arrivals"})
     assert passes(tp.Vacuum()) == passes()
     plain, foggy = effects_of(room()), effects_of(room(FOG))
-    of_media = {"inside", "medium", "mfp", "sigma_a", "survival", "flies", "collides"}
+    of_media = {"inside", "medium", "mfp", "sigma_a", "survival", "leaves", "collides"}
     assert of_media <= set(foggy.fields)
     assert of_media <= set(plain.absent) and not of_media & set(plain.fields)
     assert {name for name, kind in plain.absent.items() if kind == "pass"} >= OF_MEDIA | OF_DETECTORS

@@ -301,16 +301,21 @@ def test_forced_copies_are_not_killed_by_roulette_for_their_small_weight(tau):
 # ---- absorption and roulette ----
 
 
+def absorbed(lanes, absorb):
+    """Lanes after a pass that absorbs, and that which accounts for it."""
+    return lanes.run(absorb).run(collisions.account_absorbed_in, ledger=layout.ABSORBED)
+
+
 @pytest.mark.parametrize("survival", [0.0, 1e-3, 0.2, 0.9, 1 - 1e-9, 1.0])
 def test_analog_absorption_leaves_the_albedo_and_a_fresh_uniform_number(survival):
     died, left = 0, []
     for seed in range(200):
         lanes = Lanes(seed=seed, collides=1, survival=survival, weight=0.75)
         lanes["u0"] = np.random.default_rng(seed).random(LANES)
-        lanes.run(collisions.absorb_at_collisions)
+        absorbed(lanes, collisions.absorb_at_collisions)
         dies = lanes["weight"] == 0
-        assert (lanes["collides"] == ~dies).all()
-        np.testing.assert_allclose(lanes.scored, np.where(dies, 0.75, 0.0), rtol=1e-15)
+        assert (lanes["collides"] == ~dies).all() and (lanes["weight"][~dies] == 0.75).all()
+        assert lanes.gained(layout.ABSORBED) == 0.75 * dies.sum()
         died += dies.sum()
         left.append(lanes["u0"][~dies])
     left, draws = np.concatenate(left), 200 * LANES
@@ -328,13 +333,28 @@ def test_weights_fall_exponentially_along_a_flight_and_the_ledger_gets_the_rest(
     depths = np.geomspace(least, 1e3, LANES)
     lanes = Lanes(start=0.5, distance=0.5 + depths, sigma_a=1.0, weight=0.8, mfp=1.0)
     way = lanes["distance"] - 0.5
-    lanes.run(collisions.attenuate)
+    absorbed(lanes, collisions.attenuate)
     np.testing.assert_allclose(lanes["weight"], 0.8 * np.exp(-way), rtol=1e-14, atol=1e-300)
-    np.testing.assert_allclose(lanes["weight"] + lanes.scored, 0.8, rtol=1e-15)
+    assert lanes.gained(layout.ABSORBED) == pytest.approx(math.fsum(0.8 - lanes["weight"]), rel=1e-15)
     for change in ({"sigma_a": 0.0}, {"sigma_a": 0.0, "distance": np.inf}):
-        lanes = Lanes(**{"distance": 2.0, "weight": 0.8} | change)
-        assert (lanes.run(collisions.attenuate)["weight"] == 0.8).all() and (lanes.scored == 0).all()
-    assert (Lanes(distance=np.inf, sigma_a=1.0).run(collisions.attenuate)["weight"] == 0).all()
+        lanes = absorbed(Lanes(**{"distance": 2.0, "weight": 0.8} | change), collisions.attenuate)
+        assert (lanes["weight"] == 0.8).all() and lanes.gained(layout.ABSORBED) == 0
+    assert (absorbed(Lanes(distance=np.inf, sigma_a=1.0), collisions.attenuate)["weight"] == 0).all()
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_a_medium_accounts_for_its_own_lanes_alone(number):
+    """All at once give the same rows of the ledger, and weights."""
+    lanes, together = (
+        Lanes(weight=0.8, left=np.linspace(0, 0.8, LANES), medium=np.arange(LANES) % 3) for _ in range(2)
+    )
+    here = lanes["medium"] == number
+    lanes.run(collisions.account_absorbed_in, medium=number, ledger=layout.ABSORBED + number)
+    together.run(collisions.account_absorbed_in_all, ledger=layout.ABSORBED)
+    assert (lanes["weight"] == np.where(here, lanes["left"], 0.8)).all()
+    assert (together["weight"] == lanes["left"]).all()
+    row = layout.ABSORBED + number
+    assert (lanes.ledger[row, :2] == together.ledger[row, :2]).all() and lanes.gained(row) > 0
 
 
 GAMES = {  # where it is played, what says so, and the number that decides
@@ -385,7 +405,7 @@ def test_extreme_draws_absorb_or_leave_a_number_below_one():
     with np.errstate(divide="ignore", invalid="ignore"):
         lanes = Lanes(collides=1, survival=survival, u0=u).run_plainly(collisions.absorb_at_collisions)
     assert ((lanes["u0"] >= 0) & (lanes["u0"] < 1)).all()
-    assert ((lanes["weight"] > 0) == (u < survival)).all()
+    assert ((lanes["left"] > 0) == (u < survival)).all()
 
 
 def test_extreme_draws_kill_or_raise_a_weight_to_its_level():

@@ -154,8 +154,8 @@ FAULTS = (
     ),
     Fault(
         COLLISIONS,
-        "after = before * exp_negative(-path_depth(lane))",
-        "after = before * exp_negative(-2.0 * path_depth(lane))",
+        "lane.left = lane.weight * exp_negative(-path_depth(lane))",
+        "lane.left = lane.weight * exp_negative(-2.0 * path_depth(lane))",
         "absorption counted twice along the way",
         ("engine/test_flight_passes",),
     ),

@@ -473,10 +473,24 @@ class Pass:
     @cached_property
     def fields(self) -> tuple[str, ...]:
         """Names of the lane fields that the pass uses, itself or in functions that it gives the lane to."""
+        return tuple(name for name in LANE_FIELDS if name in {*self.reads, *self.writes})
+
+    @cached_property
+    def reads(self) -> tuple[str, ...]:
+        """Names of those that it reads."""
+        return self._named("LOAD_ATTR")
+
+    @cached_property
+    def writes(self) -> tuple[str, ...]:
+        """Names of those that it writes."""
+        return self._named("STORE_ATTR")
+
+    def _named(self, use: str) -> tuple[str, ...]:
+        """Return the lane fields that bytecode uses by this instruction."""
         parts = [self.function, self.sums] + [self.when] * (self.when is not None)
         if self.unless is not None:
             parts += [self.unless[0], self.unless[1].function]
-        named = set().union(*(_attributes(_plain(part)) for part in parts))
+        named = set().union(*(_attributes(_plain(part), use) for part in parts))
         named |= {"listed"} if self.when is not None else set()
         return tuple(name for name in LANE_FIELDS if name in named)
 
@@ -553,17 +567,26 @@ def _takes_lane(code) -> bool:
     return not set(LANES_IN_CODE).isdisjoint(code.co_varnames[: code.co_argcount])
 
 
-def _attributes(function: FunctionType) -> set[str]:
-    """Return the attributes of lanes in a function's bytecode, and in that of the functions that it calls."""
-    steps = list(dis.get_instructions(function))
-    named = {after.argval for step, after in itertools.pairwise(steps) if step.argval in LANES_IN_CODE}
+def _last_loaded(step: dis.Instruction) -> object:
+    """Return what an instruction loads last: newer versions of Python load two variables by one."""
+    return step.argval[-1] if isinstance(step.argval, tuple) else step.argval
+
+
+def _attributes(function: FunctionType, use: str) -> set[str]:
+    """Return the attributes of lanes that a function, and those that it calls, use by this instruction."""
+    steps = [step for step in dis.get_instructions(function) if step.opname != "COPY"]
+    named = {
+        after.argval
+        for before, after in itertools.pairwise(steps)
+        if after.opname == use and _last_loaded(before) in LANES_IN_CODE
+    }
     named |= {PARTS[name][0] for name in named & set(PARTS)}
     named |= {step.argval for step in steps if step.argval in LISTS}
     for name in {step.argval for step in steps if step.opname == "LOAD_GLOBAL"}:
         value = function.__globals__.get(name)
         called = _plain(value)
         if isinstance(called, FunctionType) and _takes_lane(called.__code__):
-            named |= _attributes(called)
+            named |= _attributes(called, use)
     return named
 
 

@@ -156,6 +156,7 @@ SCRATCH = (
     ("flight_end", "f8"),  # ray parameter at the end of a flight: the next hit, or where the clock stops
     ("length_before", "f8"),  # path length before the flight enters the volume detector ...
     ("length_inside", "f8"),  # ... and inside it
+    ("left", "f8"),  # weight that a medium's absorption leaves
     # absorption coefficient that lessens the weight along the path [1/scene lengths] ...
     ("path_absorption", "f8"),
     ("total_absorption", "f8"),  # ... and the total one, with absorption at collisions
@@ -206,7 +207,7 @@ SCRATCH = (
     ("p0", "f8"),  # uniforms that choose the point on a detector
     ("p1", "f8"),
     ("full_weight", "f8"),  # full weight of a lane, while a detector scores an MIS share of it
-    ("flies", "i8"),  # 1 if the lane flies on in its medium, else 0
+    ("leaves", "i8"),  # 1 for lanes that do not fly on in their medium (passes/lanes.py)
     ("listed", "i8"),  # indices of the lanes selected by a pass
     ("movers", "i8"),  # indices of the lanes that fill gaps
 )

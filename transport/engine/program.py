@@ -75,9 +75,17 @@ class Program:
 
     @cached_property
     def carried(self) -> tuple[str, ...]:
-        """Names of the fields that move with a particle: those that a pass or a long score uses."""
-        users = (*self.passes, *self.plan.long_scores)
-        named = {name for user in users for name in user.fields}
+        """Names of the fields that move with a particle: those that a pass or a long score reads.
+
+        Passes that find the medium read what they write, for other lanes.
+        """
+        named = {
+            name
+            for lane_pass in self.passes
+            for name in lane_pass.reads
+            if not (name in MEDIUM and name in lane_pass.writes)
+        }
+        named |= {name for score in self.plan.long_scores for name in score.fields}
         if not self.plan.scatters:
             named -= set(MEDIUM)  # found anew for each flight
         return tuple(name for name, _ in CARRIED if name in named)

@@ -27,7 +27,8 @@ WEYL_0, WEYL_1 = uint64(0x9E3779B9), uint64(0xBB67AE85)
 @device
 def philox(c0, c1, c2, c3, key0, key1):
     """Return four random 32-bit words (in uint64) for a counter and a key of 32-bit words (in uint64)."""
-    return philox_rounds(c0, c1, c2, c3, key0, key1, 10)
+    # The compiler knows of a masked word that a product of 32 bits is enough.
+    return philox_rounds(c0 & LOW32, c1 & LOW32, c2 & LOW32, c3 & LOW32, key0 & LOW32, key1 & LOW32, 10)
 
 
 @device
@@ -57,7 +58,7 @@ def event_words(history, batch, event, purpose, seed_low, seed_high):
     The upper 24 of its number's 56 bits (engine/passes/variance_reduction.py) are combined with the purpose.
     """
     own = uint64(purpose) ^ ((uint64(history) >> uint64(24)) & UPPER24)
-    return random_words(uint64(history) & LOW32, batch, uint64(event) & LOW32, own, seed_low, seed_high)
+    return random_words(history, batch, event, own, seed_low, seed_high)
 
 
 @device

@@ -5,8 +5,15 @@ import math
 from transport.compile import layout
 from transport.compile.layout import ROUNDING
 from transport.engine.bodies import lane_pass
-from transport.engine.passes.intersections import cover_flat, crossing, meet_flat, within_sides
-from transport.physics.device import device
+from transport.engine.passes.intersections import (
+    cover_flat,
+    crossing,
+    is_ahead,
+    keep_transparent,
+    meet_flat,
+    within_sides,
+)
+from transport.physics.device import choose, device
 
 
 @device
@@ -65,9 +72,17 @@ def cover_plane(lane, table):
 
 @device
 def cover_two(lane, table, t, other_t):
-    """Keep detectors on two planes at these distances as `cover_plane` does."""
-    cover_flat(lane, table.one, t, t < math.inf, table.one.covers)
-    cover_flat(lane, table.other, other_t, other_t < math.inf, table.other.covers)
+    """Keep the nearer ahead of two detectors on planes at these distances, as `cover_plane` does.
+
+    The planes are of two sheets: planes of one sheet are one shape.
+    """
+    one, other, start, places = table.one, table.other, lane.start, lane.sheet
+    t = choose(is_ahead(t, start, one.sheet, places), t, math.inf)
+    other_t = choose(is_ahead(other_t, start, other.sheet, places), other_t, math.inf)
+    takes_other = other_t < t
+    hit, sheet = choose(takes_other, other.hit, one.hit), choose(takes_other, other.sheet, one.sheet)
+    t, bits = choose(takes_other, other_t, t), choose(takes_other, other.covers, one.covers)
+    keep_transparent(lane, hit, t, t < math.inf, lane.hit_sheet == sheet, bits)
 
 
 @lane_pass(layout.PLANES)

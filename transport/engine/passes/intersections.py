@@ -59,16 +59,17 @@ def meet_flat(lane, table, t, is_inside, is_edge):
 
 
 @device
-def keep_transparent(lane, table, t, covers, same, bits):
+def keep_transparent(lane, hit, t, covers, same, bits):
     """Keep a transparent detector or boundary at t as the next hit, if it covers the point and is nearer.
 
     On the sheet of the nearest hit (`same`) its bits are added.
     """
-    nearer = covers & ((t < lane.distance) | same)
-    replaces = nearer & (not same)
+    t = choose(covers, t, math.inf)
+    bits = choose(same, lane.covered | bits, bits)
+    lane.covered = choose(t < choose(same, math.inf, lane.distance), bits, lane.covered)
+    replaces = choose(same, math.inf, t) < lane.distance
     lane.distance = choose(replaces, t, lane.distance)
-    lane.hit = choose(replaces, table.hit, lane.hit)
-    lane.covered = choose(nearer, lane.covered | bits if same else bits, lane.covered)
+    lane.hit = choose(replaces, hit, lane.hit)
 
 
 @device
@@ -79,14 +80,14 @@ def cover_curved(lane, table, t, other):
     """
     is_other = abs(t - lane.distance) > abs(other - lane.distance)
     same = (lane.hit_sheet == table.sheet) & (not is_other)
-    keep_transparent(lane, table, t, t < math.inf, same, table.covers)
+    keep_transparent(lane, table.hit, t, t < math.inf, same, table.covers)
 
 
 @device
 def cover_flat(lane, table, t, is_inside, bits):
     """Keep a flat transparent shape crossed inside its edge at t, if its sheet is the nearest ahead."""
     covers = is_ahead(t, lane.start, table.sheet, lane.sheet) & is_inside
-    keep_transparent(lane, table, t, covers, lane.hit_sheet == table.sheet, bits)
+    keep_transparent(lane, table.hit, t, covers, lane.hit_sheet == table.sheet, bits)
 
 
 @lane_pass(layout.NO_TABLE)

@@ -112,19 +112,20 @@ def queue_arrivals(lanes, table, first, live):
 
     Few ended lanes stay as in `compact_lanes`.
     """
-    ended, flying = 0, 0
+    ended, leaving = 0, 0
     for k in range(uint64(live)):
         lane = lane_at(lanes, k)
-        lane.flies = 1 if flies_on(lane) else 0
+        lane.leaves = 0 if flies_on(lane) else 1
         ended += 1 if lane.weight == 0.0 else 0
-        flying += lane.flies
-    if ended + flying == int64(live) and ended * 16 < int64(live):
+        leaving += lane.leaves
+    if leaving == ended and ended * 16 < int64(live):
         return int64(live)
-    # List the lanes that do not fly on, and those of them that arrived somewhere.
+    # List the lanes that leave, and those of them that arrived somewhere.
+    flying = int64(live) - leaving
     others, arrived, gaps = uint64(0), uint64(0), uint64(0)
     for k in range(uint64(live)):  # no branch, so no misprediction
         lane_at(lanes, others).listed = k
-        others += uint64(1 - lane_at(lanes, k).flies)
+        others += uint64(lane_at(lanes, k).leaves)
     for j in range(others):
         k = lane_at(lanes, j).listed
         lane_at(lanes, arrived).movers = k
@@ -136,7 +137,7 @@ def queue_arrivals(lanes, table, first, live):
     movers = uint64(0)
     for k in range(uint64(flying), uint64(live)):
         lane_at(lanes, movers).movers = k
-        movers += uint64(lane_at(lanes, k).flies)
+        movers += uint64(1 - lane_at(lanes, k).leaves)
     move_lanes(lanes, table.flying, gaps, -1)
     return flying
 

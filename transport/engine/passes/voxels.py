@@ -462,12 +462,6 @@ def attenuate_in_grid(lane, table):
 
 @lane_pass(layout.NO_TABLE)
 def absorb_by_albedo(lane, table):
-    """Absorb at collisions in grids by weight: multiply by the voxel's albedo (`survival`).
-
-    `high`, `low` receive the absorbed weight as a difference of exact sums.
-    """
-    collides, before = lane.collides != 0, lane.weight
-    after = before * lane.survival if collides else before
-    lane.high, lane.low = limbs_of_loss(before, after)
-    lane.weight = after
-    lane.collides = choose(after == 0.0, 0, lane.collides)
+    """Absorb at collisions in grids by weight: multiply by the voxel's albedo (`survival`)."""
+    lane.left = lane.weight * lane.survival if lane.collides != 0 else lane.weight
+    lane.collides = choose(lane.left == 0.0, 0, lane.collides)
