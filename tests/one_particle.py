@@ -42,12 +42,13 @@ NAMES = "ledger", "moments", "sizes"  # of the arrays of sums
 
 # ---- one pass for one lane ----
 
-body = when = other = None
+body = before = when = other = None
 sums, NONE, TABLE, FIELDS = no_sums, (), np.dtype([("unused", "f8")]), layout.ROWS
 
 
 def _always(lane, offset):
     table = table_at(lane, offset, TABLE)
+    before(lane, table)
     sums(lane, table, *added(NONE, body(lane, table)))
 
 
@@ -90,7 +91,12 @@ def alone(lane_pass: Pass):
     elif lane_pass.unless is not None:
         template, own["when"], own["other"] = _either, lane_pass.unless[0], lane_pass.unless[1].inlined
     amounts = getattr(lane_pass.sums, "py_func", lane_pass.sums).__code__.co_argcount - 2
-    own |= {"sums": lane_pass.sums, "NONE": (0,) * amounts, "TABLE": lane_pass.table}
+    own |= {
+        "before": lane_pass.before,
+        "sums": lane_pass.sums,
+        "NONE": (0,) * amounts,
+        "TABLE": lane_pass.table,
+    }
     return njit(**lane_pass.arithmetic)(FunctionType(template.__code__, globals() | own, lane_pass.name))
 
 

@@ -21,7 +21,6 @@ from transport.engine.bundle import CARRIED, LANES
 from transport.engine.passes import collisions, landing, surfaces, variance_reduction
 from transport.engine.passes.bank import number_of_copy as bank_number
 from transport.engine.passes.lanes import pad_group, queue_arrivals, resume_flights
-from transport.physics import paths
 
 FALSE_ALARM = 1e-6
 ROUNDS = 800  # of LANES draws
@@ -79,9 +78,7 @@ def coins(path, u0, u1):
 
 def draw_only(word, monkeypatch):
     """Let free paths be made of this word alone, in plain Python."""
-    monkeypatch.setattr(paths, "event_words", lambda *_: (np.uint64(word),) * 4)
-    plain = getattr(paths.flight_numbers, "py_func", paths.flight_numbers)
-    monkeypatch.setattr(collisions, "flight_numbers", plain)
+    monkeypatch.setattr(collisions, "words_of_block", lambda _: (np.uint64(word),) * 4)
 
 
 @pytest.fixture(scope="module")

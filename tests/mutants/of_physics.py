@@ -202,8 +202,8 @@ FAULTS = (
     ),
     Fault(
         RANDOM,
-        "key1 & LOW32, 10)",
-        "key1 & LOW32, 9)",
+        "ROUNDS, FIRST_ROUNDS = 10, 6",
+        "ROUNDS, FIRST_ROUNDS = 9, 6",
         "one round of Philox too few",
         ("physics/test_streams",),
     ),

@@ -384,17 +384,25 @@ def no_sums(lane, table):
     """Add nothing."""
 
 
+@device
+def nothing(lane, table):
+    """Do nothing before a body."""
+
+
 def body(lane, table):
     """Stand for the body of a pass."""
 
 
-when, sums, other, NONE, TABLE = None, no_sums, None, (), np.dtype([("unused", "f8")])
+before, when, sums, other = nothing, None, no_sums, None
+NONE, TABLE = (), np.dtype([("unused", "f8")])
 
 
 def _over_lanes(bundle, offset, first, live):
-    """Run the body for every lane, and add what it returns."""
+    """Run the body for every lane, after another body for every lane, and add what it returns."""
     lanes, total = lanes_of(bundle), NONE
     table = table_at(lanes, offset, TABLE)
+    for k in range(first, live):
+        before(lane_at(lanes, k), table)
     for k in range(first, live):
         total = added(total, body(lane_at(lanes, k), table))
     sums(lane_at(lanes, first), table, *total)
@@ -450,20 +458,26 @@ SIGNATURE = types.int64(types.voidptr, types.int64, types.uint64, types.uint64)
 class Pass:
     """A step of a particle: a body, the record type of its table, and its floating-point options.
 
-    sums: adds the totals of what the body returns, (lane, table, *totals). when: which lanes need the body,
-    (lane, table) -> bool. unless: which lanes need another pass instead, which does the same for the others,
-    and that pass. is_loop: the function is a loop over a bundle, (lanes, table, first, live) -> live; alone:
-    its form for one lane.
+    sums: adds the totals of what the body returns, (lane, table, *totals). before: a body that runs first, in
+    a loop of its own. when: which lanes need the body, (lane, table) -> bool. unless: which lanes need
+    another pass instead, which does the same for the others, and that pass. is_loop: the function is a loop
+    over a bundle, (lanes, table, first, live) -> live; alone: its form for one lane.
     """
 
     function: Callable
     table: np.dtype
     arithmetic: dict = field(default_factory=lambda: ARITHMETIC, compare=False)
     sums: Callable = no_sums
+    before: Callable = nothing
     when: Callable | None = None
     unless: tuple | None = None
     is_loop: bool = False
     alone: Callable | None = None
+
+    def __post_init__(self) -> None:
+        is_plain = self.when is self.unless is None and not self.is_loop
+        if self.before is not nothing and not is_plain:
+            raise TypeError(f"pass {self.name}: `before` goes with a body for every lane")
 
     @property
     def name(self) -> str:
@@ -487,7 +501,7 @@ class Pass:
 
     def _named(self, use: str) -> tuple[str, ...]:
         """Return the lane fields that bytecode uses by this instruction."""
-        parts = [self.function, self.sums] + [self.when] * (self.when is not None)
+        parts = [self.function, self.before, self.sums] + [self.when] * (self.when is not None)
         if self.unless is not None:
             parts += [self.unless[0], self.unless[1].function]
         named = set().union(*(_attributes(_plain(part), use) for part in parts))
@@ -508,7 +522,7 @@ class Pass:
         elif self.unless is not None:
             loop, when, other = _over_lanes_unless, self.unless[0], self.unless[1].inlined
         count = _plain(self.sums).__code__.co_argcount - 2
-        own = {"body": self.inlined, "sums": self.sums, "when": when, "other": other}
+        own = {"body": self.inlined, "before": self.before, "sums": self.sums, "when": when, "other": other}
         own |= {"NONE": (0,) * count, "TABLE": self.table}
         # Under the file, line and name of the body it is kept on disk and named in messages.
         at = self.function.__code__
@@ -546,6 +560,8 @@ class Pass:
             return self.unless[1].run_plainly(bundle, table, first, live)
         if self.when is not None:
             lanes = [lane for lane in lanes if _plain(self.when)(lane, table)]
+        for lane in lanes:
+            _plain(self.before)(lane, table)
         found = [self.function(lane, table) for lane in lanes]
         if self.sums is not no_sums and found:
             terms = [amounts if isinstance(amounts, tuple) else (amounts,) for amounts in found]
@@ -594,11 +610,12 @@ def lane_pass(
     table: np.dtype,
     arithmetic: dict = ARITHMETIC,
     sums: Callable = no_sums,
+    before: Callable = nothing,
     when: Callable | None = None,
     unless: tuple[Callable, Pass] | None = None,
 ):
     """Return a decorator that makes a body, (lane, table), a pass whose table has this record type."""
-    return lambda function: Pass(function, table, arithmetic, sums, when, unless)
+    return lambda function: Pass(function, table, arithmetic, sums, before, when, unless)
 
 
 def bundle_pass(table: np.dtype, arithmetic: dict = ARITHMETIC, alone: Callable | None = None):

@@ -133,6 +133,8 @@ SCRATCH = (
     ("ry", "f8"),
     ("rz", "f8"),
     ("ray_sheet", "i8"),  # sheet that the ray began on, and the bit layout.LEFT_BOX if it leaves a box here
+    ("block_0", "i8"),  # a begun random block (physics/streams.py): words 0 and 1 ...
+    ("block_1", "i8"),  # ... and words 2 and 3
     ("u0", "f8"),  # uniform random numbers of this event: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1

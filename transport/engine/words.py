@@ -1,7 +1,8 @@
-"""Packed words of a lane, read by name: `covered` and `sheet` (bits: compile/layout.py)."""
+"""Packed words of a lane: `covered` and `sheet` (bits: compile/layout.py), and begun random blocks."""
 
 from transport.compile import layout
 from transport.physics.device import device
+from transport.physics.streams import begin_block, begin_event_block, end_block
 
 
 @device
@@ -20,3 +21,37 @@ def standing_sheet(places):
 def passed_sheet(places):
     """Return the sheet of the detector that a ray passed last; 0: none."""
     return places >> layout.PASSED_SHIFT
+
+
+# ---- Random blocks: a pass begins one in a loop before its own, `before=birth_block(POSITION)`, and its body
+# takes the words (physics/streams.py).
+
+
+def birth_block(purpose):
+    """Return a body that begins the random block of a birth for one purpose."""
+
+    @device
+    def begin(lane, table):
+        seed_low, seed_high = lane.seed_low, lane.seed_high
+        lane.block_0, lane.block_1 = begin_block(lane.history, lane.batch, 0, purpose, seed_low, seed_high)
+
+    return begin
+
+
+def event_block(purpose):
+    """Return a body that begins the random block of a later event for one purpose."""
+
+    @device
+    def begin(lane, table):
+        history, event, seed_low, seed_high = lane.history, lane.event, lane.seed_low, lane.seed_high
+        lane.block_0, lane.block_1 = begin_event_block(
+            history, lane.batch, event, purpose, seed_low, seed_high
+        )
+
+    return begin
+
+
+@device
+def words_of_block(lane):
+    """Return the four random words of the block that was begun."""
+    return end_block(lane.block_0, lane.block_1, lane.seed_low, lane.seed_high)

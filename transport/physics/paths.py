@@ -1,18 +1,7 @@
-"""Free paths as optical depths, and the random numbers of the collision at their end."""
+"""Free paths as optical depths."""
 
 from transport.physics.device import device
 from transport.physics.elementary import expm1_negative, log1p, log_positive
-from transport.physics.streams import LOW32, PATH, event_words, short_uniform, uniform
-
-
-@device
-def flight_numbers(history, batch, event, seed_low, seed_high):
-    """Return three uniforms of one random block: of the free path, and two of the collision at its end.
-
-    They have 52, 52 and 32 bits.
-    """
-    w0, w1, w2, w3 = event_words(history, batch, event, PATH, seed_low, seed_high)
-    return uniform(w0, w1), uniform(w2, (w1 << 20) & LOW32), short_uniform(w3)
 
 
 @device

@@ -12,6 +12,7 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.tally import add_to_ledger, limbs
+from transport.engine.words import birth_block, words_of_block
 from transport.physics.bits import bits_of
 from transport.physics.device import choose, device
 from transport.physics.directions import select, turned_by, unit_and_length
@@ -22,14 +23,13 @@ from transport.physics.rays import box_crossings, plane_crossing
 from transport.physics.streams import AIM, random_words, short_uniform, uniform
 
 
-@lane_pass(layout.TARGET)
+@lane_pass(layout.TARGET, before=birth_block(AIM))
 def sample_target_rectangle(lane, table):
     """Sample a point uniformly on a rectangle, and find whether the ray as it is hits the rectangle."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v = table.half_u, table.half_v
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, AIM, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     u, v = sample_rectangle(half_u, half_v, uniform(w0, w1), uniform(w2, w3))
     lane.ox, lane.oy, lane.oz = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
     rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
@@ -38,14 +38,13 @@ def sample_target_rectangle(lane, table):
     lane.distance = t if (u <= half_u) & (v <= half_v) else 0.0
 
 
-@lane_pass(layout.TARGET)
+@lane_pass(layout.TARGET, before=birth_block(AIM))
 def sample_target_disk(lane, table):
     """Sample a point uniformly on a disk or annulus, and find whether the ray as it is hits it."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     inner2, outer2 = table.inner2, table.outer2
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, AIM, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     u, v = sample_disk(inner2, outer2, uniform(w0, w1), uniform(w2, w3))
     lane.ox, lane.oy, lane.oz = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
     rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
@@ -54,7 +53,7 @@ def sample_target_disk(lane, table):
     lane.distance = t if (q2 <= outer2) & (q2 >= inner2) else 0.0
 
 
-@lane_pass(layout.TARGET)
+@lane_pass(layout.TARGET, before=birth_block(AIM))
 def sample_target_triangle(lane, table):
     """Sample a point uniformly on a triangle, and find whether the ray as it is hits it.
 
@@ -63,8 +62,7 @@ def sample_target_triangle(lane, table):
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, AIM, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     u, v = sample_triangle(uniform(w0, w1), uniform(w2, w3))
     lane.ox, lane.oy, lane.oz = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
     rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
@@ -104,13 +102,12 @@ def aim_at_sampled_point(lane, table):
     lane.weight *= w * scale if (not keeps) | (reach > 0.0) else 0.0
 
 
-@lane_pass(layout.TARGET)
+@lane_pass(layout.TARGET, before=birth_block(AIM))
 def aim_at_sphere(lane, table):
     """Sample a direction uniform in the solid angle of a sphere, or uniform over all directions inside it."""
     cx, cy, cz, radius, scale = table.cx, table.cy, table.cz, table.half_u, table.unit
     isotropic, lambertian = table.isotropic, table.lambertian
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, AIM, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     rx, ry, rz = cx - lane.x, cy - lane.y, cz - lane.z
     d2 = rx * rx + ry * ry + rz * rz
     d = math.sqrt(d2)

@@ -16,6 +16,7 @@ from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import PARALLEL, tangential_part
 from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
 from transport.engine.tally import hash_salt, hashed_uniform, to_scored, unbiased_limbs
+from transport.engine.words import birth_block, words_of_block
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 from transport.physics.directions import from_frame, select, turned_by
@@ -36,19 +37,17 @@ def assign_cells(lane, table):
     add_to_row(lane.tallies + 32 * (table.births + cell), 0, 0, 1, 0)
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.NO_TABLE, before=birth_block(POSITION))
 def draw_place(lane, table):
     """Draw the uniforms u0, u1 for a position in a cell."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     lane.u0, lane.u1 = uniform(w0, w1), uniform(w2, w3)
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.NO_TABLE, before=birth_block(DIRECTION))
 def draw_direction(lane, table):
     """Draw the uniforms u2, u3 for a direction in a cell."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, DIRECTION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     lane.u2, lane.u3 = uniform(w0, w1), uniform(w2, w3)
 
 

@@ -20,11 +20,12 @@ from transport.engine.tally import (
     limbs_of_loss,
     to_row_of_table,
 )
+from transport.engine.words import event_block, words_of_block
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import choose, device
 from transport.physics.directions import sample_isotropic, select
 from transport.physics.elementary import exp_negative
-from transport.physics.paths import flight_numbers, free_depth
+from transport.physics.paths import free_depth
 from transport.physics.scattering import (
     choose_segment,
     sample_henyey_greenstein,
@@ -32,6 +33,7 @@ from transport.physics.scattering import (
     sample_segment,
     turned_by_angle,
 )
+from transport.physics.streams import LOW32, PATH, short_uniform, uniform
 
 # ---- Absorption too weak for the digits of a weight: unbiased to the last unit of the ledger.
 #
@@ -72,14 +74,14 @@ def fly_uncollided(lane, table):
     lane.hit, lane.covered = 0, 0
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.NO_TABLE, before=event_block(PATH))
 def draw_flight(lane, table):
     """Draw the uniforms of a flight: one of its path, in `depth`, and u0, u1 of the collision at its end.
 
-    It has no surface ahead yet.
+    They have 52, 52 and 32 bits. The flight has no surface ahead yet.
     """
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    lane.depth, lane.u0, lane.u1 = flight_numbers(lane.history, batch, lane.event, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
+    lane.depth, lane.u0, lane.u1 = uniform(w0, w1), uniform(w2, (w1 << 20) & LOW32), short_uniform(w3)
     lane.hit, lane.covered = 0, 0
     lane.event += 1
 

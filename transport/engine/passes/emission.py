@@ -11,6 +11,7 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.passes.flats import distance_from_hole, on_holed, on_triangle
 from transport.engine.passes.intersections import on_disk, on_rectangle
+from transport.engine.words import birth_block, words_of_block
 from transport.physics.bits import float_of
 from transport.physics.device import device
 from transport.physics.directions import from_frame, sample_cosine_law, sample_isotropic
@@ -68,26 +69,26 @@ def words_at_birth(lane, purpose):
     return random_words(lane.history, lane.batch, 0, purpose, lane.seed_low, lane.seed_high)
 
 
-@lane_pass(layout.PATCH)
+@lane_pass(layout.PATCH, before=birth_block(POSITION))
 def born_on_rectangle(lane, table):
     """Sample a point uniformly on a rectangle."""
-    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    w0, w1, w2, w3 = words_of_block(lane)
     u, v = sample_rectangle(table.half_u, table.half_v, uniform(w0, w1), uniform(w2, w3))
     lane.x, lane.y, lane.z = place_in_frame(table, u, v)
 
 
-@lane_pass(layout.PATCH)
+@lane_pass(layout.PATCH, before=birth_block(POSITION))
 def born_on_disk(lane, table):
     """Sample a point uniformly on a disk or annulus."""
-    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    w0, w1, w2, w3 = words_of_block(lane)
     u, v = sample_disk(table.inner2, table.outer2, uniform(w0, w1), uniform(w2, w3))
     lane.x, lane.y, lane.z = place_in_frame(table, u, v)
 
 
-@lane_pass(layout.PATCH)
+@lane_pass(layout.PATCH, before=birth_block(POSITION))
 def born_on_triangle(lane, table):
     """Sample a point uniformly on a triangle with corner c and edges e_u, e_v."""
-    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    w0, w1, w2, w3 = words_of_block(lane)
     u, v = sample_triangle(uniform(w0, w1), uniform(w2, w3))
     lane.x, lane.y, lane.z = place_in_frame(table, u, v)
 
@@ -108,17 +109,17 @@ def born_beside_hole(lane, table):
     lane.z = table.cz + u * table.euz + v * table.evz
 
 
-@lane_pass(layout.PATCH)
+@lane_pass(layout.PATCH, before=birth_block(POSITION))
 def born_on_sphere(lane, table):
     """Sample a point uniformly on a sphere, with its normal on the emitting side."""
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
-    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    w0, w1, w2, w3 = words_of_block(lane)
     nx, ny, nz = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
     lane.x, lane.y, lane.z = cx + radius * nx, cy + radius * ny, cz + radius * nz
     lane.nx, lane.ny, lane.nz = side * nx, side * ny, side * nz
 
 
-@lane_pass(layout.PATCH)
+@lane_pass(layout.PATCH, before=birth_block(POSITION))
 def born_on_sphere_cross_section(lane, table):
     """Sample a point on a sphere, uniformly over its cross section, for a parallel beam.
 
@@ -126,7 +127,7 @@ def born_on_sphere_cross_section(lane, table):
     """
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
     ux, uy, uz = table.nx, table.ny, table.nz
-    w0, w1, w2, w3 = words_at_birth(lane, POSITION)
+    w0, w1, w2, w3 = words_of_block(lane)
     nx, ny, nz, _ = sample_cosine_law(ux, uy, uz, uniform(w0, w1), uniform(w2, w3))
     r = side * radius
     lane.x, lane.y, lane.z = cx + r * nx, cy + r * ny, cz + r * nz
@@ -185,21 +186,21 @@ def born_in_cloud(lane, table):
     lane.x, lane.y, lane.z = cx + half_u * p, cy + half_v * q, cz + half_w * r
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.NO_TABLE, before=birth_block(DIRECTION))
 def emit_lambertian(lane, table):
     """Sample a direction by the cosine law about the normal of the emitting side."""
-    w0, w1, w2, w3 = words_at_birth(lane, DIRECTION)
+    w0, w1, w2, w3 = words_of_block(lane)
     ux, uy, uz, _ = sample_cosine_law(lane.nx, lane.ny, lane.nz, uniform(w0, w1), uniform(w2, w3))
     lane.ux, lane.uy, lane.uz = ux, uy, uz
 
 
-@lane_pass(layout.PATCH)
+@lane_pass(layout.PATCH, before=birth_block(DIRECTION))
 def emit_lambertian_from_plane(lane, table):
     """Sample a direction by the cosine law about one normal for all lanes, in a frame computed once."""
     side = table.side
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz = side * table.nx, side * table.ny, side * table.nz
-    w0, w1, w2, w3 = words_at_birth(lane, DIRECTION)
+    w0, w1, w2, w3 = words_of_block(lane)
     u = uniform(w0, w1)
     c, s = cos_sin_turn(uniform(w2, w3))
     mu, sine = math.sqrt(1.0 - u), math.sqrt(u)
@@ -207,10 +208,10 @@ def emit_lambertian_from_plane(lane, table):
     lane.ux, lane.uy, lane.uz = from_frame(c, s, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.NO_TABLE, before=birth_block(DIRECTION))
 def emit_isotropic(lane, table):
     """Sample a direction uniformly over the sphere."""
-    w0, w1, w2, w3 = words_at_birth(lane, DIRECTION)
+    w0, w1, w2, w3 = words_of_block(lane)
     lane.ux, lane.uy, lane.uz = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
 
 

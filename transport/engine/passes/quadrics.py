@@ -7,11 +7,11 @@ from transport.compile.layout import COLLISION_CLEARANCE, ROUNDING
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.intersections import cover_curved, keep_acting
-from transport.engine.words import passed_sheet, standing_sheet
+from transport.engine.words import birth_block, passed_sheet, standing_sheet, words_of_block
 from transport.physics.device import device
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.quadrics import next_crossing, on_one_nappe, quadric_crossings, quadric_form
-from transport.physics.streams import POSITION, random_words, uniform
+from transport.physics.streams import POSITION, uniform
 
 
 @device
@@ -85,7 +85,7 @@ def project_onto_quadric(lane, table):
         lane.nz = gz * inverse if has_normal else top * az
 
 
-@lane_pass(layout.BAND)
+@lane_pass(layout.BAND, before=birth_block(POSITION))
 def born_on_band(lane, table):
     """Sample a point uniformly on a cylinder, cone or zone, whose area per height is linear in the height.
 
@@ -96,8 +96,7 @@ def born_on_band(lane, table):
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
     one, other, side = table.first, table.last, table.side
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     # Invert the cumulative area for the height w; then sample the azimuth.
     u = uniform(w0, w1)
     here = math.sqrt(one * one + u * (other - one) * (other + one))
@@ -114,7 +113,7 @@ def born_on_band(lane, table):
     lane.nx, lane.ny, lane.nz = turn * gx, turn * gy, turn * gz
 
 
-@lane_pass(layout.BAND)
+@lane_pass(layout.BAND, before=birth_block(POSITION))
 def born_on_paraboloid(lane, table):
     """Sample a point uniformly on a paraboloid of focal length f: (1 + w/f)^(3/2) - 1 is uniform.
 
@@ -123,8 +122,7 @@ def born_on_paraboloid(lane, table):
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     beta, one, other, low, high, side = table.beta, table.first, table.last, table.low, table.high, table.side
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, POSITION, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     w = 0.25 * beta * math.expm1(math.log1p(one + uniform(w0, w1) * (other - one)) / 1.5)
     w = min(max(w, low), high)
     c, s = cos_sin_turn(uniform(w2, w3))

@@ -6,10 +6,11 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
 from transport.engine.tally import add_lost, limbs_of_loss
+from transport.engine.words import event_block, words_of_block
 from transport.physics.device import choose, device
 from transport.physics.directions import sample_cosine_law, select
 from transport.physics.interfaces import reflected
-from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
+from transport.physics.streams import EVENT, WALL, short_uniform, uniform
 
 MAX_EVENTS = 1 << 24  # after which a history ends as lost
 
@@ -21,11 +22,10 @@ def look_up_surface(lane, table):
     lane.albedo = surfaces[uint64(lane.surface)].albedo
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.NO_TABLE, before=event_block(WALL))
 def draw_second_block(lane, table):
     """Draw a second random block (u3, u4), for mixtures and thermal walls."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = event_words(lane.history, batch, lane.event, WALL, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     lane.u3, lane.u4 = uniform(w0, w1), uniform(w2, w3)
 
 
@@ -72,11 +72,10 @@ def account_absorbed(lane, table):
     add_to_row(rows + 32 * surface, lane.high, lane.low, 0, 0)
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.NO_TABLE, before=event_block(EVENT))
 def draw_uniforms(lane, table):
     """Draw one random block (u0, u1, u2) for all samples of this event."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = event_words(lane.history, batch, lane.event, EVENT, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     lane.u0, lane.u1, lane.u2 = uniform(w0, w1), short_uniform(w2), uniform(w3, w2)
     lane.event += 1 if lane.hit != 0 else 0
 

@@ -9,6 +9,7 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.tally import limbs, to_ledger
+from transport.engine.words import birth_block, words_of_block
 from transport.physics.device import choose, device
 from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial
 from transport.physics.streams import CLOCK, SPEED, random_words, uniform
@@ -52,11 +53,10 @@ def set_speed(lane, table):
     lane.speed = speed
 
 
-@lane_pass(layout.NO_TABLE)
+@lane_pass(layout.NO_TABLE, before=birth_block(SPEED))
 def draw_speed_uniform(lane, table):
     """Draw the uniform (u0) from which a speed is computed."""
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, _, _ = random_words(lane.history, batch, 0, SPEED, seed_low, seed_high)
+    w0, w1, _, _ = words_of_block(lane)
     lane.u0 = uniform(w0, w1)
 
 
@@ -128,30 +128,27 @@ def set_birth_time(lane, table):
     lane.time = start
 
 
-@lane_pass(layout.BIRTH_TIME)
+@lane_pass(layout.BIRTH_TIME, before=birth_block(CLOCK))
 def sample_birth_time(lane, table):
     """Sample a time of birth uniformly in an interval: a steady source, or a pulse of constant power."""
     start, width = table.start, table.width
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, _, _ = random_words(lane.history, batch, 0, CLOCK, seed_low, seed_high)
+    w0, w1, _, _ = words_of_block(lane)
     lane.time = start + uniform(w0, w1) * width
 
 
-@lane_pass(layout.BIRTH_TIME)
+@lane_pass(layout.BIRTH_TIME, before=birth_block(CLOCK))
 def sample_birth_time_and_speed(lane, table):
     """Sample a time of birth, and keep in u0 the uniform for a speed from the same random block."""
     start, width = table.start, table.width
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, CLOCK, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     lane.time, lane.u0 = start + uniform(w0, w1) * width, uniform(w2, w3)
 
 
-@lane_pass(layout.BIRTH_TIME)
+@lane_pass(layout.BIRTH_TIME, before=birth_block(CLOCK))
 def sample_pulse_time(lane, table):
     """Sample a time of birth from a Gaussian pulse; width: its standard deviation."""
     start, width = table.start, table.width
-    seed_low, seed_high, batch = lane.seed_low, lane.seed_high, lane.batch
-    w0, w1, w2, w3 = random_words(lane.history, batch, 0, CLOCK, seed_low, seed_high)
+    w0, w1, w2, w3 = words_of_block(lane)
     deviation, _ = sample_normal_pair(uniform(w0, w1), uniform(w2, w3))
     lane.time = start + width * deviation
 

@@ -15,11 +15,43 @@ from types import FunctionType
 from transport.engine.registry import PASSES, Pass, Step
 from transport.physics.device import device
 from transport.physics.sobol import net_event_words, sobol_words, stratified_words
-from transport.physics.streams import event_words, random_words
+from transport.physics.streams import (
+    begin_block,
+    begin_event_block,
+    end_block,
+    event_words,
+    packed,
+    random_words,
+    unpacked,
+)
+
+
+def _whole_block(words):
+    """Return the twin of `begin_block`: it returns whole words, which need no end."""
+
+    @device
+    def begin_whole_block(history, batch, event, purpose, seed_low, seed_high):
+        w0, w1, w2, w3 = words(history, batch, event, purpose, seed_low, seed_high)
+        return packed(w0, w1, w2, w3)
+
+    return begin_whole_block
+
+
+@device
+def end_whole_block(first, second, seed_low, seed_high):
+    """Return the words of a whole block."""
+    return unpacked(first, second)
+
+
+def _words(at_birth, later):
+    """Return {function that draws: its twin}."""
+    begun = {begin_block: _whole_block(at_birth), begin_event_block: _whole_block(later)}
+    return {random_words: at_birth, event_words: later, end_block: end_whole_block} | begun
+
 
 WORDS = {
-    "sobol": {random_words: sobol_words, event_words: net_event_words},
-    "stratified": {random_words: stratified_words, event_words: net_event_words},
+    "sobol": _words(sobol_words, net_event_words),
+    "stratified": _words(stratified_words, net_event_words),
 }
 
 
@@ -32,7 +64,10 @@ def quasi_random_steps(steps: list[Step], sampling: str) -> list[Step]:
 def quasi_random_twin(lane_pass: Pass, sampling: str) -> Pass:
     """Return the twin of a pass; the pass itself if it draws nothing."""
     drawing = _drawing_globals(lane_pass.function, sampling)
-    return replace(lane_pass, function=_twin(lane_pass.function, drawing, sampling)) if drawing else lane_pass
+    if not drawing:
+        return lane_pass
+    before = _twin_of_device(lane_pass.before, sampling) or lane_pass.before
+    return replace(lane_pass, function=_twin(lane_pass.function, drawing, sampling), before=before)
 
 
 def pass_by_name(name: str) -> Pass:
@@ -67,6 +102,6 @@ def _drawing_globals(function: FunctionType, sampling: str) -> dict[str, object]
 def _twin(function: FunctionType, drawing: dict[str, object], sampling: str) -> FunctionType:
     """Return the function with other globals, under its own name."""
     name = f"{function.__name__} by {sampling}"
-    twin = FunctionType(function.__code__, function.__globals__ | drawing, name)
+    twin = FunctionType(function.__code__, function.__globals__ | drawing, name, closure=function.__closure__)
     twin.__qualname__, twin.__doc__ = twin.__name__, function.__doc__
     return twin
