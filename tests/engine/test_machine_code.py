@@ -57,7 +57,6 @@ SCALAR_REASONS = {
         "record_snapshot", "record_tracks",
     ),
     "fills fields with zeros by a call": (
-        "reset_paths",
     ),
     "adds to the path of the lane's medium, one of several fields": (
         "follow_paths",

@@ -51,8 +51,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/paths.py",
-        "set_path(lane, number, 0.0)",
-        "set_path(lane, number, path(lane, number))",
+        "set_path(lane, table.media - 1, 0.0)",
+        "set_path(lane, table.media - 1, path(lane, table.media - 1))",
         "paths that begin where the lane's last particle ended",
         ("detectors/test_path_lengths::test_the_mean_path_through_a_body_is_four_volumes_over_its_surface",),
     ),
@@ -65,7 +65,7 @@ FAULTS = (
     ),
     Fault(
         "engine/stages/births.py",
-        "        if score.at_birth is not None:\n            yield step_by_name((score.at_birth, score.table))\n",
+        "        for called in score.at_birth:\n            yield step_by_name(called)\n",
         "        pass\n",
         "paths that are never begun",
         ("detectors/test_path_lengths::test_every_way_of_tracking_has_the_same_mean_paths",),

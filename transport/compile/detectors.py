@@ -223,14 +223,15 @@ class LongScore:
 
     sums: names of its sums, which lie next to each other for each row of a detector;  table: of all its
     passes, with columns `place` (its first sum among those of a row) and `each` (the number of all);
-    at_birth, in_flight, at_crossing: passes that prepare a lane, follow a flight, and add to the sums;
+    at_birth: passes with their tables that prepare a lane;  in_flight, at_crossing: passes that follow a
+    flight, and add to the sums;
     fields: lane fields that these passes address by number, not as attributes of the bundle.
     """
 
     sums: tuple[str, ...]
     table: np.ndarray
     at_crossing: str
-    at_birth: str | None = None
+    at_birth: tuple[tuple[str, np.ndarray], ...] = ()
     in_flight: str | None = None
     fields: tuple[str, ...] = ()
 
@@ -272,9 +273,10 @@ def _paths(plan: Plan) -> LongScore | None:
     rows = (surrounding_medium(plan.scene), *(body.medium for body in scene_bodies(plan.scene)))
     numbers = np.array([media.index(medium) if medium in media else -1 for medium in rows], np.int64)
     table = layout.row(PATHS, rows=plan.arena.place(numbers), count=len(numbers), media=len(media))
+    reset = tuple(("reset_path", layout.row(PATHS, media=1 + number)) for number in range(len(media)))
     names = ("path weight", *(f"path {number}" for number in range(len(media))))
     fields = tuple(f"path_{number}" for number in range(len(media)))
-    return LongScore(names, table, "score_paths_by_medium", "reset_paths", "follow_paths", fields)
+    return LongScore(names, table, "score_paths_by_medium", reset, "follow_paths", fields)
 
 
 # ---- Histograms of scores by size, where scores can differ in size (engine/passes/score_sizes.py).

@@ -410,18 +410,22 @@ def _over_lanes(bundle, offset, first, live):
 
 
 def _over_listed_lanes(bundle, offset, first, live):
-    """Run the body for the lanes that need it, listed without a branch; often there are none."""
+    """Run the body for the lanes that need it, listed without a branch; often none does, or all do."""
     lanes, total = lanes_of(bundle), NONE
     table = table_at(lanes, offset, TABLE)
-    needed = False
+    needed = uint64(0)
     for k in range(first, live):
-        needed |= when(lane_at(lanes, k), table)
-    if needed:
+        needed += uint64(1) if when(lane_at(lanes, k), table) else uint64(0)
+    if needed > 0:
         n = uint64(0)
-        for k in range(first, live):
-            lane_at(lanes, n).listed = k
-            n += uint64(1) if when(lane_at(lanes, k), table) else uint64(0)
-        for j in range(n):
+        if needed == live - first:
+            for k in range(first, live):
+                lane_at(lanes, k - first).listed = k
+        else:
+            for k in range(first, live):
+                lane_at(lanes, n).listed = k
+                n += uint64(1) if when(lane_at(lanes, k), table) else uint64(0)
+        for j in range(needed):
             k = uint64(lane_at(lanes, j).listed)
             total = added(total, body(lane_at(lanes, k), table))
         sums(lane_at(lanes, first), table, *total)

@@ -51,22 +51,31 @@ def limbs_of_loss(before, after):
     return high - left_high, low - left_low
 
 
-@device
-def unbiased_limbs(weight, chance):
-    """Return limbs that are unbiased for a weight below FAINT; `limbs` would keep few digits of it or none.
+def _by_conversions(whole, real):
+    """Return `unbiased_limbs` and `hashed_uniform` with these conversions to integers and back."""
 
-    It is rounded up with the probability of its remainder. chance: uniform in [0, 1). Zero stays zero.
-    """
-    scaled = weight * 4294967296.0
-    high = whole(scaled)
-    rest = (scaled - real(high)) * 2147483648.0
-    return high, whole(rest + (chance if weight < FAINT else 0.0))
+    @device
+    def unbiased_limbs(weight, chance):
+        """Return limbs unbiased for a weight below FAINT; `limbs` would keep few digits of it or none.
+
+        It is rounded up with the probability of its remainder. chance: uniform in [0, 1). Zero stays zero.
+        """
+        scaled = weight * 4294967296.0
+        high = whole(scaled)
+        rest = (scaled - real(high)) * 2147483648.0
+        return high, whole(rest + (chance if weight < FAINT else 0.0))
+
+    @device
+    def hashed_uniform(bits, salt):
+        """Return a pseudo-random number in [0, 1): Fibonacci hash of the score's bits, salted by history."""
+        return real(((bits ^ salt) * HASH >> 12) & MANTISSA) * 2.0**-52
+
+    return unbiased_limbs, hashed_uniform
 
 
-@device
-def hashed_uniform(bits, salt):
-    """Return a pseudo-random number in [0, 1): Fibonacci hash of the score's bits, salted by history."""
-    return real(((bits ^ salt) * HASH >> 12) & MANTISSA) * 2.0**-52
+unbiased_limbs, hashed_uniform = _by_conversions(whole, real)
+# the same for loops without vectors, in which the processor's own conversions are faster
+unbiased_limbs_of_one, hashed_uniform_of_one = _by_conversions(int64, float64)
 
 
 @device

@@ -15,7 +15,7 @@ from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import PARALLEL, tangential_part
 from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
-from transport.engine.tally import hash_salt, hashed_uniform, to_scored, unbiased_limbs
+from transport.engine.tally import hash_salt, hashed_uniform_of_one, to_scored, unbiased_limbs_of_one
 from transport.engine.words import birth_block, words_of_block
 from transport.physics.bits import bits_of
 from transport.physics.device import device
@@ -237,8 +237,8 @@ def score_path_by_cell(lane, table):
     """Score weight times path length in a source that fills a volume, by cell of birth."""
     length, scored = lane.length_inside, SCORE_BOUND
     if length > 0.0:
-        chance = hashed_uniform(bits_of(length), hash_salt(lane.seed_low, lane.batch) + lane.history)
-        high, low = unbiased_limbs(lane.weight * length * table.scale, chance)
+        chance = hashed_uniform_of_one(bits_of(length), hash_salt(lane.seed_low, lane.batch) + lane.history)
+        high, low = unbiased_limbs_of_one(lane.weight * length * table.scale, chance)
         seen = 1 if length > COLLISION_CLEARANCE else 0  # paths left by rounding alone do not count
         add_to_row(lane.tallies + 32 * (table.first + lane.cell), high, low, seen, 0)
         scored += high
@@ -252,8 +252,8 @@ def score_path_by_cell_in_media(lane, table):
     if length > 0.0:
         mean, _ = mean_transmittance(fade * length)
         track = lane.weight * exp_negative(-fade * lane.length_before) * mean * length
-        chance = hashed_uniform(bits_of(length), hash_salt(lane.seed_low, lane.batch) + lane.history)
-        high, low = unbiased_limbs(track * table.scale, chance)
+        chance = hashed_uniform_of_one(bits_of(length), hash_salt(lane.seed_low, lane.batch) + lane.history)
+        high, low = unbiased_limbs_of_one(track * table.scale, chance)
         seen = 1 if length > COLLISION_CLEARANCE else 0
         add_to_row(lane.tallies + 32 * (table.first + lane.cell), high, low, seen, 0)
         scored += high

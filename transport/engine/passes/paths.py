@@ -29,10 +29,9 @@ def set_path(lane, number, length):
 
 
 @lane_pass(PATHS)
-def reset_paths(lane, table):
-    """Begin all paths at length 0."""
-    for number in range(table.media):
-        set_path(lane, number, 0.0)
+def reset_path(lane, table):
+    """Begin the last of so many paths at length 0."""
+    set_path(lane, table.media - 1, 0.0)
 
 
 @lane_pass(PATHS)

@@ -68,15 +68,16 @@ def count_phase_space(lane, table):
 
 
 @device
-def is_recorded_at(lane, table):
-    """Return whether the flight holds the instant and belongs to the sample."""
-    alive = (lane.time <= table.time) & (table.time < lane.arrival) & (lane.weight != 0.0)
-    return alive & (lane.history % lane.stride == lane.record_phase)
+def is_alive_at(lane, table):
+    """Return whether the flight holds the instant."""
+    return (lane.time <= table.time) & (table.time < lane.arrival) & (lane.weight != 0.0)
 
 
-@lane_pass(layout.SNAPSHOT, when=is_recorded_at)
+@lane_pass(layout.SNAPSHOT, when=is_alive_at)
 def record_snapshot(lane, table):
     """Record the state of one in `stride` histories alive at the instant."""
+    if lane.history % lane.stride != lane.record_phase:
+        return
     row = view(lane.records + RECORD_BYTES * lane.record_count, 1, layout.RECORD)[0]
     speed, ux, uy, uz = lane.speed, lane.ux, lane.uy, lane.uz
     length = lane.start + (table.time - lane.time) * speed

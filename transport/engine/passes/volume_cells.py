@@ -24,7 +24,7 @@ from transport.engine.passes.volumes import (
     slab_crossings,
 )
 from transport.engine.passes.voxels import absorption_at, enter_grid, scattering_at, voxel_at
-from transport.engine.tally import hash_salt, hashed_uniform, unbiased_limbs
+from transport.engine.tally import hash_salt, hashed_uniform_of_one, unbiased_limbs_of_one
 from transport.physics.bits import bits_of
 from transport.physics.cells import (
     beyond_face,
@@ -82,12 +82,13 @@ def score_in_cell(lane, table, number, bin, track, keep, count):
 
     count: 1, or 0 for a path left by rounding alone.
     """
-    chance = hashed_uniform(bits_of(track) ^ number, hash_salt(lane.seed_low, lane.batch) + lane.history)
-    high, low = unbiased_limbs(track * table.scale, chance)
+    salt = hash_salt(lane.seed_low, lane.batch) + lane.history
+    chance = hashed_uniform_of_one(bits_of(track) ^ number, salt)
+    high, low = unbiased_limbs_of_one(track * table.scale, chance)
     add_to_row(lane.tallies + 32 * (table.first + number * table.rows + bin), high, low, count, 0)
     lane.scored += high + SCORE_BOUND
     if table.kept != 0:
-        high, low = unbiased_limbs(track * keep, chance)
+        high, low = unbiased_limbs_of_one(track * keep, chance)
         add_to_row(lane.tallies + 32 * (table.kept + number), high, low, count, 0)
         lane.scored += high
 

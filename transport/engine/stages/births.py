@@ -46,8 +46,8 @@ def birth_steps(plan, emitter):
     if plan.counts_reflections:
         yield step(emission.reset_reflections)
     for score in plan.long_scores:
-        if score.at_birth is not None:
-            yield step_by_name((score.at_birth, score.table))
+        for called in score.at_birth:
+            yield step_by_name(called)
     # Next-event estimation, and detectors on the emitting sheet.
     yield from rays_from_births(plan, emitter)
     on_sheet = [(row, shape) for _, row, shape in plan.members if row["sheet"] == emitter.birth["sheet"]]
