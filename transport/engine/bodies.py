@@ -9,7 +9,8 @@ A body reads and writes fields of its lane by name (`lane.weight`), and reads it
 and what is constant in a batch (`lane.seed_low`). An array that the table refers to lies at an offset in the
 arena of the plan: `view(lane.arena + table.rows, table.count, layout.SHEET)`. What all particles add to is
 declared apart: the body returns integers, and the function `sums` adds their totals. A body that few lanes
-need says which (`when`).
+need says which (`when`). A long chain of operations is cut in two bodies (`before`), each with a loop of its
+own: a processor works at several lanes at once only as far as the chain of each is short.
 
 `Pass.compiled` makes the form for a bundle: a loop over the lanes [first, live) as a C callback, compiled
 when a program first needs it and cached on disk by itself, so that a new kind of scene compiles only its new

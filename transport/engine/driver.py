@@ -82,7 +82,7 @@ class Sums:
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // max(1, wanted))
         copies = plan.splits or plan.forces_collisions
-        self.bank = np.zeros((BANK_CAPACITY if copies else 0, FIELDS), np.int64)
+        self.bank = np.empty((BANK_CAPACITY if copies else 0, FIELDS), np.int64)  # read where written
         self.tracks = np.zeros(plan.max_path_segments, layout.PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), layout.RECORD)
         self.arena = plan.arena.memory
