@@ -73,7 +73,7 @@ def scene_of(name: str) -> Scene:
 
 def extreme_program(name: str) -> Program:
     """The program of a scene, with draws as above."""
-    quasi_random.WORDS[NAME] = {random_words: extreme_words, event_words: extreme_event_words}
+    quasi_random.WORDS[NAME] = quasi_random.twins_of_words(extreme_words, extreme_event_words)
     asked = media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)
     program = build_program(compile_scene(scene_of(name), *asked))
     change_steps(program, lambda steps: quasi_random.quasi_random_steps(steps, NAME))

@@ -23,8 +23,8 @@ def passed_sheet(places):
     return places >> layout.PASSED_SHIFT
 
 
-# ---- Random blocks: a pass begins one in a loop before its own, `before=birth_block(POSITION)`, and its body
-# takes the words (physics/streams.py).
+# ---- Random blocks (physics/streams.py): a pass begins one in a loop before its own (`before=`), and its
+# body takes the words.
 
 
 def birth_block(purpose):

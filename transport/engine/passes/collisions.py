@@ -168,12 +168,17 @@ def account_absorbed_in(lane, table):
     return high if here else 0, low if here else 0
 
 
-@lane_pass(layout.ABSORBING_MEDIUM)
+@device
+def take_absorbed(lane, table):
+    """Take what a medium absorbed from the weight; `high`, `low` receive it as a difference of exact sums."""
+    lane.high, lane.low = limbs_of_loss(lane.weight, lane.left)
+    lane.weight = lane.left
+
+
+@lane_pass(layout.ABSORBING_MEDIUM, before=take_absorbed)
 def account_absorbed_in_all(lane, table):
     """Do the same for all media: one addition per lane."""
-    high, low = limbs_of_loss(lane.weight, lane.left)
-    add_to_row(lane.ledger + 32 * table.ledger + 32 * lane.medium, high, low, 0, 0)
-    lane.weight = lane.left
+    add_to_row(lane.ledger + 32 * table.ledger + 32 * lane.medium, lane.high, lane.low, 0, 0)
 
 
 @lane_pass(layout.TWO_ROWS)

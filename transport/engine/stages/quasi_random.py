@@ -43,15 +43,15 @@ def end_whole_block(first, second, seed_low, seed_high):
     return unpacked(first, second)
 
 
-def _words(at_birth, later):
+def twins_of_words(at_birth, later):
     """Return {function that draws: its twin}."""
     begun = {begin_block: _whole_block(at_birth), begin_event_block: _whole_block(later)}
     return {random_words: at_birth, event_words: later, end_block: end_whole_block} | begun
 
 
 WORDS = {
-    "sobol": _words(sobol_words, net_event_words),
-    "stratified": _words(stratified_words, net_event_words),
+    "sobol": twins_of_words(sobol_words, net_event_words),
+    "stratified": twins_of_words(stratified_words, net_event_words),
 }
 
 
