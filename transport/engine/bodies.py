@@ -480,9 +480,20 @@ class Pass:
     alone: Callable | None = None
 
     def __post_init__(self) -> None:
-        is_plain = self.when is self.unless is None and not self.is_loop
-        if self.before is not nothing and not is_plain:
-            raise TypeError(f"pass {self.name}: `before` goes with a body for every lane")
+        # What a loop would pass over in silence is refused.
+        sums, before = self.sums is not no_sums, self.before is not nothing
+        if before and (self.when or self.unless or self.is_loop):
+            raise TypeError(f"pass {self.name}: `before` goes with a body for every lane; leave the rest out")
+        if self.unless and (sums or self.when):
+            raise TypeError(f"pass {self.name}: `unless` takes no `sums` and no `when`; leave them out")
+        if self.unless and not self.unless[1].is_body_alone:
+            raise TypeError(f"pass {self.name}: the pass in `unless` must be a body alone, without options")
+
+    @property
+    def is_body_alone(self) -> bool:
+        """Whether the pass is its body for every lane, and nothing else."""
+        options = self.when, self.unless, self.is_loop, self.sums is not no_sums, self.before is not nothing
+        return not any(options)
 
     @property
     def name(self) -> str:

@@ -1,7 +1,8 @@
 """Quasi-random twins of passes: the same code with Sobol or stratified words in place of random words.
 
-A pass is a function with globals. Its twin has the same code and other globals, in which `random_words` and
-`event_words` are those of physics/sobol.py, and device functions that call them are twins too. So no loop
+A pass is a function with globals. Its twin has the same code and other globals, in which what draws a block
+(`random_words`, `begin_block` and others of physics/streams.py) draws the words of physics/sobol.py, and
+device functions that call it are twins too. So no loop
 exists twice, none tests how it samples, and a pseudo-random program contains nothing of this. The twin's name
 distinguishes it in Numba's cache and for readers; it runs as plain Python too.
 """
