@@ -13,6 +13,7 @@ import pytest
 
 from tests.processes import ROOT, python
 from transport import renderers
+from transport.engine.bodies import LANES_IN_CODE
 
 LIBRARY = ROOT / "transport"
 # The rooms of the package in order; each imports only rooms that come before its own.
@@ -271,6 +272,40 @@ def test_imports_are_seen_wherever_they_stand():
     at_once = {name for _, name in imports(tree, at_once=True)}
     assert {"math", "numba.core", "transport.engine", "rich"} <= at_once
     assert not at_once & {"transport.viz", "xarray"}
+
+
+def lanes_by_other_names(tree, functions):
+    """Lanes that code calls by names by which the engine does not know a lane: arguments and variables.
+
+    functions: arguments of each function that is called by its name, where it is known.
+    """
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            called = functions.get(getattr(node.func, "id", None), ())
+            for given, name in zip(node.args, called, strict=False):
+                if getattr(given, "id", None) in LANES_IN_CODE and name not in LANES_IN_CODE:
+                    yield f"{node.func.id}({name})"
+        elif isinstance(node, ast.Assign) and _name_of(getattr(node.value, "func", None)) == "lane_at":
+            yield from (name for name in map(ast.unparse, node.targets) if name not in LANES_IN_CODE)
+
+
+def arguments_of(trees):
+    """Names of the arguments of every function by its name."""
+    nodes = (node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+    return {node.name: [argument.arg for argument in node.args.args] for node in nodes}
+
+
+def test_a_lane_has_one_of_the_names_by_which_fields_are_found():
+    """A field that is read under another name would not travel with its particle."""
+    written = [path for path in sources(LIBRARY / "engine", LIBRARY / "physics") if path.name != "bodies.py"]
+    trees = {path: tree_of(path) for path in written}
+    functions = arguments_of(trees.values())
+    found = {short(path): list(lanes_by_other_names(tree, functions)) for path, tree in trees.items()}
+    assert {path: names for path, names in found.items() if names} == {}
+    planted = ast.parse(
+        "def half(particle): return particle.weight\nother = lane_at(lane, 3)\nhalf(lane)\ncount(lane)"
+    )
+    assert list(lanes_by_other_names(planted, arguments_of([planted]))) == ["other", "half(particle)"]
 
 
 def test_every_package_is_installed():

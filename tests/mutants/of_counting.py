@@ -51,8 +51,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/paths.py",
-        "set_path(lane, table.media - 1, 0.0)",
-        "set_path(lane, table.media - 1, path(lane, table.media - 1))",
+        "set_path(lane, table.number, 0.0)",
+        "set_path(lane, table.number, path(lane, table.number))",
         "paths that begin where the lane's last particle ended",
         ("detectors/test_path_lengths::test_the_mean_path_through_a_body_is_four_volumes_over_its_surface",),
     ),

@@ -261,8 +261,8 @@ def _moments(plan: Plan) -> LongScore | None:
 
 # [scene lengths] of a path whose sum is 1: far above any path, so that no sum of paths overflows its limbs
 PATH_UNIT = 2.0**24
-# rows: for each row of layout.MEDIA the number of its path, -1 for none;  media: number of paths
-PATHS = np.dtype([(name, "i8") for name in ("rows", "count", "media", "place", "each")])
+# rows: for each row of layout.MEDIA the number of its path, -1 for none;  media: how many paths;  number: one of them
+PATHS = np.dtype([(name, "i8") for name in ("rows", "count", "media", "number", "place", "each")])
 
 
 def _paths(plan: Plan) -> LongScore | None:
@@ -273,7 +273,7 @@ def _paths(plan: Plan) -> LongScore | None:
     rows = (surrounding_medium(plan.scene), *(body.medium for body in scene_bodies(plan.scene)))
     numbers = np.array([media.index(medium) if medium in media else -1 for medium in rows], np.int64)
     table = layout.row(PATHS, rows=plan.arena.place(numbers), count=len(numbers), media=len(media))
-    reset = tuple(("reset_path", layout.row(PATHS, media=1 + number)) for number in range(len(media)))
+    reset = tuple(("reset_path", layout.row(PATHS, number=number)) for number in range(len(media)))
     names = ("path weight", *(f"path {number}" for number in range(len(media))))
     fields = tuple(f"path_{number}" for number in range(len(media)))
     return LongScore(names, table, "score_paths_by_medium", reset, "follow_paths", fields)

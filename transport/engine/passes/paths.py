@@ -30,8 +30,8 @@ def set_path(lane, number, length):
 
 @lane_pass(PATHS)
 def reset_path(lane, table):
-    """Begin the last of so many paths at length 0."""
-    set_path(lane, table.media - 1, 0.0)
+    """Begin the path of one number at length 0."""
+    set_path(lane, table.number, 0.0)
 
 
 @lane_pass(PATHS)
