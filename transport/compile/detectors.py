@@ -261,7 +261,7 @@ def _moments(plan: Plan) -> LongScore | None:
 
 # [scene lengths] of a path whose sum is 1: far above any path, so that no sum of paths overflows its limbs
 PATH_UNIT = 2.0**24
-# rows: for each row of layout.MEDIA the number of its path, -1 for none;  media: how many paths;  number: one of them
+# rows: for each row of layout.MEDIA the number of its path, -1 for none;  media: how many;  number: of one
 PATHS = np.dtype([(name, "i8") for name in ("rows", "count", "media", "number", "place", "each")])
 
 
