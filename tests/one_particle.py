@@ -23,9 +23,9 @@ from transport.compile.methods import coerce_method
 from transport.engine.bodies import Pass, added, lanes_of, no_sums, table_at
 from transport.engine.bundle import Bundle, _pointer, empty_bundle, view
 from transport.engine.driver import (
-    GOLDEN,
     CompiledProgram,
     Sums,
+    _batch_offsets,
     _deal_histories,
     _end_of_emitter,
     compile_program,
@@ -33,7 +33,6 @@ from transport.engine.driver import (
 )
 from transport.engine.passes.lanes import flies_on
 from transport.engine.program import build_program
-from transport.physics.streams import SHARES, random_words, uniform
 from transport.verification.experiment import cases_of, experiment, experiment_names
 
 WORDS = Bundle.itemsize // 8
@@ -90,13 +89,8 @@ def alone(lane_pass: Pass):
         template = _sometimes
     elif lane_pass.unless is not None:
         template, own["when"], own["other"] = _either, lane_pass.unless[0], lane_pass.unless[1].inlined
-    amounts = getattr(lane_pass.sums, "py_func", lane_pass.sums).__code__.co_argcount - 2
-    own |= {
-        "before": lane_pass.before,
-        "sums": lane_pass.sums,
-        "NONE": (0,) * amounts,
-        "TABLE": lane_pass.table,
-    }
+    own |= {"before": lane_pass.before, "sums": lane_pass.sums, "TABLE": lane_pass.table}
+    own["NONE"] = (0,) * lane_pass.amount_count
     return njit(**lane_pass.arithmetic)(FunctionType(template.__code__, globals() | own, lane_pass.name))
 
 
@@ -181,10 +175,7 @@ def _end(histories, share, offset, is_last):
 
 @njit
 def _offsets(seed_low, seed_high, batch):
-    """Of systematic sampling, and of the sample in snapshots, as the driver draws them."""
-    _, _, w2, w3 = random_words(0, batch, 0, SHARES, seed_low, seed_high)
-    o0, o1, _, _ = random_words(0, 0, 0, SHARES, seed_low, seed_high)
-    return (uniform(o0, o1) + batch * GOLDEN) % 1.0, uniform(w2, w3)
+    return _batch_offsets(seed_low, seed_high, batch)
 
 
 # ---- comparison ----
@@ -212,16 +203,18 @@ def differences(compiled: CompiledProgram, seed: int = 3, histories: int = 300) 
     return differ
 
 
-def program_of(scene: tp.Scene, estimator: str, tracking: tp.Tracking | None = None) -> CompiledProgram:
+def program_of(
+    scene: tp.Scene, estimator: str, tracking: tp.Tracking | None = None, sampling: str = "random"
+) -> CompiledProgram:
     """The compiled program of a scene."""
-    method = coerce_method(scene, estimator, "random")
+    method = coerce_method(scene, estimator, sampling)
     return compile_program(build_program(compile_scene(scene, tracking, method)))
 
 
-def program_of_sim(name: str, estimator: str = "analog") -> CompiledProgram:
+def program_of_sim(name: str, estimator: str = "analog", sampling: str = "random") -> CompiledProgram:
     """The compiled program of the first case of a sim."""
     module = experiment(name)
-    return program_of(module.scene(**cases_of(module, {})[0]), estimator)
+    return program_of(module.scene(**cases_of(module, {})[0]), estimator, sampling=sampling)
 
 
 def program_of_world(number: int, estimator: str = "analog") -> CompiledProgram | None:

@@ -275,7 +275,8 @@ def test_imports_are_seen_wherever_they_stand():
 
 
 def lanes_by_other_names(tree, functions):
-    """Lanes that code calls by names by which the engine does not know a lane: arguments and variables.
+    """Lanes that code calls by names by which the engine does not know a lane, and functions of modules that
+    are given one.
 
     functions: arguments of each function that is called by its name, where it is known.
     """
@@ -285,6 +286,10 @@ def lanes_by_other_names(tree, functions):
             for given, name in zip(node.args, called, strict=False):
                 if getattr(given, "id", None) in LANES_IN_CODE and name not in LANES_IN_CODE:
                     yield f"{node.func.id}({name})"
+            if isinstance(node.func, ast.Attribute) and LANES_IN_CODE & {
+                getattr(given, "id", None) for given in node.args
+            }:
+                yield ast.unparse(node.func)
         elif isinstance(node, ast.Assign) and _name_of(getattr(node.value, "func", None)) == "lane_at":
             yield from (name for name in map(ast.unparse, node.targets) if name not in LANES_IN_CODE)
 
@@ -304,8 +309,11 @@ def test_a_lane_has_one_of_the_names_by_which_fields_are_found():
     assert {path: names for path, names in found.items() if names} == {}
     planted = ast.parse(
         "def half(particle): return particle.weight\nother = lane_at(lane, 3)\nhalf(lane)\ncount(lane)"
+        "\ntally.add_lost(lane, 1.0)"
     )
-    assert list(lanes_by_other_names(planted, arguments_of([planted]))) == ["other", "half(particle)"]
+    assert list(lanes_by_other_names(planted, arguments_of([planted]))) == [
+        *("other", "half(particle)", "tally.add_lost"),
+    ]
 
 
 def test_every_package_is_installed():

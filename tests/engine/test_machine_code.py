@@ -200,28 +200,6 @@ def test_a_loop_that_is_not_vectorised_is_seen():
     assert not is_vectorised(assembly(Pass(branching, PASSES["move"].table)), 1.5)
 
 
-def is_light(lane, table):
-    return lane.weight < 0.5
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"before": branching, "when": is_light},
-        {"before": branching, "is_loop": True},
-        {"unless": (is_light, PASSES["move"]), "sums": branching},
-        {"unless": (is_light, PASSES["move"]), "when": is_light},
-        {"unless": (is_light, PASSES["play_roulette"])},
-        {"unless": (is_light, PASSES["draw_uniforms"])},
-    ],
-    ids=["before and when", "before of a loop", "sums", "when", "sums of the other", "before of the other"],
-)
-def test_options_that_a_loop_would_pass_over_are_refused(options):
-    with pytest.raises(TypeError, match=r"^pass branching: .*(before|unless)"):
-        Pass(branching, PASSES["move"].table, **options)
-    Pass(branching, PASSES["move"].table, unless=(is_light, PASSES["move"]))  # nothing is passed over
-
-
 def test_passes_of_meshes_alone_round_exactly():
     assert {each.name for each in PASSES.values() if each.arithmetic is EXACT} == {"meet_mesh", "cover_mesh"}
 

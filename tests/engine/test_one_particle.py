@@ -17,6 +17,12 @@ def test_single_particles_give_the_sums_of_the_bundle(name):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("sampling", ["sobol", "stratified"])
+def test_single_particles_give_the_sums_of_the_bundle_by_quasi_random_numbers(sampling):
+    assert differences(program_of_sim("cloud", sampling=sampling)) == {}
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 2, 3])
 def test_single_particles_give_the_sums_of_the_bundle_in_random_scenes(number):
     assert differences(program_of_world(number)) == {}

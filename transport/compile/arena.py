@@ -15,7 +15,7 @@ LOCK = threading.Lock()  # threads that build or run programs of one plan share 
 class Arena:
     """Arrays at fixed offsets in one buffer, so that tables stay valid wherever the buffer lies.
 
-    An array must be complete when it is placed: it is copied when the buffer is next needed, then released.
+    An array must not change once it is placed: it is copied when the buffer is next needed, then released.
     """
 
     def __init__(self) -> None:

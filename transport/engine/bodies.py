@@ -8,9 +8,11 @@
 A body reads and writes fields of its lane by name (`lane.weight`), and reads its table (`table.threshold`)
 and what is constant in a batch (`lane.seed_low`). An array that the table refers to lies at an offset in the
 arena of the plan: `view(lane.arena + table.rows, table.count, layout.SHEET)`. What all particles add to is
-declared apart: the body returns integers, and the function `sums` adds their totals. A body that few lanes
-need says which (`when`). A long chain of operations is cut in two bodies (`before`), each with a loop of its
-own: a processor works at several lanes at once only as far as the chain of each is short.
+declared apart: the body returns integers (`tally.limbs` of a weight), and the function `sums` adds their
+totals; engine/tally.py has the common ones. Only a loop that is not vectorised anyway may add to a word of
+COUNTERS in its body. A body that few lanes need says which (`when`). A long chain of operations is cut in two
+bodies (`before`), each with a loop of its own: a processor works at several lanes at once only as far as the
+chain of each is short.
 
 `Pass.compiled` makes the form for a bundle: a loop over the lanes [first, live) as a C callback, compiled
 when a program first needs it and cached on disk by itself, so that a new kind of scene compiles only its new
@@ -31,6 +33,7 @@ import numpy as np
 from llvmlite import ir
 from numba import cfunc, config, njit, types, uint64
 from numba.core import cgutils
+from numba.core.errors import NumbaError
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
     infer_getattr,
@@ -73,6 +76,7 @@ MASKS_STORES = llvm.get_host_cpu_features().get("avx512f", False)
 # The table and the header are copied to memory of the loop's own, which LLVM keeps in registers: it could not
 # know that the stores into lanes leave them alone.
 
+INTEGERS = int, np.integer, np.bool_  # what plain bodies return
 NUMBA_TYPES = {"f8": types.float64, "i8": types.int64}
 
 
@@ -179,7 +183,7 @@ def _set_lane_field(context, builder, signature, arguments, name):
     owner, given = signature.args
     _, kind, is_constant = owner.field(name)
     if is_constant:
-        raise NotImplementedError(f"a pass that writes {name} needs it in COUNTERS")
+        raise TypeError(f"{name} is constant in a batch; a word that counts stands in COUNTERS")
     value = context.cast(builder, arguments[1], given, kind)
     pointer = _lane_pointer(context, builder, owner, arguments[0], name)
     if name in PARTS:
@@ -292,8 +296,7 @@ def added(typing_context, totals, amounts):
     """
     many = isinstance(amounts, types.BaseTuple)
     terms = tuple(amounts) if many else () if amounts == types.none else (amounts,)
-    if len(terms) != len(totals):
-        raise TypeError(f"the body returns {len(terms)} amounts, its sums take {len(totals)}")
+    _check_amounts(len(totals), terms, [isinstance(term, types.Integer | types.Boolean) for term in terms])
     result = types.UniTuple(types.int64, len(totals))
 
     def codegen(context, builder, signature, args):
@@ -306,6 +309,16 @@ def added(typing_context, totals, amounts):
         return context.make_tuple(builder, result, added)
 
     return result(totals, amounts), codegen
+
+
+def _check_amounts(count: int, amounts, are_integers) -> None:
+    """Raise TypeError unless a body returned as many integers as its sums take."""
+    if len(amounts) != count:
+        cure = "return one integer for each argument of `sums`"
+        raise TypeError(f"the body returns {len(amounts)} amounts, its sums take {count}: {cure}")
+    for amount, is_integer in zip(amounts, are_integers, strict=True):
+        if not is_integer:
+            raise TypeError(f"the body returns {amount}, not an integer: return `limbs` of a weight")
 
 
 class PlainLane:
@@ -330,6 +343,8 @@ class PlainLane:
             others = getattr(self, word) & ~(((1 << length) - 1) << shift)
             name, value = word, others | (int(value) << shift)
         if name in HEADER:
+            if name not in COUNTERS:
+                raise TypeError(f"{name} is constant in a batch; a word that counts stands in COUNTERS")
             setattr(bundle, name, value)
         else:
             getattr(bundle, name)[vars(self)["_number"]] = value
@@ -444,7 +459,7 @@ def _over_lanes_unless(bundle, offset, first, live):
             other(lane_at(lanes, k), table)
     else:
         for k in range(first, live):
-            body(lane_at(lanes, k), table)
+            added(NONE, body(lane_at(lanes, k), table))
     return live
 
 
@@ -480,14 +495,17 @@ class Pass:
     alone: Callable | None = None
 
     def __post_init__(self) -> None:
-        # What a loop would pass over in silence is refused.
+        # What a loop would pass over in silence is refused, and what Numba could not name.
+        for option in ("sums", "before", "when"):
+            if not _is_compiled(getattr(self, option)):
+                raise TypeError(f"pass {self.name}: decorate the function in `{option}` with @device")
         sums, before = self.sums is not no_sums, self.before is not nothing
         if before and (self.when or self.unless or self.is_loop):
             raise TypeError(f"pass {self.name}: `before` goes with a body for every lane; leave the rest out")
         if self.unless and (sums or self.when):
             raise TypeError(f"pass {self.name}: `unless` takes no `sums` and no `when`; leave them out")
-        if self.unless and not self.unless[1].is_body_alone:
-            raise TypeError(f"pass {self.name}: the pass in `unless` must be a body alone, without options")
+        if self.unless and not (isinstance(self.unless[1], Pass) and self.unless[1].is_body_alone):
+            raise TypeError(f"pass {self.name}: the second in `unless` must be a pass, and without options")
 
     @property
     def is_body_alone(self) -> bool:
@@ -499,6 +517,11 @@ class Pass:
     def name(self) -> str:
         """Name of the function."""
         return self.function.__name__
+
+    @property
+    def amount_count(self) -> int:
+        """Number of integers that the body returns, for its sums."""
+        return _plain(self.sums).__code__.co_argcount - 2
 
     @cached_property
     def fields(self) -> tuple[str, ...]:
@@ -512,7 +535,7 @@ class Pass:
 
     @cached_property
     def writes(self) -> tuple[str, ...]:
-        """Names of those that it writes."""
+        """Names of those that it writes; not those that it only adds to (`+=`)."""
         return self._named("STORE_ATTR")
 
     def _named(self, use: str) -> tuple[str, ...]:
@@ -537,12 +560,14 @@ class Pass:
             loop = _over_listed_lanes
         elif self.unless is not None:
             loop, when, other = _over_lanes_unless, self.unless[0], self.unless[1].inlined
-        count = _plain(self.sums).__code__.co_argcount - 2
         own = {"body": self.inlined, "before": self.before, "sums": self.sums, "when": when, "other": other}
-        own |= {"NONE": (0,) * count, "TABLE": self.table}
-        # Under the file, line and name of the body it is kept on disk and named in messages.
+        own |= {"NONE": (0,) * self.amount_count, "TABLE": self.table}
+        # Under the file, line and name of the body it is kept on disk and named in messages: all of it stands
+        # on one line.
         at = self.function.__code__
-        code = loop.__code__.replace(co_filename=at.co_filename, co_firstlineno=at.co_firstlineno)
+        code = loop.__code__.replace(
+            co_filename=at.co_filename, co_firstlineno=at.co_firstlineno, co_linetable=b""
+        )
         function = FunctionType(code, loop.__globals__ | own, self.name)
         function.__qualname__, function.__doc__ = self.function.__qualname__, self.function.__doc__
         function.__module__ = self.function.__module__
@@ -551,8 +576,12 @@ class Pass:
     @cached_property
     def compiled(self):
         """The C callback, compiled now or loaded from disk."""
-        with cached_kernels():
-            return cfunc(SIGNATURE, cache=True, **self.arithmetic)(self.loop)
+        try:
+            with cached_kernels():
+                return cfunc(SIGNATURE, cache=True, **self.arithmetic)(self.loop)
+        except (NumbaError, TypeError) as error:
+            error.add_note(f"This was the pass {self.name}, {self.function.__module__}.")
+            raise
 
     @property
     def entry(self):
@@ -578,14 +607,18 @@ class Pass:
             lanes = [lane for lane in lanes if _plain(self.when)(lane, table)]
         for lane in lanes:
             _plain(self.before)(lane, table)
-        found = [self.function(lane, table) for lane in lanes]
-        if self.sums is not no_sums and found:
-            terms = [amounts if isinstance(amounts, tuple) else (amounts,) for amounts in found]
-            self.sums(bundle, table, *(sum(map(int, term)) for term in zip(*terms, strict=True)))
+        totals = [0] * self.amount_count
+        for lane in lanes:
+            amounts = self.function(lane, table)
+            terms = amounts if isinstance(amounts, tuple) else () if amounts is None else (amounts,)
+            _check_amounts(len(totals), terms, [isinstance(term, INTEGERS) for term in terms])
+            totals = [total + int(term) for total, term in zip(totals, terms, strict=True)]
+        if lanes:
+            self.sums(bundle, table, *totals)
         return live
 
 
-LANES_IN_CODE = "lane", "lanes", "walk"  # names of variables that are lanes
+LANES_IN_CODE = frozenset({"lane", "lanes", "walk"})  # names of variables that are lanes
 LISTS = "listed", "movers"  # fields that hold a list of lanes
 
 
@@ -594,9 +627,23 @@ def _plain(function: Callable) -> Callable:
     return getattr(function, "py_func", function)
 
 
+def _is_compiled(function: Callable | None) -> bool:
+    """Return whether a pass can call a function, in the loop that is compiled."""
+    return function is None or config.DISABLE_JIT or hasattr(function, "py_func")
+
+
+def called_by(function: FunctionType) -> dict[str, object]:
+    """Return what a function may call, by name: globals and what it closes over."""
+    names = {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
+    space, closed = function.__globals__, function.__code__.co_freevars
+    called = {name: space[name] for name in sorted(names & space.keys())}
+    cells = zip(closed, function.__closure__ or (), strict=True)
+    return called | {name: cell.cell_contents for name, cell in cells}
+
+
 def _takes_lane(code) -> bool:
     """Return whether a function has a lane among its arguments."""
-    return not set(LANES_IN_CODE).isdisjoint(code.co_varnames[: code.co_argcount])
+    return not LANES_IN_CODE.isdisjoint(code.co_varnames[: code.co_argcount])
 
 
 def _last_loaded(step: dis.Instruction) -> object:
@@ -614,9 +661,7 @@ def _attributes(function: FunctionType, use: str) -> set[str]:
     }
     named |= {PARTS[name][0] for name in named & set(PARTS)}
     named |= {step.argval for step in steps if step.argval in LISTS}
-    for name in {step.argval for step in steps if step.opname == "LOAD_GLOBAL"}:
-        value = function.__globals__.get(name)
-        called = _plain(value)
+    for called in map(_plain, called_by(function).values()):
         if isinstance(called, FunctionType) and _takes_lane(called.__code__):
             named |= _attributes(called, use)
     return named
@@ -631,6 +676,8 @@ def lane_pass(
     unless: tuple[Callable, Pass] | None = None,
 ):
     """Return a decorator that makes a body, (lane, table), a pass whose table has this record type."""
+    if not isinstance(table, np.dtype):
+        raise TypeError("lane_pass takes the record type of a table: write @lane_pass(layout.NO_TABLE)")
     return lambda function: Pass(function, table, arithmetic, sums, before, when, unless)
 
 

@@ -76,7 +76,7 @@ CARRIED = (
     ("weight", "f8"),  # statistical weight [largest birth weight of the scene]; 0: the lane is idle
     ("birth", "f8"),  # reference weight for Russian roulette and splitting: the weight at birth
     ("history", "i8"),  # number within the batch; a copy has a hash with bit 55 set (engine/passes/bank.py)
-    ("event", "i8"),  # events that drew random numbers so far: a word of the random counter
+    ("event", "i8"),  # grows with every event: a word of the counter from which random numbers are drawn
     # sheet that the lane stands on, and the detector's sheet passed last (layout.STANDING_SHEET_MASK)
     ("sheet", "i8"),
     ("start", "f8"),  # ray parameter of the particle: 0, or < 0 for an aimed particle whose x is its target

@@ -72,17 +72,20 @@ class Sums:
     """Memory for the sums of one batch, beside the arena of the plan."""
 
     def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
-        self.copies = layout.SCORE_COPIES if plan.rows <= layout.MAX_COPIED_ROWS else 1
+        self.tally_copies = layout.SCORE_COPIES if plan.rows <= layout.MAX_COPIED_ROWS else 1
         # The energy balance follows the tallies in one block, so that both have one address to find.
-        counted, balanced = self.copies * plan.rows, layout.ABSORBED + len(plan.surfaces) + plan.media_rows
+        counted, balanced = (
+            self.tally_copies * plan.rows,
+            layout.ABSORBED + len(plan.surfaces) + plan.media_rows,
+        )
         rows = np.zeros((counted + balanced, 4), np.int64)
-        self.tallies, self.ledger = rows[:counted].reshape(self.copies, -1, 4), rows[counted:]
+        self.tallies, self.ledger = rows[:counted].reshape(self.tally_copies, -1, 4), rows[counted:]
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
         self.sizes = np.zeros(plan.size_cells, np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // max(1, wanted))
-        copies = plan.splits or plan.forces_collisions
-        self.bank = np.empty((BANK_CAPACITY if copies else 0, FIELDS), np.int64)  # read where written
+        has_bank = plan.splits or plan.forces_collisions
+        self.bank = np.empty((BANK_CAPACITY if has_bank else 0, FIELDS), np.int64)  # read where written
         self.tracks = np.zeros(plan.max_path_segments, layout.PATH_SEGMENT)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), layout.RECORD)
         self.arena = plan.arena.memory
@@ -90,7 +93,7 @@ class Sums:
     @property
     def detectors(self) -> np.ndarray:
         """Return the sums of all copies, (rows, 4)."""
-        return self.tallies.sum(axis=0) if self.copies > 1 else self.tallies[0]
+        return self.tallies.sum(axis=0) if self.tally_copies > 1 else self.tallies[0]
 
     def enter(self, bundle: np.ndarray, **words: int) -> None:
         """Write the addresses and sizes of this memory and the arena, and other words, into a header."""
@@ -102,7 +105,7 @@ class Sums:
             "ledger_words": self.ledger.size,
         }
         words |= {"stride": self.stride, "tracks_capacity": len(self.tracks)}
-        words["copy_rows"] = self.tallies.shape[1] if self.copies > 1 else 0
+        words["copy_rows"] = self.tallies.shape[1] if self.tally_copies > 1 else 0
         for name in ("moments", "sizes", "records", "tracks", "bank"):
             if len(part := getattr(self, name)):
                 words[name] = part.ctypes.data
@@ -115,29 +118,26 @@ class Stopped(Exception):
     """The batch was stopped before it was complete; its sums are void."""
 
 
-def _drive(bundle, handle, flow, births, sight, copies, histories):
+def _drive(bundle, handle, step_table, birth_table, shadow_table, split_table, histories):
     """Run `histories` histories to their ends.
 
-    flow: entries of the steps and offsets of their tables, the number of steps of lanes that begin to fly,
-    and the number after these of steps of all lanes in flight; lanes at a surface take the others. births:
-    the same of birth steps, the first of these per emitter, the emitters' cumulative shares of the histories,
-    and the two arrays of `_deal_histories`. sight: bundle of shadow rays, its handle, entries and offsets of
-    its steps. copies: entry and offset of the pass that takes copies from the bank.
+    step_table: entries of the steps and offsets of their tables, the number of steps of lanes that begin to
+    fly, and the number after these of steps of all lanes in flight; lanes at a surface take the others.
+    birth_table: the same of birth steps, the first of these per emitter, the emitters' cumulative shares of
+    the histories, and the two arrays of `_deal_histories`. shadow_table: bundle of shadow rays, its handle,
+    entries and offsets of its steps. split_table: those of the pass that takes copies from the bank.
 
     Histories are dealt to emitters in proportion to their power, as one run of numbers each: as
     `_deal_histories` gives, else by systematic sampling, whose random offset makes the probability of each
     history exact. The offset advances by the golden section from batch to batch, so all batches together give
     each emitter its share to within about one history, and batches differ where shares are not integers.
     """
-    entries, tables, ready, inner = flow
-    birth_entries, birth_tables, emitters, shares, dealt, worths = births
-    withdrawal, withdrawn = copies
+    entries, tables, ready, inner = step_table
+    birth_entries, birth_tables, emitters, shares, dealt, worths = birth_table
+    take_entry, take_table = split_table
     b = bundle[0]
-    # Random offset of systematic sampling, and which histories are recorded in snapshots.
-    _, _, w2, w3 = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
-    o0, o1, _, _ = random_words(0, 0, 0, SHARES, b.seed_low, b.seed_high)
-    offset = (uniform(o0, o1) + b.batch * GOLDEN) % 1.0
-    b.record_phase = int64(uniform(w2, w3) * b.stride)
+    offset, phase = _batch_offsets(b.seed_low, b.seed_high, b.batch)
+    b.record_phase = int64(phase * b.stride)
     count = emitters.shape[0] - 1
     copied, history, emitter, fresh = 0, 0, 0, 0
     end = dealt[0] if len(dealt) > 0 else _end_of_emitter(histories, shares[0], offset, count == 1)
@@ -149,7 +149,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
         flying, free = _pad_lanes(b, b.flying), LANES - b.waiting
         while b.banked > 0 and flying < free:
             taken = min(free - flying, b.banked)
-            call_pass(withdrawal[0], handle, withdrawn[0], flying, flying + taken)
+            call_pass(take_entry[0], handle, take_table[0], flying, flying + taken)
             copied += taken
             flying = _pad_lanes(b, flying + taken)
         while flying < free and emitter < count:
@@ -158,7 +158,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
                 b.next_history, b.birth_factor = history - flying, bits_of(worths[emitter])
                 for p in range(emitters[emitter], emitters[emitter + 1]):
                     call_pass(birth_entries[p], handle, birth_tables[p], flying, flying + born)
-                    _trace_shadow_rays(b, handle, sight)
+                    _trace_shadow_rays(b, handle, shadow_table)
             flying, history = _pad_lanes(b, flying + born), history + born
             if history == end:
                 emitter += 1
@@ -170,14 +170,14 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
         if copied > MAX_COPIES_PER_HISTORY * (history + LANES):
             b.bank_overflow = copied
         if flying + b.waiting == 0:
-            _trace_waiting_rays(b, handle, sight)
+            _trace_waiting_rays(b, handle, shadow_table)
             return
         # Lanes that begin to fly are prepared; all fly.
         for p in range(ready):
             call_pass(entries[p], handle, tables[p], fresh, flying)
         for p in range(ready, ready + inner):
             flying = call_pass(entries[p], handle, tables[p], 0, flying)
-            _trace_shadow_rays(b, handle, sight)
+            _trace_shadow_rays(b, handle, shadow_table)
             if flying == 0:
                 break
         fresh = b.flying = flying
@@ -186,20 +186,28 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
             last = _pad_lanes(b, LANES + b.waiting)
             for p in range(ready + inner, len(entries)):
                 call_pass(entries[p], handle, tables[p], LANES, last)
-                _trace_shadow_rays(b, handle, sight)
+                _trace_shadow_rays(b, handle, shadow_table)
         # Detect endless histories; stop on request or before a sum overflows.
         new, live = history + copied - begun, b.flying + b.waiting
         calm = _detect_endless(b, calm, live, before + new - live - (b.killed - killed), new)
         if b.stop != 0 or b.trapped != 0 or b.bank_overflow != 0 or b.crossings >= MAX_CROSSINGS:
             return
-        if max(b.scored, sight[0][0].scored) >= MAX_SCORED:
+        if max(b.scored, shadow_table[0][0].scored) >= MAX_SCORED:
             return
 
 
 @njit(inline="always")
-def _trace_shadow_rays(b, handle, sight):
+def _batch_offsets(seed_low, seed_high, batch):
+    """Return the random offsets [1] of systematic sampling and of the histories recorded in snapshots."""
+    _, _, w2, w3 = random_words(0, batch, 0, SHARES, seed_low, seed_high)
+    o0, o1, _, _ = random_words(0, 0, 0, SHARES, seed_low, seed_high)
+    return (uniform(o0, o1) + batch * GOLDEN) % 1.0, uniform(w2, w3)
+
+
+@njit(inline="always")
+def _trace_shadow_rays(b, handle, shadow_table):
     """Trace shadow rays of the last pass while they fill their bundle; the rest wait there."""
-    _, shadow, entries, tables = sight
+    _, shadow, entries, tables = shadow_table
     while b.rays_cast > 0:
         if call_pass(entries[0], handle, tables[0], 0, LANES) == LANES:
             for p in range(1, len(entries)):
@@ -207,9 +215,9 @@ def _trace_shadow_rays(b, handle, sight):
 
 
 @njit(inline="always")
-def _trace_waiting_rays(b, handle, sight):
+def _trace_waiting_rays(b, handle, shadow_table):
     """Trace the waiting shadow rays at the end of a batch."""
-    _, shadow, entries, tables = sight
+    _, shadow, entries, tables = shadow_table
     while len(entries) > 0 and call_pass(entries[0], handle, tables[0], 0, LANES) > 0:
         for p in range(1, len(entries)):
             call_pass(entries[p], shadow, tables[p], 0, LANES)
@@ -384,24 +392,25 @@ def run_batch(
     key["patience_in_media"] = UNLIMITED if plan.has_clock else PATIENCE_IN_MEDIA
     sums.enter(bundle, **key)
     lanes, handle = _handle(bundle)
-    sight = (*_handle(shadows), *compiled.shadow_table)
+    shadow_table = (*_handle(shadows), *compiled.shadow_table)
     dealt, worths = _deal_histories(compiled, histories)
-    births = (*compiled.birth_table, dealt, worths)
-    drive(lanes, handle, compiled.step_table, births, sight, compiled.split_table, histories)
+    birth_table = (*compiled.birth_table, dealt, worths)
+    split_table = compiled.split_table
+    drive(lanes, handle, compiled.step_table, birth_table, shadow_table, split_table, histories)
     # Raise if the batch was stopped, cannot end, or exceeds a limit.
     if header[PLACE_IN_HEADER["stop"]]:
         raise Stopped
     counts = read_counts(header.tolist())
-    crossings, collisions, started, copies, trapped, killed, scored, recorded, flights = counts
+    crossings, collisions, started, overflow, trapped, killed, scored, recorded, flights = counts
     are_all_killed = 0 < killed == histories and not sums.ledger[layout.ABSORBED :, :2].any()
     if trapped or are_all_killed:
         particles = trapped or killed
         flying, waiting = (int(bundle[name][0]) if trapped else killed for name in ("flying", "waiting"))
         last = _last_surfaces(plan, bundle, flying, waiting)
         raise limits_exceeded.endless_particles_error(plan, last, particles)
-    if copies > 1:
-        raise limits_exceeded.too_many_copies_error(plan, copies, started)
-    if copies:
+    if overflow > 1:
+        raise limits_exceeded.too_many_copies_error(plan, overflow, started)
+    if overflow:
         raise limits_exceeded.full_bank_error(plan, BANK_CAPACITY)
     if crossings >= MAX_CROSSINGS:
         raise limits_exceeded.too_many_crossings_error(plan, crossings, started)

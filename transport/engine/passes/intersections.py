@@ -301,12 +301,12 @@ def cover_sphere(lane, table):
 
 
 @device
-def is_lost(lane, table):
+def is_not_finite(lane, table):
     """Return whether a particle's state is not finite."""
     return (lane.weight != 0.0) & (not is_finite(lane))
 
 
-@lane_pass(layout.NO_TABLE, when=is_lost)
+@lane_pass(layout.NO_TABLE, when=is_not_finite)
 def end_not_finite(lane, table):
     """End particles whose state is not finite, as lost."""
     add_lost(lane, lane.weight)

@@ -6,12 +6,13 @@ import numpy as np
 from numba import int64, uint64
 
 from transport.compile import layout
-from transport.engine.bodies import bundle_pass, lane_at
+from transport.engine.bodies import bundle_pass, lane_at, nothing
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, LANES, PITCH, view
 from transport.physics.device import device
 
-FIELDS_PER_GROUP = 4  # fields moved at once, so that both lane numbers are fetched once per group
-# numbers of scratch fields that fill up a group
+# fields moved at once by `move_lanes`, so that both lane numbers are fetched once per group
+FIELDS_PER_GROUP = 4
+# numbers of scratch fields that fill up a group: nothing reads them before they are written anew
 PADDING = [len(CARRIED) + k for k in range(FIELDS_PER_GROUP - 1)]
 FIELDS = len(CARRIED) + len(PADDING)
 
@@ -72,14 +73,12 @@ def is_finite(lane):
     return abs(lane.x + lane.y + lane.z + lane.ux + lane.uy + lane.uz + lane.weight) < math.inf
 
 
-@device
-def stay(lane, table):
-    """Do nothing: one particle alone has no other lanes."""
+# one particle alone has no other lanes: `alone=nothing`
 
 
-@bundle_pass(layout.FIELD_MOVES, alone=stay)
+@bundle_pass(layout.FIELD_MOVES, alone=nothing)
 def compact_lanes(lanes, table, first, live):
-    """Drop ended lanes (weight 0): move the last live lanes into their gaps.
+    """Drop ended lanes (weight 0): move the last live lanes into their gaps; `first` is 0.
 
     Returns the number of lanes kept. Every carried field that the program uses moves, so a new field cannot
     be forgotten. While less than 1/16 of the lanes have ended, they stay as idle lanes: at weight 0 they
@@ -106,11 +105,11 @@ def flies_on(lane):
     return (lane.weight != 0.0) & (lane.hit == 0) & (lane.distance < math.inf) & is_finite(lane)
 
 
-@bundle_pass(layout.QUEUE, alone=stay)
+@bundle_pass(layout.QUEUE, alone=nothing)
 def queue_arrivals(lanes, table, first, live):
     """Move lanes that do not fly on to the queue, and drop ended lanes; returns the number of lanes kept.
 
-    Few ended lanes stay as in `compact_lanes`.
+    `first` is 0. Few ended lanes stay as in `compact_lanes`.
     """
     ended, leaving = 0, 0
     for k in range(uint64(live)):
@@ -142,7 +141,7 @@ def queue_arrivals(lanes, table, first, live):
     return flying
 
 
-@bundle_pass(layout.FIELD_MOVES, alone=stay)
+@bundle_pass(layout.FIELD_MOVES, alone=nothing)
 def resume_flights(lanes, table, first, live):
     """Move what is left of the queue to free lanes behind those in flight."""
     resumed = list_movers(lanes, first, live)

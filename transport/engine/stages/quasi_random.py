@@ -1,18 +1,18 @@
 """Quasi-random twins of passes: the same code with Sobol or stratified words in place of random words.
 
-A pass is a function with globals. Its twin has the same code and other globals, in which what draws a block
-(`random_words`, `begin_block` and others of physics/streams.py) draws the words of physics/sobol.py, and
-device functions that call it are twins too. So no loop
-exists twice, none tests how it samples, and a pseudo-random program contains nothing of this. The twin's name
-distinguishes it in Numba's cache and for readers; it runs as plain Python too.
+A pass is made of functions with globals. Its twin has the same code and other globals, in which what draws a
+block (`random_words`, `begin_block` and others of physics/streams.py) draws the words of physics/sobol.py,
+and device functions that call it are twins too. So no loop exists twice, none tests how it samples, and a
+pseudo-random program contains nothing of this. The twin's name distinguishes it in Numba's cache and for
+readers; it runs as plain Python too.
 """
 
 import copyreg
-import dis
 from dataclasses import replace
 from functools import cache
-from types import FunctionType
+from types import CellType, FunctionType
 
+from transport.engine.bodies import called_by
 from transport.engine.registry import PASSES, Pass, Step
 from transport.physics.device import device
 from transport.physics.sobol import net_event_words, sobol_words, stratified_words
@@ -64,11 +64,12 @@ def quasi_random_steps(steps: list[Step], sampling: str) -> list[Step]:
 @cache
 def quasi_random_twin(lane_pass: Pass, sampling: str) -> Pass:
     """Return the twin of a pass; the pass itself if it draws nothing."""
-    drawing = _drawing_globals(lane_pass.function, sampling)
+    drawing = _drawing(lane_pass.function, sampling)
     if not drawing:
         return lane_pass
-    before = _twin_of_device(lane_pass.before, sampling) or lane_pass.before
-    return replace(lane_pass, function=_twin(lane_pass.function, drawing, sampling), before=before)
+    options = {name: getattr(lane_pass, name) for name in ("before", "when", "sums", "alone")}
+    twins = {name: _twin_of_device(option, sampling) or option for name, option in options.items()}
+    return replace(lane_pass, function=_twin(lane_pass.function, drawing, sampling), **twins)
 
 
 def pass_by_name(name: str) -> Pass:
@@ -88,21 +89,22 @@ def _twin_of_device(function, sampling: str):
     python = getattr(function, "py_func", function)
     if not isinstance(python, FunctionType) or not python.__module__.startswith("transport."):
         return None
-    drawing = _drawing_globals(python, sampling)
+    drawing = _drawing(python, sampling)
     return device(_twin(python, drawing, sampling)) if drawing else None
 
 
-def _drawing_globals(function: FunctionType, sampling: str) -> dict[str, object]:
-    """Return {name: replacement} of the globals of a function's code that draw."""
-    names = {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
-    known = {name: function.__globals__.get(name) for name in sorted(names)}
-    twins = {name: _twin_of_device(value, sampling) for name, value in known.items() if callable(value)}
+def _drawing(function: FunctionType, sampling: str) -> dict[str, object]:
+    """Return {name: replacement} of what a function calls that draws."""
+    called = {name: value for name, value in called_by(function).items() if callable(value)}
+    twins = {name: _twin_of_device(value, sampling) for name, value in called.items()}
     return {name: twin for name, twin in twins.items() if twin is not None}
 
 
 def _twin(function: FunctionType, drawing: dict[str, object], sampling: str) -> FunctionType:
-    """Return the function with other globals, under its own name."""
-    name = f"{function.__name__} by {sampling}"
-    twin = FunctionType(function.__code__, function.__globals__ | drawing, name, closure=function.__closure__)
+    """Return the function that calls other ones, under its own name."""
+    name, code = f"{function.__name__} by {sampling}", function.__code__
+    cells = zip(code.co_freevars, function.__closure__ or (), strict=True)
+    closure = tuple(CellType(drawing[of]) if of in drawing else cell for of, cell in cells) or None
+    twin = FunctionType(code, function.__globals__ | drawing, name, closure=closure)
     twin.__qualname__, twin.__doc__ = twin.__name__, function.__doc__
     return twin
