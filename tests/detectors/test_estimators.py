@@ -376,6 +376,29 @@ def test_cameras_alone_run_backwards_by_themselves_and_forward_histories_are_ref
     assert_refused(lambda: run(occluded(CAMERA), estimator="analog"), words)
 
 
+@pytest.mark.parametrize(
+    ("source", "says"),
+    [
+        (
+            tp.Source(tp.Disk(radius=1), tp.Beam((0, 0, 1), power=1.0)),
+            "the Beam of sources[0]; use a Disk or Sphere",
+        ),
+        (
+            tp.Source(tp.Point(position=(0, 0, 2)), tp.Isotropic(power=1.0)),
+            "the Point of sources[0]; use a small",
+        ),
+    ],
+    ids=["beam", "point"],
+)
+@pytest.mark.parametrize("estimator", [None, "backward", "analog", "expected", "auto"])
+def test_sources_that_a_camera_cannot_see_are_refused_by_any_estimator_with_one_cure(source, says, estimator):
+    scene = tp.Scene(source, (), CAMERA)
+    with pytest.raises(tp.SceneError) as caught:
+        tp.simulate(scene, 1000, estimator=estimator, progress=False)
+    told = str(caught.value)
+    assert says in told and told.endswith("take out Camera 'view'") and "write estimator" not in told
+
+
 def test_cameras_and_meters_go_together_backwards():
     meter = tp.Detector(tp.Disk(center=(0, 0, -0.5), radius=0.3), name="meter")
     scene = tp.Scene(lamp_at((2, 0, 0.5)), (), [CAMERA, meter])

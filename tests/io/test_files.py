@@ -7,6 +7,7 @@ import errno
 import json
 import math
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -17,8 +18,9 @@ import numpy as np
 import pytest
 
 import transport as tp
+from tests.fuzz.properties import quantities_of
 from tests.io.test_saved import killed_at, refusal, run, small
-from tests.plain_scenes import SMALL
+from tests.plain_scenes import METHODS, SCENES, SMALL
 from tests.processes import ROOT, python
 from tests.same_batches import assert_same
 from transport.io import atomic, resuming
@@ -45,6 +47,23 @@ def disks(*names, **bins):
 
 
 # ---- what a file holds ----
+
+
+@pytest.mark.parametrize("name", ["pile", pytest.param("vessel", marks=pytest.mark.slow), "backward view"])
+def test_a_result_can_be_pickled_after_its_numbers_were_read(name):
+    """By detectors, volume detectors, phase space, snapshots, cameras and points: another process reads the same."""
+    estimator = METHODS[name].estimator if name in METHODS else "analog"
+    result = tp.simulate(
+        SCENES[name](), particles=400, estimator=estimator, seed=1, threads=1, progress=False
+    )
+    read = quantities_of(result)
+    again = quantities_of(pickle.loads(pickle.dumps(result)))
+    assert read.keys() == again.keys()
+    for each, number in read.items():
+        np.testing.assert_array_equal(again[each].value, number.value)
+        np.testing.assert_array_equal(again[each].error, number.error)
+    for detector in result:
+        assert pickle.loads(pickle.dumps(result[detector])).name == detector
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
@@ -202,7 +221,7 @@ def test_any_kind_of_field_comes_back_as_it_was():
 FULL_DISK = """
 import resource, sys, warnings
 import transport as tp
-from tests.plain_scenes import SMALL
+from tests.plain_scenes import METHODS, SCENES, SMALL
 from transport.io.atomic import FileError
 path, limit = sys.argv[1:]
 tp.simulate(SMALL, particles=1000)

@@ -143,7 +143,10 @@ def test_a_detector_that_no_particle_reaches_is_doubted():
     result = run(slab(60.0, 0.9), None, 20_000)
     assert result["bottom"].flux_out.reason == "no score"
     assert "no particle has reached detector 'bottom': the straight path" in doubt(result, "bottom")
-    assert "gain of about 1 / transmission: 2e+14" in doubt(result, "bottom")
+    path = "Splitting(start=(0.0, 0.0, 1.0), end=(0.0, 0.0, -1.0), gain=2e+14)"
+    assert f"use tracking=Tracking(splitting={path})" in doubt(result, "bottom")
+    white = doubt(run(slab(600.0, 1.0), None, 16), "bottom")
+    assert "gain=5e+02" in white  # 1 + 450, by diffusion
     assert doubt(result, "top") is None
     assert "raise its gain, got 10" in doubt(
         run(slab(60.0, 0.9), tp.Tracking(splitting=splitting(10.0)), 2000), "bottom"

@@ -70,8 +70,7 @@ ANALOG = Method()
 
 def coerce_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
     """Return the method of a run; SceneError if it is unknown or the scene does not allow it."""
-    if estimator is None:
-        estimator = "backward" if scene.instruments else "analog"
+    estimator = default_estimator(scene) if estimator is None else estimator
     choices = (*ESTIMATORS, AUTO)
     for what, value, known in (("estimator", estimator, choices), ("sampling", sampling, SAMPLINGS)):
         if value not in known:
@@ -87,6 +86,11 @@ def coerce_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
     return Method(estimator, sampling)
 
 
+def default_estimator(scene: Scene) -> str:
+    """Return the estimator of a run that names none."""
+    return "backward" if scene.instruments else "analog"
+
+
 def _are_compatible(estimator: str, sampling: str) -> bool:
     """Return whether they combine: backward histories are spread over bins, which breaks up point nets."""
     return estimator != "backward" or sampling == "random"
@@ -97,7 +101,9 @@ def refusal(scene: Scene, estimator: str) -> str | None:
     if scene.instruments and estimator != "backward":
         seen = scene.instruments[0]
         title = f"{type(seen).__name__} {seen.name!r}"
-        return f"only backward histories reach {title}; write estimator='backward'"
+        against = refusal(scene, "backward")
+        also = f", but {against}" if against else "; write estimator='backward'"
+        return f"only backward histories reach {title}{also}"
     return next(REASONS_AGAINST[estimator](scene), None)
 
 
@@ -232,11 +238,19 @@ def more_particles_or_backward(scene: Scene) -> str:
 
 
 def _against_backward(scene: Scene) -> Iterator[str]:
-    """Yield the reasons why a scene does not allow "backward", with the cure."""
+    """Yield the reasons why a scene does not allow "backward", with the cure.
+
+    No other estimator is a cure where a Camera or an EnvironmentMap needs this one.
+    """
+    needs_it = [f"take out {type(each).__name__} {each.name!r}" for each in scene.instruments]
+    analog, lamp = (
+        (needs_it or ["write estimator='analog'"])[0],
+        "a Disk or Sphere that shines by Lambertian()",
+    )
     if scene.duration is not None:
         yield f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
     if scene.measured_in == "particles":
-        yield "it emits particles, not watts; write estimator='analog'"
+        yield f"it emits particles, not watts; {analog}"
     if not scene.detectors:
         yield "it has no detector from which histories could start; write detectors=[...]"
     for detector in scene.detectors:
@@ -244,10 +258,11 @@ def _against_backward(scene: Scene) -> Iterator[str]:
     for number, source in enumerate(scene.sources):
         title = f"sources[{number}]"
         if source.emission.law == "beam":
-            yield f"no history can hit the Beam of {title}; write estimator='analog'"
+            far = f"use {lamp} far away, or " if needs_it else ""
+            yield f"no history can hit the Beam of {title}; {far}{analog}"
         if isinstance(scene.shape_of(source), Point):
-            cure = "write estimator='expected', or use a small Sphere"
-            yield f"no history can hit the Point of {title}; {cure}"
+            cure = f"or {analog}" if needs_it else "or write estimator='expected'"
+            yield f"no history can hit the Point of {title}; use a small Sphere, {cure}"
     for number, surface in enumerate(scene.surfaces):
         title = surface_name(scene, number)
         for part in surface.material.elements:

@@ -269,6 +269,13 @@ class Tally:
         self.batches, self.run = result.batches, result.run
         self.diagnosis = result.diagnosis_of(self)
 
+    def __getstate__(self) -> dict[str, Any]:
+        # What is computed when it is read is computed anew; scores hold functions, which cannot be pickled.
+        kept = (
+            name for name in vars(self) if not isinstance(getattr(type(self), name, None), cached_property)
+        )
+        return {name: vars(self)[name] for name in kept}
+
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         if "known" not in vars(cls):

@@ -27,7 +27,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile.methods import ARRIVALS_ONLY, SAMPLINGS, Method, methods_for
+from transport.compile.methods import (
+    ARRIVALS_ONLY,
+    SAMPLINGS,
+    Method,
+    default_estimator,
+    methods_for,
+    refusal,
+)
 from transport.results.choice import MISSES_LIGHT, PARTIAL_REASON, Choice, Mean, Pilot
 from transport.statistics.batches import normal_score
 from transport.statistics.estimates import EstimateOrArray
@@ -74,6 +81,8 @@ def choose_method(
         cure = name_hint(str(sampling), SAMPLINGS)
         raise SceneError(f"simulate: sampling must be one of {names}, got {sampling!r}; {cure}")
     methods = [method for method in methods_for(scene) if sampling in (None, method.sampling)]
+    if not methods and (reason := refusal(scene, default_estimator(scene))):
+        raise SceneError(f"simulate: no estimator goes with this scene: {reason}")
     if not methods:
         names = join_names(sorted({method.estimator for method in methods_for(scene)}))
         raise SceneError(

@@ -33,7 +33,9 @@ class Interruption:
 
     def _remember(self, *_: object) -> None:
         self.times += 1
-        if not self.has_begun or self.times > DELAYED_INTERRUPTS:
+        if not self.has_begun:
+            raise KeyboardInterrupt("interrupted before the run began, so there is no result")
+        if self.times > DELAYED_INTERRUPTS:
             raise KeyboardInterrupt
 
 

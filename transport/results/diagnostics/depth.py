@@ -22,6 +22,7 @@ from transport.results.diagnostics.proofs import source_title
 from transport.scene.bodies import has_media, media_at
 from transport.statistics.chunked import ChunkedArray, replicates_of
 from transport.statistics.findings import Finding, doubtful, unseen_scores
+from transport.validation import short_repr
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
@@ -68,14 +69,14 @@ def optical_depth_message(tally: Tally) -> str | None:
     is_hopeless = max(path.absorbed, path.decay) > MAX_OPTICAL_DEPTH
     if not (is_hopeless if plan.splits else path.is_too_deep(plan, tally.particles)):
         return None
-    source, cure = source_title(plan.scene, emitter.source), _depth_cure(plan, emitter, path)
+    source, cure = source_title(plan.scene, emitter.source), _depth_cure(plan, emitter, path, tally.shape)
     return (
         f"no particle has reached {tally.title}: the straight path from {source} to it crosses"
         f" {path.depth:.3g} mean free paths of media; {cure}"
     )
 
 
-def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath) -> str:
+def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath, place: Shape) -> str:
     """Cure for light that is so faint, or that comes from so thin an outer layer."""
     if path.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
         return (
@@ -92,9 +93,12 @@ def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath) -> str:
         )
     if path.scattered == 0:
         return f"exp(-{path.depth:.3g}) of it is transmitted: use tracking='weighted'"
+    # 1 / transmission of a slab: by absorption, and without any (diffusion theory).
+    gain = max(math.exp(path.decay), 1 + 0.75 * path.scattered)
+    start, end = (short_repr(tuple(map(float, shape.middle))) for shape in (emitter.shape, place))
     return (
-        "use Tracking(splitting=Splitting(start=..., end=..., gain=...)) along this path, with a gain of"
-        f" about 1 / transmission: {math.exp(path.decay):.0e} if light diffuses"
+        f"use tracking=Tracking(splitting=Splitting(start={start}, end={end}, gain={gain:.0e})), whose gain"
+        " is 1 / transmission of light that diffuses"
     )
 
 
