@@ -536,3 +536,44 @@ def test_light_passes_a_hole_and_no_more():
         counted(result["plate"])[0, 1] + counted(result["hole"])[0, 1], counted(bare["plate"])[0, 1]
     )
     assert counted(result["below"])[0, 1].sum() >= counted(result["hole"])[0, 1].sum() > 1000
+
+
+# ---- planes that only rounding tells apart ----
+
+HIGH_LAMP = tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.3), tp.Lambertian(power=1.0))
+
+
+@pytest.mark.parametrize("top", [0.0, 1 - 0.9 - 0.1, 0.1 + 0.2 - 0.3])
+@pytest.mark.parametrize(
+    "material", [tp.Dielectric(1.3), tp.Black(), tp.Diffuse(0.5)], ids=lambda each: type(each).__name__
+)
+def test_a_plane_that_rounding_puts_beside_a_wall_at_the_origin_counts_what_the_wall_meets(top, material):
+    """Coordinates near 0 have finer digits than the rays that come to them from afar."""
+    for wall in (tp.Plane(center=(0, 0, top)), tp.Slab(center=(0, 0, top - 0.15), thickness=0.3)):
+        result = run(
+            tp.Scene(HIGH_LAMP, tp.Surface(wall, material, "wall"), tp.Detector(tp.Plane(), "plane"))
+        )
+        assert result["plane"].flux_in.value == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("offset", [0.0, 2e-16, 1e-15, 1e-14, 3e-14, 1e-13, 1e-12])
+@pytest.mark.parametrize("radius", [1.0, 50.0])
+def test_planes_that_share_a_disk_within_rounding_all_count(radius, offset):
+    """The wider the disk, the more planes are its own within rounding: then they are one."""
+    low = (0, 0, -offset)
+    looks = [tp.Detector(tp.Plane(), "a"), tp.Detector(tp.Plane(center=low), "b")]
+    result = run(tp.Scene(HIGH_LAMP, (), [*looks, tp.Detector(tp.Disk(center=low, radius=radius), "disk")]))
+    assert [result[name].flux_in.value for name in "ab"] == pytest.approx([1.0, 1.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-9, 1.4e-8, 2e-8, 3e-8])
+def test_a_plane_tilted_by_little_is_met_where_it_is(tilt):
+    """Two pencils, on whose black disks the tilted plane lies on either side: one of them crosses it."""
+    edge, depth = 0.9, 8e-9
+    looks = [tp.Detector(tp.Plane(center=(0, 0, 0.5)), "level")]
+    looks.append(tp.Detector(tp.Plane(normal=(math.sin(tilt), 0, math.cos(tilt))), "tilted"))
+    disks = [tp.Surface(tp.Disk(center=(x, 0, -depth), radius=0.05), tp.Black()) for x in (-edge, edge)]
+    lamps = [tp.Source(tp.Point(position=(x, 0, 1)), tp.Beam((0, 0, -1), power=1.0)) for x in (-edge, edge)]
+    result = run(tp.Scene(lamps, disks, looks))
+    assert result["level"].flux_in.value == pytest.approx(2.0, rel=1e-12)
+    assert result["tilted"].flux_in.value == pytest.approx(2.0 if edge * tilt < depth else 1.0, rel=1e-2)

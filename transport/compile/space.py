@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.geometry.shape import Point, Shape
+from transport.geometry.shape import Shape
 from transport.scene.bodies import scene_media
 from transport.scene.scene import Scene
+from transport.scene.sheets import located_shapes, scene_origin
 from transport.validation import SceneError
 from transport.vectors import Vector
 
@@ -33,12 +34,8 @@ class Space:
 
 def make_space(scene: Scene) -> Space:
     """Return the coordinates in which a scene is simulated."""
-    shapes = [surface.shape for surface in scene.surfaces]
-    shapes = [piece for shape in shapes for piece in (shape.pieces() if shape.is_infinite else (shape,))]
-    shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters, *scene.volumes)]
-    shapes += [source.aim for source in scene.sources if source.aim is not None]
-    shapes += [Point(position=detector.position) for detector in scene.points]
-    origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
+    shapes = located_shapes(scene)
+    origin = scene_origin(shapes)
     largest = float(np.abs(np.array([_corners(shape) for shape in shapes]) - np.array(origin)).max())
     if not MIN_SIZE < largest < MAX_SIZE and largest != 0:
         raise SceneError(

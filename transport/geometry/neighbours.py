@@ -20,12 +20,14 @@ class Supports:
     """Numbered supports in a grid: planes, spheres, axes, by coordinates that are equal for equal supports.
 
     These are the squares of the components of the normal or axis, and the foot of the perpendicular from the
-    origin; for a sphere the centre and the radius. The tolerance bounds the difference that rounding leaves
-    between shapes on one support: it tilts the narrowest of them most.
+    origin; for a sphere the centre and the radius; relative to the largest of them, or to a `size` [m] beyond
+    it. The tolerance bounds the difference that rounding leaves between shapes on one support: it tilts the
+    narrowest of them most.
     """
 
-    def __init__(self, shapes: Sequence[Shape]) -> None:
-        self.size = max((shape.coordinate_scale for shape in shapes), default=0.0) or 1.0
+    def __init__(self, shapes: Sequence[Shape], size: float = 0.0) -> None:
+        self.size = max((shape.coordinate_scale for shape in shapes), default=0.0)
+        self.size = max(self.size, size) or 1.0
         narrowest = min(map(_width, shapes), default=math.inf)
         self.tolerance = SLACK * ROUNDING * max(1.0, self.size / narrowest)
         self.numbers: dict[tuple, list[int]] = {}  # by cell

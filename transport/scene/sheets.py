@@ -8,7 +8,8 @@ may act.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from transport.geometry.neighbours import Supports
@@ -17,6 +18,7 @@ from transport.geometry.shape import Point, Shape
 from transport.scene.bodies import bodies_on_sides, has_media
 from transport.scene.detectors import Detector
 from transport.scene.materials import Surface
+from transport.vectors import Vector
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
@@ -48,20 +50,57 @@ class Sheet:
 
 
 def scene_sheets(scene: SceneParts) -> list[Sheet]:
-    """Sheets of the scene, acting members before detectors, without surfaces that have no effect."""
+    """Sheets of the scene, acting members before detectors, without surfaces that have no effect.
+
+    A member that is on two sheets within rounding makes them one.
+    """
     sheets: list[Sheet] = []
     members = sorted(_members(scene), key=_precedence)
-    supports = Supports([member.shape for member in members])
+    origin = scene_origin(located_shapes(scene))
+    far = max((sum(map(abs, _seen_from(origin, member.shape))) for member in members), default=0.0)
+    supports = Supports([member.shape for member in members], far)
     for member in members:
         near = (sheets[number] for number in supports.near(member.shape))
-        home = next((sheet for sheet in near if are_on_one_support(sheet.support, member.shape)), None)
-        if home is None:
-            home = Sheet([])
+        homes = [sheet for sheet in near if _are_on_one_sheet(sheet.support, member.shape, origin)]
+        if not homes:
+            homes = [Sheet([])]
             supports.add(len(sheets), member.shape)
-            sheets.append(home)
-        home.members.append(member)
-        member.orientation = relative_orientation(home.support, member.shape)
-    return sheets
+            sheets.append(homes[0])
+        home, *others = homes
+        home.members += [*chain.from_iterable(other.members for other in others), member]
+        for each in home.members:
+            each.orientation = relative_orientation(home.support, each.shape)
+        for other in others:
+            other.members = []
+    return [sheet for sheet in sheets if sheet.members]
+
+
+def located_shapes(scene: SceneParts) -> list[Shape]:
+    """Shapes of all objects of a scene; of infinite ones their planes."""
+    shapes = [surface.shape for surface in scene.surfaces]
+    shapes = [piece for shape in shapes for piece in (shape.pieces() if shape.is_infinite else (shape,))]
+    shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters, *scene.volumes)]
+    shapes += [source.aim for source in scene.sources if source.aim is not None]
+    return shapes + [Point(position=detector.position) for detector in scene.points]
+
+
+def scene_origin(shapes: list[Shape]) -> Vector:
+    """Origin [m] of the coordinates in which a scene is simulated: the middle of the smallest shape."""
+    return min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
+
+
+def _are_on_one_sheet(support: Shape, shape: Shape, origin: Vector) -> bool:
+    """Return whether a shape is on a support within rounding; of two planes, also as seen from the origin."""
+    if are_on_one_support(support, shape):
+        return True
+    if not (support.is_plane and shape.is_plane):
+        return False
+    return are_on_one_support(*(replace(each, center=_seen_from(origin, each)) for each in (support, shape)))
+
+
+def _seen_from(origin: Vector, shape: Shape) -> Vector:
+    """Return the middle of a shape, measured from the origin."""
+    return tuple(c - o for c, o in zip(shape.middle, origin, strict=True))
 
 
 def _precedence(member: SheetMember) -> tuple[bool, float]:

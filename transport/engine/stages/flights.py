@@ -3,6 +3,8 @@
 In media these steps repeat for lanes that collide, while those at a surface wait (passes/lanes.py).
 """
 
+import math
+
 import numpy as np
 
 from transport.compile import layout
@@ -101,7 +103,7 @@ def score_collisions(plan):
 
 # ---- The steps of a flight.
 
-PARALLEL_COSINE = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
+PARALLEL = 2.0**-51  # distance between normals, to either side, that rounding leaves
 # up to this many media are found, and their absorption summed, by one pass each
 MAX_MEDIA_BY_SINGLE_PASSES = 4
 
@@ -200,6 +202,12 @@ def _end_lost_particles(plan):
         yield step(regions.end_lost_particles, row)
 
 
+def _are_parallel(one, other):
+    """Return whether two planes have one normal, or opposite ones, within rounding."""
+    normals = [[float(row[axis]) for axis in ("nx", "ny", "nz")] for row in (one, other)]
+    return min(math.dist(normals[0], [sign * x for x in normals[1]]) for sign in (1, -1)) <= PARALLEL
+
+
 def intersect_surfaces(plan):
     """Yield the steps that intersect rays with each surface and detector; parallel planes in pairs."""
     waiting = None
@@ -208,7 +216,7 @@ def intersect_surfaces(plan):
             yield step_by_name((name, row))
         elif waiting is None:
             waiting = row
-        elif abs(sum(waiting[axis] * row[axis] for axis in ("nx", "ny", "nz"))) >= PARALLEL_COSINE:
+        elif _are_parallel(waiting, row):
             pair = layout.row(layout.PLANES)
             pair["one"], pair["other"] = waiting, row
             across = [f"_{axis}" for axis in "xyz" if abs(waiting[f"n{axis}"]) == 1.0]
