@@ -128,7 +128,7 @@ def test_a_wrong_field_is_shown_in_its_line_of_the_body():
     with pytest.raises(TypingError) as caught:
         _ = misspelt.compiled
     here = misspelt.function.__code__.co_firstlineno
-    shown = {int(line) for line in re.findall(r'test_bodies\.py", line (\d+):', str(caught.value))}
+    shown = {int(line) for line in re.findall(r'test_lane_bodies\.py", line (\d+):', str(caught.value))}
     assert {line for line in shown if line > here} == {here + 3}
 
 
