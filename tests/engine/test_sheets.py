@@ -566,6 +566,20 @@ def test_planes_that_share_a_disk_within_rounding_all_count(radius, offset):
     assert [result[name].flux_in.value for name in "ab"] == pytest.approx([1.0, 1.0], rel=1e-12)
 
 
+def test_a_shape_on_a_sheet_that_has_become_one_with_another_is_on_both():
+    """The wide disk joins two planes; the small one lies on that which was given up."""
+    low = (0, 0, -1e-14)
+    shapes = [
+        tp.Plane(),
+        tp.Plane(center=low),
+        tp.Disk(center=low, radius=50.0),
+        tp.Disk(center=low, radius=0.5),
+    ]
+    looks = [tp.Detector(shape, str(number)) for number, shape in enumerate(shapes)]
+    (sheet,) = scene_sheets(tp.Scene(HIGH_LAMP, (), looks))
+    assert sorted(detector.name for member in sheet.members for detector in member.detectors) == list("0123")
+
+
 @pytest.mark.parametrize("tilt", [0.0, 1e-9, 1.4e-8, 2e-8, 3e-8])
 def test_a_plane_tilted_by_little_is_met_where_it_is(tilt):
     """Two pencils, on whose black disks the tilted plane lies on either side: one of them crosses it."""

@@ -54,25 +54,26 @@ def scene_sheets(scene: SceneParts) -> list[Sheet]:
 
     A member that is on two sheets within rounding makes them one.
     """
-    sheets: list[Sheet] = []
+    known: list[tuple[Shape, Sheet]] = []  # supports by number, and the sheet of each
     members = sorted(_members(scene), key=_precedence)
     origin = scene_origin(located_shapes(scene))
     far = max((sum(map(abs, _seen_from(origin, member.shape))) for member in members), default=0.0)
     supports = Supports([member.shape for member in members], far)
     for member in members:
-        near = (sheets[number] for number in supports.near(member.shape))
-        homes = [sheet for sheet in near if _are_on_one_sheet(sheet.support, member.shape, origin)]
+        near = (known[number] for number in supports.near(member.shape))
+        homes = {id(sheet): sheet for on, sheet in near if _are_on_one_sheet(on, member.shape, origin)}
         if not homes:
-            homes = [Sheet([])]
-            supports.add(len(sheets), member.shape)
-            sheets.append(homes[0])
-        home, *others = homes
+            sheet = Sheet([])
+            supports.add(len(known), member.shape)
+            known.append((member.shape, sheet))
+            homes = {id(sheet): sheet}
+        home, *others = homes.values()
         home.members += [*chain.from_iterable(other.members for other in others), member]
-        for each in home.members:
+        if others:
+            known = [(on, home if id(sheet) in homes else sheet) for on, sheet in known]
+        for each in home.members if others else [member]:
             each.orientation = relative_orientation(home.support, each.shape)
-        for other in others:
-            other.members = []
-    return [sheet for sheet in sheets if sheet.members]
+    return list({id(sheet): sheet for _, sheet in known}.values())
 
 
 def located_shapes(scene: SceneParts) -> list[Shape]:
