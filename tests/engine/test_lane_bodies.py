@@ -65,12 +65,13 @@ def test_options_that_a_loop_would_pass_over_are_refused(options):
 
 
 @compiled_only
-@pytest.mark.parametrize("option", ["sums", "before", "when"])
+@pytest.mark.parametrize("option", ["sums", "before", "when", "unless"])
 def test_a_function_that_numba_does_not_know_is_refused(option):
+    given = (undecorated, PASSES["move"]) if option == "unless" else undecorated
     with pytest.raises(
         TypeError, match=f"pass nothing_to_do: decorate the function in `{option}` with @device"
     ):
-        lane_pass(layout.NO_TABLE, **{option: undecorated})(nothing_to_do)
+        lane_pass(layout.NO_TABLE, **{option: given})(nothing_to_do)
 
 
 def test_a_pass_without_a_table_is_refused():

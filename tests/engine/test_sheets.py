@@ -543,16 +543,20 @@ def test_light_passes_a_hole_and_no_more():
 HIGH_LAMP = tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.3), tp.Lambertian(power=1.0))
 
 
+BEAM = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0.6, 0, -0.8), power=1.0))
+
+
+@pytest.mark.parametrize("lamp", [HIGH_LAMP, BEAM], ids=["disk", "point"])
 @pytest.mark.parametrize("top", [0.0, 1 - 0.9 - 0.1, 0.1 + 0.2 - 0.3])
 @pytest.mark.parametrize(
     "material", [tp.Dielectric(1.3), tp.Black(), tp.Diffuse(0.5)], ids=lambda each: type(each).__name__
 )
-def test_a_plane_that_rounding_puts_beside_a_wall_at_the_origin_counts_what_the_wall_meets(top, material):
+def test_a_plane_that_rounding_puts_beside_a_wall_at_the_origin_counts_what_the_wall_meets(
+    top, material, lamp
+):
     """Coordinates near 0 have finer digits than the rays that come to them from afar."""
     for wall in (tp.Plane(center=(0, 0, top)), tp.Slab(center=(0, 0, top - 0.15), thickness=0.3)):
-        result = run(
-            tp.Scene(HIGH_LAMP, tp.Surface(wall, material, "wall"), tp.Detector(tp.Plane(), "plane"))
-        )
+        result = run(tp.Scene(lamp, tp.Surface(wall, material, "wall"), tp.Detector(tp.Plane(), "plane")))
         assert result["plane"].flux_in.value == pytest.approx(1.0, rel=1e-12)
 
 

@@ -221,7 +221,7 @@ def test_any_kind_of_field_comes_back_as_it_was():
 FULL_DISK = """
 import resource, sys, warnings
 import transport as tp
-from tests.plain_scenes import METHODS, SCENES, SMALL
+from tests.plain_scenes import SMALL
 from transport.io.atomic import FileError
 path, limit = sys.argv[1:]
 tp.simulate(SMALL, particles=1000)

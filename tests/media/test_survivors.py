@@ -138,15 +138,26 @@ def test_what_arrives_before_any_collision_has_no_survivors():
     assert doubt(result, "lid") is None
 
 
+def test_a_splitting_is_advised_along_the_path_to_a_detector_about_the_lamp():
+    """The middles of both are one place, which no Splitting could begin and end at."""
+    fog = tp.Surface(tp.Sphere(radius=2.0), tp.Transparent(), inside=tp.Medium(0.5, 300.0))
+    lamp = tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0))
+    shell = tp.Detector(tp.Sphere(radius=1.0), "shell")
+    told = doubt(run(tp.Scene(lamp, fog, shell), None, 256), "shell")
+    assert "Splitting(start=(0, 0, 0), end=(0, 0, 1), gain=2e+09)" in told
+
+
 def test_a_detector_that_no_particle_reaches_is_doubted():
     """Through 60 mean free paths of albedo 0.9 (6e-15) nothing comes in a short run: its inverse is the gain that would do."""
     result = run(slab(60.0, 0.9), None, 20_000)
     assert result["bottom"].flux_out.reason == "no score"
     assert "no particle has reached detector 'bottom': the straight path" in doubt(result, "bottom")
-    path = "Splitting(start=(0.0, 0.0, 1.0), end=(0.0, 0.0, -1.0), gain=2e+14)"
+    path = "Splitting(start=(0, 0, 1), end=(0, 0, -1), gain=2e+14)"
     assert f"use tracking=Tracking(splitting={path})" in doubt(result, "bottom")
     white = doubt(run(slab(600.0, 1.0), None, 16), "bottom")
     assert "gain=5e+02" in white  # 1 + 450, by diffusion
+    forward = doubt(run(slab(600.0, 1.0, g=0.9), None, 4), "bottom")
+    assert "gain=5e+01" in forward  # 1 + 45: one scattering in ten turns the light
     assert doubt(result, "top") is None
     assert "raise its gain, got 10" in doubt(
         run(slab(60.0, 0.9), tp.Tracking(splitting=splitting(10.0)), 2000), "bottom"

@@ -174,6 +174,14 @@ def test_ctrl_c_within_the_first_batch_stops_at_once_with_a_cure(press_ctrl_c, m
     assert 2 * seconds / int(more) == pytest.approx(1, rel=0.02) or int(more) == 4096
 
 
+def test_ctrl_c_before_the_run_says_that_there_is_no_result():
+    interruption = Interruption()
+    with pytest.raises(KeyboardInterrupt, match="before the run began, so there is no result"):
+        interruption._remember()
+    interruption.begin()
+    interruption._remember()  # from now on it is delayed
+
+
 # ---- wrong input ----
 
 

@@ -242,11 +242,8 @@ def _against_backward(scene: Scene) -> Iterator[str]:
 
     No other estimator is a cure where a Camera or an EnvironmentMap needs this one.
     """
-    needs_it = [f"take out {type(each).__name__} {each.name!r}" for each in scene.instruments]
-    analog, lamp = (
-        (needs_it or ["write estimator='analog'"])[0],
-        "a Disk or Sphere that shines by Lambertian()",
-    )
+    removal = next((f"take out {type(each).__name__} {each.name!r}" for each in scene.instruments), None)
+    analog, expected = removal or "write estimator='analog'", removal or "write estimator='expected'"
     if scene.duration is not None:
         yield f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
     if scene.measured_in == "particles":
@@ -258,11 +255,10 @@ def _against_backward(scene: Scene) -> Iterator[str]:
     for number, source in enumerate(scene.sources):
         title = f"sources[{number}]"
         if source.emission.law == "beam":
-            far = f"use {lamp} far away, or " if needs_it else ""
-            yield f"no history can hit the Beam of {title}; {far}{analog}"
+            lamp = "use a Disk or Sphere that shines by Lambertian() from far away, or " if removal else ""
+            yield f"no history can hit the Beam of {title}; {lamp}{analog}"
         if isinstance(scene.shape_of(source), Point):
-            cure = f"or {analog}" if needs_it else "or write estimator='expected'"
-            yield f"no history can hit the Point of {title}; use a small Sphere, {cure}"
+            yield f"no history can hit the Point of {title}; use a small Sphere, or {expected}"
     for number, surface in enumerate(scene.surfaces):
         title = surface_name(scene, number)
         for part in surface.material.elements:

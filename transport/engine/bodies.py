@@ -459,7 +459,7 @@ def _over_lanes_unless(bundle, offset, first, live):
             other(lane_at(lanes, k), table)
     else:
         for k in range(first, live):
-            added(NONE, body(lane_at(lanes, k), table))
+            added(NONE, body(lane_at(lanes, k), table))  # refuses amounts, which nothing would add
     return live
 
 
@@ -496,8 +496,9 @@ class Pass:
 
     def __post_init__(self) -> None:
         # What a loop would pass over in silence is refused, and what Numba could not name.
-        for option in ("sums", "before", "when"):
-            if not _is_compiled(getattr(self, option)):
+        called = {option: getattr(self, option) for option in ("sums", "before", "when")}
+        for option, function in (called | {"unless": self.unless and self.unless[0]}).items():
+            if not _is_compiled(function):
                 raise TypeError(f"pass {self.name}: decorate the function in `{option}` with @device")
         sums, before = self.sums is not no_sums, self.before is not nothing
         if before and (self.when or self.unless or self.is_loop):

@@ -7,6 +7,7 @@ may act.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import chain
@@ -56,7 +57,7 @@ def scene_sheets(scene: SceneParts) -> list[Sheet]:
     """
     known: list[tuple[Shape, Sheet]] = []  # supports by number, and the sheet of each
     members = sorted(_members(scene), key=_precedence)
-    origin = scene_origin(located_shapes(scene))
+    origin = _origin_of_rays(scene)
     far = max((sum(map(abs, _seen_from(origin, member.shape))) for member in members), default=0.0)
     supports = Supports([member.shape for member in members], far)
     for member in members:
@@ -88,6 +89,19 @@ def located_shapes(scene: SceneParts) -> list[Shape]:
 def scene_origin(shapes: list[Shape]) -> Vector:
     """Origin [m] of the coordinates in which a scene is simulated: the middle of the smallest shape."""
     return min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
+
+
+def _origin_of_rays(scene: SceneParts) -> Vector:
+    """Return the place [m] from which planes are compared: rays from there cannot tell them closer apart.
+
+    That is the origin of the scene's coordinates; beside planes alone, the farthest point.
+    """
+    shapes = located_shapes(scene)
+    origin = scene_origin(shapes)
+    finite = [shape for shape in shapes if not shape.is_infinite]
+    if not all(isinstance(shape, Point) for shape in finite):
+        return origin
+    return max((shape.middle for shape in finite), key=lambda place: math.dist(place, origin), default=origin)
 
 
 def _are_on_one_sheet(support: Shape, shape: Shape, origin: Vector) -> bool:

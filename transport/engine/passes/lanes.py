@@ -73,7 +73,7 @@ def is_finite(lane):
     return abs(lane.x + lane.y + lane.z + lane.ux + lane.uy + lane.uz + lane.weight) < math.inf
 
 
-# one particle alone has no other lanes: `alone=nothing`
+# ---- Compaction. A particle by itself has no other lanes, and does nothing (`alone=nothing`).
 
 
 @bundle_pass(layout.FIELD_MOVES, alone=nothing)

@@ -22,7 +22,6 @@ from transport.results.diagnostics.proofs import source_title
 from transport.scene.bodies import has_media, media_at
 from transport.statistics.chunked import ChunkedArray, replicates_of
 from transport.statistics.findings import Finding, doubtful, unseen_scores
-from transport.validation import short_repr
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
@@ -41,11 +40,15 @@ MAX_OPTICAL_DEPTH = -math.log(SMALLEST_WEIGHT)
 class StraightPath:
     """Mean free paths along a straight path, and the decay exponent of diffusing light along it.
 
-    absorbed, scattered: mean free paths to absorption and to scattering;  decay: the exponent.
+    start, end: of the path [m];  absorbed, scattered: mean free paths to absorption and to scattering;
+    turned: the share 1 - g of those to scattering;  decay: the exponent.
     """
 
+    start: Vector
+    end: Vector
     absorbed: float
     scattered: float
+    turned: float
     decay: float
 
     @property
@@ -69,14 +72,14 @@ def optical_depth_message(tally: Tally) -> str | None:
     is_hopeless = max(path.absorbed, path.decay) > MAX_OPTICAL_DEPTH
     if not (is_hopeless if plan.splits else path.is_too_deep(plan, tally.particles)):
         return None
-    source, cure = source_title(plan.scene, emitter.source), _depth_cure(plan, emitter, path, tally.shape)
+    source, cure = source_title(plan.scene, emitter.source), _depth_cure(plan, emitter, path)
     return (
         f"no particle has reached {tally.title}: the straight path from {source} to it crosses"
         f" {path.depth:.3g} mean free paths of media; {cure}"
     )
 
 
-def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath, place: Shape) -> str:
+def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath) -> str:
     """Cure for light that is so faint, or that comes from so thin an outer layer."""
     if path.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
         return (
@@ -94,11 +97,11 @@ def _depth_cure(plan: Plan, emitter: Emitter, path: StraightPath, place: Shape) 
     if path.scattered == 0:
         return f"exp(-{path.depth:.3g}) of it is transmitted: use tracking='weighted'"
     # 1 / transmission of a slab: by absorption, and without any (diffusion theory).
-    gain = max(math.exp(path.decay), 1 + 0.75 * path.scattered)
-    start, end = (short_repr(tuple(map(float, shape.middle))) for shape in (emitter.shape, place))
+    gain = max(math.exp(path.decay), 1 + 0.75 * path.turned)
+    start, end = (", ".join(f"{x:.10g}" for x in place) for place in (path.start, path.end))
     return (
-        f"use tracking=Tracking(splitting=Splitting(start={start}, end={end}, gain={gain:.0e})), whose gain"
-        " is 1 / transmission of light that diffuses"
+        f"use tracking=Tracking(splitting=Splitting(start=({start}), end=({end}), gain={gain:.0e})), whose"
+        " gain is 1 / transmission of light that diffuses"
     )
 
 
@@ -121,16 +124,17 @@ def _path_through_media(
     met = [crossings(surface.shape, start, direction).distances.ravel() for surface in scene.surfaces]
     ends = np.concatenate([[0.0], *met, [distance]])
     ends = np.unique(ends[(ends >= 0) & (ends <= distance)])
-    lengths, path = np.diff(ends), np.zeros(3)
+    lengths, path = np.diff(ends), np.zeros(4)
     media = media_at(scene, start + np.outer(ends[:-1] + lengths / 2, direction))
     for length, medium in zip(lengths, media, strict=True):
         absorbed, scattered = (float(np.mean(each)) for each in (medium.absorption, medium.scattering))
-        decay = absorbed
+        turned, decay = 0.0, absorbed
         if scattered > 0:
             turned = scattered * (1 - medium.phase.g)
             decay = math.sqrt(3 * absorbed) * math.sqrt(absorbed + turned)
-        path += length * np.array([absorbed, scattered, decay])
-    return StraightPath(*map(float, path))
+        path += length * np.array([absorbed, scattered, turned, decay])
+    end = start + distance * direction
+    return StraightPath(tuple(start.tolist()), tuple(end.tolist()), *path.tolist())
 
 
 # ---- Diagnostic "roulette survivors": whether survivors may be missing from a number and its error.
