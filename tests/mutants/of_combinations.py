@@ -173,8 +173,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/next_event.py",
-        "near = max(0.0, max(near_x, max(near_y, near_z)))",
-        "near = max(near_x, max(near_y, near_z))",
+        "clip_to_slab(0.0, math.inf, ox, ux, table.hx)",
+        "clip_to_slab(-math.inf, math.inf, ox, ux, table.hx)",
         "what glows behind a point seen before it",
         (
             "detectors/test_point_detectors::test_a_glowing_box_is_seen_from_inside_from_close_by_and_from_afar",

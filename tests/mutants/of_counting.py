@@ -183,8 +183,8 @@ FAULTS = (
     ),
     Fault(
         "engine/passes/volume_cells.py",
-        "score_part(lane, table, number, bin, length, weight, fade, keep)\n            t = face\n",
-        "score_part(lane, table, number, bin, length, weight, fade, keep)\n",
+        "score_part(lane, table, cell[0], bin, length, weight, fade, keep)\n            t = face\n",
+        "score_part(lane, table, cell[0], bin, length, weight, fade, keep)\n",
         "ways through cells counted twice",
         (
             "detectors/test_volume_detectors::test_in_a_uniform_field_the_fluence_rate_is_4_pi_radiance_in_each_cell",
@@ -192,8 +192,8 @@ FAULTS = (
     ),
     Fault(
         "physics/cells.py",
-        "if number != last else math.inf",
-        "if number <= last else math.inf",
+        "if face != last else math.inf",
+        "if face <= last else math.inf",
         "walks that leave their cells by the lower faces",
         ("physics/test_cells::test_a_ray_ends_in_the_last_cell_however_far_its_end_lies_beyond",),
     ),

@@ -54,13 +54,12 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
         "levels": plan.arena.place(levels),
         "level_count": levels.size,
     }
-    # Place the coefficients; where all voxels share one number, its strides are 0.
+    # Place the coefficients; where all voxels share one number, its stride is 0.
     values |= {"absorbs": bool(grid.absorption.any())}
     for name, array in (("absorption", grid.absorption), ("scattering", grid.scattering)):
         stored = np.ascontiguousarray(array) if any(array.strides) else array[:1, :1, :1]
         values |= {name: plan.arena.place(stored), f"{name}_count": stored.size}
-        if stored.size > 1:
-            values |= {f"{name}_{x}": step // 8 for x, step in zip("xyz", stored.strides, strict=True)}
+        values |= {f"{name}_stride": int(stored.size > 1)}
     values["ledger"] = layout.ABSORBED  # the program fills in the rest
     return layout.row(layout.GRID, **values)
 

@@ -225,16 +225,12 @@ PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))
 # tops: offset of the majorants [1/scene lengths], with one extra cell on every side.
 # levels: each voxel's extinction over its majorant in LEVELS steps, rounded down: one byte decides nearly all
 # collisions.
-# absorption, scattering: offsets of the coefficients [m^-1], with a stride per axis (0 where one number
-# serves all); length: [m] per scene length.
+# absorption, scattering: offsets of the coefficients [m^-1], with a stride (0 where one number serves
+# all); length: [m] per scene length.
 GRID = np.dtype(
     _floats("cx cy cz per_x per_y per_z length")
     + _integers("medium ledger absorbs block nx ny nz mx my mz tops top_count levels level_count")
-    + [
-        column
-        for name in ("absorption", "scattering")
-        for column in _integers(f"{name} {name}_count {name}_x {name}_y {name}_z")
-    ]
+    + _integers("absorption absorption_count absorption_stride scattering scattering_count scattering_stride")
 )
 LEVELS = 255.0
 # [scene lengths] distance that collisions keep from the surfaces ahead and behind

@@ -32,41 +32,40 @@ def number_along(place, per_length, count):
 
 
 @device
-def enter_axis(place, u, t, per_length, width, count):
-    """Return what a walk keeps of one axis, and its cell at distance t.
+def enter_axis(place, u, t, per_length, width, count, stride):
+    """Return what a walk keeps of one axis, its cell at distance t, and the face through which it leaves it.
 
     place: the ray's origin from the lower face; u: its direction; width: that of a cell, per_length: the
-    reciprocal.
+    reciprocal; stride: the difference of the numbers of neighbours along this axis. Faces count from 0.
     """
     u, inverse = component_and_reciprocal(u)
     number = number_along(place + t * u, per_length, count)
-    up, last = 1 if u > 0.0 else 0, count - 1 if u > 0.0 else (0 if u < 0.0 else number)
-    return (place, width, inverse, up, last), number
+    face = number + (1.0 if u > 0.0 else 0.0)
+    last = count * 1.0 if u > 0.0 else (0.0 if u < 0.0 else face)
+    step, stride = (1.0, stride) if u > 0.0 else (-1.0, -stride)
+    return (place, width, inverse, last, step, stride), number, face
 
 
 @device
-def next_face(axis, number):
-    """Return the distance at which the ray leaves a cell along an axis; infinity from the last one."""
-    place, width, inverse, up, last = axis
-    return (width * (number + up) - place) * inverse if number != last else math.inf
-
-
-@device
-def beyond_face(axis, number):
-    """Return the number of the next cell along an axis."""
-    return number + 2 * axis[3] - 1
+def distance_of_face(axis, face):
+    """Return the distance at which the ray meets a face across an axis; infinity at the last one."""
+    place, width, inverse, last, _, _ = axis
+    there = width * face
+    return (there - place) * inverse if face != last else math.inf
 
 
 @device
 def enter_cells(place, direction, t, per_length, width, count):
     """Return what a walk keeps of the axes, its cell at distance t, and the distances of the next faces.
 
-    All arguments but t have one number per axis.
+    All arguments but t have one number per axis. Cells are numbered row by row; a walk keeps its cell as this
+    number and the next face across each axis.
     """
-    x, i = enter_axis(place[0], direction[0], t, per_length[0], width[0], count[0])
-    y, j = enter_axis(place[1], direction[1], t, per_length[1], width[1], count[1])
-    z, m = enter_axis(place[2], direction[2], t, per_length[2], width[2], count[2])
-    return (x, y, z), (i, j, m), (next_face(x, i), next_face(y, j), next_face(z, m))
+    x, i, f = enter_axis(place[0], direction[0], t, per_length[0], width[0], count[0], count[1] * count[2])
+    y, j, g = enter_axis(place[1], direction[1], t, per_length[1], width[1], count[1], count[2])
+    z, m, h = enter_axis(place[2], direction[2], t, per_length[2], width[2], count[2], 1)
+    cell = (i * count[1] + j) * count[2] + m, f, g, h
+    return (x, y, z), cell, (distance_of_face(x, f), distance_of_face(y, g), distance_of_face(z, h))
 
 
 @device
@@ -78,14 +77,14 @@ def nearest_face(faces):
 @device
 def next_cell(axes, cell, faces):
     """Return the cell behind the nearest face, and the distances of the next faces."""
-    (x, y, z), (i, j, m), (t_x, t_y, t_z), nearest = axes, cell, faces, nearest_face(faces)
+    (x, y, z), (number, f, g, h), (t_x, t_y, t_z), nearest = axes, cell, faces, nearest_face(faces)
     if nearest == t_x:
-        i = beyond_face(x, i)
-        t_x = next_face(x, i)
+        number, f = number + x[5], f + x[4]
+        t_x = distance_of_face(x, f)
     elif nearest == t_y:
-        j = beyond_face(y, j)
-        t_y = next_face(y, j)
+        number, g = number + y[5], g + y[4]
+        t_y = distance_of_face(y, g)
     else:
-        m = beyond_face(z, m)
-        t_z = next_face(z, m)
-    return (i, j, m), (t_x, t_y, t_z)
+        number, h = number + z[5], h + z[4]
+        t_z = distance_of_face(z, h)
+    return (number, f, g, h), (t_x, t_y, t_z)

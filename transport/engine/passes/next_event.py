@@ -16,7 +16,7 @@ from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import view
 from transport.engine.passes.shadow_rays import direction_to
-from transport.engine.passes.volumes import half_chord, nearest_to_centre, slab_crossings
+from transport.engine.passes.volumes import clip_to_slab, half_chord, nearest_to_centre
 from transport.engine.words import standing_sheet
 from transport.physics.connections import ball_connection, flat_connection
 from transport.physics.device import device
@@ -191,11 +191,10 @@ def connect_through_box(lane, table):
     sampled rather than weighted.
     """
     ox, oy, oz, ux, uy, uz, chance = line_through_point(lane, table)
-    near_x, far_x = slab_crossings(ox, ux, table.hx)
-    near_y, far_y = slab_crossings(oy, uy, table.hy)
-    near_z, far_z = slab_crossings(oz, uz, table.hz)
-    near = max(0.0, max(near_x, max(near_y, near_z)))
-    set_ray_from_chord(lane, table, ux, uy, uz, near, min(far_x, min(far_y, far_z)), chance)
+    near, far = clip_to_slab(0.0, math.inf, ox, ux, table.hx)
+    near, far = clip_to_slab(near, far, oy, uy, table.hy)
+    near, far = clip_to_slab(near, far, oz, uz, table.hz)
+    set_ray_from_chord(lane, table, ux, uy, uz, near, far, chance)
 
 
 @lane_pass(layout.POINT_GLOW)

@@ -58,8 +58,8 @@ def scale_by_grid_scattering(lane, table):
     Only scores that still lack it, which are negative.
     """
     if (lane.score < 0.0) & (lane.medium == table.medium):
-        i, j, m = voxel_at(table, lane.sx, lane.sy, lane.sz)
-        lane.score *= -scattering_at(lane, table, i, j, m) * table.length
+        voxel = voxel_at(table, lane.sx, lane.sy, lane.sz)
+        lane.score *= -scattering_at(lane, table, voxel) * table.length
 
 
 @lane_pass(layout.POINT_PHASE)

@@ -17,22 +17,21 @@ from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import azimuth_cell, find_cell
 from transport.engine.passes.volumes import (
     SCORE_BOUND,
+    clip_to_slab,
     half_chord,
     lengths_of_part,
     mean_transmittance,
     nearest_to_centre,
-    slab_crossings,
 )
 from transport.engine.passes.voxels import absorption_at, enter_grid, scattering_at, voxel_at
 from transport.engine.tally import hash_salt, hashed_uniform_of_one, unbiased_limbs_of_one
 from transport.physics.bits import bits_of
 from transport.physics.cells import (
-    beyond_face,
+    distance_of_face,
     enter_axis,
     enter_cells,
     nearest_face,
     next_cell,
-    next_face,
     number_along,
 )
 from transport.physics.device import ARITHMETIC, device
@@ -118,8 +117,7 @@ def walk_voxels(lane, table, bin, t, end, weight, fade, keep):
         going = face < end
         length = (face if going else end) - t
         if length > 0.0:  # none to a face that rounding has put behind
-            number = (cell[0] * table.cells_y + cell[1]) * table.cells_z + cell[2]
-            weight = score_part(lane, table, number, bin, length, weight, fade, keep)
+            weight = score_part(lane, table, cell[0], bin, length, weight, fade, keep)
             t = face
         if going:
             cell, faces = next_cell(axes, cell, faces)
@@ -198,16 +196,13 @@ def clip_to_cylinder(lane, table):
     radius, half_height = table.hx, table.hz
     px, py, pz = lane.x - cx, lane.y - cy, lane.z - cz
     q, across, sine, cosine, height = seen_along_axis(px, py, pz, lane.ux, lane.uy, lane.uz, ax, ay, az)
-    bottom, top = slab_crossings(height, cosine, half_height)
     half, inverse = half_chord(radius, q), 1.0 / sine if sine > 0.0 else math.inf
     enters, leaves = (-half - across) * inverse, (half - across) * inverse
     leaves = leaves if q <= radius else -math.inf
-    start, near, far = lane.start, lane.start, lane.flight_end
-    near = bottom if bottom > near else near
+    near, far = clip_to_slab(lane.start, lane.flight_end, height, cosine, half_height)
     near = enters if enters > near else near
-    far = top if top < far else far
     far = leaves if leaves < far else far
-    lane.length_before, lane.length_inside = lengths_of_part(start, near, far)
+    lane.length_before, lane.length_inside = lengths_of_part(lane.start, near, far)
 
 
 @separate_device
@@ -223,8 +218,10 @@ def walk_rings(lane, table, bin, t, end, weight, fade, keep):
     q, across, sine, cosine, height = seen_along_axis(px, py, pz, lane.ux, lane.uy, lane.uz, ax, ay, az)
     inverse, now = 1.0 / sine if sine > 0.0 else 0.0, across + t * sine
     ring = shell_at(math.sqrt(q * q + now * now), count, lane.arena + table.radii)
-    axis, layer = enter_axis(height + table.hz, cosine, t, table.per_z, table.width_z, layers)
-    t_z = next_face(axis, layer)
+    axis, layer, end_of_layer = enter_axis(
+        height + table.hz, cosine, t, table.per_z, table.width_z, layers, 1
+    )
+    t_z = distance_of_face(axis, end_of_layer)
     inwards = now < 0.0
     going = True
     while going:
@@ -247,8 +244,8 @@ def walk_rings(lane, table, bin, t, end, weight, fade, keep):
             if face == t_r:
                 ring += -1 if inwards else 1
             else:
-                layer = beyond_face(axis, layer)
-                t_z = next_face(axis, layer)
+                layer, end_of_layer = layer + axis[5], end_of_layer + axis[4]
+                t_z = distance_of_face(axis, end_of_layer)
     return weight
 
 
@@ -304,7 +301,7 @@ def walk_through_grid(lane, table):
         face = nearest_face(faces)
         going = face < end
         last = face if going else end
-        keep = absorption_at(lane, grid, cell[0], cell[1], cell[2]) * grid.length
+        keep = absorption_at(lane, grid, cell[0]) * grid.length
         fade = keep if table.fades != 0 else 0.0
         # Attenuate up to the volume; then score the part of this voxel in the volume.
         before = (entry if entry < last else last) - t
@@ -329,9 +326,9 @@ def set_collision_paths(lane, table):
 def set_collision_paths_in_grid(lane, table):
     """Set mean free path and total absorption coefficient at collisions in a grid, from their voxel."""
     if (lane.collides != 0) & (lane.medium == table.medium):
-        i, j, m = voxel_at(table, lane.x, lane.y, lane.z)
-        keep = absorption_at(lane, table, i, j, m)
-        sigma = scattering_at(lane, table, i, j, m) + keep
+        voxel = voxel_at(table, lane.x, lane.y, lane.z)
+        keep = absorption_at(lane, table, voxel)
+        sigma = scattering_at(lane, table, voxel) + keep
         lane.length_inside = 1.0 / (sigma * table.length) if sigma > 0.0 else 0.0
         lane.total_absorption = keep * table.length
 

@@ -61,14 +61,14 @@ def limit_by_clock_in_media(lane, table):
 
 
 @device
-def slab_crossings(o, u, half):
-    """Return where a ray enters and leaves the slab |x| <= half.
+def clip_to_slab(near, far, o, u, half):
+    """Return the part of a ray, from near to far, that lies in the slab |x| <= half.
 
-    A ray along a face or parallel to it counts as inside.
+    A ray along a face counts as inside: there 0 times infinity is NaN, which no comparison takes.
     """
     side, inverse = math.copysign(half, u), 1.0 / u
-    near, far = (-side - o) * inverse, (side - o) * inverse
-    return near if near == near else -math.inf, far if far == far else math.inf
+    enters, leaves = (-side - o) * inverse, (side - o) * inverse
+    return enters if enters > near else near, leaves if leaves < far else far
 
 
 @device
@@ -97,17 +97,10 @@ def lengths_of_part(start, near, far):
 def clip_to_box(lane, table):
     """Find the flight's path length before a box and inside it, by slabs (Kay and Kajiya 1986)."""
     cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz
-    near_x, far_x = slab_crossings(lane.x - cx, lane.ux, hx)
-    near_y, far_y = slab_crossings(lane.y - cy, lane.uy, hy)
-    near_z, far_z = slab_crossings(lane.z - cz, lane.uz, hz)
-    start, near, far = lane.start, lane.start, lane.flight_end
-    near = near_x if near_x > near else near
-    near = near_y if near_y > near else near
-    near = near_z if near_z > near else near
-    far = far_x if far_x < far else far
-    far = far_y if far_y < far else far
-    far = far_z if far_z < far else far
-    lane.length_before, lane.length_inside = lengths_of_part(start, near, far)
+    near, far = clip_to_slab(lane.start, lane.flight_end, lane.x - cx, lane.ux, hx)
+    near, far = clip_to_slab(near, far, lane.y - cy, lane.uy, hy)
+    near, far = clip_to_slab(near, far, lane.z - cz, lane.uz, hz)
+    lane.length_before, lane.length_inside = lengths_of_part(lane.start, near, far)
 
 
 @lane_pass(layout.VOLUME)

@@ -47,25 +47,25 @@ def voxel_along(place, cell, block, count):
 
 
 @device
-def scattering_at(lane, table, i, j, m):
-    """Return the scattering coefficient [m^-1] of a voxel by its numbers along the axes."""
+def scattering_at(lane, table, voxel):
+    """Return the scattering coefficient [m^-1] of a voxel by its number."""
     values = view(lane.arena + table.scattering, table.scattering_count, np.float64)
-    return values[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
+    return values[voxel * table.scattering_stride]
 
 
 @device
-def absorption_at(lane, table, i, j, m):
-    """Return the absorption coefficient [m^-1] of a voxel by its numbers along the axes."""
+def absorption_at(lane, table, voxel):
+    """Return the absorption coefficient [m^-1] of a voxel by its number."""
     values = view(lane.arena + table.absorption, table.absorption_count, np.float64)
-    return values[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
+    return values[voxel * table.absorption_stride]
 
 
 @device
 def voxel_at(table, x, y, z):
-    """Return the numbers of the voxel that holds a point, clamped to the grid."""
+    """Return the number of the voxel that holds a point, clamped to the grid."""
     i = number_along(x - table.cx, table.per_x, table.nx)
     j = number_along(y - table.cy, table.per_y, table.ny)
-    return i, j, number_along(z - table.cz, table.per_z, table.nz)
+    return (i * table.ny + j) * table.nz + number_along(z - table.cz, table.per_z, table.nz)
 
 
 @device
@@ -90,8 +90,7 @@ def grid_depth(lane, table):
         face = nearest_face(faces)
         going = face < end
         stop = face if going else end
-        i, j, m = cell
-        here = scattering_at(lane, table, i, j, m) + absorption_at(lane, table, i, j, m)
+        here = scattering_at(lane, table, cell[0]) + absorption_at(lane, table, cell[0])
         depth += here * (stop - t) if stop > t else 0.0
         t = stop if stop > t else t
         if going:
@@ -358,9 +357,7 @@ def revoke_cut_collisions(lane, table):
 @device
 def extinction_of(lane, table):
     """Return extinction [1/scene lengths] and albedo of the voxel of a tentative collision."""
-    column, z = lane.voxel // table.nz, lane.voxel % table.nz
-    x, y = column // table.ny, column % table.ny
-    scatters, absorbs = scattering_at(lane, table, x, y, z), absorption_at(lane, table, x, y, z)
+    scatters, absorbs = scattering_at(lane, table, lane.voxel), absorption_at(lane, table, lane.voxel)
     return (scatters + absorbs) * table.length, scatters / (scatters + absorbs)
 
 
