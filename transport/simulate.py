@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from transport.compile.methods import AUTO, Method, coerce_method
+from transport.compile.methods import AUTO, Method, coerce_method, guided
 from transport.results.result import Result
 from transport.run.auto import PILOT_SEED_MASK, choose_method
 from transport.run.executor import Executor, ThreadExecutor
@@ -35,6 +35,7 @@ def simulate(
     estimator: str | None = None,
     sampling: str | None = None,
     tracking: Tracking | str | None = None,
+    guide: int | None = None,
     progress: bool | str | None = None,
     resume: Result | str | PathLike | None = None,
     checkpoint: str | PathLike | None = None,
@@ -81,6 +82,11 @@ def simulate(
     tracking : Tracking or str, optional
         Treatment of absorption in media: "analog", "weighted", or a Tracking with more options. Default
         depends on the scene; the report names it and the options without effect.
+    guide : int, optional
+        Number of histories of short runs before the run, from which it learns where to send its own: births
+        then follow the learnt density, each with its exact weight. It finds small lamps behind mirrors,
+        glass and lenses. 0 for none. Default: with "expected" and "backward", in scenes with specular
+        surfaces, as many as `particles` within 262144 and 1048576, from 8192 particles on; else none.
     progress : bool or str, optional
         Progress bar on the terminal; "lines" prints a line at increasing intervals, for log files. Default: a
         bar if the output is a terminal.
@@ -132,7 +138,9 @@ def simulate(
     >>> result["meter"].flux_in
     <Estimate (0.151 ± 0.003) W, 32 batches>
     """
-    request = RunRequest(scene, particles, error, seconds, batches, part, seed, estimator, sampling, tracking)
+    request = RunRequest(
+        scene, particles, error, seconds, batches, part, seed, estimator, sampling, tracking, guide
+    )
     return _run(request, threads, cluster, progress, resume, checkpoint, every)
 
 
@@ -237,6 +245,7 @@ def _new_settings(request: RunRequest, bar: Progress) -> Settings:
         choice = choose_method(scene, limits.error, sampling, pilot, **wanted)
         estimator, sampling = choice.method.estimator, choice.method.sampling
     method = coerce_method(scene, estimator, "random" if sampling is None else sampling)
+    method = guided(scene, method, limits.particles, request.guide)
     limits = replace(request.limits(method), part=part)
     return Settings(scene, method, limits, seed, request.tracking, choice)
 
@@ -249,7 +258,7 @@ def _pilots(
 
     def pilot(method: Method, particles: int) -> Result:
         bar.trying(method.title)
-        method = coerce_method(scene, method.estimator, method.sampling)
+        method = guided(scene, coerce_method(scene, method.estimator, method.sampling), particles, None)
         limits = RunRequest(scene, particles).limits(method)
         settings = Settings(scene, method, limits, seed ^ PILOT_SEED_MASK, tracking)
         result = _execute(settings, 1, None, quiet, time.perf_counter())

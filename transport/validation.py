@@ -32,7 +32,7 @@ _SYNONYMS = {  # name of a parameter in other programs: name here, and a remark
 
 SIMULATE_PARAMETERS = {  # parameters of `simulate`, not of Scene
     "particles", "error", "seconds", "seed", "batches", "threads", "estimator", "sampling", "tracking",
-    "progress", "cluster", "resume", "checkpoint", "every", "part",
+    "progress", "cluster", "resume", "checkpoint", "every", "part", "guide",
 }  # fmt: skip
 
 MASKED_VALUES_HINT = "write .filled(0), or another number"  # hint for masked values

@@ -231,4 +231,25 @@ FAULTS = (
         "the same R_p, in an experiment of verify",
         (SHARP,),
     ),
+    Fault(
+        "engine/passes/guides.py",
+        "lane.weight *= boxes[i + 8]",
+        "lane.weight *= 0.125",
+        "guided births of equal weights",
+        ("run/test_guided_births::test_every_source_gives_the_same_with_a_guide",),
+    ),
+    Fault(
+        "compile/guides.py",
+        "return LEAST * np.prod(self.widths, axis=1) / self.shares",
+        "return LEAST * np.prod(self.widths[:, 2:], axis=1) / self.shares",
+        "weights of guided births without the boxes' extent in place",
+        ("run/test_guided_births::test_a_guide_is_a_density_with_weights_of_its_inverse",),
+    ),
+    Fault(
+        "engine/passes/guides.py",
+        "lane.block_0, lane.block_1 = bits_of_uniform(lane.u2), bits_of_uniform(lane.u3)",
+        "lane.block_0, lane.block_1 = bits_of_uniform(lane.u0), bits_of_uniform(lane.u1)",
+        "guided directions from the numbers of the place",
+        ("run/test_guided_births::test_where_nothing_is_learnt_all_numbers_are_those_without_a_guide",),
+    ),
 )

@@ -78,7 +78,9 @@ def mirror(material=None, detectors=(EYE,)):
 
 
 def simulate(scene, particles=None, estimator="expected", seed=1, **how):
+    """A run without a guide, which would find the light that these findings are about."""
     options = {"particles": particles, "estimator": estimator, "seed": seed, "threads": 1, "progress": False}
+    options |= {} if estimator in ("auto", "aimed") or "resume" in how else {"guide": 0}
     return tp.simulate(scene, **options | how)
 
 

@@ -398,6 +398,7 @@ EFFECTS = {
     "path lengths": ("paths",),
     "next-event estimation": ("next_event", "once_more_collided", "shadow_rays", "mis"),
     "backward histories": ("backward",),
+    "guided births": ("guides",),
 }  # fmt: skip
 _EFFECT_OF = {member: name for name, members in EFFECTS.items() for member in members}
 

@@ -1,5 +1,7 @@
 """The arena of a plan: one buffer with all arrays that tables refer to, each by its offset from the start."""
 
+from __future__ import annotations
+
 import threading
 import weakref
 from collections import deque
@@ -55,6 +57,13 @@ class Arena:
                     memory[offset : offset + array.nbytes] = array.reshape(-1).view(np.uint8)
                 self._memory = memory
             return self._memory
+
+    def copy(self) -> Arena:
+        """Return an arena with the same arrays at the same places, to which others are added apart."""
+        other = Arena()
+        other.__setstate__(self.memory)
+        other._places = dict(self._places)
+        return other
 
     def __getstate__(self) -> np.ndarray:
         return self.memory

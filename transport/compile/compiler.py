@@ -4,6 +4,7 @@ from functools import lru_cache
 
 from transport.compile.adjoint import adjoint_scene, fill_adjoint
 from transport.compile.detectors import lower_detectors
+from transport.compile.guides import guide_births
 from transport.compile.media import default_tracking, lower_media
 from transport.compile.methods import ANALOG, Method
 from transport.compile.next_event import lower_next_event
@@ -38,6 +39,7 @@ def compile_scene(scene: Scene, tracking: Tracking | None = None, method: Method
             turning = "simulate: estimator 'backward' exchanges detectors and sources"
             raise SceneError(f"{turning}, and the exchanged scene is invalid: {refusal}") from refusal
         fill_adjoint(plan, scene, lamps)
+    guide_births(plan)
     plan.freeze()
     return plan
 

@@ -308,7 +308,7 @@ def sizes_differ(plan: Plan) -> bool:
 
 def weights_vary(plan: Plan) -> bool:
     """Return whether anything but a medium makes scores differ."""
-    is_aimed = any(emitter.target is not None for emitter in plan.emitters)
+    is_aimed = any(emitter.weighs_births for emitter in plan.emitters)
     return is_aimed or plan.sends_shadow_rays or plan.splits or plan.forces_collisions
 
 

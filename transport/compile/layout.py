@@ -332,6 +332,15 @@ PATH_SEGMENT = np.dtype(_floats("x y z ux uy uz start reach weight") + _integers
 # Births. An emitter lies on a sheet (0: none) and emits from the side to which `side` (+1 or -1) times its
 # normal points.
 BIRTH = np.dtype(_floats("weight start") + _integers("sheet"))
+# A learnt density of births: boxes of the four uniform numbers of a birth (compile/guides.py).
+# shares: cumulative probabilities; boxes: GUIDE_BOX_WORDS numbers each; origin: number of the emitter.
+GUIDE = np.dtype(_integers("shares boxes count origin"))
+GUIDE_BOX_WORDS = 9  # low end and width of each number, and the birth weight
+# What a history was born from: its numbers, its birth weight and its emitter.
+BIRTH_RECORD = np.dtype(_floats("u0 u1 u2 u3 worth") + _integers("origin"))
+# Where a history's scores are added up: by row of a detector's side, a factor, and the number of the sum
+# among `count` sums of the history.
+HISTORY_SUMS = np.dtype(_integers("factors numbers rows count"))
 MEDIUM = np.dtype(_floats("index"))  # 0 where unknown
 BIRTH_TIME = np.dtype(_floats("start width"))  # time of birth [durations]
 VELOCITY = np.dtype(_floats("vx vy vz"))  # a drift velocity; or vx alone: a speed

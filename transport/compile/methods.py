@@ -26,6 +26,7 @@ import numpy as np
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Point, Shape
 from transport.geometry.solid import Sphere
+from transport.scene.bins import DirectionCone
 from transport.scene.cameras import PointInstrument
 from transport.scene.detectors import Detector
 from transport.scene.parts import has_emission, named_media, surface_name
@@ -45,6 +46,9 @@ DEFAULT_BATCHES = 32  # default number of batches
 # Default number of batches of "stratified" and "sobol" runs: few and large, because the error falls faster
 # than 1/sqrt(N) with the size of a batch.
 DEFAULT_QMC_BATCHES = 8
+# default number of histories to learn a guide from: as many as the run has, within these limits; none in runs
+# of fewer than LEAST_GUIDED
+MIN_GUIDE, MAX_GUIDE, LEAST_GUIDED = 1 << 18, 1 << 20, 1 << 13
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,7 @@ class Method:
 
     estimator: str = "analog"
     sampling: str = "random"
+    guide: int = 0  # histories from which a density of births is learnt (compile/guides.py); 0: none
 
     @property
     def default_batches(self) -> int:
@@ -62,7 +67,8 @@ class Method:
     @property
     def title(self) -> str:
         """Name in reports."""
-        return self.estimator if self.sampling == "random" else f"{self.estimator}, {self.sampling}"
+        sampling = "" if self.sampling == "random" else f", {self.sampling}"
+        return f"{self.estimator}{sampling}{f', guide of {self.guide:.2g} histories' if self.guide else ''}"
 
 
 ANALOG = Method()
@@ -84,6 +90,52 @@ def coerce_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
         cure = "leave sampling out"
         raise SceneError(f"simulate: sampling {sampling!r} does not go with estimator {estimator!r}; {cure}")
     return Method(estimator, sampling)
+
+
+def guided(scene: Scene, method: Method, particles: float | None, guide: int | None) -> Method:
+    """Return a run's method with the number of histories to learn a guide from.
+
+    guide: as given. None for the default: without specular surfaces none, as lamps are then connected. Raise
+    SceneError where it does not go with the scene or the method.
+    """
+    if guide is None:
+        guide = _default_guide(scene, method, particles)
+    elif guide and (reason := next(_against_guide(scene, method), None)):
+        raise SceneError(f"simulate: guide={guide} does not go with this run: {reason}")
+    return replace(method, guide=guide)
+
+
+def _default_guide(scene: Scene, method: Method, particles: float | None) -> int:
+    """Return the number of histories to learn a guide from, where none is given."""
+    if method.sampling != "random" or not any(surface.material.is_specular for surface in scene.surfaces):
+        return 0
+    if method.estimator == "backward":
+        is_useful = all(map(_is_undivided, scene.detectors))
+    else:
+        is_useful = method.estimator == "expected" and next(_against_guide(scene, method), None) is None
+    if not is_useful or (particles is not None and particles < LEAST_GUIDED):
+        return 0
+    return MAX_GUIDE if particles is None else min(max(int(particles), MIN_GUIDE), MAX_GUIDE)
+
+
+def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
+    """Yield the reasons why a run does not allow a guide, with the cure."""
+    if method.sampling != "random":
+        yield f"it needs sampling 'random', got {method.sampling!r}; leave one of them out"
+    if method.estimator == "aimed":
+        yield "estimator 'aimed' aims all births; write estimator='analog' or 'expected'"
+    if method.estimator != "backward":
+        for number, source in enumerate(scene.sources):
+            if source.aim is not None:
+                yield f"sources[{number}] has aim={short_repr(source.aim)}; leave one of them out"
+
+
+def _is_undivided(detector: object) -> bool:
+    """Return whether all histories that start at a detector start from one cell."""
+    if isinstance(detector, PointDetector):
+        return True
+    is_one = isinstance(detector, Detector) and detector.positions is None
+    return is_one and (detector.directions is None or isinstance(detector.directions, DirectionCone))
 
 
 def default_estimator(scene: Scene) -> str:

@@ -1,5 +1,8 @@
 """The plan of a scene: its tables in scene lengths, and properties that select the passes."""
 
+from __future__ import annotations
+
+import copy
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -42,6 +45,12 @@ class Emitter:
     beside: list[np.ndarray]  # boundaries of bodies on which it lies
     # for a detector that particles start at (estimator "backward"): sampling of its cells
     cells: tuple[Step, ...] = ()
+    is_guided: bool = False  # whether births follow a learnt density (compile/guides.py)
+
+    @property
+    def weighs_births(self) -> bool:
+        """Whether its particles are born with different weights."""
+        return self.target is not None or self.is_guided
 
     @property
     def bound(self) -> float:
@@ -170,6 +179,12 @@ class Plan:
         for name, value in list(vars(self).items()):
             setattr(self, name, _read_only(value))
         vars(self)["is_frozen"] = True
+
+    def apart(self) -> Plan:
+        """Return the same plan with an arena of its own, for a program of one run."""
+        other = copy.copy(self)
+        vars(other)["arena"] = self.arena.copy()
+        return other
 
     def __getstate__(self) -> dict:
         return {name: dict(v) if isinstance(v, MappingProxyType) else v for name, v in vars(self).items()}

@@ -52,6 +52,8 @@ HEADER = (
     "bank_capacity",  # capacity of the bank in copies
     "bank_overflow",  # 1: the bank overflowed; > 1: number of copies made, where too many; else 0
     "scored",  # bound of the sums of volume, point and expected-crossing scores (driver.MAX_SCORED)
+    "births",  # address of what each history was born from (layout.BIRTH_RECORD), to learn a guide ...
+    "brought",  # ... and of the sums of its scores (float64)
     "shadow",  # address of the bundle of shadow rays, where point or expected detectors exist
     "rays_cast",  # number of rays that the last casting pass listed ...
     "rays_taken",  # ... and how many of these are already in the shadow bundle
@@ -101,6 +103,7 @@ CARRIED = (
     ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
     ("reflections", "i8"),  # reflections and scatterings so far, where a detector has `events`
     ("cell", "i8"),  # backward runs: bin of the detector in which the history was born
+    ("born", "i8"),  # number of the history that was born, where its scores are added up; copies keep it
     # MIS state of next-event estimation: largest pdf of the last sampled direction [sr^-1], 0 if no ray could
     # have scored that path ...
     ("mis_pdf", "f8"),
@@ -140,6 +143,7 @@ SCRATCH = (
     ("u2", "f8"),  # 52 bits, the low ones shared with u1
     ("u3", "f8"),  # 52 bits each, for mixtures and thermal walls
     ("u4", "f8"),
+    ("worth", "f8"),  # weight of a guided birth
     ("arrival", "f8"),  # time at the end of the flight [durations]
     ("depth", "f8"),  # uniform of the free path, then, where that is needed, its optical depth
     ("cut", "i8"),  # 1 if a flight is cut at a station, or ended there or at a collision

@@ -63,6 +63,8 @@ class RawSums:
     stride: int
     tracks: np.ndarray  # layout.PATH_SEGMENT rows: flight segments, if tracks were requested
     flight_count: int  # number of segments flown, recorded or not
+    births: np.ndarray  # (histories,) layout.BIRTH_RECORD, where the program has sums per history ...
+    brought: np.ndarray  # ... and these, (histories, sums)
     seed: int
     crossings: int
     collisions: int
@@ -71,7 +73,7 @@ class RawSums:
 class Sums:
     """Memory for the sums of one batch, beside the arena of the plan."""
 
-    def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
+    def __init__(self, plan: Plan, histories: int, batches: int = 1, own: int = 0) -> None:
         self.tally_copies = layout.SCORE_COPIES if plan.rows <= layout.MAX_COPIED_ROWS else 1
         # The energy balance follows the tallies in one block, so that both have one address to find.
         counted, balanced = (
@@ -87,6 +89,8 @@ class Sums:
         has_bank = plan.splits or plan.forces_collisions
         self.bank = np.empty((BANK_CAPACITY if has_bank else 0, FIELDS), np.int64)  # read where written
         self.tracks = np.zeros(plan.max_path_segments, layout.PATH_SEGMENT)
+        self.births = np.zeros(histories if own else 0, layout.BIRTH_RECORD)
+        self.brought = np.zeros((histories if own else 0, own))
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), layout.RECORD)
         self.arena = plan.arena.memory
 
@@ -106,7 +110,7 @@ class Sums:
         }
         words |= {"stride": self.stride, "tracks_capacity": len(self.tracks)}
         words["copy_rows"] = self.tallies.shape[1] if self.tally_copies > 1 else 0
-        for name in ("moments", "sizes", "records", "tracks", "bank"):
+        for name in ("moments", "sizes", "records", "tracks", "bank", "births", "brought"):
             if len(part := getattr(self, name)):
                 words[name] = part.ctypes.data
         header = header_of(bundle)
@@ -347,7 +351,7 @@ def _total_birth_weight(plan: Plan, without_aim: int, dealt: np.ndarray, worths:
     return sum(
         int(number) * int(math.ldexp(worth, 63))
         for emitter, number, worth in zip(plan.emitters, numbers, worths, strict=True)
-        if emitter.target is None
+        if not emitter.weighs_births
     )
 
 
@@ -376,7 +380,7 @@ def run_batch(
     """
     plan = compiled.program.plan
     bundle = empty_bundle() if bundle is None else bundle
-    sums = Sums(plan, histories, batches)
+    sums = Sums(plan, histories, batches, compiled.program.sums_per_history)
     # Prepare the bundle of shadow rays; without point or expected detectors the bundle itself stands for it.
     key = {"seed_low": seed & 0xFFFFFFFF, "seed_high": (seed >> 32) & 0xFFFFFFFF, "batch": batch}
     shadows = bundle
@@ -430,6 +434,8 @@ def run_batch(
         sums.stride,
         sums.tracks[:flights],
         flights,
+        sums.births,
+        sums.brought,
         seed,
         crossings,
         collisions,

@@ -7,6 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.guides import Guide
 from transport.compile.media import box_rows, importance_row, roulette_row
 from transport.compile.plan import Plan
 from transport.engine.bundle import CARRIED
@@ -14,11 +15,13 @@ from transport.engine.passes import (
     bank,
     bvh,
     detectors,
+    guides,
     intersections,
     landing,
     lanes,
     optics,
     regions,
+    score_sizes,
     surfaces,
     variance_reduction,
     velocities,
@@ -26,7 +29,7 @@ from transport.engine.passes import (
 from transport.engine.registry import Pass, step, step_by_name
 from transport.engine.stages.births import birth_steps
 from transport.engine.stages.flights import find_media, flight_steps, intersect_surfaces
-from transport.engine.stages.next_event import ray_steps, rays_from_walls
+from transport.engine.stages.next_event import load_rays, ray_steps, rays_from_walls
 from transport.engine.stages.quasi_random import quasi_random_steps
 from transport.engine.stages.surfaces import (
     cross_media,
@@ -62,6 +65,7 @@ class Program:
     bank_steps: list[tuple[Pass, int]] = field(default_factory=list)
     moved_fields: np.ndarray = field(default_factory=lambda: np.zeros((), layout.FIELD_MOVES))
     queue: np.ndarray = field(default_factory=lambda: np.zeros((), layout.QUEUE))
+    sums_per_history: int = 0  # sums of its own that each history has
     compiled: object = None  # the compiled program (driver.compile_program), once made
 
     def __getstate__(self) -> dict:
@@ -98,14 +102,24 @@ class Program:
         return layout.row(layout.FIELD_MOVES, fields=place, count=len(numbers))
 
 
-def build_program(plan: Plan) -> Program:
-    """Return the program of a scene's plan."""
+def build_program(plan: Plan, densities: list[Guide] = (), sums: np.ndarray | None = None) -> Program:
+    """Return the program of a scene's plan.
+
+    densities: of each emitter's births, where they are guided. sums: table of the sums that each history has
+    of its own (layout.HISTORY_SUMS), where guides are learnt.
+    """
     # Complete the bounding volume hierarchies of meshes.
     for table in plan.meshes.values():
         bvh.build_mesh(table)
         table.place(plan.arena)
     program = Program(plan)
-    program.births = [list(birth_steps(plan, emitter)) for emitter in plan.emitters]
+    rows = [guide.row(plan.arena, number) for number, guide in enumerate(densities)] or [None] * len(
+        plan.emitters
+    )
+    program.births = [
+        list(birth_steps(plan, emitter, row, sums is not None))
+        for emitter, row in zip(plan.emitters, rows, strict=True)
+    ]
     # Steps of flight: preparation, rounds through media, then move, land and act at a surface.
     moved = program.moved_fields
     ready, rounds = list(find_media(plan)), list(flight_steps(plan, moved))
@@ -126,6 +140,11 @@ def build_program(plan: Plan) -> Program:
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
         change_steps(program, partial(quasi_random_steps, sampling=plan.method.sampling))
+    if sums is not None:
+        program.sums_per_history = int(sums["count"])
+        change_steps(program, partial(_add_to_history, sums=sums))
+    if program.shadow_steps:
+        program.shadow_steps.insert(0, load_rays(plan, program.shadow_steps))
     program.moved_fields[...] = program.moves_without(())
     program.queue["arriving"] = program.moves_without(MEDIUM)
     program.queue["flying"] = program.moves_without(NEXT_HIT)
@@ -139,6 +158,16 @@ def change_steps(program: Program, change: Callable[[list], list]) -> None:
     program.births = [change(steps) for steps in program.births]
     for part in ("steps", "shadow_steps", "bank_steps"):
         setattr(program, part, change(getattr(program, part)))
+
+
+def _add_to_history(steps, sums):
+    """Return the steps with each score added to the sums of its history, too."""
+    scores = detectors.score, detectors.score_all, score_sizes.score_and_size, score_sizes.score_all_and_size
+    return [
+        each
+        for lane_pass, table in steps
+        for each in [(lane_pass, table)] + [step(guides.add_to_history, sums)] * (lane_pass in scores)
+    ]
 
 
 def _flight(plan, moved):

@@ -1,8 +1,10 @@
 """Packed words of a lane: `covered` and `sheet` (bits: compile/layout.py), and begun random blocks."""
 
+from functools import cache
+
 from transport.compile import layout
 from transport.physics.device import device
-from transport.physics.streams import begin_block, begin_event_block, end_block
+from transport.physics.streams import begin_block, begin_event_block, end_block, unpacked
 
 
 @device
@@ -27,6 +29,7 @@ def passed_sheet(places):
 # body takes the words.
 
 
+@cache
 def birth_block(purpose):
     """Return a body that begins the random block of a birth for one purpose."""
 
@@ -55,3 +58,9 @@ def event_block(purpose):
 def words_of_block(lane):
     """Return the four random words of the block that was begun."""
     return end_block(lane.block_0, lane.block_1, lane.seed_low, lane.seed_high)
+
+
+@device
+def words_in_block(lane):
+    """Return the four words of a block that holds them whole, as that of a guided birth does."""
+    return unpacked(lane.block_0, lane.block_1)

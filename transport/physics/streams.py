@@ -15,6 +15,7 @@ from transport.physics.device import device
 EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED = range(8)
 WALL, PATH, VOXELS, SHADOW, WEIGH, AGAIN = range(8, 14)
 EXPECT = 14  # points on detectors; the upper bits of the event hold the detector's number
+GUIDE = 15  # boxes of a learnt density of births (compile/guides.py)
 
 LOW32 = uint64(0xFFFFFFFF)
 HALF = uint64(32)

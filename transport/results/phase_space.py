@@ -204,7 +204,7 @@ def _are_all_alive_always(plan) -> bool:
     moments = [emitter.moment for emitter in plan.emitters]
     born_at_once = all(name == "set_birth_time" and row["start"] == 0 for name, row in moments)
     stays = not plan.has_acting_surfaces and not plan.absorbing_media
-    return born_at_once and stays and all(emitter.target is None for emitter in plan.emitters)
+    return born_at_once and stays and not any(emitter.weighs_births for emitter in plan.emitters)
 
 
 class SnapshotReading(Tally):

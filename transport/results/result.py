@@ -351,7 +351,7 @@ class Ledger(Mapping[str, Estimate]):
             column = len(plan.surface_numbers) + row
             self.absorbed_by[name] = entry([b.absorbed[column] for b in batches])
         # Collect the entries; one is exact if nothing in the scene can change it.
-        aimed = any(emitter.target is not None for emitter in plan.emitters)
+        aimed = any(emitter.weighs_births for emitter in plan.emitters)
         is_sure = not (plan.has_acting_surfaces or aimed or plan.has_media)
         # Histories may be killed or split by chance; forced copies only share a weight.
         has_kills = plan.has_roulette or plan.has_roulette_in_flight or plan.splits

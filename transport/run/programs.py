@@ -7,6 +7,7 @@ from functools import lru_cache
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import Method, aimed_scene
 from transport.compile.plan import Plan
+from transport.run.guiding import guided_program
 from transport.run.progress import Progress
 from transport.run.settings import Settings
 from transport.scene.scene import Scene
@@ -20,18 +21,20 @@ def plan_for(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
 
 
 @lru_cache(maxsize=32)
-def program_for(scene: Scene, tracking: Tracking | None, method: Method):
-    """Return the program of a plan: its passes, each with its table."""
+def program_for(scene: Scene, tracking: Tracking | None, method: Method, seed: int = 0):
+    """Return the program of a plan: its passes, each with its table. seed: of a run that learns a guide."""
     from transport.engine.program import build_program
 
-    return build_program(plan_for(scene, tracking, method))
+    plan = plan_for(scene, tracking, method)
+    return guided_program(plan, seed) if method.guide else build_program(plan)
 
 
 def compiled_program_for(settings: Settings, bar: Progress):
     """Return the compiled program of a run, compiled or loaded; cached for scenes that are run again."""
     from transport.engine.driver import compile_program
 
-    program = program_for(settings.scene, settings.tracking, settings.method)
+    seed = settings.seed if settings.method.guide else 0  # the program of other runs does not depend on it
+    program = program_for(settings.scene, settings.tracking, settings.method, seed)
     if program.compiled is None:
         program.compiled = compile_program(program, bar.compiling)
     return program.compiled

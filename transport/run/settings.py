@@ -22,6 +22,7 @@ MIN_BATCHES_FOR_ERROR = 16  # batches
 USUAL_BATCHES_FOR_ERROR = 128
 MAX_BATCHES = 4096
 MAX_PARTICLES_UNSCORED = 10**7  # particles without a score, after which a run for an error ends
+MAX_GUIDE_ASKED = 10**8  # histories from which a guide is learnt: their scores are kept in memory
 MAX_PARTICLES = 10**10  # particles at which a run for an `error` alone ends, with a warning
 
 
@@ -59,6 +60,7 @@ class RunRequest:
     estimator: str | None = None
     sampling: str | None = None
     tracking: Tracking | str | None = None
+    guide: int | None = None
     reads_all: bool = False
 
     def __post_init__(self) -> None:
@@ -66,7 +68,8 @@ class RunRequest:
             got = short_repr(self.scene)
             raise SceneError(f"simulate: scene must be a Scene, got {got}; write Scene(sources=[...], ...)")
         seed = None if self.seed is None else checked_integer("seed", self.seed, 0, 2**64 - 1)
-        set_fields(self, seed=seed, tracking=coerce_tracking(self.scene, self.tracking))
+        guide = None if self.guide is None else checked_integer("guide", self.guide, 0, MAX_GUIDE_ASKED)
+        set_fields(self, seed=seed, tracking=coerce_tracking(self.scene, self.tracking), guide=guide)
 
     def limits(self, method: Method = ANALOG) -> Limits:
         """Return the limits of a new run of this method; raise SceneError where one is invalid."""

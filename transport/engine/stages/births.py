@@ -3,27 +3,36 @@
 from transport.compile import layout
 from transport.compile.media import importance_row
 from transport.compile.shapes import pass_name
-from transport.engine.passes import aims, detectors, emission, regions, variance_reduction
+from transport.engine.passes import aims, detectors, emission, guides, regions, variance_reduction
 from transport.engine.registry import step, step_by_name
 from transport.engine.stages.next_event import rays_from_births
+from transport.engine.stages.quasi_random import GUIDED, quasi_random_steps
 from transport.engine.stages.surfaces import land_on_surface, mark_visits, score_detectors
 
 DETECTOR_BITS = (1 << layout.DETECTORS_PER_SHEET) - 1
 
 
-def birth_steps(plan, emitter):
-    """Yield all steps of a particle born at one emitter."""
+def birth_steps(plan, emitter, guide=None, records=False):
+    """Yield all steps of a particle born at one emitter.
+
+    guide: table of its learnt density; records: whether to record what it is born from.
+    """
     # Place, direction, time, speed; aim at a target.
     yield step(emission.start_history, emitter.birth)
-    for each in (*emitter.cells, emitter.place):
-        yield step_by_name(each)
-    yield step_by_name(emitter.law)
+    sampled = [step_by_name(each) for each in (*emitter.cells, emitter.place, emitter.law)]
+    if guide is not None:
+        yield step(guides.draw_guided_birth, guide)
+        if records:
+            yield step(guides.record_birth, guide)
+        sampled = quasi_random_steps(sampled, GUIDED)
+    yield from sampled
     yield from _time_and_speed(plan, emitter)
     if emitter.target is not None:
         if emitter.facing is not None:
             yield step(emission.set_emission_normal, emitter.facing)
         for each in emitter.target:
             yield step_by_name(each)
+    if emitter.target is not None or guide is not None:
         yield step(aims.account_births)
         yield step(aims.note_heaviest_birth)
     # State that other passes need.

@@ -78,12 +78,12 @@ RAY_FIELDS = {
     "x": "sx", "y": "sy", "z": "sz", "ux": "vx", "uy": "vy", "uz": "vz", "start": "ray_start",
     "point_distance": "point_distance", "weight": "score", "sheet": "shadow_sheet", "tally": "tally",
     "leg": "leg", "history": "history", "inside": "inside", "own_facet": "own_facet", "visited": "visited",
-    "reflections": "reflections", "cell": "cell",
+    "reflections": "reflections", "cell": "cell", "born": "born",
 }  # fmt: skip
 
 
 def ray_steps(plan, nearest, crossing):
-    """Return the steps of rays: the first gets the handle of the casting bundle, the others their own.
+    """Return the steps of rays under way.
 
     nearest: steps that set each lane's medium and find the next surface. crossing: steps of a ray through a
     surface.
@@ -96,12 +96,16 @@ def ray_steps(plan, nearest, crossing):
         traced += [step(shadow_rays.score_at_points), step(shadow_rays.end_rays_at_points)]
     if any(point.collisions for point in plan.points):
         traced += _second_leg(plan)
-    traced += crossing
+    return [*traced, *crossing]
+
+
+def load_rays(plan, traced):
+    """Return the step, called with the casting bundle, that loads the fields that these steps of rays use."""
     used = {name for lane_pass, _ in traced for name in lane_pass.fields}
     words = {name: offset // 8 for name, (_, offset) in Bundle.fields.items()}
     moves = [(words[source], words[target]) for target, source in RAY_FIELDS.items() if target in used]
     fields = plan.arena.table(np.array(moves, layout.WORD))
-    return [step(shadow_rays.load_shadow_rays, fields), *traced]
+    return step(shadow_rays.load_shadow_rays, fields)
 
 
 def _attenuate(plan):

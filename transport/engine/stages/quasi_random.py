@@ -1,4 +1,4 @@
-"""Quasi-random twins of passes: the same code with Sobol or stratified words in place of random words.
+"""Twins of passes: the same code with Sobol, stratified or guided words in place of random words.
 
 A pass is made of functions with globals. Its twin has the same code and other globals, in which what draws a
 block (`random_words`, `begin_block` and others of physics/streams.py) draws the words of physics/sobol.py,
@@ -13,10 +13,14 @@ from functools import cache
 from types import CellType, FunctionType
 
 from transport.engine.bodies import called_by
+from transport.engine.passes import guides
 from transport.engine.registry import PASSES, Pass, Step
+from transport.engine.words import birth_block, words_in_block, words_of_block
 from transport.physics.device import device
 from transport.physics.sobol import net_event_words, sobol_words, stratified_words
 from transport.physics.streams import (
+    DIRECTION,
+    POSITION,
     begin_block,
     begin_event_block,
     end_block,
@@ -56,6 +60,18 @@ WORDS = {
 }
 
 
+GUIDED = "guide"
+
+
+@cache
+def _guided_words():
+    """Return the twins of what draws the numbers of a birth: they take those of its guide."""
+    blocks = {POSITION: guides.place_block, DIRECTION: guides.direction_block}
+    return {birth_block(purpose): block for purpose, block in blocks.items()} | {
+        words_of_block: words_in_block
+    }
+
+
 def quasi_random_steps(steps: list[Step], sampling: str) -> list[Step]:
     """Return the same steps with draws by this sampling."""
     return [(quasi_random_twin(lane_pass, sampling), table) for lane_pass, table in steps]
@@ -84,8 +100,9 @@ copyreg.pickle(Pass, lambda lane_pass: (pass_by_name, (lane_pass.name,)))
 @cache
 def _twin_of_device(function, sampling: str):
     """Return the function that a twin calls instead of this one; None if it needs no replacement."""
-    if function in WORDS[sampling]:
-        return WORDS[sampling][function]
+    words = _guided_words() if sampling == GUIDED else WORDS[sampling]
+    if function in words:
+        return words[function]
     python = getattr(function, "py_func", function)
     if not isinstance(python, FunctionType) or not python.__module__.startswith("transport."):
         return None

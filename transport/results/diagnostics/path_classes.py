@@ -171,7 +171,7 @@ def _near_collision_finding(
 def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[PathClass]:
     """The classes of a detector; `largest` in units of the largest birth weight."""
     plan, scores = tally.plan, tally.number_of(tally.main[side])
-    is_aimed = all(emitter.target is not None for emitter in plan.emitters)
+    is_aimed = all(emitter.weighs_births for emitter in plan.emitters)
     heaviest = max(batch.heaviest for batch in tally.batches) if is_aimed else 1.0
     # Without next-event estimation, all light arrives by chance.
     expectation = tally.expectation
@@ -187,7 +187,7 @@ def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[Pat
         else:
             heaviest *= max_transmitted_weight(plan, tally.shape)
         number = count_large_scores(tally, side, heaviest, scores)
-        what = "the heaviest births of an aimed source" if is_aimed else "light"
+        what = "the heaviest births" if is_aimed else "light"
         if number < min(scores, MIN_SCORES_FOR_ERROR) and plan.attenuates and not is_aimed:
             what = "light that media hardly attenuate"
         yield PathClass(what, number, heaviest, MORE_PARTICLES, name=ALL_LIGHT)

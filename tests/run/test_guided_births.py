@@ -1,0 +1,251 @@
+"""Births by a learnt density: unbiased whatever was learnt, and precise where light comes by mirrors, glass or a small opening."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.specular_scenes import (
+    BALL,
+    IMAGE_PLACE,
+    LAMP_PLACE,
+    ball_scene,
+    by_point,
+    direct,
+    lamp,
+    mirrored,
+    panel_scene,
+    point_lamp,
+)
+from transport.compile.guides import LEAST, MAX_BOXES, UNIFORM, learn_guide
+from transport.compile.methods import MIN_GUIDE
+
+RADIUS = 1e-3
+MIRROR = panel_scene(RADIUS, lamp(), tp.Mirror(1.0), is_behind=False)
+HALF = panel_scene(RADIUS, lamp(), tp.Mirror(0.5, 0.5), is_behind=False)
+
+
+def run(scene: tp.Scene, particles: float = 2e5, **options) -> tp.Result:
+    return tp.simulate(scene, particles=particles, progress=False, **{"seed": 1} | options)
+
+
+# ---- what is learnt ----
+
+
+def two_spots(count: int = 4000) -> tuple[np.ndarray, np.ndarray]:
+    """Histories that scored: a bright spot, and a fainter one on both sides of the end of a turn."""
+    rng = np.random.default_rng(7)
+    numbers = rng.random((count, 4))
+    bright = rng.random(count) < 0.8
+    numbers[:, 0] = np.where(bright, 0.25 * numbers[:, 0], numbers[:, 0])
+    numbers[:, 2] = np.where(bright, 0.31, 0.72) + 0.01 * rng.random(count)
+    numbers[:, 3] = np.where(bright, 0.4 + 0.02 * rng.random(count), (0.99 + 0.02 * rng.random(count)) % 1.0)
+    return numbers, np.where(bright, 4.0, 1.0)
+
+
+def density_at(guide, numbers: np.ndarray) -> np.ndarray:
+    """The density of births at points of the unit cube."""
+    inside = (numbers[:, None] >= guide.lows) & (numbers[:, None] < guide.lows + guide.widths)
+    found = np.argmax(inside.all(axis=2), axis=1)
+    return (guide.shares / np.prod(guide.widths, axis=1))[found]
+
+
+def test_a_guide_is_a_density_with_weights_of_its_inverse():
+    guide = learn_guide(*two_spots())
+    volumes = np.prod(guide.widths, axis=1)
+    assert volumes.sum() == pytest.approx(1.0, rel=1e-12)
+    assert guide.shares.sum() == pytest.approx(1.0, rel=1e-12)
+    assert (
+        guide.weights * guide.shares / volumes == pytest.approx(LEAST, rel=1e-12)
+    ) and guide.weights.max() <= 1.0
+    assert 10 < len(guide.shares) <= MAX_BOXES
+
+
+def test_a_guide_sends_most_births_where_histories_scored():
+    numbers, squares = two_spots()
+    guide, others = learn_guide(numbers, squares), two_spots(3000)[0]
+    assert np.median(density_at(guide, others)) > 500.0  # the spots fill 3e-4 of the cube
+    spread = np.random.default_rng(8).random((2000, 4))
+    assert np.median(density_at(guide, spread)) >= LEAST
+
+
+def test_a_guide_does_not_follow_a_single_heavy_score():
+    numbers, squares = two_spots()
+    heavy = squares.copy()
+    heavy[17] = 1e9
+    there, elsewhere = (
+        density_at(learn_guide(numbers, heavy), numbers),
+        density_at(learn_guide(numbers, squares), numbers),
+    )
+    assert np.median(there / elsewhere) > 0.5
+
+
+def test_from_few_scores_nothing_is_learnt():
+    numbers, squares = two_spots(5)
+    assert learn_guide(numbers, squares) is UNIFORM
+
+
+# ---- the estimates ----
+
+
+def test_where_nothing_is_learnt_all_numbers_are_those_without_a_guide():
+    """One history teaches nothing; its guide passes all numbers on, and the weights are scaled by a power of two."""
+    plain, same = (run(MIRROR, 3e5, estimator="backward", guide=guide)["m"].irradiance for guide in (0, 1))
+    np.testing.assert_array_equal(plain.values, same.values)
+
+
+@pytest.mark.parametrize(
+    ("scene", "value"),
+    [(MIRROR, direct(RADIUS) + mirrored(RADIUS)), (HALF, direct(RADIUS) + 0.5 * mirrored(RADIUS))],
+)
+def test_light_by_a_mirror_is_found_by_a_point_like_detector(scene, value):
+    found = run(scene, estimator="backward", guide=1 << 20)["m"].irradiance
+    assert abs(found.z(value)) < 4
+    assert found.error < 0.005 * found.value  # without a guide 20 %
+
+
+def test_a_caustic_of_a_glass_ball():
+    value, error, *_ = BALL[1e-3]
+    found = run(ball_scene(1e-3, is_behind=False), estimator="backward")["m"].irradiance
+    assert abs(found.value - value) < 4 * np.hypot(found.error, error)
+    assert found.error < 0.003 * found.value  # without a guide 0.9 %
+
+
+SOURCES = {
+    "point": tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0)),
+    "disk": tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=1.0)),
+    "rectangle": tp.Source(
+        tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), up=(1, 0, 0), width=0.3, height=0.2),
+        tp.Lambertian(power=1.0),
+    ),
+    "triangle": tp.Source(
+        tp.Triangle(vertices=[(0, 0, 1), (0.3, 0, 1), (0, 0.3, 1)]), tp.Lambertian(power=1.0), side="back"
+    ),
+    "sphere": tp.Source(tp.Sphere(center=(0, 0, 1), radius=0.1), tp.Lambertian(power=1.0)),
+    "ball": tp.Source(tp.Sphere(center=(0, 0, 1), radius=0.1), tp.Isotropic(power=1.0)),
+    "box": tp.Source(tp.Box(center=(0, 0, 1), size=0.2), tp.Isotropic(power=1.0)),
+    "beam": tp.Source(
+        tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.2), tp.Beam((0, 0, -1), power=1.0)
+    ),
+}
+
+
+@pytest.mark.parametrize("estimator", ["analog", "expected"])
+@pytest.mark.parametrize("name", SOURCES)
+def test_every_source_gives_the_same_with_a_guide(name, estimator):
+    """A small detector in a grey room, and a mirror: with a guide and without one the estimates agree."""
+    room = tp.Surface(tp.Box(size=3.0), tp.Diffuse(0.5), "room")
+    mirror = tp.Surface(tp.Disk(center=(0.9, 0, 0), normal=(-1, 0, 0), radius=0.5), tp.Mirror(0.9), "mirror")
+    meter = tp.Detector(tp.Disk(center=(0, 0.05, 0), radius=0.1), "m")
+    scene = tp.Scene([SOURCES[name]], [room, mirror], [meter])
+    plain, led = (run(scene, 2e5, estimator=estimator, guide=guide) for guide in (0, 1 << 17))
+    other = led["m"].irradiance - run(scene, 2e5, estimator=estimator, guide=0, seed=2)["m"].irradiance
+    assert abs(other.value) < 4 * np.hypot(led["m"].irradiance.error, plain["m"].irradiance.error)
+    assert led["m"].irradiance.error < 1.2 * plain["m"].irradiance.error
+    assert sum(entry.value for key, entry in led.ledger.items() if key != "emitted") == pytest.approx(
+        1.0, rel=1e-12
+    )
+    assert abs(led.ledger["unsampled"].z(0.0)) < 4 or led.ledger["unsampled"].value == 0
+
+
+def test_a_small_opening_is_found_forward():
+    """A lamp in a black box with a hole of 7e-5 of all directions lights a detector behind it."""
+    wall = tp.Surface(
+        tp.Rectangle(
+            center=(0, 0, 1), normal=(0, 0, 1), up=(0, 1, 0), width=4, height=4,
+            hole=tp.Rectangle(center=(0, 0, 1), normal=(0, 0, 1), up=(0, 1, 0), width=0.03, height=0.03),
+        ),
+        tp.Black(),
+    )  # fmt: skip
+    source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    scene = tp.Scene(
+        [source],
+        [wall],
+        [
+            tp.Detector(
+                tp.Rectangle(center=(0, 0, 1.5), normal=(0, 0, -1), up=(0, 1, 0), width=2, height=2), "m"
+            )
+        ],
+    )
+    found = run(scene, 1e5, guide=1 << 20)["m"].flux_in
+    exact = tp.solid_angle(wall.shape.hole, (0, 0, 0)).value / (4 * np.pi)
+    assert found.value == pytest.approx(exact, rel=1e-3 + 4 * found.error / found.value)
+    assert found.error < 0.02 * found.value
+
+
+# ---- runs ----
+
+
+def test_threads_parts_and_seeds():
+    """The guide follows from the seed alone: the same result on one thread and two, and from two parts merged."""
+    options = {"estimator": "backward", "guide": 1 << 16, "particles": 1e5}
+    whole = run(MIRROR, threads=1, **options)
+    two = run(MIRROR, threads=2, **options)
+    merged = tp.merge(*(run(MIRROR, part=(k, 2), **options) for k in (1, 2)))
+    for other in (two, merged):
+        np.testing.assert_array_equal(whole["m"].irradiance.values, other["m"].irradiance.values)
+    assert run(MIRROR, seed=2, **options)["m"].irradiance.value != whole["m"].irradiance.value
+
+
+def test_a_guided_run_is_saved_and_continued(tmp_path):
+    path = tmp_path / "run.npz"
+    options = {"estimator": "backward", "guide": 1 << 16}
+    first = run(HALF, 1e5, checkpoint=path, **options)
+    assert tp.load(path).plan.method.guide == 1 << 16
+    more, other = (tp.simulate(HALF, particles=2e5, resume=saved, progress=False) for saved in (path, first))
+    np.testing.assert_array_equal(more["m"].irradiance.values, other["m"].irradiance.values)
+    assert more.plan.method == first.plan.method
+
+
+def test_by_default_runs_with_specular_surfaces_have_a_guide():
+    diffuse = panel_scene(RADIUS, lamp(), tp.Diffuse(0.5), is_behind=False)
+    for scene, particles, options, expected in [
+        (MIRROR, 2e4, {"estimator": "backward"}, MIN_GUIDE),
+        (MIRROR, 5e5, {"estimator": "backward"}, 500_000),
+        (MIRROR, 2e4, {"estimator": "expected"}, MIN_GUIDE),
+        (MIRROR, 1e3, {"estimator": "backward"}, 0),
+        (MIRROR, 2e4, {"estimator": "analog"}, 0),
+        (MIRROR, 2e4, {"estimator": "expected", "sampling": "sobol"}, 0),
+        (diffuse, 2e4, {"estimator": "backward"}, 0),
+    ]:
+        assert run(scene, particles, **options).plan.method.guide == expected
+
+
+def test_a_point_lamp_behind_a_mirror_lights_a_detector_of_a_millimetre():
+    """Of a hundred million births one would meet the detector by way of the mirror."""
+    scene = panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False)
+    value = by_point(RADIUS, LAMP_PLACE) + by_point(RADIUS, IMAGE_PLACE)
+    for estimator in ("analog", "expected"):
+        found = run(scene, 1e6, estimator=estimator, guide=1 << 20)["m"].irradiance
+        assert abs(found.z(value)) < 4
+        assert found.error < 0.01 * value
+
+
+def test_the_report_says_what_a_guide_was_learnt_from():
+    assert "guide of 2.6e+05 histories" in str(run(MIRROR, 2e4, estimator="backward").report())
+
+
+@pytest.mark.parametrize(
+    ("options", "cure"),
+    [
+        ({"sampling": "sobol"}, "leave one of them out"),
+        ({"estimator": "aimed"}, "write estimator='analog'"),
+        ({"guide": -1}, "guide must be a whole number"),
+        ({"guide": 0.5}, "guide must be a whole number"),
+    ],
+)
+def test_what_does_not_go_with_a_guide(options, cure):
+    scene = tp.Scene([lamp()], [], [tp.Detector(tp.Disk(radius=0.1), "m")])
+    with pytest.raises(tp.SceneError, match=cure):
+        run(scene, 1e3, **{"guide": 1000} | options)
+
+
+def test_a_guide_replaces_an_aim():
+    aimed = tp.Source(
+        tp.Disk(center=tuple(LAMP_PLACE), normal=(0, 0, -1), radius=0.1),
+        tp.Lambertian(power=1.0),
+        aim=tp.Disk(radius=0.1),
+    )
+    with pytest.raises(tp.SceneError, match=r"sources\[0\] has aim"):
+        run(tp.Scene([aimed], [], [tp.Detector(tp.Disk(radius=0.1), "m")]), 1e3, guide=1000)
