@@ -85,7 +85,7 @@ def simulate(
     guide : int, optional
         Number of histories of short runs before the run, from which it learns where to send its own: births
         then follow the learnt density, each with its exact weight. It finds small lamps behind mirrors,
-        glass and lenses. 0 for none. Default: with "expected" and "backward", in scenes with specular
+        glass and lenses. 0 for none. Default: with "backward", in scenes with specular
         surfaces, as many as `particles` within 262144 and 1048576, from 8192 particles on; else none.
     progress : bool or str, optional
         Progress bar on the terminal; "lines" prints a line at increasing intervals, for log files. Default: a

@@ -26,7 +26,7 @@ from transport.compile.methods import Method, methods_for
 from transport.statistics.batches import normal_score
 from transport.verification.experiment import cases_of
 
-SIMS = ("cost_disks", "cost_speck", "cost_enclosure", "cost_fog", "cost_glint", "cost_caustic")
+SIMS = ("cost_disks", "cost_speck", "cost_enclosure", "cost_fog", "cost_glint", "cost_caustic", "cost_mirror")
 SEEDS, SPREAD, LEAST, MOST = 2000, 0.05, 64, 1 << 15
 FIRST = 1 << 16  # histories of the run that chooses how many a batch has
 

@@ -13,7 +13,15 @@ from scipy.integrate import quad
 
 import transport as tp
 from tests.agreement import agrees, assert_agrees, smallest_bias
-from transport.sims import cost_caustic, cost_disks, cost_enclosure, cost_fog, cost_glint, cost_speck
+from transport.sims import (
+    cost_caustic,
+    cost_disks,
+    cost_enclosure,
+    cost_fog,
+    cost_glint,
+    cost_mirror,
+    cost_speck,
+)
 from transport.theory import emitters, fresnel
 from transport.verification.experiment import run_experiment
 
@@ -140,6 +148,9 @@ CASES = {
     "fog": (cost_fog, {"albedo": 0.9, "meter": 0.4}, 1_000_000),
     "glint, wall": (cost_glint, {"seen": "wall"}, 300_000),
     "glint, lamp": (cost_glint, {"seen": "lamp"}, 300_000),
+    "mirror": (cost_mirror, {"by": "mirror"}, 300_000),
+    "periscope": (cost_mirror, {"by": "periscope"}, 300_000),
+    "dish": (cost_mirror, {"by": "dish"}, 300_000),
     "caustic, inside": (cost_caustic, {"place": "inside", "meter": 0.6}, 1_000_000),
     "caustic, behind": (cost_caustic, {"place": "behind"}, 100_000, "backward"),
 }
@@ -156,6 +167,9 @@ WRONG = {
     },
     "glint, wall": {"one reflection": 0.8 / (4 * math.pi**2), "a closed sphere": 0.8 / 0.2 / (4 * math.pi**2)},
     "glint, lamp": {"2π for π": 1 / (8 * math.pi**2 * cost_glint.LAMP), "its cosine": math.cos(0.3) / (4 * math.pi**2 * 0.2)},
+    "mirror": {"no reflectance": 3.182215 / 0.9, "as far as the mirror": 9 * 3.182215},
+    "periscope": {"one reflectance": 1.611192 / 0.9, "one arm less": 1.611192 * 16 / 9},
+    "dish": {"no reflectance": 24.1123 / 0.9, "no cosine": 24.1123 * 1.05},
     "caustic, inside": {"no n²": math.pi, "n for n²": 1.5 * math.pi, "Fresnel once": 0.96 * 2.25 * math.pi},
     "caustic, behind": {"n²": 2.25, "Fresnel twice": 0.92},
 }  # fmt: skip
@@ -189,6 +203,7 @@ def test_a_run_meets_the_law_and_none_of_the_wrong_ones(name, runs):
         (cost_fog, {"albedo": 0.9, "meter": 0.4}, {"albedo": 0.88}),
         (cost_glint, {"seen": "wall"}, {"albedo": 0.79}),
         (cost_caustic, {"place": "inside", "meter": 0.6}, {"index": 1.45}),
+        (cost_mirror, {"by": "periscope"}, {"reflectance": 0.89}),
     ],
 )
 def test_a_slightly_different_scene_is_rejected(sim, right, wrong):

@@ -18,7 +18,8 @@ from transport.sims import sun
 from transport.verification.experiment import cases_of, experiment, experiment_names, run_experiment
 
 SIMS = (
-    "camera", "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_speck", "diffuse_box",
+    "camera", "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_mirror", "cost_speck",
+    "diffuse_box",
     "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
     "integrating_sphere", "inverse_square", "lambert_disk", "limits", "magnifier", "milk", "penumbra",
     "phase_functions", "phase_space", "photon_gas", "point_in_fog", "pressure", "refraction", "slab", "sun",
@@ -28,7 +29,7 @@ FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 2_500_000
 FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transport verify --particles 1e7` runs all with more
     "camera": 1_000_000, "cloud": 1_500_000, "cost_enclosure": 250_000, "cost_fog": 175_000, "cost_glint": 75_000,
-    "cost_speck": 75_000, "diffuse_box": 250_000, "directions": 750_000, "dogleg": 300_000, "effusion": 1_500_000,
+    "cost_mirror": 1_000_000, "cost_speck": 75_000, "diffuse_box": 250_000, "directions": 750_000, "dogleg": 300_000, "effusion": 1_500_000,
     "flows": 250_000, "furnace": 1_250_000, "glow": 375_000, "gonioreflectometer": 2_000_000, "half_space": 1_125_000,
     "integrating_sphere": 250_000, "lambert_disk": 500_000, "magnifier": 500_000, "milk": 87_500,
     "phase_functions": 250_000, "phase_space": 1_250_000, "point_in_fog": 250_000, "pressure": 250_000, "slab": 5_000_000,
@@ -152,6 +153,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         "cost_enclosure": {"meter": 0.3, "lamp": 0.3, "radius": 1e-3},
         "cost_fog": {"tau": 3.0, "distance": 1.1, "lamp": 0.5, "radius": 1e-6},
         "cost_glint": {"share": 1e-3, "meter": 0.2},
+        "cost_mirror": {"meter": 5e-3, "reflectance": 0.5},
         "cost_speck": {"share": 1e-3, "distance": 2.0, "size": 0.5},
         "dogleg": {"built": "voxels"},
         "diffuse_box": {"exitance": 5.0},
@@ -211,6 +213,7 @@ REFUSED = [  # sim, parameters that its scene cannot have, and words of the refu
     ("cost_enclosure", [{"albedo": 1.0}, {"lamp": 0.5}], "^cost_enclosure: .* got"),
     ("cost_fog", [{"tau": 60.0}, {"distance": 0.9}, {"meter": 0.0}], "^cost_fog: .* got"),
     ("cost_glint", [{"seen": "floor"}, {"albedo": 1.1}], "^cost_glint: .* got"),
+    ("cost_mirror", [{"by": "lens"}, {"meter": 0.5}, {"reflectance": 1.1}], "^cost_mirror: .* got"),
     ("cost_speck", [{"lamp": "torch"}, {"share": 0.5}, {"size": 1.0}], "^cost_speck: .* got"),
     ("diffuse_box", [{"emitting": "floor"}], "one of ceiling, all walls, got 'floor'"),
     ("diffuse_box", [{"albedo": 1}], "albedo must be below 1"),

@@ -234,14 +234,14 @@ FAULTS = (
     Fault(
         "engine/passes/guides.py",
         "lane.weight *= boxes[i + 8]",
-        "lane.weight *= 0.125",
+        "lane.weight *= 0.5",
         "guided births of equal weights",
         ("run/test_guided_births::test_every_source_gives_the_same_with_a_guide",),
     ),
     Fault(
         "compile/guides.py",
-        "return LEAST * np.prod(self.widths, axis=1) / self.shares",
-        "return LEAST * np.prod(self.widths[:, 2:], axis=1) / self.shares",
+        "return self.least * np.prod(self.widths, axis=1) / self.shares",
+        "return self.least * np.prod(self.widths[:, 2:], axis=1) / self.shares",
         "weights of guided births without the boxes' extent in place",
         ("run/test_guided_births::test_a_guide_is_a_density_with_weights_of_its_inverse",),
     ),

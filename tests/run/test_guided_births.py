@@ -83,7 +83,7 @@ def test_a_guide_does_not_follow_a_single_heavy_score():
 
 def test_from_few_scores_nothing_is_learnt():
     numbers, squares = two_spots(5)
-    assert learn_guide(numbers, squares) is UNIFORM
+    assert learn_guide(numbers, squares) == UNIFORM
 
 
 # ---- the estimates ----
@@ -203,10 +203,9 @@ def test_by_default_runs_with_specular_surfaces_have_a_guide():
     for scene, particles, options, expected in [
         (MIRROR, 2e4, {"estimator": "backward"}, MIN_GUIDE),
         (MIRROR, 5e5, {"estimator": "backward"}, 500_000),
-        (MIRROR, 2e4, {"estimator": "expected"}, MIN_GUIDE),
+        (MIRROR, 2e4, {"estimator": "expected"}, 0),
         (MIRROR, 1e3, {"estimator": "backward"}, 0),
         (MIRROR, 2e4, {"estimator": "analog"}, 0),
-        (MIRROR, 2e4, {"estimator": "expected", "sampling": "sobol"}, 0),
         (diffuse, 2e4, {"estimator": "backward"}, 0),
     ]:
         assert run(scene, particles, **options).plan.method.guide == expected

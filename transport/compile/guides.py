@@ -26,10 +26,12 @@ if TYPE_CHECKING:
     from transport.compile.arena import Arena
     from transport.compile.plan import Plan
 
-LEAST = 1 / 8  # share of births that stays uniform
+# also while learning, where bolder guides find more
+BOLD = 1 / 8
+LEAST = 1 / 2  # share of births that stays uniform: a guide never costs more than twice the histories
 MAX_BOXES = 2048
 MAX_HISTORIES = 1 << 17  # histories that a guide is learnt from, one in so many of those that scored
-MAX_SHARE = 1 / 200  # of the sum of squares that one history counts at most: rare high scores say little
+MAX_SHARE = 1 / 50  # of the sum of squares that one history counts at most: rare high scores say little
 # share of the mean square of a history that scored that each half of a box is given on suspicion
 UNSEEN = 0.02
 MIN_SCORES = 12  # histories with a score in a box that may be halved
@@ -49,16 +51,19 @@ class Guide:
         Low end and width of each box along the four numbers, (boxes, 4).
     shares : numpy.ndarray
         Probability of each box, (boxes,).
+    least : float
+        Share of births that stays uniform, which is one over the largest weight.
     """
 
     lows: np.ndarray
     widths: np.ndarray
     shares: np.ndarray
+    least: float = LEAST
 
     @property
     def weights(self) -> np.ndarray:
         """Birth weight in each box, over the largest possible one."""
-        return LEAST * np.prod(self.widths, axis=1) / self.shares
+        return self.least * np.prod(self.widths, axis=1) / self.shares
 
     def row(self, arena: Arena, origin: int) -> np.ndarray:
         """Return the table (layout.GUIDE) of the emitter of this number, with its arrays in an arena."""
@@ -74,7 +79,7 @@ class Guide:
 UNIFORM = Guide(np.zeros((1, 4)), np.ones((1, 4)), np.ones(1))
 
 
-def learn_guide(numbers: np.ndarray, squares: np.ndarray) -> Guide:
+def learn_guide(numbers: np.ndarray, squares: np.ndarray, least: float = LEAST) -> Guide:
     """Return the guide that histories with these scores suggest.
 
     Parameters
@@ -84,9 +89,11 @@ def learn_guide(numbers: np.ndarray, squares: np.ndarray) -> Guide:
     squares : numpy.ndarray
         Its part of the integral of the squared score over the cube: square of the score without the birth
         weight, times that weight, (n,).
+    least : float, optional
+        Share of births that stays uniform.
     """
     if len(numbers) < MIN_SCORES:
-        return UNIFORM
+        return replace(UNIFORM, least=least)
     some = slice(None, None, -(-len(numbers) // MAX_HISTORIES))
     numbers, squares = numbers[some], _without_outliers(squares[some])
     boxes = [(np.zeros(4), np.ones(4), np.arange(len(numbers)), 0.0)]
@@ -110,7 +117,7 @@ def learn_guide(numbers: np.ndarray, squares: np.ndarray) -> Guide:
     volumes = np.prod(widths, axis=1)
     sums = np.array([_sum(squares[held]) + unseen for *_, held, unseen in boxes])
     wanted = np.sqrt(volumes * sums)
-    return Guide(lows, widths, LEAST * volumes + (1 - LEAST) * wanted / _sum(wanted))
+    return Guide(lows, widths, least * volumes + (1 - least) * wanted / _sum(wanted), least)
 
 
 def _sum(values: np.ndarray) -> float:

@@ -107,12 +107,8 @@ def guided(scene: Scene, method: Method, particles: float | None, guide: int | N
 
 def _default_guide(scene: Scene, method: Method, particles: float | None) -> int:
     """Return the number of histories to learn a guide from, where none is given."""
-    if method.sampling != "random" or not any(surface.material.is_specular for surface in scene.surfaces):
-        return 0
-    if method.estimator == "backward":
-        is_useful = all(map(_is_undivided, scene.detectors))
-    else:
-        is_useful = method.estimator == "expected" and next(_against_guide(scene, method), None) is None
+    is_useful = method.estimator == "backward" and all(map(_is_undivided, scene.detectors))
+    is_useful = is_useful and any(surface.material.is_specular for surface in scene.surfaces)
     if not is_useful or (particles is not None and particles < LEAST_GUIDED):
         return 0
     return MAX_GUIDE if particles is None else min(max(int(particles), MIN_GUIDE), MAX_GUIDE)

@@ -221,6 +221,11 @@ class Plan:
         return [*self.points, *self.expectations]
 
     @property
+    def is_guided(self) -> bool:
+        """Whether births follow a learnt density."""
+        return any(emitter.is_guided for emitter in self.emitters)
+
+    @property
     def sends_shadow_rays(self) -> bool:
         """Whether events send shadow rays to detectors."""
         return self.method.estimator in ("expected", "backward")

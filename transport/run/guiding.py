@@ -18,7 +18,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.compiler import compile_scene
-from transport.compile.guides import MIN_SCORES, UNIFORM, Guide, learn_guide
+from transport.compile.guides import BOLD, LEAST, MIN_SCORES, UNIFORM, Guide, learn_guide
 from transport.compile.plan import Plan
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Shape
@@ -56,24 +56,33 @@ def learn_guides(plan: Plan, seed: int) -> list[Guide]:
 
     A target that few births could meet is enlarged at first: what leads to the small one leads to the large.
     """
-    guides = [UNIFORM] * len(plan.emitters)
+    guides = [replace(UNIFORM, least=BOLD)] * len(plan.emitters)
     batches = itertools.count(step=BATCHES)
     for enlarged in _enlarged_plans(plan):
         found = _learn_round(enlarged, guides, seed, next(batches), ENLARGED_SHARE)
-        guides = [
-            learn_guide(*scores) if len(scores[0]) >= MIN_SCORES else guide
-            for guide, scores in zip(guides, found, strict=True)
-        ]
+        guides = _better(guides, found, BOLD)
     plan, learnt = plan.apart(), [[] for _ in guides]
     for share in ROUNDS:
-        for rounds, found in zip(learnt, _learn_round(plan, guides, seed, next(batches), share), strict=True):
-            rounds.append(found)
+        found = _learn_round(plan, guides, seed, next(batches), share)
+        learnt = [[*rounds, scores] for rounds, scores in zip(learnt, found, strict=True)]
         pooled = [tuple(map(np.concatenate, zip(*rounds, strict=True))) for rounds in learnt]
-        guides = [
-            learn_guide(*scores) if len(scores[0]) >= MIN_SCORES else guide
-            for guide, scores in zip(guides, pooled, strict=True)
-        ]
-    return guides
+        guides = _better(guides, pooled, BOLD)
+    return [replace(guide, least=LEAST, shares=_bounded(guide)) for guide in guides]
+
+
+def _better(guides: list[Guide], found: list[Scores], least: float) -> list[Guide]:
+    """Return the guides that these scores suggest; those before where there are too few."""
+    return [
+        learn_guide(*scores, least) if len(scores[0]) >= MIN_SCORES else guide
+        for guide, scores in zip(guides, found, strict=True)
+    ]
+
+
+def _bounded(guide: Guide) -> np.ndarray:
+    """Return the probabilities of a guide's boxes where the share LEAST of births is to stay uniform."""
+    volumes = np.prod(guide.widths, axis=1)
+    learnt = (guide.shares - guide.least * volumes) / (1 - guide.least)
+    return LEAST * volumes + (1 - LEAST) * learnt
 
 
 def _learn_round(plan: Plan, guides: list[Guide], seed: int, first: int, share: float) -> list[Scores]:

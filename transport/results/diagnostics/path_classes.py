@@ -213,6 +213,8 @@ def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[Pat
         f"{passed} flight{'s' * (passed > 1)} from {title}" for title, passed in seen.items()
     )
     evidence = f"{flights} passed within {radius:.2g} m" if seen else ""
+    if plan.is_guided and unconnected:
+        what, evidence = f"{what} beyond the guide", ""
     advice = _estimator_advice(scene)
     yield PathClass(what, number, largest, advice, evidence, () if beams else tuple(mirrors))
     # Rays from walls and sources so near that a few of them matter.
@@ -301,7 +303,9 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
         cells = (each if which is None else each[:, which] for each, which in pairs)
         return round(sum(batch_totals(each).sum() for each in cells))
 
-    flights, block = number("counts", 1 + lamp), sums.block_of(lamp)
+    # Of guided histories, those that no guide has sent: each was one with the probability of its weight.
+    flights = number("weights" if sums.plan.is_guided else "counts", 1 + lamp)
+    block = sums.block_of(lamp)
     if lamp not in sums.adjoint.scales:
         return LampScores(flights)
     return LampScores(flights, number("counts", block), number("slants", block))

@@ -72,15 +72,15 @@ def point_detector_scores(tally: Tally) -> Scores:
 def count_large_scores(tally: Tally, side: int, largest: float, scores: int, block: int = 0) -> int:
     """Number of scores of at least a quarter (LARGE_SHARE) of the largest possible; all if they are alike.
 
-    block: 0 for flights, 1 for rays, in their own unit. Guided births have weights of all sizes: then all
-    flights count, and a heavy tail among them is a finding of its own.
+    block: 0 for flights, 1 for rays, in their own unit. With guided births it is the expected number of
+    scores of those that no guide has sent: each score was one with the probability of its weight.
     """
     blocks = tally.plan.size_blocks.get((tally.name, side))
     if blocks is None:
         return scores
     counts = _size_counts(tally, blocks[block])
-    if block == 0 and any(emitter.is_guided for emitter in tally.plan.emitters):
-        return int(counts.sum())
+    if block == 0 and tally.plan.is_guided:
+        return int((counts * EDGES[:-1]).sum() / largest) if largest > 0 else 0
     return int(counts[EDGES[:-1] >= LARGE_SHARE * largest].sum())
 
 
