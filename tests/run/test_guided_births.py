@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import transport as tp
+from tests.focusing_scenes import SCENES, VALUES
 from tests.specular_scenes import (
     BALL,
     IMAGE_PLACE,
@@ -110,6 +111,15 @@ def test_a_caustic_of_a_glass_ball():
     found = run(ball_scene(1e-3, is_behind=False), estimator="backward")["m"].irradiance
     assert abs(found.value - value) < 4 * np.hypot(found.error, error)
     assert found.error < 0.003 * found.value  # without a guide 0.9 %
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+def test_light_by_a_periscope_a_lens_a_prism_and_a_glass_of_water(name):
+    value, error = VALUES[name]()
+    found = run(SCENES[name](), 2e6, estimator="backward")["m"].irradiance
+    assert abs(found.value - value) < 4 * np.hypot(found.error, error)
+    assert found.error < 0.005 * found.value
 
 
 SOURCES = {
