@@ -20,7 +20,11 @@ from tests.specular_scenes import (
     point_lamp,
 )
 from transport.compile.guides import LEAST, MAX_BOXES, UNIFORM, learn_guide
-from transport.compile.methods import MIN_GUIDE
+from transport.compile.methods import MIN_GUIDE, Method
+from transport.engine.driver import compile_program, run_batch
+from transport.engine.program import build_program
+from transport.run.guiding import _sums_per_history
+from transport.run.programs import plan_for
 
 RADIUS = 1e-3
 MIRROR = panel_scene(RADIUS, lamp(), tp.Mirror(1.0), is_behind=False)
@@ -248,6 +252,45 @@ def test_what_does_not_go_with_a_guide(options, cure):
     scene = tp.Scene([lamp()], [], [tp.Detector(tp.Disk(radius=0.1), "m")])
     with pytest.raises(tp.SceneError, match=cure):
         run(scene, 1e3, **{"guide": 1000} | options)
+
+
+@pytest.mark.parametrize("estimator", ["analog", "expected", "backward"])
+def test_a_program_that_learns_runs_like_one_that_does_not(estimator):
+    """Sums of each history change nothing else, and add up to the sums of the detectors."""
+    room = tp.Surface(tp.Box(size=3.0), tp.Diffuse(0.5), "room", inside=tp.Medium(scattering=0.2))
+    meters = [tp.Detector(tp.Disk(center=(x, 0, 0), radius=0.3), f"m{x}") for x in (-1, 0, 1)]
+    scene = tp.Scene([SOURCES["disk"]], [room], meters)
+    plan = plan_for(scene, None, Method(estimator, "random", 1000))
+    guides, sums = [UNIFORM] * len(plan.emitters), _sums_per_history(plan)
+    plain, learning = (
+        run_batch(compile_program(build_program(plan, guides, each)), 1, 0, 2000) for each in (None, sums)
+    )
+    np.testing.assert_array_equal(plain.detectors, learning.detectors)
+    np.testing.assert_array_equal(plain.ledger, learning.ledger)
+    assert plain.crossings == learning.crossings and not plain.brought.size
+    assert (learning.brought >= 0).all() and learning.brought[:, : len(plan.scene.meters)].any(axis=0).all()
+
+
+def test_backward_runs_with_lamps_that_are_volumes_only():
+    """Such lamps teach a guide nothing; the run is as without one."""
+    glow = tp.Source(tp.Sphere(center=(0, 0, 1), radius=0.2), tp.Isotropic(power=1.0))
+    mirror = tp.Surface(tp.Disk(center=(0.9, 0, 0), normal=(-1, 0, 0), radius=0.5), tp.Mirror(0.9), "mirror")
+    scene = tp.Scene([glow], [mirror], [tp.Detector(tp.Disk(radius=0.1), "m")])
+    plain, led = (run(scene, 2e4, estimator="backward", guide=guide)["m"].irradiance for guide in (0, None))
+    np.testing.assert_array_equal(plain.values, led.values)
+
+
+def test_many_detectors_have_a_guide_without_enlarged_ones():
+    meters = [tp.Detector(tp.Disk(center=(x / 40 - 1, 0, -0.8), radius=0.01), f"d{x}") for x in range(20)]
+    room = tp.Surface(tp.Box(size=3.0), tp.Diffuse(0.3), "room")
+    found = run(tp.Scene([SOURCES["disk"]], [room], meters), 1e4, estimator="expected", guide=1 << 13)
+    assert all(found[meter.name].irradiance.value > 0 for meter in meters)
+
+
+def test_a_guide_learns_from_detectors_on_surfaces():
+    scene = tp.Scene([lamp()], [], [tp.VolumeDetector(tp.Sphere(radius=0.1), "v")])
+    with pytest.raises(tp.SceneError, match="it learns from Detectors on surfaces"):
+        run(scene, 1e3, guide=1000)
 
 
 def test_a_guide_replaces_an_aim():

@@ -121,6 +121,8 @@ def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
     if method.estimator == "aimed":
         yield "estimator 'aimed' aims all births; write estimator='analog' or 'expected'"
     if method.estimator != "backward":
+        if not scene.meters:
+            yield "it learns from Detectors on surfaces, and there is none; leave guide out"
         for number, source in enumerate(scene.sources):
             if source.aim is not None:
                 yield f"sources[{number}] has aim={short_repr(source.aim)}; leave one of them out"

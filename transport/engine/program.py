@@ -124,6 +124,10 @@ def build_program(plan: Plan, densities: list[Guide] = (), sums: np.ndarray | No
     moved = program.moved_fields
     ready, rounds = list(find_media(plan)), list(flight_steps(plan, moved))
     arrived = [*_flight(plan, moved), *_landing(plan), *_crossing(plan, moved)]
+    if sums is not None:
+        program.sums_per_history = int(sums["count"])
+        program.births = [_add_to_history(steps, sums) for steps in program.births]
+        rounds, arrived = _add_to_history(rounds, sums), _add_to_history(arrived, sums)
     if plan.scatters:
         rounds.append(step(lanes.queue_arrivals, program.queue))
         arrived.append(step(lanes.resume_flights, program.queue["arriving"]))
@@ -135,16 +139,14 @@ def build_program(plan: Plan, densities: list[Guide] = (), sums: np.ndarray | No
     if plan.targets:
         nearest = [*find_media(plan), *intersect_surfaces(plan)]
         program.shadow_steps = ray_steps(plan, nearest, cross_shadow_rays(plan))
+        if sums is not None:
+            program.shadow_steps = _add_to_history(program.shadow_steps, sums)
+        program.shadow_steps.insert(0, load_rays(plan, program.shadow_steps))
     if plan.splits or plan.forces_collisions:
         program.bank_steps = [step(bank.take_copies, program.moved_fields)]
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
         change_steps(program, partial(quasi_random_steps, sampling=plan.method.sampling))
-    if sums is not None:
-        program.sums_per_history = int(sums["count"])
-        change_steps(program, partial(_add_to_history, sums=sums))
-    if program.shadow_steps:
-        program.shadow_steps.insert(0, load_rays(plan, program.shadow_steps))
     program.moved_fields[...] = program.moves_without(())
     program.queue["arriving"] = program.moves_without(MEDIUM)
     program.queue["flying"] = program.moves_without(NEXT_HIT)

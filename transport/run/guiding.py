@@ -36,12 +36,17 @@ Scores = tuple[np.ndarray, np.ndarray]
 GUIDE_SEED_MASK = (
     0x6A09E667F3BCC908  # of a run's seed: what is learnt must not depend on the run's own numbers
 )
+MAX_SUMS = (
+    1 << 24
+)  # sums of histories that a round keeps in memory: with many detectors it has fewer histories
 BATCHES = 8  # in which the histories of a round are run
 # shares of the histories for the scene as it is, in rounds, and for each size of enlarged targets before
 ROUNDS, ENLARGED_SHARE = (1 / 16, 1 / 16, 1 / 8, 1 / 4, 1 / 2), 1 / 16
 # Targets are enlarged at first, to FIRST_REACH of the distance from which they are seen, then SHRINKAGE times
 # smaller each time.
 FIRST_REACH, SHRINKAGE, MAX_ENLARGED = 0.25, 4.0, 12
+# Where there are more, enlarged ones would cover each other, or compiling the scene anew would take long.
+MAX_TARGETS, MAX_SURFACES = 8, 200
 
 
 def guided_program(plan: Plan, seed: int) -> Program:
@@ -90,8 +95,10 @@ def _learn_round(plan: Plan, guides: list[Guide], seed: int, first: int, share: 
     from transport.engine.driver import compile_program
     from transport.engine.program import build_program
 
-    compiled = compile_program(build_program(plan, guides, _sums_per_history(plan)))
-    size = max(1, round(share * plan.method.guide / BATCHES))
+    sums = _sums_per_history(plan)
+    compiled = compile_program(build_program(plan, guides, sums))
+    histories = min(share * plan.method.guide, MAX_SUMS / int(sums["count"]))
+    size = max(1, round(histories / BATCHES))
     run = partial(_run_part, compiled, seed ^ GUIDE_SEED_MASK, size)
     with ThreadPoolExecutor(checked_threads(None)) as pool:
         parts = list(pool.map(run, range(first, first + BATCHES)))
@@ -104,6 +111,8 @@ def _enlarged_plans(plan: Plan) -> Iterator[Plan]:
     scene = plan.adjoint.scene if is_backward else plan.scene
     what = "sources" if is_backward else "detectors"
     targets = getattr(scene, what)
+    if len(targets) > MAX_TARGETS or len(scene.surfaces) > MAX_SURFACES:
+        return
     seen_from = [emitter.shape for emitter in plan.emitters]
     reaches = [_reach(target.shape, seen_from) for target in targets]
     largest = max(reaches, default=1.0)
@@ -118,7 +127,7 @@ def _enlarged_plans(plan: Plan) -> Iterator[Plan]:
         ]
         with suppress(SceneError):  # a larger target may touch or cut another shape
             other = compile_scene(replace(scene, **{what: enlarged}), plan.tracking, plan.method)
-            if len(other.emitters) == len(plan.emitters):
+            if len(other.emitters) == len(plan.emitters) and len(other.layers) <= 1 + len(plan.layers):
                 yield other.apart()
 
 
@@ -180,7 +189,7 @@ def _sums_per_history(plan: Plan) -> np.ndarray:
             factors[row] = 1.0 if block < 2 else 1.0 / scales[detector.name]
             numbers[row] = number + block % 2 * len(plan.scene.meters)
     place = plan.arena.place
-    count = max(1, 2 * len(plan.scene.meters))
+    count = max(2, 2 * len(plan.scene.meters))
     return layout.row(
         layout.HISTORY_SUMS, factors=place(factors), numbers=place(numbers), rows=rows, count=count
     )

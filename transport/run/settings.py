@@ -22,7 +22,7 @@ MIN_BATCHES_FOR_ERROR = 16  # batches
 USUAL_BATCHES_FOR_ERROR = 128
 MAX_BATCHES = 4096
 MAX_PARTICLES_UNSCORED = 10**7  # particles without a score, after which a run for an error ends
-MAX_GUIDE_ASKED = 10**8  # histories from which a guide is learnt: their scores are kept in memory
+MAX_GUIDE_ASKED = 10**7  # histories from which a guide is learnt: what each brought is kept in memory
 MAX_PARTICLES = 10**10  # particles at which a run for an `error` alone ends, with a warning
 
 
