@@ -141,8 +141,8 @@ def change_medium(**changes: object) -> Change:
     return scene_change(change)
 
 
-def change_method(**changes: str) -> Change:
-    """Change the estimator or the sampling."""
+def change_method(**changes: str | int) -> Change:
+    """Change the estimator, the sampling or the guide."""
     return lambda treatment: replace(treatment, method=replace(treatment.method, **changes))
 
 
@@ -282,6 +282,7 @@ IN_ANY_SCENE = (
     Addition("estimator aimed", change_method(estimator="aimed")),
     Addition("estimator expected", change_method(estimator="expected")),
     Addition("estimator backward", change_method(estimator="backward")),
+    Addition("guided births", change_method(guide=1)),
     Addition("sampling stratified", change_method(sampling="stratified")),
     Addition("sampling sobol", change_method(sampling="sobol")),
 )

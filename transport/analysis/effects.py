@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from transport.compile.guides import UNIFORM
 from transport.compile.methods import ANALOG, AUTO, Method, coerce_method
 from transport.compile.plan import Plan
 from transport.run.programs import plan_for
@@ -48,10 +49,11 @@ class Treatment:
 
     @property
     def program(self):
-        """The program of its passes, not compiled."""
+        """The program of its passes, not compiled; with a guide, of one that has learnt nothing yet."""
         from transport.engine.program import build_program
 
-        return build_program(self.plan)
+        plan = self.plan
+        return build_program(plan, [UNIFORM] * len(plan.emitters) if plan.is_guided else ())
 
 
 def treatment_of(scene: Scene | Treatment, **settings: object) -> Treatment:
