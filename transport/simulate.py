@@ -35,13 +35,13 @@ def simulate(
     estimator: str | None = None,
     sampling: str | None = None,
     tracking: Tracking | str | None = None,
-    guide: int | None = None,
     progress: bool | str | None = None,
     resume: Result | str | PathLike | None = None,
     checkpoint: str | PathLike | None = None,
     every: float = 60.0,
     part: tuple[int, int] | None = None,
     cluster: object = None,
+    guide: int | None = None,
 ) -> Result:
     """Run a scene and return the results of its detectors, each with its standard error.
 
@@ -82,11 +82,6 @@ def simulate(
     tracking : Tracking or str, optional
         Treatment of absorption in media: "analog", "weighted", or a Tracking with more options. Default
         depends on the scene; the report names it and the options without effect.
-    guide : int, optional
-        Number of histories of short runs before the run, from which it learns where to send its own: births
-        then follow the learnt density, each with its exact weight. It finds small lamps behind mirrors,
-        glass and lenses. 0 for none. Default: with "backward", in scenes with specular
-        surfaces, as many as `particles` within 262144 and 1048576, from 8192 particles on; else none.
     progress : bool or str, optional
         Progress bar on the terminal; "lines" prints a line at increasing intervals, for log files. Default: a
         bar if the output is a terminal.
@@ -105,6 +100,11 @@ def simulate(
     cluster : object, optional
         Where batches run, with bitwise the same result: a dask.distributed Client or cluster, the address of
         a scheduler, or "local" for one process per thread.
+    guide : int, optional
+        Number of histories of short runs before the run, from which it learns where to send its own: births
+        then follow the learnt density, each with its exact weight. It finds small lamps behind mirrors, glass
+        and lenses. 0 for none. Default: with "backward", in scenes with specular surfaces, as many as
+        `particles` within 262144 and 1048576, from 8192 particles on; else none.
 
     Returns
     -------
@@ -240,7 +240,8 @@ def _new_settings(request: RunRequest, bar: Progress) -> Settings:
         _check_no_part(part)
         # Without `error` and `estimator` any quantity may be read.
         reads_all = request.reads_all or (estimator is None and not limits.error)
-        pilot = _pilots(scene, seed, request.tracking, bar)
+        pilot = _pilots(request, seed, bar)
+        sampling = "random" if sampling is None and request.guide else sampling  # a guide goes with no other
         wanted = {"particles": limits.particles, "seconds": limits.seconds, "reads_all": reads_all}
         choice = choose_method(scene, limits.error, sampling, pilot, **wanted)
         estimator, sampling = choice.method.estimator, choice.method.sampling
@@ -250,17 +251,16 @@ def _new_settings(request: RunRequest, bar: Progress) -> Settings:
     return Settings(scene, method, limits, seed, request.tracking, choice)
 
 
-def _pilots(
-    scene: Scene, seed: int, tracking: Tracking | None, bar: Progress
-) -> Callable[[Method, int], Result]:
+def _pilots(request: RunRequest, seed: int, bar: Progress) -> Callable[[Method, int], Result]:
     """Return a function that makes a pilot run of a method, with random numbers of its own."""
-    quiet = PilotProgress(bar)
+    scene, quiet = request.scene, PilotProgress(bar)
 
     def pilot(method: Method, particles: int) -> Result:
         bar.trying(method.title)
-        method = guided(scene, coerce_method(scene, method.estimator, method.sampling), particles, None)
+        method = coerce_method(scene, method.estimator, method.sampling)
+        method = guided(scene, method, particles, request.guide)
         limits = RunRequest(scene, particles).limits(method)
-        settings = Settings(scene, method, limits, seed ^ PILOT_SEED_MASK, tracking)
+        settings = Settings(scene, method, limits, seed ^ PILOT_SEED_MASK, request.tracking)
         result = _execute(settings, 1, None, quiet, time.perf_counter())
         if not result.is_complete:
             raise KeyboardInterrupt("interrupted during pilot runs, so there is no result")

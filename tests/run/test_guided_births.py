@@ -88,7 +88,7 @@ def test_a_guide_does_not_follow_a_single_heavy_score():
 
 def test_from_few_scores_nothing_is_learnt():
     numbers, squares = two_spots(5)
-    assert learn_guide(numbers, squares) == UNIFORM
+    assert learn_guide(numbers, squares) is UNIFORM
 
 
 # ---- the estimates ----
@@ -202,6 +202,23 @@ def test_threads_parts_and_seeds():
     assert run(MIRROR, seed=2, **options)["m"].irradiance.value != whole["m"].irradiance.value
 
 
+def test_runs_with_different_guides_are_merged_and_those_with_and_without_one_are_not():
+    options = {"estimator": "backward", "particles": 2e4}
+    one, other, plain = (run(HALF, seed=k, guide=n, **options) for k, n in enumerate((1 << 16, 1 << 15, 0)))
+    both = tp.merge(one, other)["m"].irradiance
+    assert both.value == pytest.approx(np.mean([each["m"].irradiance.value for each in (one, other)]))
+    with pytest.raises(tp.SceneError, match="a guide for both or none"):
+        tp.merge(one, plain)
+
+
+def test_auto_finds_a_point_lamp_behind_a_mirror_with_a_guide():
+    scene = panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False)
+    found = run(scene, 5e5, estimator="auto", guide=1 << 20)
+    value = by_point(RADIUS, LAMP_PLACE) + by_point(RADIUS, IMAGE_PLACE)
+    assert found.plan.method.guide == 1 << 20
+    assert abs(found["m"].irradiance.z(value)) < 4
+
+
 def test_a_guided_run_is_saved_and_continued(tmp_path):
     path = tmp_path / "run.npz"
     options = {"estimator": "backward", "guide": 1 << 16}
@@ -210,6 +227,8 @@ def test_a_guided_run_is_saved_and_continued(tmp_path):
     more, other = (tp.simulate(HALF, particles=2e5, resume=saved, progress=False) for saved in (path, first))
     np.testing.assert_array_equal(more["m"].irradiance.values, other["m"].irradiance.values)
     assert more.plan.method == first.plan.method
+    with pytest.raises(tp.SceneError, match="guide"):
+        tp.simulate(HALF, particles=2e5, resume=path, guide=5, progress=False)
 
 
 def test_by_default_runs_with_specular_surfaces_have_a_guide():
@@ -254,10 +273,11 @@ def test_what_does_not_go_with_a_guide(options, cure):
         run(scene, 1e3, **{"guide": 1000} | options)
 
 
+@pytest.mark.parametrize("medium", [None, tp.Medium(scattering=0.2)])
 @pytest.mark.parametrize("estimator", ["analog", "expected", "backward"])
-def test_a_program_that_learns_runs_like_one_that_does_not(estimator):
+def test_a_program_that_learns_runs_like_one_that_does_not(estimator, medium):
     """Sums of each history change nothing else, and add up to the sums of the detectors."""
-    room = tp.Surface(tp.Box(size=3.0), tp.Diffuse(0.5), "room", inside=tp.Medium(scattering=0.2))
+    room = tp.Surface(tp.Box(size=3.0), tp.Diffuse(0.5), "room", inside=medium)
     meters = [tp.Detector(tp.Disk(center=(x, 0, 0), radius=0.3), f"m{x}") for x in (-1, 0, 1)]
     scene = tp.Scene([SOURCES["disk"]], [room], meters)
     plan = plan_for(scene, None, Method(estimator, "random", 1000))

@@ -8,8 +8,7 @@ is then found where it is large: a lamp seen in a mirror, the way through a glas
 The best density is the square root of the mean squared score of births there. It is estimated from recorded
 scores: boxes are halved where that makes the predicted error smaller (Jadach 2003). A share LEAST of all
 births stays uniform, so that no weight exceeds 1/LEAST and what the short runs did not see is still found:
-the estimate is unbiased whatever was learnt. Sums are taken in the order of the scores, so that a guide does
-not depend on the processor.
+the estimate is unbiased whatever was learnt.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ if TYPE_CHECKING:
     from transport.compile.arena import Arena
     from transport.compile.plan import Plan
 
-# also while learning, where bolder guides find more
-BOLD = 1 / 8
-LEAST = 1 / 2  # share of births that stays uniform: a guide never costs more than twice the histories
+# Share of births that stays uniform: a guide never costs more than twice the histories. While learning it is
+# less, as bolder guides find more.
+LEAST, BOLD = 1 / 2, 1 / 8
 MAX_BOXES = 2048
 MAX_HISTORIES = 1 << 17  # histories that a guide is learnt from, one in so many of those that scored
 MAX_SHARE = 1 / 50  # of the sum of squares that one history counts at most: rare high scores say little
@@ -49,29 +48,37 @@ class Guide:
     ----------
     lows, widths : numpy.ndarray
         Low end and width of each box along the four numbers, (boxes, 4).
-    shares : numpy.ndarray
-        Probability of each box, (boxes,).
+    learnt : numpy.ndarray
+        Probability of each box for the births that do not stay uniform, (boxes,).
     least : float
         Share of births that stays uniform, which is one over the largest weight.
     """
 
     lows: np.ndarray
     widths: np.ndarray
-    shares: np.ndarray
+    learnt: np.ndarray
     least: float = LEAST
+
+    @property
+    def volumes(self) -> np.ndarray:
+        """Volume of each box: its probability among uniform births."""
+        return np.prod(self.widths, axis=1)
+
+    @property
+    def shares(self) -> np.ndarray:
+        """Probability of each box among all births."""
+        return self.least * self.volumes + (1 - self.least) * self.learnt
 
     @property
     def weights(self) -> np.ndarray:
         """Birth weight in each box, over the largest possible one."""
-        return self.least * np.prod(self.widths, axis=1) / self.shares
+        return self.least * self.volumes / self.shares
 
     def row(self, arena: Arena, origin: int) -> np.ndarray:
         """Return the table (layout.GUIDE) of the emitter of this number, with its arrays in an arena."""
         shares = np.cumsum(self.shares)
-        shares, boxes = (
-            np.ascontiguousarray(shares / shares[-1]),
-            np.column_stack([self.lows, self.widths, self.weights]),
-        )
+        shares /= shares[-1]
+        boxes = np.column_stack([self.lows, self.widths, self.weights])
         places = {"shares": arena.place(shares), "boxes": arena.place(boxes)}
         return layout.row(layout.GUIDE, **places, count=len(shares), origin=origin)
 
@@ -79,8 +86,8 @@ class Guide:
 UNIFORM = Guide(np.zeros((1, 4)), np.ones((1, 4)), np.ones(1))
 
 
-def learn_guide(numbers: np.ndarray, squares: np.ndarray, least: float = LEAST) -> Guide:
-    """Return the guide that histories with these scores suggest.
+def learn_guide(numbers: np.ndarray, squares: np.ndarray, before: Guide = UNIFORM) -> Guide:
+    """Return the guide that histories with these scores suggest; the one before if there are too few.
 
     Parameters
     ----------
@@ -89,11 +96,11 @@ def learn_guide(numbers: np.ndarray, squares: np.ndarray, least: float = LEAST) 
     squares : numpy.ndarray
         Its part of the integral of the squared score over the cube: square of the score without the birth
         weight, times that weight, (n,).
-    least : float, optional
-        Share of births that stays uniform.
+    before : Guide, optional
+        The guide so far.
     """
     if len(numbers) < MIN_SCORES:
-        return replace(UNIFORM, least=least)
+        return before
     some = slice(None, None, -(-len(numbers) // MAX_HISTORIES))
     numbers, squares = numbers[some], _without_outliers(squares[some])
     boxes = [(np.zeros(4), np.ones(4), np.arange(len(numbers)), 0.0)]
@@ -103,7 +110,7 @@ def learn_guide(numbers: np.ndarray, squares: np.ndarray, least: float = LEAST) 
         _, number, axis = heapq.heappop(heap)
         low, width, held, unseen = boxes[number]
         # Each half may hold what one more history would have shown.
-        unseen = 0.5 * (unseen + UNSEEN * _sum(squares[held]) / len(held))
+        unseen = 0.5 * (unseen + UNSEEN * squares[held].sum() / len(held))
         half = width.copy()
         half[axis] /= 2
         middle = low.copy()
@@ -114,22 +121,16 @@ def learn_guide(numbers: np.ndarray, squares: np.ndarray, least: float = LEAST) 
         for each in (number, len(boxes) - 1):
             _offer(heap, each, boxes[each], numbers, squares)
     lows, widths = np.array([box[0] for box in boxes]), np.array([box[1] for box in boxes])
-    volumes = np.prod(widths, axis=1)
-    sums = np.array([_sum(squares[held]) + unseen for *_, held, unseen in boxes])
-    wanted = np.sqrt(volumes * sums)
-    return Guide(lows, widths, least * volumes + (1 - least) * wanted / _sum(wanted), least)
-
-
-def _sum(values: np.ndarray) -> float:
-    """Return the sum in the order of the values; that of np.sum depends on the processor."""
-    return float(np.cumsum(values)[-1]) if len(values) else 0.0
+    sums = np.array([squares[held].sum() + unseen for *_, held, unseen in boxes])
+    wanted = np.sqrt(np.prod(widths, axis=1) * sums)
+    return Guide(lows, widths, wanted / wanted.sum(), before.least)
 
 
 def _without_outliers(squares: np.ndarray) -> np.ndarray:
     """Return the squares, none larger than MAX_SHARE of their sum: equal ones where there are too few."""
     cut = squares
     for _ in range(32):
-        cut = np.minimum(cut, MAX_SHARE * _sum(cut))
+        cut = np.minimum(cut, MAX_SHARE * cut.sum())
     return cut if cut.max() > 0 else np.ones(len(squares))
 
 
@@ -142,13 +143,13 @@ def _offer(heap: list, number: int, box: tuple, numbers: np.ndarray, squares: np
     if len(held) < MIN_SCORES:
         return
     inside, sums = numbers[held], squares[held]
-    whole = _sum(sums)
+    whole = sums.sum()
     slices = np.minimum(((inside - low) / width * SLICES).astype(np.intp), SLICES - 1)
     held_by = np.stack([np.bincount(slices[:, k], sums, SLICES) for k in range(4)]) / whole
     # the box's part of the error, sqrt(volume times sum of squares), less the parts of the slices
-    gains = [1.0 - _sum(np.sqrt(each / SLICES)) for each in held_by]
+    gains = 1.0 - np.sqrt(held_by / SLICES).sum(axis=1)
     axis = int(np.argmax(gains))
-    effective = whole * whole / _sum(sums * sums)
+    effective = whole * whole / np.sum(sums * sums)
     if gains[axis] > MIN_GAIN / effective:
         heapq.heappush(heap, (-gains[axis] * np.sqrt(np.prod(width) * whole), number, axis))
 

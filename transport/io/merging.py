@@ -5,6 +5,7 @@ Merged parts of a run equal that run bit for bit.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from os import PathLike
 
 from transport.io.json.differences import differences
@@ -60,9 +61,12 @@ def _check_same_setup(first: str, one: Result, title: str, other: Result) -> Non
     """Raise SceneError for a different scene, method or tracking."""
     if unlike := differences(original_scene(other), original_scene(one)):
         raise SceneError(f"merge: the scene of {title} differs from that of {first}: {'; '.join(unlike)}")
-    cures = {"method": "name the same estimator and sampling for both", "tracking": "use the same tracking"}
+    same = "name the same estimator and sampling for both, and a guide for both or none"
+    cures = {"method": same, "tracking": "use the same tracking"}
     for name, cure in cures.items():
         ours, others = getattr(one.plan, name), getattr(other.plan, name)
+        if name == "method" and ours.guide and others.guide:
+            others = replace(others, guide=ours.guide)  # what each has learnt differs between seeds, too
         if ours != others:
             raise SceneError(
                 f"merge: the {name} of {title} is {short_repr(others)}, that of {first} is"

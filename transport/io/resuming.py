@@ -58,6 +58,7 @@ def resumed_settings(saved: Result, request: RunRequest) -> Settings:
     _check_same("seed", request.seed, saved.seed)
     _check_same("estimator", None if request.estimator == AUTO else request.estimator, method.estimator)
     _check_same("sampling", request.sampling, method.sampling)
+    _check_same("guide", request.guide, method.guide)
     _check_same("tracking", request.tracking, saved.plan.tracking)
     _check_same("batches", request.batches, limits.batches)
     _check_same("part", tuple(part) if isinstance(part, list) else part, limits.part)

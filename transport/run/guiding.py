@@ -18,7 +18,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.compiler import compile_scene
-from transport.compile.guides import BOLD, LEAST, MIN_SCORES, UNIFORM, Guide, learn_guide
+from transport.compile.guides import BOLD, LEAST, UNIFORM, Guide, learn_guide
 from transport.compile.plan import Plan
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Shape
@@ -33,12 +33,10 @@ if TYPE_CHECKING:
 # of histories that scored: the numbers that they were born from, (n, 4), and their squares, (n,)
 Scores = tuple[np.ndarray, np.ndarray]
 
-GUIDE_SEED_MASK = (
-    0x6A09E667F3BCC908  # of a run's seed: what is learnt must not depend on the run's own numbers
-)
-MAX_SUMS = (
-    1 << 24
-)  # sums of histories that a round keeps in memory: with many detectors it has fewer histories
+# of a run's seed: what is learnt must not depend on the run's own numbers
+GUIDE_SEED_MASK = 0x6A09E667F3BCC908
+# sums of histories that a round keeps in memory: with many detectors it has fewer histories
+MAX_SUMS = 1 << 24
 BATCHES = 8  # in which the histories of a round are run
 # shares of the histories for the scene as it is, in rounds, and for each size of enlarged targets before
 ROUNDS, ENLARGED_SHARE = (1 / 16, 1 / 16, 1 / 8, 1 / 4, 1 / 2), 1 / 16
@@ -65,29 +63,14 @@ def learn_guides(plan: Plan, seed: int) -> list[Guide]:
     batches = itertools.count(step=BATCHES)
     for enlarged in _enlarged_plans(plan):
         found = _learn_round(enlarged, guides, seed, next(batches), ENLARGED_SHARE)
-        guides = _better(guides, found, BOLD)
+        guides = [learn_guide(*scores, guide) for scores, guide in zip(found, guides, strict=True)]
     plan, learnt = plan.apart(), [[] for _ in guides]
     for share in ROUNDS:
         found = _learn_round(plan, guides, seed, next(batches), share)
         learnt = [[*rounds, scores] for rounds, scores in zip(learnt, found, strict=True)]
         pooled = [tuple(map(np.concatenate, zip(*rounds, strict=True))) for rounds in learnt]
-        guides = _better(guides, pooled, BOLD)
-    return [replace(guide, least=LEAST, shares=_bounded(guide)) for guide in guides]
-
-
-def _better(guides: list[Guide], found: list[Scores], least: float) -> list[Guide]:
-    """Return the guides that these scores suggest; those before where there are too few."""
-    return [
-        learn_guide(*scores, least) if len(scores[0]) >= MIN_SCORES else guide
-        for guide, scores in zip(guides, found, strict=True)
-    ]
-
-
-def _bounded(guide: Guide) -> np.ndarray:
-    """Return the probabilities of a guide's boxes where the share LEAST of births is to stay uniform."""
-    volumes = np.prod(guide.widths, axis=1)
-    learnt = (guide.shares - guide.least * volumes) / (1 - guide.least)
-    return LEAST * volumes + (1 - LEAST) * learnt
+        guides = [learn_guide(*scores, guide) for scores, guide in zip(pooled, guides, strict=True)]
+    return [replace(guide, least=LEAST) for guide in guides]
 
 
 def _learn_round(plan: Plan, guides: list[Guide], seed: int, first: int, share: float) -> list[Scores]:
