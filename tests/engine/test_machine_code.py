@@ -42,19 +42,19 @@ SCALAR_REASONS = {
     "searches among edges, segments, parts or facets": (
         "refine_by_cosine", "refine_by_azimuth", "refine_by_place", "refine_by_time", "refine_by_speed",
         "count_phase_space", "point_on_polygon", "born_on_mesh", "score_collisions_in_ball",
-        "score_collisions_in_cylinder", "add_tabulated_pdf",
+        "score_collisions_in_cylinder", "add_tabulated_pdf", "draw_guided_birth",
     ),
     "scatters to rows of tallies": (
         "score_path_by_cell", "score_path_by_cell_in_media", "score_collisions_in_box", "score",
         "score_all", "score_moments", "score_paths_by_medium", "score_and_size", "score_all_and_size",
-        "account_absorbed",
+        "account_absorbed", "add_to_history",
     ),
     "works on a list of lanes, or copies lanes between bundle and bank": (
         "compact_lanes", "list_shadow_rays", "bank_copies", "bank_forced_copies", "take_copies",
         "load_shadow_rays",
     ),
     "writes down states or flights": (
-        "record_snapshot", "record_tracks",
+        "record_snapshot", "record_tracks", "record_birth",
     ),
     "adds to the path of the lane's medium, one of several fields": (
         "follow_paths",
