@@ -259,4 +259,18 @@ FAULTS = (
         "a guide of lamps that are volumes only",
         ("run/test_guided_births::test_backward_runs_with_lamps_that_are_volumes_only",),
     ),
+    Fault(
+        "engine/passes/mis.py",
+        "height = 2.0 * height if reflects else 0.0",
+        "height = 0.0",
+        "flights by a mirror share light as if from where they were reflected to",
+        ("detectors/test_mirror_images::test_a_room_with_a_mirror_is_the_same_to_all_estimators",),
+    ),
+    Fault(
+        "engine/passes/shadow_rays.py",
+        "lane.weight *= reflects if turns else passes",
+        "lane.weight *= reflects",
+        "shadow rays that pass a screen keep what a mirror reflects",
+        ("detectors/test_mirror_images::test_a_sieve_that_light_passes_straight_is_no_obstacle",),
+    ),
 )

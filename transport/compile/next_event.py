@@ -30,11 +30,14 @@ from transport.validation import SceneError, refuse, short_repr
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
+    from transport.scene.materials import Surface
+    from transport.scene.scene import Scene
     from transport.scene.sheets import Sheet
 
 LAMBERTIAN_DENSITY = DIRECTION_DENSITIES["lambertian"]  # [sr^-1] greatest density of directions
 MAX_SPHERE_SCORE = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
 ALL_SCORED, FLAT_SHARE, SPHERE_SHARE = 1, 2, 3  # values of `how` in layout.MIS_SHARE
+LINKED = "mirror", "transparent", "diffuse", "black"  # interactions at surfaces that shadow rays pass
 GRID_SAFETY = 1.1  # safety factor over the maximum on a grid of points
 MAX_FACES = 256  # of a mesh whose faces are bounded one by one
 MIN_RELATIVE_SIZE = 1e-12  # of a coordinate: 1000 roundings across a detector
@@ -77,6 +80,8 @@ def lower_next_event(plan: Plan, sheets: list[Sheet]) -> None:
     """Fill what shadow rays need: an Expectation and a Guard for each detector that they sample points on."""
     if not plan.sends_shadow_rays:
         return
+    if are_connected(plan.scene):
+        plan.links = _links(plan)
     for detector in plan.scene.meters:
         if uses_next_event(plan.scene, detector):
             plan.expectations.append(_expectation(plan, detector, len(plan.expectations)))
@@ -84,9 +89,75 @@ def lower_next_event(plan: Plan, sheets: list[Sheet]) -> None:
     _add_guards(plan, sheets)
 
 
+# ---- Surfaces that shadow rays pass: straight through, or by the image of the detector in a flat mirror.
+#
+# A ray to the image of a detector is reflected where it meets the mirror, within its outline, and then goes
+# to the detector. Flights share the light of such a path as that of a straight one, by its whole length.
+
+
+def are_connected(scene: Scene) -> bool:
+    """Return whether shadow rays connect all specular paths of a scene that has any.
+
+    They do where nothing is specular but one flat mirror, which may transmit and be part of a mixture, and
+    surfaces that light passes straight.
+    """
+    specular = [surface for surface in scene.surfaces if surface.material.is_specular]
+    parts = [part for surface in specular for part in surface.material.elements]
+    are_plain = all(part.row().interaction in LINKED and part.row().albedo_law is None for part in parts)
+    reflecting = mirrors_of(scene)
+    return bool(specular) and are_plain and len(reflecting) <= 1 and all(s.shape.is_flat for s in reflecting)
+
+
+def mirrors_of(scene: Scene) -> list[Surface]:
+    """Return the surfaces that reflect specularly."""
+    return [s for s in scene.surfaces if any(side.shares.specular > 0 for side in s.material.sides)]
+
+
+def _links(plan: Plan) -> np.ndarray:
+    """Return what shadow rays keep at each surface, by its first row."""
+    surfaces, links = plan.surfaces, np.zeros(len(plan.surfaces), layout.LINK)
+    links["side"] = plan.optics["side"]
+    for first in range(1, len(surfaces)):
+        for side, start in ("front", first), ("back", first + int(surfaces["back"][first])):
+            part = slice(start, start + int(surfaces["parts"][start]))
+            share = np.diff(surfaces["share"][part], prepend=0.0) * surfaces["albedo"][part]
+            material, through = surfaces["material"][part], plan.optics["through"][part]
+            is_mirror = material == layout.MIRROR
+            links[f"{side}_reflects"][first] = (share * (1 - through))[is_mirror].sum()
+            passes = np.where(is_mirror, through, material == layout.TRANSPARENT)
+            links[f"{side}_passes"][first] = (share * passes).sum()
+    return links
+
+
+def _image(plan: Plan, row: np.ndarray, mirror: Shape) -> np.ndarray:
+    """Return the image in a mirror of a detector's row of layout.EXPECTATION."""
+    normal, point = np.array(mirror.normal), np.array(plan.space.place(mirror.center))
+
+    def turned(vectors: np.ndarray) -> np.ndarray:
+        return vectors - 2 * np.multiply.outer(vectors @ normal, normal)
+
+    image = row.copy()
+    for name in ("eu", "ev", "n", "c"):
+        places = [f"{name}{axis}" for axis in "xyz"]
+        moved = point if name == "c" else 0.0
+        vector = turned(np.array([float(row[place]) for place in places]) - moved) + moved
+        for place, value in zip(places, vector.tolist(), strict=True):
+            image[place] = value
+    if row["part_count"]:
+        start, count = int(row["parts"]), int(row["part_count"])
+        parts = plan.arena.memory[start : start + 80 * count].view(np.float64).reshape(count, 10)
+        corners = turned(parts[:, 1:4] - point) + point
+        table = np.column_stack([parts[:, 0], corners, turned(parts[:, 4:7]), turned(parts[:, 7:10])])
+        image["parts"] = plan.arena.place(table)
+    image["sheet"] = -1
+    return image
+
+
 def _add_guards(plan: Plan, sheets: list[Sheet]) -> None:
     """Add a Guard per expected detector, where specular light exists that no shadow ray covers."""
     scene = plan.scene
+    if plan.links is not None:
+        return
     specular = {number for number, surface in enumerate(scene.surfaces) if surface.material.is_specular}
     numbers = {id(surface): number for number, surface in enumerate(scene.surfaces)}
     # Find the specular surfaces by sheet.
@@ -144,16 +215,25 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         if kind is None:
             return []
         row = layout.row(layout.EXPECTATION, values, sharing=0.0 if is_pure else kind[0])
-        connect = tuple((name, row) for name in (draw, *_connections(shape)))
-        contribution = layout.row(layout.CONTRIBUTION, first=first, scale=scale, **density)
-        return [Rays(connect, contribution, legs, kind[0])]
+        rows = [(row, first)]
+        for mirror in mirrors_of(plan.scene) if plan.links is not None else ():
+            rows.append((_image(plan, row, mirror.shape), first + layout.IMAGE_RAY))
+        ways = []
+        for each, number in rows:
+            names = _connections(shape) if ways else (draw, *_connections(shape))  # all from one draw
+            contribution = layout.row(layout.CONTRIBUTION, first=number, scale=scale, **density)
+            ways.append(Rays(tuple((name, each) for name in names), contribution, legs, kind[0]))
+        return ways
 
     draw = "draw_point" if number else "draw_joint_point_at_birth"
     by_emitter = [rays(births.get(k), draw, **_law(emitter)) for k, emitter in enumerate(plan.emitters)]
     held = _mis_columns(shape, values, is_pure, sheet)
     # Bound the strongest ray and the largest MIS share per side, which diagnostics compare with the scores.
     places = {side: _event_shapes(plan, shape, side) for side in ("front", "back")}
-    strongest = {side: _largest_score(shape, side, is_pure, kinds) for side, kinds in places.items()}
+    strongest = {
+        side: _largest_score(shape, side, is_pure, plan.links is not None, kinds)
+        for side, kinds in places.items()
+    }
     nearest = {
         side: 0.0 if is_pure else max((_flight_share(shape, *kind) for *_, kind in kinds), default=0.0)
         for side, kinds in places.items()
@@ -187,7 +267,8 @@ def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, floa
         if sent > 0:
             pieces = _triangles(surface.shape) if shape.is_flat else surface.shape.pieces()
             places += [(piece, sent, LAMBERTIAN_DENSITY, False) for piece in pieces]
-    places = [place for place in places if not is_behind(place[0], shape, side)]
+    if plan.links is None:  # a mirror may stand before the detector
+        places = [place for place in places if not is_behind(place[0], shape, side)]
     return [
         (where, sent, (peak, _min_distance(where, shape, filled))) for where, sent, peak, filled in places
     ]
@@ -204,14 +285,22 @@ def _triangles(shape: Shape) -> tuple[Shape, ...]:
 
 
 def _largest_score(
-    shape: Shape, side: str, is_pure: bool, places: list[tuple[Shape, float, tuple[float, float]]]
+    shape: Shape,
+    side: str,
+    is_pure: bool,
+    is_linked: bool,
+    places: list[tuple[Shape, float, tuple[float, float]]],
 ) -> float:
-    """Return the largest score of a shadow ray from one of these places, for a particle of weight 1."""
+    """Return the largest score of a shadow ray from one of these places, for a particle of weight 1.
+
+    is_linked: rays may be reflected on their way.
+    """
     most = 0.0
     bounds = [(sent * _max_score(shape, is_pure, *kind), sent, place) for place, sent, kind in places]
     for bound, sent, place in sorted(bounds, key=lambda each: -each[0]):
         if bound > most:  # Skip the costlier bound by angles where it cannot raise the result.
-            most = max(most, min(bound, sent * _bound_by_angles(place, shape, side)))
+            by_angles = math.inf if is_linked else sent * _bound_by_angles(place, shape, side)
+            most = max(most, min(bound, by_angles))
     return most
 
 
@@ -309,7 +398,8 @@ def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
     walls = [surface.shape for surface in scene.surfaces if surface.material.max_diffuse_share > 0]
     if not walls:
         return None
-    facing = [s for s in walls if not (shape.is_flat and are_on_one_support(s, shape))]
+    is_own = shape.is_flat and plan.links is None
+    facing = [s for s in walls if not (is_own and are_on_one_support(s, shape))]
     return LAMBERTIAN_DENSITY, min((_min_distance(wall, shape) for wall in facing), default=math.inf)
 
 

@@ -145,6 +145,7 @@ class Plan:
     points: list = field(default_factory=list)  # one compile.points.PointPlan per point detector
     # One next_event.Expectation per detector that events send shadow rays to.
     expectations: list = field(default_factory=list)
+    links: np.ndarray | None = None  # layout.LINK by row of surfaces, where shadow rays pass them
     # One next_event.Guard per such detector that specular surfaces may send light to.
     guards: list = field(default_factory=list)
     # like `layers`, for shadow rays to these detectors

@@ -40,6 +40,26 @@ def record_pdf_at_walls(lane, table):
     lane.ex, lane.ey, lane.ez = select(acts, lane.x, lane.y, lane.z, lane.ex, lane.ey, lane.ez)
 
 
+@lane_pass(layout.MIS_LINK)
+def record_pdf_across_mirrors(lane, table):
+    """Record the same where shadow rays pass straight through surfaces and are reflected by a mirror.
+
+    The point becomes its image: from there the path is straight.
+    """
+    acts = lane.surface != 0
+    is_diffuse, is_mirror = lane.material == layout.DIFFUSE, lane.material == layout.MIRROR
+    reflects = is_mirror & ((table.transmits == 0) | (lane.transmitted != 1.0))
+    links = is_mirror | (lane.material == layout.TRANSPARENT)
+    now = table.peak if is_diffuse else (lane.mis_pdf if links else 0.0)
+    x, y, z = lane.x, lane.y, lane.z
+    height = (lane.ex - x) * lane.nx + (lane.ey - y) * lane.ny + (lane.ez - z) * lane.nz
+    height = 2.0 * height if reflects else 0.0
+    ex, ey, ez = lane.ex - height * lane.nx, lane.ey - height * lane.ny, lane.ez - height * lane.nz
+    ex, ey, ez = select(is_diffuse, x, y, z, ex, ey, ez)
+    lane.mis_pdf = now if acts else lane.mis_pdf
+    lane.ex, lane.ey, lane.ez = select(acts, ex, ey, ez, lane.ex, lane.ey, lane.ez)
+
+
 @lane_pass(layout.MIS_PEAK)
 def record_pdf_at_collisions(lane, table):
     """Record the same at collisions."""

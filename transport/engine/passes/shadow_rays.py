@@ -17,6 +17,7 @@ from transport.physics.bits import bits_of, float_of
 from transport.physics.device import choose, device
 from transport.physics.directions import unit_and_length
 from transport.physics.elementary import exp_negative
+from transport.physics.interfaces import reflected
 from transport.physics.sight import henyey_greenstein_density, rayleigh_density
 
 
@@ -224,3 +225,26 @@ def end_next_event_rays(lane, table):
     """End rays at acting surfaces, and behind their target."""
     acts = lane.surface != 0
     lane.weight = choose(acts | (lane.leg <= 0), 0.0, lane.weight)
+
+
+@lane_pass(layout.ROWS)
+def redirect_next_event_rays(lane, table):
+    """Let rays pass straight through acting surfaces, or be reflected by the mirror of their image, once.
+
+    They keep the share of the weight that does so, and end behind their target.
+    """
+    rows = view(lane.arena + table.rows, table.count, layout.LINK)
+    if lane.surface != 0:
+        row = rows[uint64(lane.surface)]
+        is_back = row.side * lane.mu > 0.0
+        reflects = row.back_reflects if is_back else row.front_reflects
+        passes = row.back_passes if is_back else row.front_passes
+        turns = (lane.tally >= layout.IMAGE_RAY) & (reflects > 0.0)
+        lane.weight *= reflects if turns else passes
+        if turns:
+            lane.ux, lane.uy, lane.uz = reflected(
+                lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu
+            )
+            lane.mu = -lane.mu
+            lane.tally -= layout.IMAGE_RAY
+    lane.weight = choose(lane.leg <= 0, 0.0, lane.weight)

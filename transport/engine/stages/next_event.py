@@ -26,7 +26,10 @@ def rays_from_births(plan, emitter):
 def rays_from_walls(plan):
     """Yield the steps that cast rays from diffuse walls to every detector."""
     yield from _cast([rays for each in plan.targets for rays in each.walls], "contribute_from_walls")
-    if plan.expectations and plan.reflects:
+    if plan.expectations and plan.links is not None:
+        row = layout.row(layout.MIS_LINK, peak=LAMBERTIAN_DENSITY, transmits=plan.transmits)
+        yield step(mis.record_pdf_across_mirrors, row)
+    elif plan.expectations and plan.reflects:
         yield step(mis.record_pdf_at_walls, _pdf_table(LAMBERTIAN_DENSITY))
 
 

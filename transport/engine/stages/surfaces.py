@@ -113,7 +113,10 @@ def cross_shadow_rays(plan):
         for layer in range(len(plan.layers)):
             yield from _score_next_event(plan, layer)
         yield from mark_visits(plan)
-        yield step(shadow_rays.end_next_event_rays)
+        if plan.links is None:
+            yield step(shadow_rays.end_next_event_rays)
+        else:
+            yield step(shadow_rays.redirect_next_event_rays, plan.arena.table(plan.links))
     yield from cross_media(plan)
     if passes:
         yield step(intersections.restore_ray)

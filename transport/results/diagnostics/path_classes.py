@@ -200,7 +200,8 @@ def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[Pat
         yield PathClass("light", number, 1.0, MORE_PARTICLES, name=ALL_LIGHT)
         return
     # Flights: light that no ray connects.
-    mirrors = specular_surfaces_of(scene, shape, side_seen)
+    is_linked = plan.links is not None and all(expectation.births)
+    mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side_seen)
     beams = list(unconnected_sources(plan, shape, side_seen))
     unconnected = [*surface_names(scene, mirrors), *beams]
     largest = heaviest if unconnected else expectation.largest_flight_share[face]
