@@ -183,7 +183,8 @@ def made_column(batches: list[Batch], values: np.ndarray) -> Column:
 class ViewReading(Tally):
     """The quantities of a Camera, an EnvironmentMap or a PointDetector in a backward run.
 
-    A Camera or an EnvironmentMap has `radiance`; a sensor of all directions has `fluence_rate`.
+    A Camera or an EnvironmentMap has `radiance`, without the direct light of Points and Beams; a sensor of
+    all directions has `fluence_rate`, except an EnvironmentMap where there are such sources.
 
     Parameters
     ----------
@@ -267,6 +268,11 @@ class ViewReading(Tally):
 
     def _measures_of(self, quantity: str) -> tuple[str, ...]:
         return ("solid angle",) if quantity == "radiance" else ()
+
+    @cached_property
+    def lacks(self) -> Lacks:
+        """What the user's scene, not the adjoint one, or the sensor was not set up for."""
+        return self.lacks_of(self._result.scene, self.detector)
 
     @staticmethod
     def lacks_of(scene: SceneParts, detector: PointInstrument | PointDetector) -> Lacks:

@@ -341,7 +341,8 @@ def _classes_of_source(
         what = f"light from {lamp.name!r} via diffuse walls or scattering"
         yield PathClass(what, met.rays, heaviest / rays.scale, gain=gain)
     if rays.from_walls:
-        what = f"light from {lamp.name!r} via {'walls near it' if met.rays else 'diffuse walls'}"
+        is_near = met.rays and lamp.source.emission.law != "beam"
+        what = f"light from {lamp.name!r} via {'walls near it' if is_near else 'diffuse walls'}"
         yield PathClass(what, met.strong_rays, heaviest * rays.strongest, gain=gain, name="strong rays")
 
 
