@@ -206,7 +206,7 @@ class ViewReading(Tally):
         needs=("bins",),
     )
     fluence_rate = Formula(
-        "Fluence rate at the point, φ = ∫ L dω over all directions [W m^-2].",
+        "Fluence rate at the point, φ = ∫ L dω over all directions, direct light of Beams included [W m^-2].",
         lambda tally: tally._fluence_rate(),
         needs=("all directions",),
     )
