@@ -78,6 +78,22 @@ def test_a_beam_lights_one_side_of_a_detector_and_a_point_in_it(side, share):
     assert float(result["point"].fluence_rate.value) == pytest.approx(1000.0, rel=1e-9)
 
 
+@pytest.mark.parametrize(("x", "is_lit"), [(0.79, False), (0.81, True)])
+@pytest.mark.parametrize("unit", [1e-9, 1.5e11])
+def test_a_shadow_is_as_sharp_in_any_unit(unit, x, is_lit):
+    sky = tp.Rectangle(center=(0, 0, 5 * unit), normal=(0, 0, -1), width=20 * unit, height=20 * unit)
+    box = tp.Surface(tp.Box(center=(0, 0, 0.51 * unit), size=unit), tp.Black())
+    scene = tp.Scene(replace(SUN, shape=sky), box, speck((x * unit, 0, 0), radius=1e-4 * unit))
+    found = float(run(scene, 1000)["speck"].irradiance.value)
+    assert found == pytest.approx(is_lit * 1000 * SLANT, rel=1e-9)
+
+
+def test_a_sun_a_million_metres_away():
+    sky = tp.Disk(center=(-3e5, 0, 1e6), normal=(0.3, 0, -1), radius=100.0)
+    scene = tp.Scene(replace(SUN, shape=sky), FLOOR, speck((0, 0, 1e-3)))
+    assert float(run(scene, 1000)["speck"].irradiance.value) == pytest.approx(1000 * SLANT, rel=1e-9)
+
+
 @pytest.mark.parametrize("place", [(0.81, 0, 0), (0.79, 0, 0), (0, 0.49, 0), (0, 0.51, 0), (-0.51, 0, 0)])
 def test_a_box_in_the_sun_casts_a_sharp_shadow_on_the_ground(place):
     """A box of side 1, 0.01 over the ground: its top edge at x = 0.5 shades up to 0.5 + 0.3 * 1.01."""
@@ -136,6 +152,22 @@ def test_a_point_lamp_anywhere_in_a_white_sphere(place):
     assert_agrees(result["map"].radiance, exact)
     assert_rejected(result["map"].radiance, 1.05 * exact)
     assert result["map"].radiance.value == pytest.approx(exact, rel=0.03)
+
+
+CLOSED = {
+    "sphere": tp.Sphere(radius=1.0),
+    "box": tp.Box(size=(1, 2, 1.5)),
+    "mesh of a sphere": tp.Mesh.sphere(radius=1.0, triangles=320),
+}
+
+
+@pytest.mark.parametrize("shape", CLOSED.values(), ids=CLOSED)
+def test_what_arrives_at_all_walls_of_a_closed_room_is_the_power_over_its_absorptance(shape):
+    wall = tp.Surface(shape, tp.Diffuse(0.6), "wall")
+    lamp = tp.Source(tp.Point(position=(0.1, 0.2, -0.1)), tp.Isotropic(power=3.0))
+    found = run(tp.Scene(lamp, wall, tp.Detector("wall", side="inside")), 300_000)["wall"].flux_in
+    assert_agrees(found, 3.0 / 0.4)
+    assert found.relative_error < 0.002
 
 
 # ---- in media ----
@@ -232,6 +264,55 @@ def test_forward_and_backward_runs_agree(name):
     point = tp.Scene(sources, surfaces, tp.PointDetector(PLACE, "point"), medium)
     there, back = run(point, 300_000, 2, estimator="analog"), run(point, 300_000)
     assert_agrees(there["point"].fluence_rate - back["point"].fluence_rate, 0)
+
+
+def random_room(number):
+    """A grey box with one to four grey objects and one to three lamps, and in half of the rooms mist."""
+    rng = np.random.default_rng(number)
+    size = rng.uniform(1.5, 3.0, 3)
+    reach = 0.3 * size.min() / 2
+
+    def direction():
+        return tuple(rng.normal(size=3))
+
+    surfaces = [tp.Surface(tp.Box(size=tuple(size)), tp.Diffuse(rng.uniform(0.2, 0.8)))]
+    for corner in ((-1, -1, -1), (1, -1, 1), (-1, 1, 1), (1, 1, -1))[: rng.integers(1, 5)]:
+        place = tuple(0.225 * size * corner)
+        shape = (
+            tp.Sphere(center=place, radius=reach),
+            tp.Box(center=place, size=tuple(rng.uniform(0.5, 1.0, 3) * reach)),
+            tp.Rectangle(center=place, normal=direction(), width=reach, height=0.8 * reach),
+            tp.Disk(center=place, normal=direction(), radius=0.6 * reach),
+        )[rng.integers(4)]
+        through = rng.uniform(0, 0.4) if shape.is_flat else 0.0
+        surfaces.append(tp.Surface(shape, tp.Diffuse(rng.uniform(0.1, 0.6), transmission=through)))
+    lamps = []
+    for _ in range(rng.integers(1, 4)):
+        place, power = tuple(rng.uniform(-0.12, 0.12, 3) * size), rng.uniform(1, 10)
+        roof = (*rng.uniform(-0.3, 0.3, 2), 0.47 * size[2])
+        sky = (
+            tp.Disk(center=roof, normal=(0, 0, -1), radius=0.3),
+            tp.Rectangle(center=roof, normal=(0, 0, -1), width=0.5, height=0.4),
+        )[rng.integers(2)]
+        beam = tp.Beam((*rng.uniform(-0.5, 0.5, 2), -1), power=power)
+        lamps.append(
+            (
+                tp.Source(tp.Point(position=place), tp.Isotropic(power=power)),
+                tp.Source(sky, beam),
+                tp.Source(tp.Sphere(center=place, radius=0.05), tp.Lambertian(power=power)),
+            )[rng.integers(3)]
+        )
+    phase = (tp.Isotropic(), tp.HenyeyGreenstein(0.5), tp.Rayleigh())[rng.integers(3)]
+    mist = tp.Medium(absorption=0.3, scattering=rng.uniform(0.1, 1.5), phase=phase)
+    meter = tp.Disk(center=(0, 0, -0.4 * size[2]), normal=direction(), radius=reach / 6)
+    return tp.Scene(lamps, surfaces, tp.Detector(meter, name="meter"), mist if rng.random() < 0.5 else None)
+
+
+@pytest.mark.parametrize("number", quick(range(1, 21), 1, 2))
+def test_forward_and_backward_runs_agree_in_random_rooms(number):
+    scene = random_room(number)
+    there, back = run(scene, 600_000, 2, estimator="expected"), run(scene, 300_000)
+    assert_agrees(there["meter"].irradiance - back["meter"].irradiance, 0, 1e-6)
 
 
 def test_lamps_are_told_apart():
