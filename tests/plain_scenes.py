@@ -24,6 +24,7 @@ from transport.scene.materials import (  # fmt: skip
     ThinLens,
     TwoSided,
 )
+from transport.scene.media import Medium
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.points import PointDetector
 from transport.scene.pulses import BoxPulse, GaussianPulse, Instant
@@ -314,6 +315,25 @@ def view():
     return Scene(lamps, walls, meters)
 
 
+def lit_by_rays():
+    """A Point, and Beams from a disk, a rectangle and a triangle, in mist: only rays of backward runs find them."""
+    walls = Surface(Box(size=2.0), Diffuse(0.6), "walls")
+    mist = Medium(absorption=0.1, scattering=0.4)
+    shapes = [
+        Disk(radius=0.3, center=(0, 0, 0.9), normal=(0, 0, -1)),
+        Rectangle(width=0.4, height=0.2, center=(0.5, 0, 0.8), normal=(0, 0, -1)),
+        Triangle(vertices=((-0.9, 0, 0.8), (-0.6, 0.4, 0.8), (-0.5, 0, 0.8))),
+    ]
+    lamps = [Source(shape, Beam((0.1, 0.2, -1), power=1.0)) for shape in shapes]
+    lamps += [Source(Point(position=(0.1, 0.2, 0.3)), Isotropic(power=1.0))]
+    lamps += [Source(Disk(radius=0.1, center=(0, 0, -0.9)), LIGHT)]
+    detectors = [
+        Detector(Disk(radius=0.2, center=(0, 0, -0.5)), "disk"),
+        Camera(name="camera", position=(0, -0.8, 0), look_at=(0, 1, 0), pixels=(4, 3)),
+    ]
+    return Scene(lamps, walls, detectors, medium=mist)
+
+
 def plate():
     """A polygon, which events tell what they send there, and a ball of metal."""
     corners = ((0, 0, 1), (1, 0, 1), (1, 0.5, 1), (0.5, 0.5, 1), (0.5, 1, 1), (0, 1, 1))
@@ -334,7 +354,7 @@ TOLD = {
     for name in ("room", "balls", "half_mirrors", "fog", "disks")
 } | {"expected plate": plate}
 BACK = {f"backward {name}": scene for name, scene in backward_scenes.SCENES.items()}
-BACK["backward view"] = view
+BACK |= {"backward view": view, "backward lit by rays": lit_by_rays}
 METHODS = dict.fromkeys(TOLD, Method("expected")) | dict.fromkeys(
     BACK, Method("backward")
 )  # of those that are not analog

@@ -380,15 +380,15 @@ def test_cameras_alone_run_backwards_by_themselves_and_forward_histories_are_ref
     ("source", "says"),
     [
         (
-            tp.Source(tp.Disk(radius=1), tp.Beam((0, 0, 1), power=1.0)),
-            "the Beam of sources[0]; use a Disk or Sphere",
+            tp.Source(tp.Sphere(radius=1), tp.Beam((0, 0, 1), power=1.0)),
+            "got a Sphere in sources[0]; use a Disk",
         ),
         (
-            tp.Source(tp.Point(position=(0, 0, 2)), tp.Isotropic(power=1.0)),
-            "the Point of sources[0]; use a small",
+            tp.Source(tp.Point(position=(0, 0, 2)), tp.Beam((0, 0, 1), power=1.0)),
+            "got a Point in sources[0]; use a Disk",
         ),
     ],
-    ids=["beam", "point"],
+    ids=["ball", "pencil"],
 )
 @pytest.mark.parametrize("estimator", [None, "backward", "analog", "expected", "auto"])
 def test_sources_that_a_camera_cannot_see_are_refused_by_any_estimator_with_one_cure(source, says, estimator):

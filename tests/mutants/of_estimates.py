@@ -263,6 +263,52 @@ FAULTS = (
         (BACKWARD,),
     ),
     Fault(
+        "compile/lamps.py",
+        "largest, unit = peak, 1.0\n",
+        "largest, unit = peak, 2.0\n",
+        "half of the sun in backward runs",
+        (
+            "detectors/test_points_and_beams_backward::test_a_box_in_the_sun_casts_a_sharp_shadow_on_the_ground",
+        ),
+    ),
+    Fault(
+        "compile/lamps.py",
+        "unit = size * size",
+        "unit = size",
+        "a point lamp that fades with the distance instead of its square, backwards",
+        ("detectors/test_points_and_beams_backward::test_a_camera_sees_a_wall_that_a_point_lamp_lights",),
+    ),
+    Fault(
+        "compile/lamps.py",
+        "LAMBERTIAN_DENSITY * cosine / distance**2",
+        "LAMBERTIAN_DENSITY * cosine",
+        "a lamp that nearly touches a detector, and nothing that says so",
+        (
+            "detectors/test_points_and_beams_backward::test_a_lamp_that_nearly_touches_a_detector_or_a_wall_is_doubtful",
+        ),
+    ),
+    Fault(
+        "engine/passes/next_event.py",
+        "lane.score = 1.0 if is_met & (end > lane.start) else 0.0",
+        "lane.score = 1.0 if end > lane.start else 0.0",
+        "a beam without edges in backward runs",
+        ("detectors/test_points_and_beams_backward::test_all_power_of_a_beam_arrives_whatever_its_shape",),
+    ),
+    Fault(
+        "engine/passes/backward.py",
+        "reaches_point(lane, table) & (lane.tally == table.first)",
+        "reaches_point(lane, table)",
+        "rays to one lamp that count for all",
+        ("detectors/test_points_and_beams_backward::test_lamps_are_told_apart",),
+    ),
+    Fault(
+        ADJOINT,
+        "is_divided=direction is not None",
+        "is_divided=False",
+        "direct light of a point lamp as radiance of pixels that do not look at it",
+        ("detectors/test_points_and_beams_backward::test_a_map_sees_all_light_that_fog_scatters",),
+    ),
+    Fault(
         "compile/points.py",
         "(np.arange(POINT_ROWS) - POINT_MIDDLE + 1)",
         "(np.arange(POINT_ROWS) - POINT_MIDDLE)",

@@ -73,7 +73,7 @@ MIRRORED = 0.824336  # [W m^-2] that LAMP sends to EYE by PANEL, by the lamp's i
 
 
 # A second mirror, to which no light comes: where there are two, no ray connects the light of either.
-SECOND = tp.Surface(tp.Disk(center=(0, 0, 50), radius=1.0), tp.TwoSided(tp.Mirror(1.0), tp.Transparent()), "second")
+SECOND = tp.Surface(tp.Disk(center=(0, 0, 50), radius=1.0), tp.TwoSided(tp.Mirror(1.0), tp.Black()), "second")
 
 
 def mirror(material=None, detectors=(EYE,)):
@@ -276,7 +276,7 @@ def test_merged_resumed_and_saved_runs_keep_findings(tmp_path):
         assert json.loads(attributes["findings"])[0]["what"] == UNSEEN
         for name in ("flux_in", "irradiance"):
             assert whole["m"].quantities[name].is_doubtful and saved[f"{name}_doubtful"][()] == 1
-        assert not whole.ledger["absorbed"].is_doubtful and "absorbed_doubtful" not in stored.variables
+        assert not whole.ledger["escaped"].is_doubtful and "escaped_doubtful" not in stored.variables
 
 
 # ---- light that is missed, and light that cannot be ----

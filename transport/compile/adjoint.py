@@ -16,7 +16,9 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.detectors import LARGE_SHARE, edge_columns
+from transport.compile.lamps import LampRays, add_lamp, strength_of
 from transport.compile.media import emitting_media
+from transport.compile.methods import found_by_rays_alone
 from transport.compile.next_event import side_of
 from transport.compile.plan import Emitter, Step
 from transport.compile.rows import Rows
@@ -50,12 +52,14 @@ DIRECTION_PASSES = {
 
 @dataclass(frozen=True)
 class DetectedSource:
-    """A source of the user's scene, and the detector that replaces it in the adjoint scene."""
+    """A source of the user's scene, and the detector that replaces it in the adjoint scene, if any does."""
 
     name: str
     source: Source
-    detector: Detector | VolumeDetector
-    strength: float  # radiance [W m^-2 sr^-1]; for a volume, emission coefficient [W m^-3 sr^-1]
+    detector: Detector | VolumeDetector | None  # None where only shadow rays find it (compile/lamps.py)
+    # Radiance [W m^-2 sr^-1]; for a volume, emission coefficient [W m^-3 sr^-1]; for a Point, intensity
+    # [W/sr]; for a Beam, irradiance across it [W m^-2].
+    strength: float
 
 
 @dataclass(frozen=True)
@@ -84,8 +88,8 @@ class Adjoint:
     parts: tuple[SensorPart, ...]
     first: int
     cells: int
-    # of the sources that shadow rays are sent to: factor by which their sums are scaled up
-    scales: dict[int, float]
+    rays: dict[int, LampRays]  # by source that shadow rays are sent to
+    ray_lamps: tuple[np.ndarray, ...]  # rows of layout.RAY_LAMP of those without a detector
 
     def parts_of(self, sensor: Sensor) -> list[SensorPart]:
         """Return the pieces of a detector."""
@@ -97,7 +101,7 @@ def adjoint_scene(scene: Scene) -> tuple[Scene, tuple[DetectedSource, ...]]:
     lamps = [_detected_source(scene, source, f"sources[{k}]") for k, source in enumerate(scene.sources)]
     lamps += [_detected_source(scene, glow, f"glow[{k}]") for k, glow in enumerate(emitting_media(scene))]
     sources = [_source(detector) for detector in scene.detectors]
-    detectors = [lamp.detector for lamp in lamps]
+    detectors = [lamp.detector for lamp in lamps if lamp.detector is not None]
     turned = Scene(sources=sources, surfaces=scene.surfaces, detectors=detectors, medium=scene.medium)
     return turned, tuple(lamps)
 
@@ -112,12 +116,14 @@ def _source(sensor: Sensor) -> Source:
 def _detected_source(scene: Scene, source: Source, place: str) -> DetectedSource:
     """Return a source with the detector that replaces it, and its strength."""
     shape, label = scene.shape_of(source), f"lamp {place}"
+    name = source.shape if isinstance(source.shape, str) else place
+    if found_by_rays_alone(scene, source):
+        return DetectedSource(name, source, None, strength_of(source, shape))
     power = source.amount(shape, None)
     if source.emission.fills_volume:
         return DetectedSource(
             place, source, VolumeDetector(shape, name=label), power / (4 * math.pi * shape.volume)
         )
-    name = source.shape if isinstance(source.shape, str) else place
     seen_by = Detector(source.shape, name=label, side=source.side)
     return DetectedSource(name, source, seen_by, power / (math.pi * shape.area))
 
@@ -139,12 +145,8 @@ def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) ->
             emitters.append(_emitter(emitter, share, row, place, direction, weigh))
             first += cells
     plan.emitters = emitters
-    _fill_rows(plan, lamps, first)
-    scale_of = {each.detector.name: each.scale for each in plan.expectations}
-    scales = {
-        k: scale_of[lamp.detector.name] for k, lamp in enumerate(lamps) if lamp.detector.name in scale_of
-    }
-    plan.adjoint = Adjoint(scene, lamps, tuple(parts), plan.rows_of["cells"].first, first, scales)
+    rays, rows = _fill_rows(plan, scene, lamps, first)
+    plan.adjoint = Adjoint(scene, lamps, tuple(parts), plan.rows_of["cells"].first, first, rays, rows)
 
 
 def _emitter(
@@ -168,34 +170,51 @@ def _emitter(
         cells=tuple(steps),
         place=emitter.place if place is None else (place, row),
         law=emitter.law if direction is None else (direction, row),
-        facing=None,
+        is_divided=direction is not None,
+        facing=emitter.facing if direction is None else None,
         target=None if weigh is None else ((weigh, row),),
     )
 
 
-def _fill_rows(plan: Plan, lamps: tuple[DetectedSource, ...], cells: int) -> None:
-    """Place the sums by cell after all other rows, and point the detectors to them."""
-    first, blocks = plan.rows, 1 + len(lamps) * (2 if plan.expectations else 1)
+def _fill_rows(
+    plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], cells: int
+) -> tuple[dict[int, LampRays], tuple[np.ndarray, ...]]:
+    """Place the sums by cell after all other rows, and point the detectors and shadow rays to them.
+
+    Return the rays by source, and the rows of the sources without a detector.
+    """
+    has_rays = plan.expectations or any(lamp.detector is None for lamp in lamps)
+    first, blocks = plan.rows, 1 + len(lamps) * (2 if has_rays else 1)
     plan.rows_of["cells"] = Rows(first, (), (), blocks * cells)
     plan.rows = plan.rows_of["cells"].past
     plan.axes.add("cell")
-    volumes = iter(plan.volumes)
+    volumes, rays, rows = iter(plan.volumes), {}, []
     for number, lamp in enumerate(lamps, start=1):
+        of_rays = first + (number + len(lamps)) * cells
         if isinstance(lamp.detector, VolumeDetector):
             next(volumes).row["first"] = first + number * cells
+        elif lamp.detector is None:
+            shape = scene.shape_of(lamp.source)
+            found = rays[number - 1] = add_lamp(plan, lamp.source, shape, of_rays)
+            strong = LARGE_SHARE * found.strongest * found.scale
+            rows.append(layout.row(layout.RAY_LAMP, strong=strong, first=of_rays))
         else:
             of_lamp = [name == lamp.detector.name for name in plan.detector_names]
             plan.detectors["by_cell"][of_lamp] = first + number * cells
-            plan.detectors["of_rays"][of_lamp] = first + (number + len(lamps)) * cells
+            plan.detectors["of_rays"][of_lamp] = of_rays
             for each in plan.expectations:
                 if each.detector.name == lamp.detector.name:
                     strongest = each.largest_score[side_of(lamp.detector)]
                     plan.detectors["strong"][of_lamp] = LARGE_SHARE * strongest * each.scale
-    # A birth sends its shadow ray within its own cell, which rays in all directions could not respect.
+                    events = bool(each.walls), bool(each.collisions)
+                    rays[number - 1] = LampRays(each.scale, strongest, *events)
+    # A birth sends rays to a lamp within its own cell, by its flight, which rays in all directions could not
+    # respect.
     for each in plan.expectations:
         each.births[:] = [[]] * len(plan.emitters)
     for emitter in plan.emitters:
         emitter.cells[0][1]["births"] = first
+    return rays, tuple(rows)
 
 
 def gains_of(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], emitter: Emitter) -> np.ndarray:

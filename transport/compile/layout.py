@@ -62,6 +62,9 @@ FIELD_MOVES = np.dtype([("fields", "i8"), ("count", "i8")])  # offset and number
 QUEUE = np.dtype([("arriving", FIELD_MOVES), ("flying", FIELD_MOVES)])
 BITS = np.dtype([("bits", "i8")])  # of `covered`
 LEG = np.dtype([("leg", "i8")])  # of a shadow ray
+# Marks of a shadow ray: crossings of its detector that are left, or of a ray to a point STRAIGHT_LEG, and
+# FIRST_LEG minus the point's number where a second leg follows.
+STRAIGHT_LEG, FIRST_LEG = -1, -2
 
 
 def _floats(names: str) -> list[tuple[str, str]]:
@@ -257,6 +260,12 @@ VOLUME_IN_GRID = np.dtype([("volume", VOLUME), ("grid", GRID), ("fades", "i8")])
 POINT = np.dtype(_floats("x y z") + _integers("number medium"))
 # A box of half sides h, or a sphere of radius hx, about c that emits uniformly; scale: 1 over its volume.
 POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("number"))
+# A part of a Beam's shape (its columns), which emits in direction u. slack: distance by which rounding of
+# coordinates can move the end of a ray there.
+BEAM_PART = np.dtype(_floats(FRAME + " half_u half_v inner2 outer2 ax ay az bx by bz ux uy uz slack"))
+# A source that shadow rays end at in a backward run. first: its row of sums in cell 0; strong: the least
+# score that counts as strong.
+RAY_LAMP = np.dtype(_floats("strong") + _integers("first"))
 # Density per steradian of a phase function, or of one part of a mixture that begins with `number`.
 POINT_PHASE = np.dtype(_floats("g share") + _integers("number cosines values cells"))
 # Row POINT_MIDDLE + k of a point detector holds scores from 2^(4 k) up to 2^(4 k + 4), down to the smallest

@@ -35,6 +35,7 @@ from transport.validation import SceneError, name_hint, short_repr
 
 if TYPE_CHECKING:
     from transport.scene.scene import Scene
+    from transport.scene.sources import Source
 
 
 ESTIMATORS = "analog", "aimed", "expected", "backward"  # the simplest first
@@ -120,7 +121,11 @@ def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
         yield f"it needs sampling 'random', got {method.sampling!r}; leave one of them out"
     if method.estimator == "aimed":
         yield "estimator 'aimed' aims all births; write estimator='analog' or 'expected'"
-    if method.estimator != "backward":
+    if method.estimator == "backward":
+        for number, source in enumerate(scene.sources):
+            if found_by_rays_alone(scene, source):
+                yield f"no history arrives at sources[{number}], a Point or a Beam; leave guide out"
+    else:
         if not scene.meters:
             yield "it learns from Detectors on surfaces, and there is none; leave guide out"
         for number, source in enumerate(scene.sources):
@@ -266,17 +271,20 @@ def can_sample_points_on(shape: Shape) -> bool:
 # What each part becomes (all others are unchanged):
 #
 #     Lambertian source         detector on its side: arriving weight times radiance
+#     Point source              target of shadow rays: their pdf / r^2 times intensity (compile/lamps.py)
+#     Beam from a flat shape    target of shadow rays against it: their pdf times irradiance
 #     Isotropic volume source   volume detector: weight times path length times emission per m^3 and sr
 #     emitting medium           the same, over its body
 #     Detector                  source with cosine law into its bins, from its receiving side
 #     PointDetector             point that emits into all directions
 #     Camera, EnvironmentMap    point that emits into each pixel or bin
 #
-# What cannot be run backward is refused: sources that no history reaches (a Point, any Beam); particles and
-# time; options of detectors that need a history's past (Detector.options_of_the_past); volumes; surfaces
-# that are not reciprocal (ThinLens, which does not conserve L/eta^2 equally from both sides; a TwoSided whose
-# sides transmit differently). Light that leaves a detector has no backward estimate: put a detector on the
-# other side. The `aim` of a source is ignored: the whole source counts.
+# What cannot be run backward is refused: light of Points and Beams by way of specular surfaces, or in bins of
+# direction; particles and time; options of detectors that need a history's past
+# (Detector.options_of_the_past); volumes; surfaces that are not reciprocal (ThinLens, which does not conserve
+# L/eta^2 equally from both sides; a TwoSided whose sides transmit differently). Light that leaves a detector
+# has no backward estimate: put a detector on the other side. The `aim` of a source is ignored: the whole
+# source counts.
 
 SHAPES_WITH_POSITIONS = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
 TRANSMITTANCE_TOLERANCE = 1e-12  # tolerance of equal transmittances
@@ -293,7 +301,7 @@ def _against_backward(scene: Scene) -> Iterator[str]:
     No other estimator is a cure where a Camera or an EnvironmentMap needs this one.
     """
     removal = next((f"take out {type(each).__name__} {each.name!r}" for each in scene.instruments), None)
-    analog, expected = removal or "write estimator='analog'", removal or "write estimator='expected'"
+    analog = removal or "write estimator='analog'"
     if scene.duration is not None:
         yield f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
     if scene.measured_in == "particles":
@@ -303,12 +311,9 @@ def _against_backward(scene: Scene) -> Iterator[str]:
     for detector in scene.detectors:
         yield from _against_sensor(scene, detector)
     for number, source in enumerate(scene.sources):
-        title = f"sources[{number}]"
-        if source.emission.law == "beam":
-            lamp = "use a Disk or Sphere that shines by Lambertian() from far away, or " if removal else ""
-            yield f"no history can hit the Beam of {title}; {lamp}{analog}"
-        if isinstance(scene.shape_of(source), Point):
-            yield f"no history can hit the Point of {title}; use a small Sphere, or {expected}"
+        if found_by_rays_alone(scene, source):
+            expected = removal or "write estimator='expected' with guide=1_000_000"
+            yield from _against_rays(scene, source, f"sources[{number}]", analog, expected)
     for number, surface in enumerate(scene.surfaces):
         title = surface_name(scene, number)
         for part in surface.material.elements:
@@ -321,6 +326,37 @@ def _against_backward(scene: Scene) -> Iterator[str]:
         differences = front.diffuse_through - back.diffuse_through, front.straight - back.straight
         if max(map(abs, differences)) > TRANSMITTANCE_TOLERANCE:
             yield f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
+
+
+def found_by_rays_alone(scene: Scene, source: Source) -> bool:
+    """Return whether only shadow rays find a source in a backward run: a Point, or any Beam."""
+    return source.emission.law == "beam" or isinstance(scene.shape_of(source), Point)
+
+
+def _against_rays(scene: Scene, source: Source, title: str, analog: str, expected: str) -> Iterator[str]:
+    """Yield the reasons why shadow rays do not find all light of a Point or a Beam."""
+    shape, is_beam = scene.shape_of(source), source.emission.law == "beam"
+    what = f"the {'Beam' if is_beam else 'Point'} of {title}"
+    lamp = "use a Disk that shines by Lambertian() from far away" if is_beam else "use a small Sphere"
+    if is_beam and (not shape.is_flat or shape.hole is not None):
+        got = f"a {type(shape).__name__}{' with a hole' if shape.hole is not None else ''}"
+        yield f"rays find a Beam from a whole flat shape only, got {got} in {title}; use a Disk, or {analog}"
+    if not (is_beam or source.emission.ray_densities):
+        yield f"the density of directions of {what} is not known to rays; {lamp}, or {analog}"
+    # Light in single directions: no ray samples them, and no history can hit the source.
+    for number, surface in enumerate(scene.surfaces):
+        if surface.material.is_specular:
+            lost = f"no ray finds light of {what} by way of {surface_name(scene, number)}, which is specular"
+            yield f"{lost}; {lamp}, or {expected}"
+    scatters = any(np.max(medium.scattering) > 0 for medium in named_media(scene))
+    for detector in scene.detectors:
+        name = f"{type(detector).__name__} {detector.name!r}"
+        if getattr(detector, "directions", None) is not None:
+            got = short_repr(detector.directions)
+            lost = f"no bin of directions of {name} holds the direct light of {what}, got {got}"
+            yield f"{lost}; leave directions out, {lamp}, or {analog}"
+        if scatters and not is_beam and getattr(detector, "position", None) == shape.position:
+            yield f"{name} must not be at {what} where a medium scatters; move one of them"
 
 
 def _against_sensor(scene: Scene, detector: object) -> Iterator[str]:

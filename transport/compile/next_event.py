@@ -265,7 +265,7 @@ def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, floa
     for surface in plan.scene.surfaces:
         sent = surface.material.max_diffuse_share
         if sent > 0:
-            pieces = _triangles(surface.shape) if shape.is_flat else surface.shape.pieces()
+            pieces = pieces_or_faces(surface.shape) if shape.is_flat else surface.shape.pieces()
             places += [(piece, sent, LAMBERTIAN_DENSITY, False) for piece in pieces]
     if plan.links is None:  # a mirror may stand before the detector
         places = [place for place in places if not is_behind(place[0], shape, side)]
@@ -274,7 +274,7 @@ def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, floa
     ]
 
 
-def _triangles(shape: Shape) -> tuple[Shape, ...]:
+def pieces_or_faces(shape: Shape) -> tuple[Shape, ...]:
     """Return the pieces of a shape; a small mesh by its faces, as those behind a detector do not count."""
     if not 0 < shape.triangles <= MAX_FACES:
         return shape.pieces()

@@ -45,12 +45,18 @@ class Emitter:
     beside: list[np.ndarray]  # boundaries of bodies on which it lies
     # for a detector that particles start at (estimator "backward"): sampling of its cells
     cells: tuple[Step, ...] = ()
+    is_divided: bool = False  # whether directions are sampled within such a cell
     is_guided: bool = False  # whether births follow a learnt density (compile/guides.py)
 
     @property
     def weighs_births(self) -> bool:
         """Whether its particles are born with different weights."""
         return self.target is not None or self.is_guided
+
+    @property
+    def ray_densities(self) -> dict[str, float]:
+        """Greatest density of directions [sr^-1] by its law; empty where no ray in any direction is cast."""
+        return {} if self.is_divided else self.source.emission.ray_densities
 
     @property
     def bound(self) -> float:
@@ -142,7 +148,8 @@ class Plan:
     long_rows: int = 0  # rows of four limbs: long scores of detectors, then moments of phase spaces
     max_path_segments: int = 0  # number of path segments to record for a picture; 0: none
     volumes: list = field(default_factory=list)  # one compile.volumes.Volume per volume detector
-    points: list = field(default_factory=list)  # one compile.points.PointPlan per point detector
+    # one compile.points.PointPlan per point detector, or per source that rays of a backward run end at
+    points: list = field(default_factory=list)
     # One next_event.Expectation per detector that events send shadow rays to.
     expectations: list = field(default_factory=list)
     links: np.ndarray | None = None  # layout.LINK by row of surfaces, where shadow rays pass them
@@ -218,7 +225,7 @@ class Plan:
 
     @property
     def targets(self) -> list:
-        """The detectors that events send shadow rays to."""
+        """What events send shadow rays to: detectors, or sources of a backward run."""
         return [*self.points, *self.expectations]
 
     @property

@@ -22,8 +22,8 @@ from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import body_bits_at
 from transport.scene.media import Medium
 from transport.scene.phase_functions import Tabulated
-from transport.scene.points import PointDetector
 from transport.validation import SceneError, refuse
+from transport.vectors import Vector
 
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
@@ -34,7 +34,7 @@ SCALES = np.ldexp(1.0, POINT_OCTAVES * (np.arange(POINT_ROWS) - POINT_MIDDLE + 1
 NEAR_EXTENTS = 1.5
 
 
-MAX_POINTS = 255  # values of a detector's number in the random number counter
+MAX_POINTS = 255  # values of a target's number in the random number counter
 DETOURS = "connect_by_detour", "connect_along_beam"  # passes of rays that are scattered once more
 
 RayPass = tuple[str, np.ndarray]  # name of a pass, and its row
@@ -46,16 +46,19 @@ class Rays:
 
     connect: tuple[RayPass, ...]  # passes that sample a point on the detector and connect the event to it
     contribution: np.ndarray  # row of layout.CONTRIBUTION
-    leg: int = 0  # mark of these rays (bundle.py)
+    leg: int  # mark of these rays (layout.STRAIGHT_LEG)
     peak: float = 0.0  # [sr^-1] greatest density of directions after such events
 
 
 @dataclass(frozen=True)
 class PointPlan:
-    """A point detector ready to run: its row of layout.POINT, and the rays that events of each kind send."""
+    """A point that rays end at, ready to run: its row of layout.POINT, and the rays of each kind of event.
 
-    detector: PointDetector
+    It is a point detector or, in a backward run, a source (compile/lamps.py).
+    """
+
     row: np.ndarray
+    first: int  # first row of its sums
     births: list[list[Rays]]  # by emitter: direct, and scattered once more in the medium around the point
     walls: list[Rays]  # the same
     collisions: list[Rays]  # in the medium around the point: scattered once more
@@ -66,33 +69,40 @@ def lower_points(plan: Plan) -> None:
     """Give each PointDetector its rows of sums, and fill its table."""
     if len(plan.scene.points) > MAX_POINTS:
         raise SceneError(f"Scene: at most {MAX_POINTS} PointDetectors, got {len(plan.scene.points)}")
-    plan.points.extend(_point(plan, detector, number) for number, detector in enumerate(plan.scene.points))
+    for number, detector in enumerate(plan.scene.points):
+        rows = plan.add_rows(detector.name, Rows(plan.rows, (), (), POINT_ROWS))
+        plan.points.append(point_plan(plan, detector, detector.position, number, rows.first))
 
 
-def _point(plan: Plan, detector: PointDetector, number: int) -> PointPlan:
-    """Return a point detector ready to run, with rows of its own."""
-    rows = plan.add_rows(detector.name, Rows(plan.rows, (), (), POINT_ROWS))
-    scatterers, medium = _scatterers(plan), _medium_row_at(plan, detector)
+def point_plan(
+    plan: Plan, user: object, position: Vector, number: int, first: int, scale: float = 1.0
+) -> PointPlan:
+    """Return a point ready to run, with sums from row `first` on that are multiplied by `scale`.
+
+    user: the point detector or the source there, which a message names.
+    """
+    scatterers, medium = _scatterers(plan), _medium_row_at(plan, position)
     medium = medium if medium in scatterers else -1
     by_flights = bool(scatterers - {medium})
     if by_flights and plan.tracking.forced:
         must = "is not supported with Tracking(forced=True) where other media than the one around it scatter"
-        refuse(detector, f"{must}; omit forced=True")
-    place = layout.vector_columns("", plan.space.place(detector.position))
+        refuse(user, f"{must}; omit forced=True")
+    place = layout.vector_columns("", plan.space.place(position))
     row = layout.row(layout.POINT, **place, number=number, medium=medium)
 
     def rays(name: str, row: np.ndarray = row, **density: float) -> Rays:
-        contribution = layout.row(layout.CONTRIBUTION, first=rows.first, scale=1.0, **density)
-        return Rays(((name, row),), contribution, 1 + number if name in DETOURS else 0)
+        contribution = layout.row(layout.CONTRIBUTION, first=first, scale=scale, **density)
+        leg = layout.FIRST_LEG - number if name in DETOURS else layout.STRAIGHT_LEG
+        return Rays(((name, row),), contribution, leg)
 
     births = [
-        [rays(*way, **density) for *way, density in _births(plan, emitter, detector, row)]
+        [rays(*way, **density) for *way, density in _births(plan, emitter, position, row)]
         for emitter in plan.emitters
     ]
     detours = [rays("connect_by_detour")] if medium >= 0 else []
     walls = [rays("connect_to_point"), *detours] if layout.DIFFUSE in plan.materials else []
     flights = [rays("connect_to_flight")] if by_flights else []
-    return PointPlan(detector, row, births, walls, detours, flights)
+    return PointPlan(row, first, births, walls, detours, flights)
 
 
 def _scatterers(plan: Plan) -> set[int]:
@@ -100,20 +110,20 @@ def _scatterers(plan: Plan) -> set[int]:
     return set(np.flatnonzero(plan.media["phase"] != 0).tolist()) if scatters_anywhere(plan) else set()
 
 
-def _medium_row_at(plan: Plan, detector: PointDetector) -> int:
+def _medium_row_at(plan: Plan, position: Vector) -> int:
     """Return the row of the medium around a point."""
-    bits = int(body_bits_at(plan.scene, np.array([detector.position]))[0])
+    bits = int(body_bits_at(plan.scene, np.array([position]))[0])
     return (bits & -bits).bit_length()
 
 
-def _births(plan: Plan, emitter: Emitter, detector: PointDetector, row: np.ndarray) -> Iterator[tuple]:
+def _births(plan: Plan, emitter: Emitter, position: Vector, row: np.ndarray) -> Iterator[tuple]:
     """Yield pass, row and density of directions of the rays from births to a point.
 
     Direct ones, and where the medium around the point scatters those that are scattered once before it.
     """
     shape, emission = emitter.shape, emitter.source.emission
-    is_near = math.dist(detector.position, shape.middle) < NEAR_EXTENTS * shape.extent
-    density, even = emission.ray_densities, {"isotropic": 1.0}
+    is_near = math.dist(position, shape.middle) < NEAR_EXTENTS * shape.extent
+    density, even = emitter.ray_densities, {"isotropic": 1.0}
     if emission.fills_volume and is_near and isinstance(shape, Box | Sphere):
         yield f"connect_through_{pass_name(shape)}", _glow_row(plan, shape, row), even
     elif density:

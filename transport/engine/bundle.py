@@ -208,7 +208,7 @@ SCRATCH = (
     ("phase_number", "i8"),  # number of the phase function here; 0: none
     ("shadow_sheet", "i8"),  # sheet that the ray begins on
     ("tally", "i8"),  # first row of its detector
-    # point detectors: 1 + number of the point for a ray with a second leg, else 0; else crossings left
+    # mark of a shadow ray (layout.STRAIGHT_LEG)
     ("leg", "i8"),
     ("p0", "f8"),  # uniforms that choose the point on a detector
     ("p1", "f8"),

@@ -15,6 +15,7 @@ import numpy as np
 
 from transport.compile.adjoint import Adjoint, SensorPart
 from transport.compile.detectors import side_rows
+from transport.compile.methods import found_by_rays_alone
 from transport.compile.rows import Rows
 from transport.geometry.shape import Point, Shape
 from transport.results.batches import Batch
@@ -182,7 +183,8 @@ def made_column(batches: list[Batch], values: np.ndarray) -> Column:
 class ViewReading(Tally):
     """The quantities of a Camera, an EnvironmentMap or a PointDetector in a backward run.
 
-    A Camera or an EnvironmentMap has `radiance`; a sensor of all directions has `fluence_rate`.
+    A Camera or an EnvironmentMap has `radiance`, without the direct light of Points and Beams; a sensor of
+    all directions has `fluence_rate`, except an EnvironmentMap where there are such sources.
 
     Parameters
     ----------
@@ -204,7 +206,7 @@ class ViewReading(Tally):
         needs=("bins",),
     )
     fluence_rate = Formula(
-        "Fluence rate at the point, φ = ∫ L dω over all directions [W m^-2].",
+        "Fluence rate at the point, φ = ∫ L dω over all directions, direct light of Beams included [W m^-2].",
         lambda tally: tally._fluence_rate(),
         needs=("all directions",),
     )
@@ -267,11 +269,19 @@ class ViewReading(Tally):
     def _measures_of(self, quantity: str) -> tuple[str, ...]:
         return ("solid angle",) if quantity == "radiance" else ()
 
+    @cached_property
+    def lacks(self) -> Lacks:
+        """What the user's scene, not the adjoint one, or the sensor was not set up for."""
+        return self.lacks_of(self._result.scene, self.detector)
+
     @staticmethod
     def lacks_of(scene: SceneParts, detector: PointInstrument | PointDetector) -> Lacks:
         """Return what the sensor was not set up for; known before a run."""
         if isinstance(detector, PointDetector):
             return {"bins": ("bins", "use an EnvironmentMap there")}
+        if any(found_by_rays_alone(scene, source) for source in scene.sources):
+            needs = "the direct light of each Point and Beam, which has no radiance"
+            return {"all directions": (needs, "use a PointDetector there")}
         if not isinstance(detector, Camera) and math.isclose(
             float(detector.solid_angles().sum()), 4 * math.pi, rel_tol=1e-9
         ):
@@ -385,24 +395,21 @@ class CellSums:
     def means_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray:
         """Return the mean radiance of some cells of a part in a batch."""
         rows = partial(self._rows_in, batch, part, first, past)
-        weights = (
-            self._with_rays(rows, "weights", lamp, self.adjoint.scales.get(lamp, 1.0)) * part.gains[lamp]
-            for lamp in self.lamps
-        )
+        weights = (self._with_rays(rows, "weights", lamp) * part.gains[lamp] for lamp in self.lamps)
         return sum(weights) / self._histories_in(batch, part, first, past)
 
     def counts_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray:
         """Return the number of arrivals of some cells' histories at sources in a batch."""
         rows = partial(self._rows_in, batch, part, first, past)
-        return sum(self._with_rays(rows, "counts", lamp, 1) for lamp in self.lamps)
+        return sum(self._with_rays(rows, "counts", lamp) for lamp in self.lamps)
 
-    def _with_rays(self, rows: Callable, kind: str, lamp: int, scale: float) -> np.ndarray:
+    def _with_rays(self, rows: Callable, kind: str, lamp: int) -> np.ndarray:
         """What flights brought to a source, and shadow rays over their scale."""
-        of_flights = rows(kind, 1 + lamp)
-        if lamp not in self.adjoint.scales:
+        of_flights, rays = rows(kind, 1 + lamp), self.adjoint.rays.get(lamp)
+        if rays is None:
             return of_flights
         of_rays = rows(kind, self.block_of(lamp))
-        return of_flights + (of_rays if kind == "counts" else of_rays / scale)
+        return of_flights + (of_rays if kind == "counts" else of_rays / rays.scale)
 
     def _rows_in(
         self, batch: Batch, part: SensorPart, first: int, past: int, kind: str, block: int

@@ -64,7 +64,8 @@ class Camera(PointInstrument):
     """A pinhole camera: an image of the radiance that arrives at a point.
 
     Each pixel is the mean radiance over its solid angle. The camera blocks no light. Its histories run
-    backward from the camera to the sources. Give exactly one of `look_at` and `direction`; all parameters
+    backward from the camera to the sources. It sees no Point source itself, and no Beam, whose direct light
+    has no radiance: it sees what they light. Give exactly one of `look_at` and `direction`; all parameters
     are keywords.
 
     Parameters
@@ -219,7 +220,8 @@ class EnvironmentMap(PointInstrument):
     """A map of the radiance that arrives at a point from all directions.
 
     Each bin is the mean radiance over its solid angle. The map blocks no light. Its histories run backward
-    from the point to the sources. All parameters are keywords.
+    from the point to the sources. It sees no Point source itself, and no Beam, whose direct light has no
+    radiance: it sees what they light, and has no fluence rate then. All parameters are keywords.
 
     Parameters
     ----------

@@ -55,7 +55,8 @@ class PointDetector(AnyDetector):
       comes so close to the foot point. The result warns if one such history would matter. Move the point
       away, or use a VolumeDetector. Behind absorbers, where weights are small, this warning may be needless.
     - In a wide Beam through a medium that scatters about the point the variance grows as log N.
-    - A Beam sends nothing straight to a point: in a wide beam only scattered and reflected light counts.
+    - A Beam sends nothing straight to a point: in a wide beam only scattered and reflected light counts. With
+      estimator="backward" its direct light counts too.
 
     Examples
     --------

@@ -14,6 +14,8 @@ from transport.compile.layout import COLLISION_CLEARANCE
 from transport.engine.bodies import lane_pass
 from transport.engine.bundle import add_to_row, view
 from transport.engine.passes.detector_bins import PARALLEL, tangential_part
+from transport.engine.passes.shadow_rays import SCORE_BOUND as RAY_BOUND
+from transport.engine.passes.shadow_rays import reaches_point
 from transport.engine.passes.volumes import SCORE_BOUND, mean_transmittance
 from transport.engine.tally import hash_salt, hashed_uniform_of_one, to_scored, unbiased_limbs_of_one
 from transport.engine.words import birth_block, words_of_block
@@ -24,6 +26,9 @@ from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.streams import DIRECTION, POSITION, SHARES, random_words, uniform
 
 SLANT_UNITS = 1 << 22  # units of a slant of 1
+# Bound of the score of a ray to a Point. Those from the nearest walls are about 1, and only light scattered
+# within a millionth of their distance exceeds it: a share of 1e-12.
+MAX_LAMP_SCORE = 2.0**20
 
 
 @lane_pass(layout.SENSOR)
@@ -230,6 +235,26 @@ def refine_by_cell(lane, table):
     row = (m.by_cell if is_flight else m.of_rays) + lane.cell
     lane.bin = row if (lane.bin != 0) & arrives else 0
     lane.slant = 0 if is_flight | (lane.weight < m.strong) else SLANT_UNITS
+
+
+@device
+def reaches_lamp(lane, table):
+    """Return whether a shadow ray has reached its Point, or the shape of its Beam."""
+    return reaches_point(lane, table) & (lane.tally == table.first)
+
+
+@lane_pass(layout.RAY_LAMP, sums=to_scored, when=reaches_lamp)
+def score_at_lamp_by_cell(lane, table):
+    """Score rays that reached a Point or a Beam unoccluded, by cell of birth.
+
+    The slant counts the strong ones.
+    """
+    score = min(lane.weight, MAX_LAMP_SCORE)
+    chance = hashed_uniform_of_one(bits_of(score), hash_salt(lane.seed_low, lane.batch) + lane.history)
+    high, low = unbiased_limbs_of_one(score, chance)
+    strong = SLANT_UNITS if score >= table.strong else 0
+    add_to_row(lane.tallies + 32 * (table.first + lane.cell), high, low, 1, strong)
+    return RAY_BOUND + high
 
 
 @lane_pass(layout.VOLUME, sums=to_scored)

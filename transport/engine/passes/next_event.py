@@ -24,6 +24,7 @@ from transport.physics.directions import sample_isotropic, turned_by
 from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.emission import cone_about
 from transport.physics.positions import place_in_frame, sample_disk, sample_rectangle, sample_triangle
+from transport.physics.rays import plane_crossing
 from transport.physics.sight import sample_equiangular
 from transport.physics.streams import EXPECT, SHADOW, event_words, random_words, short_uniform, uniform
 
@@ -162,6 +163,47 @@ def connect_to_point(lane, table):
     vx, vy, vz, r = direction_to(x, y, z, table.x, table.y, table.z)
     set_ray(lane, x, y, z, vx, vy, vz, 0.0, r)
     lane.score = 1.0 / (r * r) if r > 0.0 else 0.0
+
+
+@device
+def crossing_against_beam(lane, table):
+    """Return the way from an event against a beam to a plane, and the crossing relative to a point there."""
+    rx, ry, rz = table.cx - lane.x, table.cy - lane.y, table.cz - lane.z
+    return plane_crossing(rx, ry, rz, -table.ux, -table.uy, -table.uz, table.nx, table.ny, table.nz)
+
+
+@device
+def set_ray_against_beam(lane, table, way, is_met):
+    """Set the ray to the place of a beam's shape that shines on the event; its factor is 1, or 0 for none."""
+    x, y, z, end = lane.x, lane.y, lane.z, way - table.slack
+    set_ray(lane, x, y, z, -table.ux, -table.uy, -table.uz, lane.start, end)
+    lane.score = 1.0 if is_met & (end > lane.start) else 0.0
+
+
+@lane_pass(layout.BEAM_PART)
+def connect_to_beam_of_rectangle(lane, table):
+    """Set the ray against the beam of a rectangle."""
+    way, qx, qy, qz = crossing_against_beam(lane, table)
+    u = qx * table.eux + qy * table.euy + qz * table.euz
+    v = qx * table.evx + qy * table.evy + qz * table.evz
+    set_ray_against_beam(lane, table, way, (abs(u) <= table.half_u) & (abs(v) <= table.half_v))
+
+
+@lane_pass(layout.BEAM_PART)
+def connect_to_beam_of_disk(lane, table):
+    """Set the ray against the beam of a disk or annulus."""
+    way, qx, qy, qz = crossing_against_beam(lane, table)
+    rho2 = qx * qx + qy * qy + qz * qz
+    set_ray_against_beam(lane, table, way, (rho2 >= table.inner2) & (rho2 <= table.outer2))
+
+
+@lane_pass(layout.BEAM_PART)
+def connect_to_beam_of_triangle(lane, table):
+    """Set the ray against the beam of a triangle, or of a part of a polygon."""
+    way, qx, qy, qz = crossing_against_beam(lane, table)
+    a = qx * table.ax + qy * table.ay + qz * table.az
+    b = qx * table.bx + qy * table.by + qz * table.bz
+    set_ray_against_beam(lane, table, way, (a >= 0.0) & (b >= 0.0) & (a + b <= 1.0))
 
 
 @device

@@ -48,7 +48,7 @@ def connect_along_beam(lane, table):
 @device
 def ends_first_leg(lane, table):
     """Return whether a ray has reached the end of its first leg."""
-    return (lane.leg != 0) & (lane.hit == 0) & (lane.weight != 0.0)
+    return (lane.leg <= layout.FIRST_LEG) & (lane.hit == 0) & (lane.weight != 0.0)
 
 
 @lane_pass(layout.NO_TABLE)
@@ -63,7 +63,7 @@ def turn_into_second_leg(lane, table):
     points = view(lane.arena + table.rows, table.count, layout.POINT)
     media = view(lane.arena + table.others, table.other_count, layout.MEDIA)
     # Direction to the point, scattering angle and coefficient; pdfs of phase functions follow.
-    point, medium, length, mfp = points[lane.leg - 1], lane.medium, lane.distance, lane.mfp
+    point, medium, length, mfp = points[layout.FIRST_LEG - lane.leg], lane.medium, lane.distance, lane.mfp
     here = medium == point.medium
     x, y, z = lane.x + length * lane.ux, lane.y + length * lane.uy, lane.z + length * lane.uz
     vx, vy, vz, r = direction_to(x, y, z, point.x, point.y, point.z)
@@ -80,8 +80,8 @@ def turn_into_second_leg(lane, table):
 @lane_pass(layout.NO_TABLE)
 def start_second_leg(lane, table):
     """Start the second leg with the weight that is scattered into it."""
-    turns = (lane.leg != 0) & (lane.hit == 0)
+    turns = (lane.leg <= layout.FIRST_LEG) & (lane.hit == 0)
     score = lane.score * lane.pdf
     after = lane.weight * score if score > 0.0 else 0.0
     lane.weight = choose(turns, after, lane.weight)
-    lane.leg = choose(turns, 0, lane.leg)
+    lane.leg = choose(turns, layout.STRAIGHT_LEG, lane.leg)

@@ -3,6 +3,8 @@
 `list_shadow_rays` selects the rays that contribute; the driver traces them before the next pass.
 """
 
+import math
+
 import numpy as np
 from numba import uint64
 
@@ -158,7 +160,7 @@ def attenuate_shadow_rays_in_grid(lane, table):
 @device
 def reaches_point(lane, table):
     """Return whether a ray has reached its point."""
-    return (lane.hit == 0) & (lane.weight != 0.0) & (lane.leg == 0)
+    return (lane.hit == 0) & (lane.weight != 0.0) & (lane.leg == layout.STRAIGHT_LEG)
 
 
 @lane_pass(layout.NO_TABLE, sums=to_scored, when=reaches_point)
@@ -177,9 +179,9 @@ def score_at_points(lane, table):
 
 @lane_pass(layout.NO_TABLE)
 def end_rays_at_points(lane, table):
-    """End rays at their point, and at acting surfaces."""
-    stopped = ((lane.hit == 0) & (lane.leg == 0)) | (lane.surface != 0)
-    lane.weight = choose(stopped, 0.0, lane.weight)
+    """End rays to points at their point, and at acting surfaces."""
+    stopped = ((lane.hit == 0) & (lane.leg == layout.STRAIGHT_LEG)) | (lane.surface != 0)
+    lane.weight = choose((lane.leg < 0) & stopped, 0.0, lane.weight)
 
 
 # ---- Rays to surface detectors score at their own detector only.
@@ -189,8 +191,8 @@ def end_rays_at_points(lane, table):
 
 @lane_pass(layout.NO_TABLE)
 def end_missed_rays(lane, table):
-    """End rays that hit nothing more; idle lanes stay in place."""
-    met = (lane.hit != 0) & (lane.weight != 0.0)
+    """End rays that hit nothing more and reach no point; idle lanes stay in place."""
+    met = (lane.distance < math.inf) & (lane.weight != 0.0)
     lane.weight = choose(met, lane.weight, 0.0)
     lane.distance = choose(met, lane.distance, 0.0)
     lane.start = choose(met, lane.start, 0.0)
@@ -224,7 +226,7 @@ def count_target_crossings(lane, table):
 def end_next_event_rays(lane, table):
     """End rays at acting surfaces, and behind their target."""
     acts = lane.surface != 0
-    lane.weight = choose(acts | (lane.leg <= 0), 0.0, lane.weight)
+    lane.weight = choose(acts | (lane.leg == 0), 0.0, lane.weight)
 
 
 @lane_pass(layout.ROWS)
@@ -247,4 +249,4 @@ def redirect_next_event_rays(lane, table):
             )
             lane.mu = -lane.mu
             lane.tally -= layout.IMAGE_RAY
-    lane.weight = choose(lane.leg <= 0, 0.0, lane.weight)
+    lane.weight = choose(lane.leg == 0, 0.0, lane.weight)

@@ -6,7 +6,7 @@ from transport.compile import layout
 from transport.compile.next_event import LAMBERTIAN_DENSITY
 from transport.compile.points import attenuates_anywhere, phase_densities
 from transport.engine.bundle import Bundle
-from transport.engine.passes import emission, mis, next_event, once_more_collided, shadow_rays
+from transport.engine.passes import backward, emission, mis, next_event, once_more_collided, shadow_rays
 from transport.engine.registry import step, step_by_name
 
 # ---- Cast rays: sample, connect, contribute, list; and record the pdf for MIS.
@@ -20,7 +20,7 @@ def rays_from_births(plan, emitter):
         yield step(emission.set_emission_normal, emitter.facing)
     yield from _cast(sent, "contribute_from_births")
     if plan.expectations:
-        yield step(mis.record_pdf_at_births, _pdf_table(sent[0].peak if sent else 0.0))
+        yield step(mis.record_pdf_at_births, _pdf_table(max((rays.peak for rays in sent), default=0.0)))
 
 
 def rays_from_walls(plan):
@@ -41,7 +41,7 @@ def rays_from_collisions(plan):
     yield step(next_event.find_phase_at_collisions, plan.arena.table(plan.media))
     yield from _cast(sent, "contribute_from_scattering", map(step_by_name, phase_densities(plan)))
     if plan.expectations:
-        yield step(mis.record_pdf_at_collisions, _pdf_table(sent[0].peak))
+        yield step(mis.record_pdf_at_collisions, _pdf_table(max(rays.peak for rays in sent)))
 
 
 def rays_from_flights(plan):
@@ -96,10 +96,19 @@ def ray_steps(plan, nearest, crossing):
         traced.append(step(shadow_rays.end_missed_rays))
     traced += _attenuate(plan)
     if plan.points:
-        traced += [step(shadow_rays.score_at_points), step(shadow_rays.end_rays_at_points)]
-    if any(point.collisions for point in plan.points):
+        traced += [*_score_at_points(plan), step(shadow_rays.end_rays_at_points)]
+    if any(point.row["medium"] >= 0 for point in plan.points):
         traced += _second_leg(plan)
     return [*traced, *crossing]
+
+
+def _score_at_points(plan):
+    """Yield the steps that score rays at point detectors, or at each Point or Beam of a backward run."""
+    if plan.adjoint is None:
+        yield step(shadow_rays.score_at_points)
+        return
+    for row in plan.adjoint.ray_lamps:
+        yield step(backward.score_at_lamp_by_cell, row)
 
 
 def load_rays(plan, traced):

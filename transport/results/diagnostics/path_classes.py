@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile.detectors import LARGE_SHARE
+from transport.compile.lamps import strongest_ray
 from transport.compile.methods import more_particles_or_backward, refusal
-from transport.compile.next_event import side_of
 from transport.results.diagnostics.proofs import (
     DirectView,
     Probe,
@@ -307,7 +307,7 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
     # Of guided histories, those that no guide has sent: each was one with the probability of its weight.
     flights = number("weights" if sums.plan.is_guided else "counts", 1 + lamp)
     block = sums.block_of(lamp)
-    if lamp not in sums.adjoint.scales:
+    if lamp not in sums.adjoint.rays:
         return LampScores(flights)
     return LampScores(flights, number("counts", block), number("slants", block))
 
@@ -330,13 +330,56 @@ def _classes_of_source(
     """
     scene, lamp = plan.adjoint.scene, plan.adjoint.sources[number]
     gain = max(part.gains[number] for part in sums.parts)
-    # Flights: direct light of the lamp, and light via specular surfaces.
+    if lamp.detector is None:
+        yield from _direct_rays(scene, sums, number, heaviest * gain)
+    else:
+        yield from _flights_to_source(scene, sums, sensor, number, met, error / gain, heaviest, gain)
+    # Rays to the lamp: from collisions and from diffuse walls.
+    rays = plan.adjoint.rays.get(number)
+    if rays is None:
+        return
+    if rays.from_collisions:  # collisions may be so near that their rays have no other limit
+        what = f"light from {lamp.name!r} via diffuse walls or scattering"
+        yield PathClass(what, met.rays, heaviest / rays.scale, gain=gain)
+    if rays.from_walls:
+        is_near = met.rays and lamp.source.emission.law != "beam"
+        what = f"light from {lamp.name!r} via {'walls near it' if is_near else 'diffuse walls'}"
+        yield PathClass(what, met.strong_rays, heaviest * rays.strongest, gain=gain, name="strong rays")
+
+
+def _direct_rays(scene: Scene, sums: CellSums, number: int, gain: float) -> Iterator[PathClass]:
+    """The direct light of a Point on a detector that it almost touches, where few births are near it.
+
+    Where births are as near to its foot as the Point itself, cosine/r^2 is above a third of its maximum.
+    """
+    lamp = sums.adjoint.sources[number]
+    for part in sums.parts if lamp.source.emission.law != "beam" else ():
+        position = scene.shape_of(lamp.source).position
+        if isinstance(part.sensor, Detector) and (strongest := strongest_ray(part.shape, position)) > 0:
+            near = math.pi * part.shape.distance(position) ** 2 / part.shape.area
+            births = int(sums.run.histories * part.share * min(near, 1.0))
+            what = f"direct light from {lamp.name!r} very near it"
+            yield PathClass(what, births, strongest, gain=gain, name="strong rays")
+
+
+def _flights_to_source(
+    scene: Scene,
+    sums: CellSums,
+    sensor: object,
+    number: int,
+    met: LampScores,
+    error: float,
+    heaviest: float,
+    gain: float,
+) -> Iterator[PathClass | Finding]:
+    """The path classes of flights: direct light of the lamp, and light via specular surfaces."""
+    lamp = sums.adjoint.sources[number]
     shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
     mirrors = specular_surfaces_of(scene, shape, side)
     view = DirectView(scene, sensor, sums.parts, number, shape, side)
     is_seen, straight = not view.is_hidden, 0.0
     if is_seen and met.flights < MIN_SCORES_FOR_ERROR:
-        straight, is_shown = view.bound(error / gain)
+        straight, is_shown = view.bound(error)
         if not is_shown and not met.flights:
             what = f"direct light from {lamp.name!r}, which no sampled line of sight shows"
             yield doubtful("path class", what, straight * gain)
@@ -346,14 +389,3 @@ def _classes_of_source(
         origins += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
         what, of_lamp = f"light {' or '.join(origins)}", {"straight": straight, "gain": gain}
         yield PathClass(what, met.flights, heaviest, surfaces=tuple(mirrors), **of_lamp)
-    # Rays to the lamp: from collisions and from diffuse walls.
-    rays = next((each for each in plan.expectations if each.detector.name == lamp.detector.name), None)
-    if rays is None:
-        return
-    if rays.collisions:  # collisions may be so near that their rays have no other limit
-        what = f"light from {lamp.name!r} via diffuse walls or scattering"
-        yield PathClass(what, met.rays, heaviest / rays.scale, gain=gain)
-    if rays.walls:
-        what = f"light from {lamp.name!r} via {'walls near it' if met.rays else 'diffuse walls'}"
-        strongest = heaviest * rays.largest_score[side_of(lamp.detector)]
-        yield PathClass(what, met.strong_rays, strongest, gain=gain, name="strong rays")

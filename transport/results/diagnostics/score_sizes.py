@@ -38,11 +38,11 @@ def detector_scores(tally: Tally, side: int) -> Scores | None:
 def single_cell_scores(tally: Tally, number: int) -> Scores | None:
     """Scores of a backward run with a single cell, by radiance; None with more cells.
 
-    number: how often histories reached sources.  Sources in volumes are not counted by size; with one of them
-    it is None.
+    number: how often histories reached sources.  Sources in volumes, Points and Beams are not counted by
+    size; with one of them it is None.
     """
     adjoint = tally.plan.adjoint
-    names = [lamp.detector.name for lamp in adjoint.sources]
+    names = [lamp.detector and lamp.detector.name for lamp in adjoint.sources]
     if (
         len(adjoint.parts) > 1
         or adjoint.cells > 1
