@@ -1,0 +1,46 @@
+"""Bounds of the density of directions that leave glossy surfaces."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from transport.scene.materials import Material
+from transport.statistics.microfacet_lobe import lobe
+
+GRID_SAFETY = 1.05  # safety factor over the maximum on a grid of angles
+MIN_TILT, MAX_TILT, TILTS = 1e-2, 1e3, 400  # of half vectors on that grid, relative to the roughness
+MIN_ELEVATION = 1e-3  # of directions that leave, relative to the roughness
+
+
+def glossy_parts(material: Material) -> list[Material]:
+    """Return the elementary materials whose microfacets send next-event rays."""
+    return [part for part in material.elements if part.shares.glossy > 0]
+
+
+@lru_cache(maxsize=256)
+def lobe_peak(roughness: float) -> float:
+    """Return the largest density of the multiple-scattering lobe [sr^-1]: 1/(pi (1 - E_mean))."""
+    return 1.0 / (math.pi * lobe(roughness).mean_lost)
+
+
+@lru_cache(maxsize=256)
+def single_peak(roughness: float, least_cosine: float) -> float:
+    """Return the largest density of single reflection [sr^-1] into directions of at least that cosine.
+
+    Over all directions of arrival. With h = sqrt(mu^2 + alpha^2 (1 - mu^2)) and D the density of normals, the
+    density is D mu_out/(2 (h_in mu_out + h_out mu_in)), which is largest in the plane of incidence.
+    """
+    alpha2 = roughness * roughness
+    tilts = roughness * np.geomspace(MIN_TILT, MAX_TILT, TILTS)
+    tilt = np.concatenate([-tilts, [0.0], tilts])[:, None]  # of the half vector from the normal
+    steepest = min(math.acos(least_cosine), math.pi / 2 - MIN_ELEVATION * roughness)
+    out = np.linspace(0.0, steepest, 40)
+    arriving = out + 2 * tilt
+    mu_out, mu_in = np.cos(out), np.maximum(np.cos(arriving), 0.0)
+    h_out, h_in = (np.sqrt(mu * mu + alpha2 * (1 - mu * mu)) for mu in (mu_out, mu_in))
+    normals = alpha2 / (math.pi * (alpha2 * np.cos(tilt) ** 2 + np.sin(tilt) ** 2) ** 2)
+    density = normals * mu_out / (2 * (h_in * mu_out + h_out * mu_in))
+    return GRID_SAFETY * float(np.max(density, where=np.abs(arriving) <= math.pi / 2, initial=0.0))
