@@ -201,7 +201,18 @@ class Place(NamedTuple):
     sent: float  # greatest weight sent
     peak: float  # greatest density of directions [sr^-1]
     gap: float  # least distance [m]
-    is_glossy: bool = False
+    roughness: float = 0.0  # of gloss; 0 for other places
+
+    @property
+    def is_glossy(self) -> bool:
+        """Whether the directions are those of gloss."""
+        return self.roughness > 0
+
+    def densities(self, lowest: np.ndarray, highest: np.ndarray) -> np.ndarray:
+        """Return bounds of the density of directions [sr^-1] whose cosine at a wall is between these."""
+        if not self.is_glossy:
+            return LAMBERTIAN_DENSITY * highest
+        return single_peak(self.roughness, lowest) + lobe_peak(self.roughness) * highest
 
 
 def _places(plan: Plan, shape: Shape, side: str) -> list[Place]:
@@ -235,8 +246,8 @@ def _glossy_places(surface: Surface, pieces: Iterable[Shape], shape: Shape) -> I
             if piece.is_flat and not piece.is_infinite:
                 farthest = math.dist(piece.middle, shape.middle) + piece.extent + shape.extent
                 least = min(least_height(shape, piece) / farthest, 1.0)
-            peak = max(single_peak(part.roughness, least), lobe_peak(part.roughness))
-            yield Place(piece, part.shares.glossy, peak, _min_distance(piece, shape), is_glossy=True)
+            peak = max(float(single_peak(part.roughness, least)), lobe_peak(part.roughness))
+            yield Place(piece, part.shares.glossy, peak, _min_distance(piece, shape), part.roughness)
 
 
 def _triangles(shape: Shape) -> tuple[Shape, ...]:
@@ -257,10 +268,7 @@ def _largest_score(shape: Shape, side: str, is_pure: bool, places: list[Place]) 
         bounds.append((terms * place.sent * _max_score(shape, is_pure, place.peak, place.gap), place))
     for bound, place in sorted(bounds, key=lambda each: -each[0]):
         if bound > most:  # Skip the costlier bound by angles where it cannot raise the result.
-            by_angles = (
-                math.inf if place.is_glossy else place.sent * _bound_by_angles(place.shape, shape, side)
-            )
-            most = max(most, min(bound, by_angles))
+            most = max(most, min(bound, place.sent * _bound_by_angles(place, shape, side)))
     return most
 
 
@@ -269,13 +277,15 @@ def _largest_share(shape: Shape, places: list[Place]) -> float:
     return max((_flight_share(shape, place.peak, place.gap) for place in places), default=0.0)
 
 
-def _bound_by_angles(place: Shape, shape: Shape, side: str) -> float:
+def _bound_by_angles(sender: Place, shape: Shape, side: str) -> float:
     """Bound the score of a ray of weight 1 from a flat place by the angles at both ends.
 
-    The score is A cos(there) cos(here) / (pi r^2); of shapes that are not flat the bound is infinite. It is
-    bounded over all points of the detector: r is reduced by the detector's extent, and the height over the
-    wall is increased by the part of the extent that lies across the wall.
+    The score is A f cos(here) / r^2, with the density of directions f, which of a diffuse wall is
+    cos(there) / pi; of shapes that are not flat the bound is infinite. It is bounded over all points of the
+    detector: r is reduced by the detector's extent, and the height over the wall is increased, or reduced, by
+    the part of the extent that lies across the wall.
     """
+    place = sender.shape
     if not place.is_flat:
         return math.inf
     normal, reach = np.array(place.normal), shape.extent
@@ -301,11 +311,13 @@ def _bound_by_angles(place: Shape, shape: Shape, side: str) -> float:
     apart = np.linalg.norm(points, axis=-1)
     least = np.maximum(apart - reach, 0.0)
     with np.errstate(divide="ignore"):
-        there = np.minimum((abs(height) + lift) / least, 1.0)
+        highest = np.minimum((abs(height) + lift) / least, 1.0)
+        lowest = np.maximum(abs(height) - lift, 0.0) / (apart + reach)
         # A flat detector is equally high above all of these points.
         here = np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
         area = shape.cross_section
-        return float(np.max(there * here / least**2)) * area * LAMBERTIAN_DENSITY * GRID_SAFETY
+        densities = sender.densities(lowest, highest)
+        return float(np.max(densities * here / least**2)) * area * GRID_SAFETY
 
 
 def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:

@@ -1,8 +1,9 @@
 """Classes of paths that an estimator finds only by chance, and what a run may have missed of them.
 
-The estimators "expected" and "backward" connect diffuse walls, collisions and births to a detector, or a
-source, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light whose last
-vertex is specular, beams, light from very near, and, in a backward run, the direct view of a source.  These
+The estimators "expected" and "backward" connect diffuse and glossy walls, collisions and births to a
+detector, or a source, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light
+whose last vertex is specular, beams, light from very near or in the middle of a narrow glossy lobe, of which
+rays have a small share, and, in a backward run, the direct view of a source.  These
 flights have sums of their own, apart from those of rays, so a run knows how often each class scored.  A class
 with fewer than MIN_SCORES_FOR_ERROR scores may contribute (U(n) - n) S / N more, with S the largest possible
 score (findings.unseen_scores); a class that geometry proves to be empty is left out.
@@ -26,6 +27,7 @@ from transport.results.diagnostics.proofs import (
     DirectView,
     Probe,
     events_of,
+    glossy_surfaces_of,
     max_transmitted_weight,
     miss_distance,
     specular_surfaces_of,
@@ -206,6 +208,9 @@ def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[Pat
     largest = heaviest if unconnected else expectation.largest_flight_share[face]
     number = count_large_scores(tally, side, largest, scores)
     what = f"light via {join_names(unconnected)}" if unconnected else "light from very near"
+    if not unconnected and 0 < largest == expectation.largest_glossy_share[face]:
+        glossy = glossy_surfaces_of(scene, shape, side_seen)
+        what = f"light in the middle of the lobes of {join_names(surface_names(scene, glossy))}"
     seen, radius = _guard_counts(tally) if unconnected and not number else ({}, 0.0)
     if seen:
         what = f"light via {join_names(list(seen))}"
@@ -304,7 +309,9 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
         return round(sum(batch_totals(each).sum() for each in cells))
 
     # Of guided histories, those that no guide has sent: each was one with the probability of its weight.
-    flights = number("weights" if sums.plan.is_guided else "counts", 1 + lamp)
+    # Where flights score MIS shares, the number of full scores that add up to theirs.
+    is_weighed = sums.plan.is_guided or sums.plan.connects_gloss
+    flights = number("weights" if is_weighed else "counts", 1 + lamp)
     block = sums.block_of(lamp)
     if lamp not in sums.adjoint.scales:
         return LampScores(flights)
@@ -329,7 +336,8 @@ def _classes_of_source(
     """
     scene, lamp = plan.adjoint.scene, plan.adjoint.sources[number]
     gain = max(part.gains[number] for part in sums.parts)
-    # Flights: direct light of the lamp, and light via specular surfaces.
+    rays = next((each for each in plan.expectations if each.detector.name == lamp.detector.name), None)
+    # Flights: direct light of the lamp, and light via specular and glossy surfaces.
     shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
     mirrors = specular_surfaces_of(scene, shape, side)
     view = DirectView(scene, sensor, sums.parts, number, shape, side)
@@ -340,19 +348,21 @@ def _classes_of_source(
             what = f"direct light from {lamp.name!r}, which no sampled line of sight shows"
             yield doubtful("path class", what, straight * gain)
             is_seen, straight = False, 0.0
-    if mirrors or is_seen:
+    glossy = [] if rays is None else glossy_surfaces_of(scene, shape, side)
+    surfaces = sorted({*mirrors, *glossy})
+    if surfaces or is_seen:
         origins = [f"from {lamp.name!r}"] * is_seen
-        origins += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
+        origins += [f"via {join_names(surface_names(scene, surfaces))}"] * bool(surfaces)
         what, of_lamp = f"light {' or '.join(origins)}", {"straight": straight, "gain": gain}
-        yield PathClass(what, met.flights, heaviest, surfaces=tuple(mirrors), **of_lamp)
-    # Rays to the lamp: from collisions and from diffuse walls.
-    rays = next((each for each in plan.expectations if each.detector.name == lamp.detector.name), None)
+        share = 1.0 if mirrors or is_seen else rays.largest_glossy_share[side_of(lamp.detector)]
+        yield PathClass(what, met.flights, heaviest * share, surfaces=tuple(surfaces), **of_lamp)
+    # Rays to the lamp: from collisions and from walls.
     if rays is None:
         return
     if rays.collisions:  # collisions may be so near that their rays have no other limit
-        what = f"light from {lamp.name!r} via diffuse walls or scattering"
+        what = f"light from {lamp.name!r} via walls or scattering"
         yield PathClass(what, met.rays, heaviest / rays.scale, gain=gain)
     if rays.walls:
-        what = f"light from {lamp.name!r} via {'walls near it' if met.rays else 'diffuse walls'}"
+        what = f"light from {lamp.name!r} via {'walls near it' if met.rays else 'walls'}"
         strongest = heaviest * rays.largest_score[side_of(lamp.detector)]
         yield PathClass(what, met.strong_rays, strongest, gain=gain, name="strong rays")
