@@ -208,12 +208,6 @@ class Place(NamedTuple):
         """Whether the directions are those of gloss."""
         return self.roughness > 0
 
-    def densities(self, lowest: np.ndarray, highest: np.ndarray) -> np.ndarray:
-        """Return bounds of the density of directions [sr^-1] whose cosine at a wall is between these."""
-        if not self.is_glossy:
-            return LAMBERTIAN_DENSITY * highest
-        return single_peak(self.roughness, lowest) + lobe_peak(self.roughness) * highest
-
 
 def _places(plan: Plan, shape: Shape, side: str) -> list[Place]:
     """Return the emitters and walls that send shadow rays to one side of a detector.
@@ -280,10 +274,12 @@ def _largest_share(shape: Shape, places: list[Place]) -> float:
 def _bound_by_angles(sender: Place, shape: Shape, side: str) -> float:
     """Bound the score of a ray of weight 1 from a flat place by the angles at both ends.
 
-    The score is A f cos(here) / r^2, with the density of directions f, which of a diffuse wall is
-    cos(there) / pi; of shapes that are not flat the bound is infinite. It is bounded over all points of the
-    detector: r is reduced by the detector's extent, and the height over the wall is increased, or reduced, by
-    the part of the extent that lies across the wall.
+    The score is A cos(there) cos(here) / (pi r^2); of shapes that are not flat the bound is infinite. It is
+    bounded over all points of the detector: r is reduced by the detector's extent, and the height over the
+    wall is increased by the part of the extent that lies across the wall.
+
+    From gloss, the densities of its two kinds of reflection take the place of cos(there) / pi, each with its
+    MIS weight.
     """
     place = sender.shape
     if not place.is_flat:
@@ -311,13 +307,16 @@ def _bound_by_angles(sender: Place, shape: Shape, side: str) -> float:
     apart = np.linalg.norm(points, axis=-1)
     least = np.maximum(apart - reach, 0.0)
     with np.errstate(divide="ignore"):
-        highest = np.minimum((abs(height) + lift) / least, 1.0)
-        lowest = np.maximum(abs(height) - lift, 0.0) / (apart + reach)
+        there = np.minimum((abs(height) + lift) / least, 1.0)
         # A flat detector is equally high above all of these points.
         here = np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
         area = shape.cross_section
-        densities = sender.densities(lowest, highest)
-        return float(np.max(densities * here / least**2)) * area * GRID_SAFETY
+        if not sender.is_glossy:
+            return float(np.max(there * here / least**2)) * area * LAMBERTIAN_DENSITY * GRID_SAFETY
+        lowest = np.maximum(abs(height) - lift, 0.0) / (apart + reach)
+        densities = single_peak(sender.roughness, lowest), lobe_peak(sender.roughness) * there
+        scores = sum(each / (1.0 + each * area / (apart + reach) ** 2) for each in densities)
+        return float(np.max(scores * here / least**2)) * area * GRID_SAFETY
 
 
 def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:

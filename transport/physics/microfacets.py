@@ -52,9 +52,9 @@ def shadowed_share(mu_in, mu_out, alpha):
     s_in = math.sqrt(mu_in * mu_in + a2 * (1.0 - mu_in) * (1.0 + mu_in))
     s_out = math.sqrt(mu_out * mu_out + a2 * (1.0 - mu_out) * (1.0 + mu_out))
     # s_out - mu_out, without cancellation.
-    stopped = a2 * (1.0 - mu_out) * (1.0 + mu_out) / (s_out + mu_out) * mu_in
-    whole = (s_in + mu_in) * mu_out + stopped
-    return stopped / whole if (mu_out > 0.0) & (whole > 0.0) else 1.0
+    fall = a2 * (1.0 - mu_out) * (1.0 + mu_out) / (s_out + mu_out) if mu_out > 0.0 else 1.0
+    stopped = fall * mu_in
+    return stopped / ((s_in + mu_in) * mu_out + stopped) if mu_out > 0.0 else 1.0
 
 
 @device
@@ -81,9 +81,9 @@ def single_reflection_density(ux, uy, uz, vx, vy, vz, nx, ny, nz, alpha):
     along = hx * nx + hy * ny + hz * nz
     cx, cy, cz = hy * nz - hz * ny, hz * nx - hx * nz, hx * ny - hy * nx
     across2, a2 = cx * cx + cy * cy + cz * cz, alpha * alpha
-    slope = (along * along + across2) / (a2 * along * along + across2)
+    whole = along * along + across2
+    slope = whole / (a2 * along * along + across2) if whole > 0.0 else 0.0
     s_in = math.sqrt(mu_in * mu_in + a2 * (1.0 - mu_in) * (1.0 + mu_in))
     s_out = math.sqrt(mu_out * mu_out + a2 * (1.0 - mu_out) * (1.0 + mu_out))
-    lit = mu_out / (s_in * mu_out + s_out * mu_in)
-    density = HALF_INVERSE_PI * a2 * slope * slope * lit
-    return density if (mu_out > 0.0) & (density < math.inf) else 0.0
+    lit = mu_out / (s_in * mu_out + s_out * mu_in) if mu_out > 0.0 else 0.0
+    return HALF_INVERSE_PI * a2 * slope * slope * lit
