@@ -12,10 +12,8 @@ from transport.statistics.microfacet_lobe import lobe
 
 GRID_SAFETY = 1.05  # safety factor over the maximum on a grid of angles
 MIN_TILT, MAX_TILT, TILTS = 1e-2, 1e3, 400  # of half vectors on that grid, relative to the roughness
-MIN_COSINE, COSINES = (
-    1e-3,
-    60,
-)  # of directions that leave: the least relative to the roughness, and their number
+# of directions that leave: least cosine relative to the roughness, and number of cosines
+MIN_COSINE, COSINES = 1e-3, 500
 
 
 def glossy_parts(material: Material) -> list[Material]:
