@@ -210,7 +210,7 @@ def panel_scene(radius: float, source: tp.Source, material: Material, is_behind:
 
 
 def panel_lights(radius: float, material: Material, is_behind: bool) -> list[Light]:
-    """Direct light; what the panel mirrors; what it scatters."""
+    """Direct light; what the panel mirrors; what it scatters, or reflects glossily."""
     found = [_light(direct(radius), radius, None, None)]
     if is_behind:
         return found
@@ -219,9 +219,9 @@ def panel_lights(radius: float, material: Material, is_behind: bool) -> list[Lig
         if isinstance(part, tp.Mirror):
             kind, value = "specular", part.reflectance * mirrored(radius)
         elif isinstance(part, tp.Glossy):
-            kind, value = "specular", part.albedo * by_panel(radius, glossy_law)
+            kind, value = "connected", part.albedo * by_panel(radius, glossy_law)
         else:
-            kind, value = "diffuse", part.albedo * by_panel(radius, diffuse_law)
+            kind, value = "connected", part.albedo * by_panel(radius, diffuse_law)
         found.append(_light(share * value, radius, kind, kind))
     return found
 
@@ -242,12 +242,15 @@ def _light(
     radiance: float | None = RADIANCE,
     power: float = POWER,
 ) -> Light:
-    """A class of paths by what it meets first behind the lamp, and last before the detector; power: of all lamps [W]."""
+    """A class of paths by what it meets first behind the lamp, and last before the detector; power: of all lamps [W].
+
+    Rays connect diffuse and glossy surfaces, not specular ones.
+    """
     per_history = value * math.pi * radius**2 / power
     rates = {"analog": per_history}
     if last == "specular":
         rates["expected"] = per_history
-    if first != "diffuse":
+    if first != "connected":
         rates["backward"] = value / (math.pi * radiance) if radiance else 0.0
     return Light(value, rates)
 

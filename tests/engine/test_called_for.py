@@ -15,6 +15,7 @@ from tests.bench.prices import ADDITIONS, base_room, with_addition
 from tests.processes import python
 from transport.analysis.effects import base_name, effects_of, footprint_of, treatment_of
 from transport.compile.compiler import compile_scene
+from transport.compile.methods import Method
 from transport.engine.bodies import LANE_FIELDS, Pass
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import compile_program, run_batch
@@ -94,6 +95,22 @@ def test_a_material_adds_its_own_passes_and_no_others(material):
         for each in (tp.Diffuse(0.4), material)
     )
     assert added_by(with_both, with_disk)[0] == MATERIALS[material]
+
+
+def test_gloss_casts_rays_only_where_an_estimator_has_any():
+    """And only gloss wide enough for them."""
+    gloss = {"save_arrival", "look_up_lobe", "set_glossy_pdf", "share_glossy_pdf", "record_glossy_pdf"}
+    for material, estimator, expected in (
+        (tp.Glossy(0.2), "analog", set()),
+        (tp.Glossy(0.2), "expected", gloss),
+        (tp.Glossy(5e-4), "expected", set()),
+        (tp.Diffuse(0.5), "expected", set()),
+    ):
+        ball = tp.Surface(tp.Sphere(center=(0, 0, 1), radius=0.2), material)
+        lamp = tp.Source(tp.Disk(radius=0.1), tp.Lambertian(power=1.0))
+        scene = tp.Scene(lamp, ball, tp.Detector(tp.Disk(center=(0, 1, 0), radius=0.1), "m"))
+        passes = {each.name for each in build_program(compile_scene(scene, method=Method(estimator))).passes}
+        assert passes & gloss == expected
 
 
 def test_a_room_of_rectangles_carries_nothing_of_glass_and_meshes():

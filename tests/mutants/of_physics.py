@@ -81,6 +81,40 @@ FAULTS = (
     ),
     Fault(
         "physics/microfacets.py",
+        "return HALF_INVERSE_PI * a2 * slope * slope * lit",
+        "return HALF_INVERSE_PI * a2 * slope * lit",
+        "a pdf of glossy directions with the slope of normals once, not squared",
+        (
+            "physics/test_samplers::test_pdf_of_a_single_reflection_is_that_of_theory_and_below_its_bound",
+            "detectors/test_glossy_rays::test_rays_and_flights_together_have_the_mean_of_flights_alone",
+        ),
+    ),
+    Fault(
+        "engine/passes/gloss.py",
+        "again = choose(lane.lobe != NO_LOBE, again, 0.0)",
+        "again = choose(lane.lobe != NO_LOBE, 0.0, 0.0)",
+        "gloss without rays from its lobe of multiple scattering, of which flights score a share",
+        ("detectors/test_glossy_rays::test_rays_and_flights_together_have_the_mean_of_flights_alone",),
+    ),
+    Fault(
+        "engine/passes/gloss.py",
+        "choose(lane.lobe == NO_LOBE, single, peak)",
+        "peak",
+        "flights from gloss weighted as if all came from its lobe of multiple scattering",
+        (
+            "detectors/test_glossy_rays::test_rays_and_flights_together_have_the_mean_of_flights_alone",
+            "detectors/test_glossy_rays::test_a_white_furnace_of_gloss_stays_white",
+        ),
+    ),
+    Fault(
+        "engine/passes/gloss.py",
+        "lane.ax, lane.ay, lane.az = lane.ux, lane.uy, lane.uz",
+        "lane.ax, lane.ay, lane.az = -lane.ux, -lane.uy, -lane.uz",
+        "glossy rays as if light arrived from where it goes",
+        ("detectors/test_glossy_rays::test_rays_and_flights_together_have_the_mean_of_flights_alone",),
+    ),
+    Fault(
+        "physics/microfacets.py",
         "height = (1.0 - u) * (1.0 + sz) - sz",
         "height = 1.0 - u",
         "microfacets sampled as if all were seen alike",

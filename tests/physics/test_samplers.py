@@ -27,6 +27,7 @@ from tests.sampling import (
     met_by,
     rejects,
 )
+from transport.compile.gloss import single_peak
 from transport.physics import interfaces, sight
 from transport.physics import microfacets as engine_microfacets
 from transport.theory import fresnel, microfacets, phases
@@ -131,6 +132,48 @@ def test_microfacets_in_the_engine_are_those_of_theory(roughness):
     share = microfacets.joint_shadowing(mu, other, roughness) / microfacets.shadowing(mu, roughness)
     assert unshadowed(mu, other, roughness) == pytest.approx(share, rel=1e-12)
     assert (unshadowed(mu, -other, roughness) == 0).all()
+    shadowed = np.vectorize(engine_microfacets.shadowed_share, otypes=[float])
+    # Where nearly nothing is shadowed, it has more digits than 1 - share.
+    assert shadowed(mu, other, roughness) == pytest.approx(1 - share, rel=1e-12, abs=1e-15)
+    assert (shadowed(mu, -other, roughness) == 1).all()
+
+
+@pytest.mark.parametrize("roughness", [1.0, 0.2, 1e-3])
+def test_pdf_of_a_single_reflection_is_that_of_theory_and_below_its_bound(roughness):
+    """In any frame, and at grazing angles; 0 below the horizon; nowhere nan."""
+    rng = np.random.default_rng(3)
+    density = np.vectorize(engine_microfacets.single_reflection_density, otypes=[float])
+    normal = np.array([0.48, -0.64, 0.6])
+    u, v = np.array([0.8, 0.6, 0.0]), np.array([-0.36, 0.48, 0.8])
+    mu_in, mu_out = np.sin(rng.uniform(1e-3, math.pi / 2, (2, 500)))
+    # Half of the directions lie near that of a mirror, as far as the roughness.
+    near = np.arcsin(mu_in) + roughness * rng.normal(size=500)
+    is_near = (rng.random(500) < 0.5) & (near > 1e-3) & (near < math.pi / 2)
+    mu_out = np.where(is_near, np.sin(near), mu_out)
+    phi = np.where(is_near, math.pi + roughness * rng.normal(size=500), rng.uniform(0, 2 * math.pi, 500))
+
+    def direction(mu, turn):
+        sine = np.sqrt((1 - mu) * (1 + mu))
+        return (sine * np.cos(turn) * u[:, None] + sine * np.sin(turn) * v[:, None]) + mu * normal[:, None]
+
+    to_light, out = direction(mu_in, 0 * phi), direction(mu_out, phi)
+    found = density(*-to_light, *out, *normal, roughness)
+    exact = microfacets.single_reflection(mu_in, mu_out, phi, roughness) * mu_out
+    assert found == pytest.approx(exact, rel=1e-12 / roughness)
+    assert (found <= single_peak(roughness, mu_out)).all()
+    assert found.max() > 0.3 * single_peak(roughness, mu_out[found.argmax()])
+    assert (density(*-to_light, *-out, *normal, roughness) == 0).all()
+    assert density(*u, *u, *normal, roughness) == 0  # straight on, along the surface
+    assert math.isfinite(density(*-normal, *normal, *normal, roughness))
+
+
+@pytest.mark.parametrize("roughness", [1.0, 0.2, 1e-2])
+def test_shadowed_share_of_one_microfacet_estimates_the_lost_albedo(roughness):
+    sample = np.vectorize(engine_microfacets.sample_shadowed_share, otypes=[float])
+    for mu in (1e-3, 0.1, 0.5, 1.0):
+        drawn = sample(mu, roughness, *np.random.default_rng(8).random((2, 20_000)))
+        error = drawn.std() / math.sqrt(len(drawn))
+        assert abs(drawn.mean() - microfacets.lost_albedo(mu, roughness)) < 4.5 * error
 
 
 # ---- each material ----

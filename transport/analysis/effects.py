@@ -398,7 +398,7 @@ EFFECTS = {
     "snapshots": ("snapshots",),
     "tracks": ("record_tracks",),
     "path lengths": ("paths",),
-    "next-event estimation": ("next_event", "once_more_collided", "shadow_rays", "mis"),
+    "next-event estimation": ("next_event", "gloss", "once_more_collided", "shadow_rays", "mis"),
     "backward histories": ("backward",),
     "guided births": ("guides",),
 }  # fmt: skip

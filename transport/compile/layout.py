@@ -142,7 +142,9 @@ SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature outward"))
 SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles back"))
 # Optical properties by row of a surface. side: -1 where its normal is opposite to its sheet's normal.
 # power: 1/focal length of a lens with center c; the other columns are those of the material's own row.
-OPTICS = np.dtype(_floats("side cx cy cz power " + " ".join(OPTICAL_COLUMNS)) + _integers("lobe"))
+# lobe: offset of a QUANTILES row for the cosine in the multiple-scattering lobe of microfacets; lobe_peak:
+# largest pdf of that lobe [sr^-1], 0 where no ray is sent from microfacets.
+OPTICS = np.dtype(_floats("side cx cy cz power lobe_peak " + " ".join(OPTICAL_COLUMNS)) + _integers("lobe"))
 
 # Edges by row of a surface: points within rounding of an edge are clamped inside it
 # (engine/passes/landing.py).

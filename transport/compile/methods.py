@@ -3,8 +3,8 @@
 Estimators
   "analog"    score crossings.
   "aimed"     every source emits only towards the detector, with the exact weight: direct light only.
-  "expected"  next-event estimation: each emission, diffuse reflection and collision scores its expected
-              contribution to each detector; light from mirrors and lenses scores on crossing.
+  "expected"  next-event estimation: each emission, diffuse or glossy reflection and collision scores its
+              expected contribution to each detector; light from mirrors and lenses scores on crossing.
   "backward"  histories start at the detectors and score the radiance of sources they reach; "random" only.
   "auto"      short pilot runs of each, then the cheapest: default with `error` or `seconds`
               ("analog" with `particles` alone).
@@ -96,8 +96,8 @@ def coerce_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
 def guided(scene: Scene, method: Method, particles: float | None, guide: int | None) -> Method:
     """Return a run's method with the number of histories to learn a guide from.
 
-    guide: as given. None for the default: without specular surfaces none, as lamps are then connected. Raise
-    SceneError where it does not go with the scene or the method.
+    guide: as given. None for the default: without specular and glossy surfaces none, as lamps are then
+    connected. Raise SceneError where it does not go with the scene or the method.
     """
     if guide is None:
         guide = _default_guide(scene, method, particles)
@@ -109,7 +109,11 @@ def guided(scene: Scene, method: Method, particles: float | None, guide: int | N
 def _default_guide(scene: Scene, method: Method, particles: float | None) -> int:
     """Return the number of histories to learn a guide from, where none is given."""
     is_useful = method.estimator == "backward" and all(map(_is_undivided, scene.detectors))
-    is_useful = is_useful and any(surface.material.is_specular for surface in scene.surfaces)
+    is_useful = is_useful and any(
+        surface.material.is_specular or part.shares.glossy > 0
+        for surface in scene.surfaces
+        for part in surface.material.elements
+    )
     if not is_useful or (particles is not None and particles < LEAST_GUIDED):
         return 0
     return MAX_GUIDE if particles is None else min(max(int(particles), MIN_GUIDE), MAX_GUIDE)
@@ -263,9 +267,9 @@ def can_sample_points_on(shape: Shape) -> bool:
 # reciprocal. The radiance that arrives at a detector is therefore the mean, over histories sent out from it,
 # of their weight times L_s (eta_d/eta_s)^2 of each source that they reach (Veach 1997, chapters 4 and 5).
 # Histories are distributed equally over the detector's bins, so that a bin of a ten-thousandth of all
-# directions costs no more than all directions. At diffuse surfaces and collisions they also cast shadow rays
-# to the sources (as "expected" does to detectors), so that small bright sources are not left to chance. Light
-# from mirrors, dielectrics and glossy surfaces, and of the first flight, is scored on arrival. The energy
+# directions costs no more than all directions. At diffuse and glossy surfaces and collisions they also cast
+# shadow rays to the sources (as "expected" does to detectors), so that small bright sources are not left to
+# chance. Light from mirrors and dielectrics, and of the first flight, is scored on arrival. The energy
 # balance is that of these backward histories, with unit 1.
 #
 # What each part becomes (all others are unchanged):
@@ -345,8 +349,11 @@ def _against_rays(scene: Scene, source: Source, title: str, analog: str, expecte
         yield f"the density of directions of {what} is not known to rays; {lamp}, or {analog}"
     # Light in single directions: no ray samples them, and no history can hit the source.
     for number, surface in enumerate(scene.surfaces):
-        if surface.material.is_specular:
-            lost = f"no ray finds light of {what} by way of {surface_name(scene, number)}, which is specular"
+        sides = surface.material.sides
+        is_glossy = any(side.shares.glossy > 0 for side in sides)
+        if surface.material.is_specular or is_glossy:
+            kind = "glossy" if is_glossy else "specular"
+            lost = f"no ray finds light of {what} by way of {surface_name(scene, number)}, which is {kind}"
             yield f"{lost}; {lamp}, or {expected}"
     scatters = any(np.max(medium.scattering) > 0 for medium in named_media(scene))
     for detector in scene.detectors:

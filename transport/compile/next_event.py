@@ -7,14 +7,15 @@ score is about 1: a detector that fills 1e-20 of all directions keeps all digits
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.gloss import glossy_parts, lobe_peak, single_peak
 from transport.compile.methods import uses_next_event
 from transport.compile.points import Rays, scatters_anywhere
 from transport.compile.shapes import pass_name, shape_columns
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 LAMBERTIAN_DENSITY = DIRECTION_DENSITIES["lambertian"]  # [sr^-1] greatest density of directions
 MAX_SPHERE_SCORE = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
+GLOSSY_TERMS = 2  # scores of a ray from a glossy wall: of single reflection, and of multiple scattering
 ALL_SCORED, FLAT_SHARE, SPHERE_SHARE = 1, 2, 3  # values of `how` in layout.MIS_SHARE
 LINKED = "mirror", "transparent", "diffuse", "black"  # interactions at surfaces that shadow rays pass
 GRID_SAFETY = 1.1  # safety factor over the maximum on a grid of points
@@ -56,8 +58,9 @@ class Expectation:
     scale: float  # factor by which its rows are scaled up
     # by side: largest score of a shadow ray from a birth or wall, for a particle of weight 1
     largest_score: dict[str, float]
-    # by side: largest share that a particle's own crossing still counts
+    # by side: largest share that a particle's own crossing still counts, and that of one from a glossy wall
     largest_flight_share: dict[str, float]
+    largest_glossy_share: dict[str, float]
     # The same share for a flight from a collision at least that far away [m]; None without collisions.
     scattered: Callable[[float], float] | None
 
@@ -66,8 +69,8 @@ class Expectation:
 class Guard:
     """A sphere around a detector in which specular arrivals are counted, by the sheet that they come from.
 
-    These are flights from mirrors, glass, glossy surfaces and lenses. The counts are never added to an
-    estimate, and never prove that no such light exists: a focus is narrower than any sphere.
+    These are flights from mirrors, glass, lenses and gloss that sends no rays. The counts are never added to
+    an estimate, and never prove that no such light exists: a focus is narrower than any sphere.
     """
 
     detector: str
@@ -99,8 +102,10 @@ def are_connected(scene: Scene) -> bool:
     """Return whether shadow rays connect all specular paths of a scene that has any.
 
     They do where nothing is specular but one flat mirror, which may transmit and be part of a mixture, and
-    surfaces that light passes straight.
+    surfaces that light passes straight, and where no gloss sends rays.
     """
+    if any(glossy_parts(surface.material) for surface in scene.surfaces):
+        return False
     specular = [surface for surface in scene.surfaces if surface.material.is_specular]
     parts = [part for surface in specular for part in surface.material.elements]
     are_plain = all(part.row().interaction in LINKED and part.row().albedo_law is None for part in parts)
@@ -196,14 +201,28 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     """Return the Expectation of a detector.
 
     A kind of event is (largest density of directions [sr^-1], least distance from the detector [m]).
+
+    Where glossy walls send rays, all flights score a share, as the density of gloss has no small bound.
     """
     shape = plan.scene.shape_of(detector)
     # Bound what each kind of event can send.
     births = {k: kind for k, emitter in enumerate(plan.emitters) if (kind := _birth(emitter, shape))}
     walls, collisions = _walls(plan, shape), _collisions(plan, shape)
     kinds = [kind for kind in (*births.values(), walls, collisions) if kind is not None]
-    is_pure = all(peak * _max_solid_angle(shape, gap) <= MAX_NEAR_WEIGHT for peak, gap in kinds)
-    bound = max((_max_score(shape, is_pure, *kind) for kind in kinds), default=1.0)
+    glossy = [
+        place
+        for surface in plan.scene.surfaces
+        if not (shape.is_flat and are_on_one_support(surface.shape, shape))
+        for place in _glossy_places(surface, (surface.shape,), shape)
+    ]
+    is_pure = not glossy and all(
+        peak * _max_solid_angle(shape, gap) <= MAX_NEAR_WEIGHT for peak, gap in kinds
+    )
+    bounds = [_max_score(shape, is_pure, *kind) for kind in kinds]
+    bounds += [
+        place.sent * GLOSSY_TERMS * _max_score(shape, is_pure, place.peak, place.gap) for place in glossy
+    ]
+    bound = max(bounds, default=1.0)
     _check_size(plan, detector, shape, bound)
     # Scale sums by a power of two, so that the largest score is about 1.
     scale = math.ldexp(1.0, -math.frexp(bound)[1])
@@ -227,21 +246,26 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
 
     draw = "draw_point" if number else "draw_joint_point_at_birth"
     by_emitter = [rays(births.get(k), draw, **_law(emitter)) for k, emitter in enumerate(plan.emitters)]
+    from_walls = rays(walls)
+    if glossy:
+        row = layout.row(layout.EXPECTATION, values, sharing=walls[0])
+        densities = ("set_glossy_pdf", layout.row(layout.NO_TABLE)), ("share_glossy_pdf", row)
+        from_walls = [replace(each, densities=densities) for each in from_walls]
     held = _mis_columns(shape, values, is_pure, sheet)
     # Bound the strongest ray and the largest MIS share per side, which diagnostics compare with the scores.
-    places = {side: _event_shapes(plan, shape, side) for side in ("front", "back")}
-    strongest = {
-        side: _largest_score(shape, side, is_pure, plan.links is not None, kinds)
-        for side, kinds in places.items()
-    }
-    nearest = {
-        side: 0.0 if is_pure else max((_flight_share(shape, *kind) for *_, kind in kinds), default=0.0)
-        for side, kinds in places.items()
+    places = {side: _places(plan, shape, side) for side in ("front", "back")}
+    is_linked = plan.links is not None
+    strongest = {side: _largest_score(shape, side, is_pure, is_linked, each) for side, each in places.items()}
+    nearest = {side: 0.0 if is_pure else _largest_share(shape, each) for side, each in places.items()}
+    glossiest = {
+        side: _largest_share(shape, [place for place in each if place.is_glossy])
+        for side, each in places.items()
     }
     scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
     return Expectation(
-        detector, by_emitter, rays(walls), rays(collisions), held, layer, scale, strongest, nearest, scattered
-    )
+        detector, by_emitter, from_walls, rays(collisions), held, layer, scale,
+        strongest, nearest, glossiest, scattered,
+    )  # fmt: skip
 
 
 def side_of(detector: Detector) -> str:
@@ -249,29 +273,56 @@ def side_of(detector: Detector) -> str:
     return "back" if IS_BACK[detector.side] else "front"
 
 
-def _event_shapes(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, float, tuple[float, float]]]:
-    """Return the emitters and diffuse walls that send shadow rays to one side of a detector.
+class Place(NamedTuple):
+    """A place that sends shadow rays to a detector."""
 
-    Each is (shape, greatest weight sent, (greatest density [sr^-1], least distance [m])); those behind the
-    detector are left out. For the estimator "backward" these are walls alone, as shadow rays from births stay
-    within their own cell.
+    shape: Shape
+    sent: float  # greatest weight sent
+    peak: float  # greatest density of directions [sr^-1]
+    gap: float  # least distance [m]
+    roughness: float = 0.0  # of gloss; 0 for other places
+
+    @property
+    def is_glossy(self) -> bool:
+        """Whether the directions are those of gloss."""
+        return self.roughness > 0
+
+
+def _places(plan: Plan, shape: Shape, side: str) -> list[Place]:
+    """Return the emitters and walls that send shadow rays to one side of a detector.
+
+    Those behind the detector are left out. For the estimator "backward" these are walls alone, as shadow rays
+    from births stay within their own cell.
     """
     emitters = [] if plan.method.estimator == "backward" else plan.emitters
-    places = [
-        (emitter.shape, 1.0, max(law.values()), emitter.source.emission.fills_volume)
-        for emitter in emitters
-        if (law := _law(emitter))
-    ]
+    places = [Place(emitter.shape, 1.0, *_birth(emitter, shape)) for emitter in emitters if _law(emitter)]
     for surface in plan.scene.surfaces:
-        sent = surface.material.max_diffuse_share
-        if sent > 0:
+        sent, pieces = surface.material.max_diffuse_share, ()
+        if sent > 0 or glossy_parts(surface.material):
             pieces = pieces_or_faces(surface.shape) if shape.is_flat else surface.shape.pieces()
-            places += [(piece, sent, LAMBERTIAN_DENSITY, False) for piece in pieces]
-    if plan.links is None:  # a mirror may stand before the detector
-        places = [place for place in places if not is_behind(place[0], shape, side)]
-    return [
-        (where, sent, (peak, _min_distance(where, shape, filled))) for where, sent, peak, filled in places
-    ]
+        if sent > 0:
+            places += [
+                Place(piece, sent, LAMBERTIAN_DENSITY, _min_distance(piece, shape)) for piece in pieces
+            ]
+        places += _glossy_places(surface, pieces, shape)
+    if plan.links is not None:  # a mirror may stand before the detector
+        return places
+    return [place for place in places if not is_behind(place.shape, shape, side)]
+
+
+def _glossy_places(surface: Surface, pieces: Iterable[Shape], shape: Shape) -> Iterator[Place]:
+    """Yield the pieces of a surface by the gloss on them.
+
+    The directions to the detector from a flat piece have a least cosine, which bounds the density.
+    """
+    for part in glossy_parts(surface.material):
+        for piece in pieces:
+            least = 0.0
+            if piece.is_flat and not piece.is_infinite:
+                farthest = math.dist(piece.middle, shape.middle) + piece.extent + shape.extent
+                least = min(least_height(shape, piece) / farthest, 1.0)
+            peak = max(float(single_peak(part.roughness, least)), lobe_peak(part.roughness))
+            yield Place(piece, part.shares.glossy, peak, _min_distance(piece, shape), part.roughness)
 
 
 def pieces_or_faces(shape: Shape) -> tuple[Shape, ...]:
@@ -284,33 +335,38 @@ def pieces_or_faces(shape: Shape) -> tuple[Shape, ...]:
         return (shape,)
 
 
-def _largest_score(
-    shape: Shape,
-    side: str,
-    is_pure: bool,
-    is_linked: bool,
-    places: list[tuple[Shape, float, tuple[float, float]]],
-) -> float:
+def _largest_score(shape: Shape, side: str, is_pure: bool, is_linked: bool, places: list[Place]) -> float:
     """Return the largest score of a shadow ray from one of these places, for a particle of weight 1.
 
     is_linked: rays may be reflected on their way.
     """
-    most = 0.0
-    bounds = [(sent * _max_score(shape, is_pure, *kind), sent, place) for place, sent, kind in places]
-    for bound, sent, place in sorted(bounds, key=lambda each: -each[0]):
+    most, bounds = 0.0, []
+    for place in places:
+        terms = GLOSSY_TERMS if place.is_glossy else 1
+        bounds.append((terms * place.sent * _max_score(shape, is_pure, place.peak, place.gap), place))
+    for bound, place in sorted(bounds, key=lambda each: -each[0]):
         if bound > most:  # Skip the costlier bound by angles where it cannot raise the result.
-            by_angles = math.inf if is_linked else sent * _bound_by_angles(place, shape, side)
+            by_angles = math.inf if is_linked else place.sent * _bound_by_angles(place, shape, side)
             most = max(most, min(bound, by_angles))
     return most
 
 
-def _bound_by_angles(place: Shape, shape: Shape, side: str) -> float:
+def _largest_share(shape: Shape, places: list[Place]) -> float:
+    """Return the largest share that a flight from one of these places keeps."""
+    return max((_flight_share(shape, place.peak, place.gap) for place in places), default=0.0)
+
+
+def _bound_by_angles(sender: Place, shape: Shape, side: str) -> float:
     """Bound the score of a ray of weight 1 from a flat place by the angles at both ends.
 
     The score is A cos(there) cos(here) / (pi r^2); of shapes that are not flat the bound is infinite. It is
     bounded over all points of the detector: r is reduced by the detector's extent, and the height over the
     wall is increased by the part of the extent that lies across the wall.
+
+    From gloss, the densities of its two kinds of reflection take the place of cos(there) / pi, each with its
+    MIS weight.
     """
+    place = sender.shape
     if not place.is_flat:
         return math.inf
     normal, reach = np.array(place.normal), shape.extent
@@ -340,7 +396,12 @@ def _bound_by_angles(place: Shape, shape: Shape, side: str) -> float:
         # A flat detector is equally high above all of these points.
         here = np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
         area = shape.cross_section
-        return float(np.max(there * here / least**2)) * area * LAMBERTIAN_DENSITY * GRID_SAFETY
+        if not sender.is_glossy:
+            return float(np.max(there * here / least**2)) * area * LAMBERTIAN_DENSITY * GRID_SAFETY
+        lowest = np.maximum(abs(height) - lift, 0.0) / (apart + reach)
+        densities = single_peak(sender.roughness, lowest), lobe_peak(sender.roughness) * there
+        scores = sum(each / (1.0 + each * area / (apart + reach) ** 2) for each in densities)
+        return float(np.max(scores * here / least**2)) * area * GRID_SAFETY
 
 
 def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:
@@ -393,9 +454,12 @@ def _law(emitter: Emitter) -> dict[str, float]:
 
 
 def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
-    """Return the same for diffuse walls; a flat detector on a wall receives nothing from it."""
-    scene = plan.scene
-    walls = [surface.shape for surface in scene.surfaces if surface.material.max_diffuse_share > 0]
+    """Return the same for walls, of diffuse ones; a flat detector on a wall receives nothing from it."""
+    walls = [
+        surface.shape
+        for surface in plan.scene.surfaces
+        if surface.material.max_diffuse_share > 0 or glossy_parts(surface.material)
+    ]
     if not walls:
         return None
     is_own = shape.is_flat and plan.links is None

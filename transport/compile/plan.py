@@ -386,6 +386,11 @@ class Plan:
         return self.has_speeds and bool((self.surfaces["quantiles"] != 0).any())
 
     @property
+    def connects_gloss(self) -> bool:
+        """Whether glossy surfaces send next-event rays."""
+        return bool(self.expectations) and bool((self.optics["lobe_peak"] > 0).any())
+
+    @property
     def needs_more_random_numbers(self) -> bool:
         """Whether some surface needs a second block of random numbers per crossing."""
         return self.has_mixtures or self.has_thermal_walls or layout.GLOSSY in self.materials

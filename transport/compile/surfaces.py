@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.gloss import lobe_peak
 from transport.compile.shapes import (
     aligned_axis,
     point_to_mesh,
@@ -356,6 +357,7 @@ def _material_row(plan: Plan, material: Material, member: SheetMember) -> Surfac
     if row.roughness > 0:
         lobe = quantile_row(plan, _microfacet_quantile(row.roughness), unit=1.0)
         optics["lobe"] = plan.arena.place(lobe)
+        optics["lobe_peak"] = lobe_peak(row.roughness) if material.shares.glossy > 0 else 0.0
     if material.speed is not None and row.albedo > 0 and plan.has_speeds:
         surface["quantiles"] = _wall_speed_table(plan, material.speed)
     return surface, optics

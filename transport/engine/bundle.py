@@ -128,6 +128,10 @@ SCRATCH = (
     ("roughness", "f8"),  # GGX alpha
     ("transmitted", "f8"),  # transmitted share of the remaining weight; 1 or 0 once sampled
     ("lobe", "f8"),  # azimuth uniform of the multiple-scattering lobe of microfacets; 2: not taken
+    ("lobe_peak", "f8"),  # largest pdf of that lobe [sr^-1]; 0 where no ray is sent from microfacets
+    ("ax", "f8"),  # direction of arrival at a glossy surface that sends rays
+    ("ay", "f8"),
+    ("az", "f8"),
     ("ox", "f8"),  # origin of the flight, in scenes whose surfaces cut or touch one another
     ("oy", "f8"),
     ("oz", "f8"),

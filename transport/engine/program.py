@@ -15,6 +15,7 @@ from transport.engine.passes import (
     bank,
     bvh,
     detectors,
+    gloss,
     guides,
     intersections,
     landing,
@@ -225,6 +226,8 @@ def _crossing(plan, moved):
         yield step(surfaces.account_absorbed)
     if plan.needs_random_numbers:
         yield step(surfaces.draw_uniforms)
+    if plan.connects_gloss:
+        yield step(gloss.save_arrival)
     yield from _new_directions(plan)
     if plan.has_thermal_walls:
         yield step(velocities.sample_wall_speed, plan.arena.table(plan.surfaces))

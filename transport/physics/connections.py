@@ -6,6 +6,8 @@ flights share the light of an event by multiple importance sampling (Veach 1997)
 of the event's directions, the ray has the weight r^2/(r^2 + peak A) and the flight the rest, weights that do
 not depend on an angle. For a ball, A is the area of its cross section, r the distance of its centre, and
 directions are uniform in the solid angle that it fills.
+
+At a glossy surface the pdf of the direction itself takes the place of `peak` (passes/gloss.py).
 """
 
 from transport.physics.device import device
@@ -37,3 +39,9 @@ def flights_share(r2, area, peak):
     """Return the MIS weight of a flight whose crossing is shared with next-event rays."""
     seen = peak * area
     return seen / (r2 + seen)
+
+
+@device
+def rays_share(r2, area, peak, sharing):
+    """Return the MIS weight of a ray, relative to that of one with another `peak`, named `sharing`."""
+    return (r2 + sharing * area) / (r2 + peak * area) if r2 > 0.0 else 0.0

@@ -35,7 +35,8 @@ class Shares(NamedTuple):
     absorbed: float = 0.0
     diffuse: float = 0.0  # reflected by the cosine law
     diffuse_through: float = 0.0  # transmitted by the cosine law
-    specular: float = 0.0  # reflected into the direction of a mirror, or into a lobe around it
+    specular: float = 0.0  # reflected into the direction of a mirror, or into a narrow lobe around it
+    glossy: float = 0.0  # reflected into a lobe around that direction wide enough for next-event rays
     refracted: float = 0.0  # transmitted into another direction
     straight: float = 0.0  # transmitted straight on
 
@@ -47,7 +48,7 @@ class Shares(NamedTuple):
     @property
     def redirected(self) -> float:
         """Share that leaves in another direction."""
-        return self.diffuse + self.diffuse_through + self.specular + self.refracted
+        return self.diffuse + self.diffuse_through + self.specular + self.glossy + self.refracted
 
 
 class MaterialRow(NamedTuple):
@@ -132,8 +133,8 @@ class Material:
     def is_specular(self) -> bool:
         """Whether light leaves in directions that no shadow ray can sample.
 
-        It does from mirrors, glass, gloss and lenses. Shadow rays do not pass a mixture of Transparent and
-        another material either.
+        It does from mirrors, glass, lenses and gloss of a roughness below MIN_RAY_ROUGHNESS. Shadow rays do
+        not pass a mixture of Transparent and another material either.
         """
         return any(
             max(side.shares.specular, side.shares.refracted, side.shares.straight * self.acts) > 0
@@ -302,6 +303,9 @@ class Conductor(Material):
         return MaterialRow("mirror", 0.5, albedo_law="metal", excess=excess, loss=loss)
 
 
+MIN_RAY_ROUGHNESS = 1e-3  # of gloss that next-event rays are sent from; a narrower lobe hardly meets a ray
+
+
 @scene_object
 class Glossy(Material):
     """A rough mirror of microfacets (GGX); opaque, with the same albedo at every angle of incidence.
@@ -350,7 +354,9 @@ class Glossy(Material):
 
     @property
     def shares(self) -> Shares:
-        return Shares(absorbed=1 - self.albedo, specular=self.albedo)
+        if self.roughness < MIN_RAY_ROUGHNESS:
+            return Shares(absorbed=1 - self.albedo, specular=self.albedo)
+        return Shares(absorbed=1 - self.albedo, glossy=self.albedo)
 
     def row(self) -> MaterialRow:
         return MaterialRow("glossy", self.albedo, roughness=self.roughness)

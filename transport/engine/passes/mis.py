@@ -1,7 +1,8 @@
 """Multiple importance sampling: weights of flights where next-event rays score too (Veach 1997).
 
-A lane keeps the point and the largest pdf of its last sampled direction. A crossing that a next-event ray
-could also have produced is scored with the complementary weight.
+A lane keeps the point and the largest pdf of its last sampled direction (at a glossy wall the pdf of that
+direction: gloss.py). A crossing that a next-event ray could also have produced is scored with the
+complementary weight.
 """
 
 import numpy as np
@@ -30,7 +31,7 @@ def record_pdf_at_births(lane, table):
 def record_pdf_at_walls(lane, table):
     """Record the same at acting surfaces.
 
-    0 at mirrors, glass and lenses, whose directions no ray can sample.
+    0 at mirrors, glass and lenses, whose directions no ray can sample. That of glossy walls comes next.
     """
     peak = table.peak
     acts = lane.surface != 0

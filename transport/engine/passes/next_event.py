@@ -1,9 +1,9 @@
-"""Next-event estimation: rays from births, diffuse walls and collisions to surface and point detectors.
+"""Next-event estimation: rays from births, walls and collisions to surface and point detectors.
 
 A ray is sampled in steps. Sample a point on the detector; connect the event to it; contribute: the pdf with
 which the event emits in that direction over the pdf of sampling it (Kalos 1963; physics/connections.py). Rays
 are listed and traced next (shadow_rays.py). Each way to connect serves all kinds of events, and each kind of
-event all ways. MIS weights of flights are in mis.py.
+event all ways. Rays from glossy walls are completed in gloss.py, MIS weights of flights are in mis.py.
 """
 
 import math
@@ -297,12 +297,15 @@ def contribute_from_births(lane, table):
 
 @lane_pass(layout.CONTRIBUTION)
 def contribute_from_walls(lane, table):
-    """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1]."""
+    """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1].
+
+    The pdf of a glossy wall is added next; that of other walls is 0.
+    """
     side = 1.0 if lane.mu > 0.0 else -1.0
     cosine = side * (lane.vx * lane.nx + lane.vy * lane.ny + lane.vz * lane.nz)
     here = lane.material == layout.DIFFUSE
-    lane.score *= table.scale * lane.weight if here & (cosine > 0.0) else 0.0
-    lane.pdf = INVERSE_PI * cosine
+    lane.score *= table.scale * lane.weight if cosine > 0.0 else 0.0
+    lane.pdf = INVERSE_PI * cosine if here else 0.0
     lane.shadow_sheet, lane.tally = standing_sheet(lane.sheet), table.first
 
 

@@ -6,7 +6,15 @@ from transport.compile import layout
 from transport.compile.next_event import LAMBERTIAN_DENSITY
 from transport.compile.points import attenuates_anywhere, phase_densities
 from transport.engine.bundle import Bundle
-from transport.engine.passes import backward, emission, mis, next_event, once_more_collided, shadow_rays
+from transport.engine.passes import (
+    backward,
+    emission,
+    gloss,
+    mis,
+    next_event,
+    once_more_collided,
+    shadow_rays,
+)
 from transport.engine.registry import step, step_by_name
 
 # ---- Cast rays: sample, connect, contribute, list; and record the pdf for MIS.
@@ -24,13 +32,17 @@ def rays_from_births(plan, emitter):
 
 
 def rays_from_walls(plan):
-    """Yield the steps that cast rays from diffuse walls to every detector."""
+    """Yield the steps that cast rays from diffuse and glossy walls to every detector."""
+    if plan.connects_gloss:
+        yield step(gloss.look_up_lobe, plan.arena.table(plan.optics))
     yield from _cast([rays for each in plan.targets for rays in each.walls], "contribute_from_walls")
     if plan.expectations and plan.links is not None:
         row = layout.row(layout.MIS_LINK, peak=LAMBERTIAN_DENSITY, transmits=plan.transmits)
         yield step(mis.record_pdf_across_mirrors, row)
     elif plan.expectations and plan.reflects:
         yield step(mis.record_pdf_at_walls, _pdf_table(LAMBERTIAN_DENSITY))
+    if plan.connects_gloss:
+        yield step(gloss.record_glossy_pdf)
 
 
 def rays_from_collisions(plan):
@@ -59,6 +71,7 @@ def _cast(sent, contribute, densities=()):
         yield from map(step_by_name, rays.connect)
         yield step_by_name((contribute, rays.contribution))
         yield from densities
+        yield from map(step_by_name, rays.densities)
         yield step(shadow_rays.list_shadow_rays, layout.row(layout.LEG, leg=rays.leg))
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile.detectors import weights_vary
+from transport.compile.gloss import glossy_parts, single_peak
 from transport.compile.layout import GRAZING_CUT
 from transport.compile.methods import more_particles_or_backward, uses_next_event
 from transport.compile.next_event import min_collision_distance
@@ -256,12 +257,18 @@ def unvisited_surface_findings(tally: Tally, size: float, light: float) -> Itera
     """
     plan, found = tally.plan, []
     for number, surface in enumerate(plan.scene.surfaces):
-        share = 0.0 if _cannot_light(tally, surface) else surface.material.max_diffuse_share
+        material = surface.material
+        glossy = {part.roughness: part.shares.glossy for part in glossy_parts(material)}
+        share = max(material.max_diffuse_share, *glossy.values(), 0.0)
+        share = 0.0 if _cannot_light(tally, surface) else share
         unseen = unseen_scores(_estimated_visits(tally, number, share, light)) if share > 0 else 0.0
         if unseen > 0:
             distance = max(surface.shape.distance(tally.shape.middle), size)
             if distance > 0:
-                added = plan.unit / tally.particles * share / (math.pi * distance**2)
+                density = material.max_diffuse_share / math.pi
+                for roughness, sent in glossy.items():
+                    density = max(density, sent * float(single_peak(roughness, 1.0)))
+                added = plan.unit / tally.particles * density / distance**2
                 found.append((unseen * added, distance, surface_name(plan.scene, number)))
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
     if most > 0:

@@ -1,8 +1,9 @@
 """Classes of paths that an estimator finds only by chance, and what a run may have missed of them.
 
-The estimators "expected" and "backward" connect diffuse walls, collisions and births to a detector, or a
-source, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light whose last
-vertex is specular, beams, light from very near, and, in a backward run, the direct view of a source.  These
+The estimators "expected" and "backward" connect diffuse and glossy walls, collisions and births to a
+detector, or a source, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light
+whose last vertex is specular, beams, light from very near or in the middle of a narrow glossy lobe, of which
+rays have a small share, and, in a backward run, the direct view of a source.  These
 flights have sums of their own, apart from those of rays, so a run knows how often each class scored.  A class
 with fewer than MIN_SCORES_FOR_ERROR scores may contribute (U(n) - n) S / N more, with S the largest possible
 score (findings.unseen_scores); a class that geometry proves to be empty is left out.
@@ -22,10 +23,12 @@ import numpy as np
 from transport.compile.detectors import LARGE_SHARE
 from transport.compile.lamps import strongest_ray
 from transport.compile.methods import more_particles_or_backward, refusal
+from transport.compile.next_event import side_of
 from transport.results.diagnostics.proofs import (
     DirectView,
     Probe,
     events_of,
+    glossy_surfaces_of,
     max_transmitted_weight,
     miss_distance,
     specular_surfaces_of,
@@ -207,6 +210,9 @@ def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[Pat
     largest = heaviest if unconnected else expectation.largest_flight_share[face]
     number = count_large_scores(tally, side, largest, scores)
     what = f"light via {join_names(unconnected)}" if unconnected else "light from very near"
+    if not unconnected and 0 < largest == expectation.largest_glossy_share[face]:
+        glossy = glossy_surfaces_of(scene, shape, side_seen)
+        what = f"light in the middle of the lobes of {join_names(surface_names(scene, glossy))}"
     seen, radius = _guard_counts(tally) if unconnected and not number else ({}, 0.0)
     if seen:
         what = f"light via {join_names(list(seen))}"
@@ -305,7 +311,9 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
         return round(sum(batch_totals(each).sum() for each in cells))
 
     # Of guided histories, those that no guide has sent: each was one with the probability of its weight.
-    flights = number("weights" if sums.plan.is_guided else "counts", 1 + lamp)
+    # Where flights score MIS shares, the number of full scores that add up to theirs.
+    is_weighed = sums.plan.is_guided or sums.plan.connects_gloss
+    flights = number("weights" if is_weighed else "counts", 1 + lamp)
     block = sums.block_of(lamp)
     if lamp not in sums.adjoint.rays:
         return LampScores(flights)
@@ -334,16 +342,16 @@ def _classes_of_source(
         yield from _direct_rays(scene, sums, number, heaviest * gain)
     else:
         yield from _flights_to_source(scene, sums, sensor, number, met, error / gain, heaviest, gain)
-    # Rays to the lamp: from collisions and from diffuse walls.
+    # Rays to the lamp: from collisions and from walls.
     rays = plan.adjoint.rays.get(number)
     if rays is None:
         return
     if rays.from_collisions:  # collisions may be so near that their rays have no other limit
-        what = f"light from {lamp.name!r} via diffuse walls or scattering"
+        what = f"light from {lamp.name!r} via walls or scattering"
         yield PathClass(what, met.rays, heaviest / rays.scale, gain=gain)
     if rays.from_walls:
         is_near = met.rays and lamp.source.emission.law != "beam"
-        what = f"light from {lamp.name!r} via {'walls near it' if is_near else 'diffuse walls'}"
+        what = f"light from {lamp.name!r} via {'walls near it' if is_near else 'walls'}"
         yield PathClass(what, met.strong_rays, heaviest * rays.strongest, gain=gain, name="strong rays")
 
 
@@ -372,8 +380,9 @@ def _flights_to_source(
     heaviest: float,
     gain: float,
 ) -> Iterator[PathClass | Finding]:
-    """The path classes of flights: direct light of the lamp, and light via specular surfaces."""
+    """The path classes of flights: direct light of the lamp, and light via specular and glossy surfaces."""
     lamp = sums.adjoint.sources[number]
+    rays = next((each for each in sums.plan.expectations if each.detector.name == lamp.detector.name), None)
     shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
     mirrors = specular_surfaces_of(scene, shape, side)
     view = DirectView(scene, sensor, sums.parts, number, shape, side)
@@ -384,8 +393,13 @@ def _flights_to_source(
             what = f"direct light from {lamp.name!r}, which no sampled line of sight shows"
             yield doubtful("path class", what, straight * gain)
             is_seen, straight = False, 0.0
-    if mirrors or is_seen:
+    glossy = [] if rays is None else glossy_surfaces_of(scene, shape, side)
+    surfaces = sorted({*mirrors, *glossy})
+    if surfaces or is_seen:
         origins = [f"from {lamp.name!r}"] * is_seen
-        origins += [f"via {join_names(surface_names(scene, mirrors))}"] * bool(mirrors)
+        origins += [f"via {join_names(surface_names(scene, surfaces))}"] * bool(surfaces)
         what, of_lamp = f"light {' or '.join(origins)}", {"straight": straight, "gain": gain}
-        yield PathClass(what, met.flights, heaviest, surfaces=tuple(mirrors), **of_lamp)
+        share = 1.0
+        if not (mirrors or is_seen):
+            share = rays.largest_glossy_share[side_of(lamp.detector)]
+        yield PathClass(what, met.flights, heaviest * share, surfaces=tuple(surfaces), **of_lamp)

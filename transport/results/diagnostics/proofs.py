@@ -23,11 +23,13 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from transport.compile.adjoint import adjoint_scene, gains_of
+from transport.compile.gloss import glossy_parts
 from transport.compile.limits_exceeded import OverrunError
 from transport.compile.methods import refusal
 from transport.geometry.flat import Slab
@@ -88,17 +90,34 @@ def specular_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[i
 
     side: None for all.
     """
+    return _surfaces_facing(scene, shape, side, attrgetter("is_specular"), "mirrors")
+
+
+def glossy_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
+    """Indices of the surfaces that may send glossy reflections straight to a side of a shape.
+
+    Next-event rays connect them, but leave the middle of a narrow lobe to flights.
+    """
+    return _surfaces_facing(scene, shape, side, glossy_parts, "gloss")
+
+
+def _surfaces_facing(
+    scene: Scene, shape: Shape, side: str | None, is_sending: Callable[[Material], object], name: str
+) -> list[int]:
+    """Indices of the surfaces of such a material that may send light straight to a side of a shape."""
     # Keep the shape, so that no other object takes its id.
-    find = partial(_find_specular_surfaces, scene, shape, side)
-    return proven(scene, ("mirrors", id(shape), side), lambda: (shape, find()))[1]
+    find = partial(_find_surfaces_facing, scene, shape, side, is_sending)
+    return proven(scene, (name, id(shape), side), lambda: (shape, find()))[1]
 
 
-def _find_specular_surfaces(scene: Scene, shape: Shape, side: str | None) -> list[int]:
+def _find_surfaces_facing(
+    scene: Scene, shape: Shape, side: str | None, is_sending: Callable[[Material], object]
+) -> list[int]:
     found = []
     for number, surface in enumerate(scene.surfaces):
-        if not surface.material.is_specular or is_behind(surface.shape, shape, side):
+        if not is_sending(surface.material) or is_behind(surface.shape, shape, side):
             continue
-        is_away = _faces_away(surface.shape, surface.material, shape)
+        is_away = _faces_away(surface.shape, surface.material, shape, is_sending)
         if not is_away and not are_separated(scene, (shape, side), (surface.shape, None), number):
             found.append(number)
     return found
@@ -109,13 +128,15 @@ def surface_names(scene: Scene, numbers: Iterable[int]) -> list[str]:
     return [surface_name(scene, number).removeprefix("Surface ") for number in numbers]
 
 
-def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
-    """Return whether a flat surface with one specular side turns that side away from all of a shape."""
+def _faces_away(
+    mirror: Shape, material: Material, shape: Shape, is_sending: Callable[[Material], object]
+) -> bool:
+    """Return whether a flat surface with one such side turns that side away from all of a shape."""
     if not mirror.is_flat:
         return False
     sides = zip(("front", "back"), material.sides, strict=True)
-    specular = [side for side, each in sides if each.is_specular]
-    return not material.is_transmissive and len(specular) == 1 and is_behind(shape, mirror, specular[0])
+    sending = [side for side, each in sides if is_sending(each)]
+    return not material.is_transmissive and len(sending) == 1 and is_behind(shape, mirror, sending[0])
 
 
 def unconnected_sources(plan: Plan, shape: Shape, side: str) -> Iterator[str]:

@@ -80,9 +80,10 @@ DIAGNOSTICS = (
     Check(
         "path class",
         f"Light that an estimator finds only by chance and that has fewer than {FEW} scores: via mirrors,"
-        " glass, gloss or lenses, from beams, from very near, or from a lamp that backward histories rarely"
-        " reach. Its bound is Poisson's 95 % limit times the largest score, or the result of a probe,"
-        " whichever is less; a class that geometry proves to be empty is left out.",
+        " glass or lenses, in the middle of the narrow lobe of gloss, from beams, from very near, or from a"
+        " lamp that backward histories rarely reach. Its bound is Poisson's 95 % limit times the largest"
+        " score, or the result of a probe, whichever is less; a class that geometry proves to be empty is"
+        " left out.",
         "Which surface the light comes from, if there are several; and a class with many, but unequal"
         " scores.",
     ),
@@ -109,7 +110,8 @@ DIAGNOSTICS = (
     ),
     Check(
         "unvisited surface",
-        "A diffuse surface close to a detector with next-event estimation, if hardly any history reached it.",
+        "A diffuse or glossy surface close to a detector with next-event estimation, if hardly any history"
+        " reached it.",
         "A small bright spot on a large surface that histories reach elsewhere.",
     ),
     Check(

@@ -35,7 +35,8 @@ def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface)
         return
     title = surface_name(scene, surface)
     for part in surface.material.elements:
-        if part.is_specular or not part.acts:  # no block to a ray, or of unknown radiance
+        # no block to a ray, or of unknown radiance
+        if part.is_specular or part.shares.glossy > 0 or not part.acts:
             must = "needs surfaces that are Black, Diffuse or Transparent throughout"
             cure = "use a small VolumeDetector instead"
             refuse(detector, f"{must}, got {part!r} of {title}; {cure}")
