@@ -368,8 +368,9 @@ CAMERA = pixel((0, 0, 0))
 )
 def test_light_by_specular_surfaces_is_refused(material, source, cure):
     pane = tp.Surface(tp.Rectangle(center=(3, 0, 1), normal=(-1, 0, 0), width=1, height=1), material, "pane")
+    kind = "glossy" if isinstance(material, tp.Glossy) else "specular"
     words = (
-        f"no ray finds light of the ... of sources[0] by way of Surface 'pane', which is specular; use {cure}"
+        f"no ray finds light of the ... of sources[0] by way of Surface 'pane', which is {kind}; use {cure}"
     )
     forward = f"{words}, or write estimator='expected' with guide=1_000_000"
     assert_refused(lambda: run(tp.Scene(source, [FLOOR, pane], tp.Detector("floor"))), forward)
