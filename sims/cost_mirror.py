@@ -13,11 +13,11 @@ ends on the lamp.  The meter sees a disk of radiance ρ L, the rim.
 Scene.  A disk lamp of 5 cm radius faces a mirror at 45°, that another may follow; a black screen hides the lamp from the meter.
 Or a dish of 60 cm and 50 cm focal length below a wide lamp.  The meter has 1 mm radius.
 
-What it teaches.  One flat mirror shows the meter at a place that is known: "expected" sends its rays to this image, and two
-coaxial disks are left to estimate.  What two mirrors or a dish send can be connected to by no ray, and "expected" meets it as
-rarely as "analog": of a hundred million births one ends on the meter.  Started at the meter, one history in thousands finds
-the lamp.  Nearly all of these histories go astray for the same reason, their first direction, and that can be learnt: a guide
-sends them where light was found, and weighs them by one over the density.
+What it teaches.  Flat mirrors show the meter at places that are known: "expected" sends its rays to these images, and two
+coaxial disks are left to estimate.  What a dish sends can be connected to by no ray, and "expected" meets it as rarely as
+"analog": of a hundred million births one ends on the meter.  Started at the meter, one history in thousands finds the lamp.
+Nearly all of these histories go astray for the same reason, their first direction, and that can be learnt: a guide sends
+them where light was found, and weighs them by one over the density.
 """
 
 from __future__ import annotations

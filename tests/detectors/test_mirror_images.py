@@ -1,11 +1,14 @@
-"""Shadow rays by way of a flat mirror: they go to the image of a detector, are reflected once, and share light with flights."""
+"""Shadow rays by way of flat mirrors: they go to the image of a detector, are reflected in turn, and share light with flights."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
 
 import transport as tp
+from tests.focusing_scenes import by_periscope, periscope
 from tests.specular_scenes import (
     IMAGE_PLACE,
     LAMP_PLACE,
@@ -45,10 +48,64 @@ def test_a_point_lamp_in_a_mirror_which_no_flight_could_hit():
     assert found.error < 1e-6 * value
 
 
-def room(floor: tp.Material, source: tp.Source, meter: tp.Shape, medium: tp.Medium | None) -> tp.Scene:
-    """A room with diffuse walls, and a floor of another material."""
+def test_a_periscope():
+    found = run(periscope(), 1e5, "expected")
+    assert abs(found.z(by_periscope())) < 4
+    assert found.error < 1e-6 * found.value
+    assert found.verdict == "sound"
+
+
+def upright(x: float, y: float, turn: float, reflectance: float, name: str) -> tp.Surface:
+    """An upright mirror that begins on the z axis."""
+    normal = (-math.sin(turn), math.cos(turn), 0)
+    shape = tp.Rectangle(center=(x, y, 0), normal=normal, up=(0, 0, 1), width=4, height=4)
+    return tp.Surface(shape, tp.Mirror(reflectance), name)
+
+
+@pytest.mark.parametrize(("images", "angle"), [(3, 90.0), (5, 60.0)])
+def test_a_point_lamp_in_a_kaleidoscope(images, angle):
+    """Two mirrors at 360°/(n + 1) show n images; the last is seen by way of either first."""
+    turn = math.radians(angle)
+    mirrors = [
+        upright(2 * math.cos(at), 2 * math.sin(at), at, rho, name)
+        for at, rho, name in ((0.0, 0.8, "one"), (turn, 0.9, "other"))
+    ]
+    lamp, place = np.array([0.9, 0.3, 0.1]), np.array([1.6, 0.8, 0.2])
+    normal = np.array([-1.0, -0.3, 0.0]) / math.hypot(1.0, 0.3)
+    source = tp.Source(tp.Point(position=lamp), tp.Isotropic(power=4 * math.pi))
+    scene = tp.Scene([source], mirrors, [tp.Detector(tp.Disk(center=place, normal=normal, radius=1e-4), "m")])
+    # The images lie on a circle about the z axis, turned by twice the angle at every second reflection.
+    radius, first = math.hypot(lamp[0], lamp[1]), math.atan2(lamp[1], lamp[0])
+    seen = []
+    for number in range(images + 1):
+        half = (number + 1) // 2
+        at, sign = 2 * half * turn, 1 if number % 2 == 0 else -1
+        seen.append((at + sign * first) % (2 * math.pi))
+    value = 0.0
+    for at in seen:
+        apart = np.array([radius * math.cos(at), radius * math.sin(at), lamp[2]]) - place
+        shown = max(float(normal @ apart), 0.0) / float(apart @ apart) ** 1.5
+        value += shown * math.prod(_reflectances(at, turn, place))
+    found = run(scene, 1e5, "expected")
+    assert abs(found.value - value) < 4 * found.error + 1e-7 * value
+
+
+def _reflectances(at: float, turn: float, place: np.ndarray) -> list[float]:
+    """Reflectances of the unfolded mirrors between a place within the angle and an image at azimuth `at`."""
+    mine, rhos = math.atan2(place[1], place[0]), {0: 0.8, 1: 0.9}
+    apart = (at - mine + math.pi) % (2 * math.pi) - math.pi  # the shorter way about the axis
+    edges = [k for k in range(-4, 5) if min(mine, mine + apart) < k * turn < max(mine, mine + apart)]
+    return [rhos[k % 2] for k in edges]
+
+
+def room(
+    floor: tp.Material, source: tp.Source, meter: tp.Shape, medium: tp.Medium | None, others: str = ""
+) -> tp.Scene:
+    """A room with diffuse walls, and a floor of another material, as are the `others` by name."""
     faces = tp.Box(center=(0, 0, 1.25), size=(4, 5, 2.5)).faces().items()
-    walls = [tp.Surface(face, floor if name == "-z" else tp.Diffuse(0.5), name) for name, face in faces]
+    walls = [
+        tp.Surface(face, floor if name in ("-z", others) else tp.Diffuse(0.5), name) for name, face in faces
+    ]
     return tp.Scene([source], walls, [tp.Detector(meter, "m")], medium=medium or tp.Medium())
 
 
@@ -86,6 +143,19 @@ def test_a_room_with_a_mirror_is_the_same_to_all_estimators(floor, source, meter
         assert apart < 4 * np.hypot(found[one].error, found[other].error), (one, other)
 
 
+@pytest.mark.parametrize("source", LAMPS)
+@pytest.mark.parametrize("meter", METERS)
+def test_a_room_with_two_mirrors_is_the_same_to_all_estimators(source, meter):
+    """Floor and a wall: chains of one and of two."""
+    scene = room(FLOORS["half mirror"], LAMPS[source], METERS[meter], None, "+x")
+    assert compile_scene(scene, None, Method("expected")).links is not None
+    particles = {"analog": 3e5, "expected": 1e5, "backward": 3e5}
+    found = {name: run(scene, number, name) for name, number in particles.items()}
+    for one, other in (("expected", "analog"), ("backward", "analog"), ("expected", "backward")):
+        apart = abs(found[one].value - found[other].value)
+        assert apart < 4 * np.hypot(found[one].error, found[other].error), (one, other)
+
+
 @pytest.mark.slow
 def test_claimed_errors_hold():
     """Forty seeds of each; the spread over the claimed error is known to 11 %."""
@@ -107,10 +177,9 @@ def links_of(*surfaces: tp.Surface, estimator: str = "expected") -> bool:
     return plan.links is not None
 
 
-def flat(material: tp.Material, x: float = 2.0) -> tp.Surface:
-    return tp.Surface(
-        tp.Rectangle(center=(x, 0, 0), normal=(1, 0, 0), width=1, height=1), material, f"panel {round(x)}"
-    )
+def flat(material: tp.Material, x: float = 2.0, size: float = 1.0) -> tp.Surface:
+    shape = tp.Rectangle(center=(x, 0, 0), normal=(1, 0, 0), width=size, height=size)
+    return tp.Surface(shape, material, f"panel {round(x)}")
 
 
 BALL = tp.Sphere(center=(0, 3, 0), radius=0.5)
@@ -127,7 +196,7 @@ SCREEN = tp.Mixture([(tp.Transparent(), 0.5), (tp.Black(), 0.5)])
     ],
     ids=["a mirror", "a mirror and a wall", "a mirror and a screen", "a filter"],
 )
-def test_one_flat_mirror_is_connected(surfaces):
+def test_flat_mirrors_are_connected(surfaces):
     assert links_of(*surfaces)
     assert not links_of(*surfaces, estimator="analog")
 
@@ -138,12 +207,22 @@ def test_one_flat_mirror_is_connected(surfaces):
         (),
         (flat(tp.Diffuse(0.5)),),
         (flat(tp.Mirror(0.5)), flat(tp.Mirror(0.5), 3.0)),
+        (flat(tp.Mirror(0.5), size=9), flat(tp.Mirror(0.5), -3.0, size=9)),
         (flat(tp.Mirror(0.5)), tp.Surface(BALL, tp.Dielectric(1.5), "glass")),
         (tp.Surface(BALL, tp.Mirror(0.5), "ball"),),
         (flat(tp.Glossy(0.2, 0.9)),),
         (flat(tp.Conductor(0.2, 3.4)),),
     ],
-    ids=["nothing", "a wall", "two mirrors", "glass too", "a curved mirror", "gloss", "a metal"],
+    ids=[
+        "nothing",
+        "a wall",
+        "two mirrors",
+        "facing mirrors",
+        "glass too",
+        "a curved mirror",
+        "gloss",
+        "a metal",
+    ],
 )
 def test_others_are_not(surfaces):
     """Their specular light comes by flights; scenes without any have the passes that they had."""

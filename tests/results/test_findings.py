@@ -77,8 +77,10 @@ SIDE_PANEL = tp.Surface(
 MIRRORED = 0.824336  # [W m^-2] that LAMP sends to EYE by PANEL, by the lamp's image
 
 
-# A second mirror, to which no light comes: where there are two, no ray connects the light of either.
-SECOND = tp.Surface(tp.Disk(center=(0, 0, 50), radius=1.0), tp.TwoSided(tp.Mirror(1.0), tp.Black()), "second")
+# A metal to which no light comes: with it no ray connects the light of a flat mirror.
+SECOND = tp.Surface(
+    tp.Disk(center=(0, 0, 50), radius=1.0), tp.TwoSided(tp.Conductor(0.2, 3.4), tp.Black()), "second"
+)
 
 
 def mirror(material=None, detectors=(EYE,)):

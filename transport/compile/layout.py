@@ -297,9 +297,11 @@ MIS_PEAK = np.dtype(_floats("peak"))
 # The same where shadow rays pass surfaces and are reflected. transmits: whether some surface transmits.
 MIS_LINK = np.dtype(_floats("peak") + _integers("transmits"))
 # What a shadow ray keeps at an acting surface, by row of SURFACE, from its front and its back: reflected by a
-# mirror, and straight on. side: -1 where its normal is opposite to its sheet's normal.
-LINK = np.dtype(_floats("front_reflects front_passes back_reflects back_passes side"))
-IMAGE_RAY = 1 << 48  # added to the first row of a shadow ray's detector until it has been reflected
+# mirror, and straight on. side: -1 where its normal is opposite to its sheet's normal; mirror: its number.
+LINK = np.dtype(_floats("front_reflects front_passes back_reflects back_passes side") + _integers("mirror"))
+# Above the first row of its detector a shadow ray has the numbers of the mirrors that it has yet to meet, the
+# next one lowest.
+MIRROR_SHIFT, MIRROR_BITS = 40, 7
 # A sphere; first: its cell of sheet 0 among `cells`.
 GUARD = np.dtype(_floats("cx cy cz radius2") + _integers("first cells"))
 # Word `source` of one bundle is copied into word `target` of another.

@@ -4,8 +4,8 @@ Estimators
   "analog"    score crossings.
   "aimed"     every source emits only towards the detector, with the exact weight: direct light only.
   "expected"  next-event estimation: each emission, diffuse or glossy reflection and collision scores its
-              expected contribution to each detector, by one flat mirror too; light from other mirrors, glass
-              and lenses scores on crossing.
+              expected contribution to each detector, by flat mirrors too (images.py); light from others,
+              glass and lenses scores on crossing.
   "backward"  histories start at the detectors and score the radiance of sources they reach; "random" only.
   "auto"      short pilot runs of each, then the cheapest: default with `error` or `seconds`
               ("analog" with `particles` alone).
@@ -270,8 +270,7 @@ def can_sample_points_on(shape: Shape) -> bool:
 # Histories are distributed equally over the detector's bins, so that a bin of a ten-thousandth of all
 # directions costs no more than all directions. At diffuse and glossy surfaces and collisions they also cast
 # shadow rays to the sources (as "expected" does to detectors), so that small bright sources are not left to
-# chance. Light of the first flight, and from mirrors and dielectrics but one flat mirror, is scored on
-# arrival. The energy balance is that of these backward histories, with unit 1.
+# chance. Light of the first flight, and from curved mirrors and dielectrics, is scored on arrival. The energy balance is that of these backward histories, with unit 1.
 #
 # What each part becomes (all others are unchanged):
 #

@@ -16,6 +16,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.gloss import glossy_parts, lobe_peak, single_peak
+from transport.compile.images import Chain, chains_of_mirrors, image, links, mark
 from transport.compile.methods import uses_next_event
 from transport.compile.points import Rays, scatters_anywhere
 from transport.compile.shapes import pass_name, shape_columns
@@ -32,14 +33,12 @@ from transport.validation import SceneError, refuse, short_repr
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
     from transport.scene.materials import Surface
-    from transport.scene.scene import Scene
     from transport.scene.sheets import Sheet
 
 LAMBERTIAN_DENSITY = DIRECTION_DENSITIES["lambertian"]  # [sr^-1] greatest density of directions
 MAX_SPHERE_SCORE = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
 GLOSSY_TERMS = 2  # scores of a ray from a glossy wall: of single reflection, and of multiple scattering
 ALL_SCORED, FLAT_SHARE, SPHERE_SHARE = 1, 2, 3  # values of `how` in layout.MIS_SHARE
-LINKED = "mirror", "transparent", "diffuse", "black"  # interactions at surfaces that shadow rays pass
 GRID_SAFETY = 1.1  # safety factor over the maximum on a grid of points
 MAX_FACES = 256  # of a mesh whose faces are bounded one by one
 MIN_RELATIVE_SIZE = 1e-12  # of a coordinate: 1000 roundings across a detector
@@ -83,79 +82,15 @@ def lower_next_event(plan: Plan, sheets: list[Sheet]) -> None:
     """Fill what shadow rays need: an Expectation and a Guard for each detector that they sample points on."""
     if not plan.sends_shadow_rays:
         return
-    if are_connected(plan.scene):
-        plan.links = _links(plan)
-    for detector in plan.scene.meters:
-        if uses_next_event(plan.scene, detector):
-            plan.expectations.append(_expectation(plan, detector, len(plan.expectations)))
+    detectors = [each for each in plan.scene.meters if uses_next_event(plan.scene, each)]
+    chains = chains_of_mirrors(plan.scene, [plan.scene.shape_of(each) for each in detectors])
+    if chains is not None:
+        plan.links = links(plan)
+    for number, detector in enumerate(detectors):
+        images = [] if chains is None else chains[number]
+        plan.expectations.append(_expectation(plan, detector, number, images))
     plan.expected_layers = [_expected_layer(plan, layer) for layer in plan.layers]
     _add_guards(plan, sheets)
-
-
-# ---- Surfaces that shadow rays pass: straight through, or by the image of the detector in a flat mirror.
-#
-# A ray to the image of a detector is reflected where it meets the mirror, within its outline, and then goes
-# to the detector. Flights share the light of such a path as that of a straight one, by its whole length.
-
-
-def are_connected(scene: Scene) -> bool:
-    """Return whether shadow rays connect all specular paths of a scene that has any.
-
-    They do where nothing is specular but one flat mirror, which may transmit and be part of a mixture, and
-    surfaces that light passes straight, and where no gloss sends rays.
-    """
-    if any(glossy_parts(surface.material) for surface in scene.surfaces):
-        return False
-    specular = [surface for surface in scene.surfaces if surface.material.is_specular]
-    parts = [part for surface in specular for part in surface.material.elements]
-    are_plain = all(part.row().interaction in LINKED and part.row().albedo_law is None for part in parts)
-    reflecting = mirrors_of(scene)
-    return bool(specular) and are_plain and len(reflecting) <= 1 and all(s.shape.is_flat for s in reflecting)
-
-
-def mirrors_of(scene: Scene) -> list[Surface]:
-    """Return the surfaces that reflect specularly."""
-    return [s for s in scene.surfaces if any(side.shares.specular > 0 for side in s.material.sides)]
-
-
-def _links(plan: Plan) -> np.ndarray:
-    """Return what shadow rays keep at each surface, by its first row."""
-    surfaces, links = plan.surfaces, np.zeros(len(plan.surfaces), layout.LINK)
-    links["side"] = plan.optics["side"]
-    for first in range(1, len(surfaces)):
-        for side, start in ("front", first), ("back", first + int(surfaces["back"][first])):
-            part = slice(start, start + int(surfaces["parts"][start]))
-            share = np.diff(surfaces["share"][part], prepend=0.0) * surfaces["albedo"][part]
-            material, through = surfaces["material"][part], plan.optics["through"][part]
-            is_mirror = material == layout.MIRROR
-            links[f"{side}_reflects"][first] = (share * (1 - through))[is_mirror].sum()
-            passes = np.where(is_mirror, through, material == layout.TRANSPARENT)
-            links[f"{side}_passes"][first] = (share * passes).sum()
-    return links
-
-
-def _image(plan: Plan, row: np.ndarray, mirror: Shape) -> np.ndarray:
-    """Return the image in a mirror of a detector's row of layout.EXPECTATION."""
-    normal, point = np.array(mirror.normal), np.array(plan.space.place(mirror.center))
-
-    def turned(vectors: np.ndarray) -> np.ndarray:
-        return vectors - 2 * np.multiply.outer(vectors @ normal, normal)
-
-    image = row.copy()
-    for name in ("eu", "ev", "n", "c"):
-        places = [f"{name}{axis}" for axis in "xyz"]
-        moved = point if name == "c" else 0.0
-        vector = turned(np.array([float(row[place]) for place in places]) - moved) + moved
-        for place, value in zip(places, vector.tolist(), strict=True):
-            image[place] = value
-    if row["part_count"]:
-        start, count = int(row["parts"]), int(row["part_count"])
-        parts = plan.arena.memory[start : start + 80 * count].view(np.float64).reshape(count, 10)
-        corners = turned(parts[:, 1:4] - point) + point
-        table = np.column_stack([parts[:, 0], corners, turned(parts[:, 4:7]), turned(parts[:, 7:10])])
-        image["parts"] = plan.arena.place(table)
-    image["sheet"] = -1
-    return image
 
 
 def _add_guards(plan: Plan, sheets: list[Sheet]) -> None:
@@ -197,8 +132,8 @@ def _expected_layer(plan: Plan, layer: np.ndarray) -> np.ndarray:
     return copy
 
 
-def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
-    """Return the Expectation of a detector.
+def _expectation(plan: Plan, detector: Detector, number: int, chains: list[Chain]) -> Expectation:
+    """Return the Expectation of a detector, which also has an image by each of these chains of mirrors.
 
     A kind of event is (largest density of directions [sr^-1], least distance from the detector [m]).
 
@@ -234,9 +169,7 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         if kind is None:
             return []
         row = layout.row(layout.EXPECTATION, values, sharing=0.0 if is_pure else kind[0])
-        rows = [(row, first)]
-        for mirror in mirrors_of(plan.scene) if plan.links is not None else ():
-            rows.append((_image(plan, row, mirror.shape), first + layout.IMAGE_RAY))
+        rows = [(row, first), *((image(plan, row, chain), first + mark(chain)) for chain in chains)]
         ways = []
         for each, number in rows:
             names = _connections(shape) if ways else (draw, *_connections(shape))  # all from one draw

@@ -111,6 +111,7 @@ WEIGHT = Bundle.fields["weight"][1] // 8
 MAX_SCORE = 2.0**250  # bound of a score; only a beam through the very point exceeds it
 # Contribution to driver.MAX_SCORED: bounds what one score adds to a row, like 2^28 for a volume score.
 SCORE_BOUND = 1 << 30
+MIRROR_MASK, FIRST_ROW_MASK = (1 << layout.MIRROR_BITS) - 1, (1 << layout.MIRROR_SHIFT) - 1
 
 
 @bundle_pass(layout.ROWS)
@@ -231,7 +232,7 @@ def end_next_event_rays(lane, table):
 
 @lane_pass(layout.ROWS)
 def redirect_next_event_rays(lane, table):
-    """Let rays pass straight through acting surfaces, or be reflected by the mirror of their image, once.
+    """Let rays pass straight through acting surfaces, or be reflected by the mirrors of their image in turn.
 
     They keep the share of the weight that does so, and end behind their target.
     """
@@ -241,12 +242,14 @@ def redirect_next_event_rays(lane, table):
         is_back = row.side * lane.mu > 0.0
         reflects = row.back_reflects if is_back else row.front_reflects
         passes = row.back_passes if is_back else row.front_passes
-        turns = (lane.tally >= layout.IMAGE_RAY) & (reflects > 0.0)
+        waiting = lane.tally >> layout.MIRROR_SHIFT
+        turns = (waiting != 0) & (row.mirror == waiting & MIRROR_MASK)
         lane.weight *= reflects if turns else passes
         if turns:
             lane.ux, lane.uy, lane.uz = reflected(
                 lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu
             )
             lane.mu = -lane.mu
-            lane.tally -= layout.IMAGE_RAY
+            left = waiting >> layout.MIRROR_BITS << layout.MIRROR_SHIFT
+            lane.tally = (lane.tally & FIRST_ROW_MASK) | left
     lane.weight = choose(lane.leg == 0, 0.0, lane.weight)

@@ -1,0 +1,175 @@
+"""Images of detectors in flat mirrors, by which shadow rays connect specular paths.
+
+A ray to the image of a detector is reflected where it meets each mirror, within its outline, and so comes to
+the detector. Flights share the light of such a path as that of a straight one, by its whole length
+(engine/passes/mis.py). So all chains of mirrors that may lead to a detector must have an image, or none has:
+scenes are connected whose chains end, as those of a periscope or a corner do, and of two facing mirrors do
+not. Unfolded, a path by way of mirrors is a straight line through their images, and a chain is impossible
+where some image does not meet the convex hull of one before and one behind it.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import linprog
+
+from transport.compile import layout
+from transport.compile.gloss import glossy_parts
+from transport.geometry.relations import are_on_one_support
+from transport.geometry.shape import Shape
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Plan
+    from transport.scene.materials import Surface
+    from transport.scene.scene import Scene
+
+Chain = tuple[tuple[int, Shape], ...]  # numbers and shapes of mirrors, in the order in which a ray meets them
+
+LINKED = "mirror", "transparent", "diffuse", "black"  # interactions at surfaces that shadow rays pass
+MAX_MIRRORS, MAX_LENGTH, MAX_CHAINS = 8, 3, 16
+# of a mirror's size: mirrors that touch at an edge have no line through both there
+SHRINKAGE, TOLERANCE = 1e-8, 1e-10
+
+
+def chains_of_mirrors(scene: Scene, shapes: list[Shape]) -> list[list[Chain]] | None:
+    """Return the chains of mirrors that may lead to each of these detectors.
+
+    None where shadow rays do not connect all specular paths of the scene, or there are none: where something
+    else than flat mirrors is specular, gloss sends rays, or chains are too many or too long. Mirrors may
+    transmit and be parts of mixtures, and light may pass other surfaces straight.
+    """
+    specular = [surface for surface in scene.surfaces if surface.material.is_specular]
+    parts = [part for surface in specular for part in surface.material.elements]
+    are_plain = all(part.row().interaction in LINKED and part.row().albedo_law is None for part in parts)
+    mirrors = _mirrors(scene)
+    if not specular or not are_plain or any(glossy_parts(surface.material) for surface in scene.surfaces):
+        return None
+    if len(mirrors) > MAX_MIRRORS or not all(mirror.shape.is_flat for mirror in mirrors):
+        return None
+    if len(mirrors) > 1 and any(shape.is_infinite for shape in (*shapes, *(m.shape for m in mirrors))):
+        return None
+    numbered = [(number, mirror.shape) for number, mirror in enumerate(mirrors, start=1)]
+    found = [_chains(numbered, shape) for shape in shapes]
+    return None if any(chains is None for chains in found) else found
+
+
+def _mirrors(scene: Scene) -> list[Surface]:
+    """Return the surfaces that reflect specularly."""
+    return [s for s in scene.surfaces if any(side.shares.specular > 0 for side in s.material.sides)]
+
+
+def _chains(mirrors: list[tuple[int, Shape]], shape: Shape) -> list[Chain] | None:
+    """Return the chains that may lead to a detector; None where they are too many or too long."""
+    one_by_one = [m for m in mirrors if not (shape.is_flat and are_on_one_support(m[1], shape))]
+    if len(mirrors) == 1:
+        return [(each,) for each in one_by_one]
+    own, found = _outline(shape), []
+    # A chain, last mirror first, with the outlines of detector and mirrors, unfolded.
+    waiting = [((each,), [own, _outline(each[1])]) for each in one_by_one]
+    while waiting:
+        chain, outlines = waiting.pop()
+        found.append(chain[::-1])
+        for each in mirrors:
+            if each[0] == chain[-1][0]:
+                continue
+            points = _outline(each[1])
+            for _, mirror in chain[::-1]:
+                points = _reflected(points, mirror)
+            if all(_may_pass(*pair, points) for pair in combinations(outlines, 2)):
+                waiting.append(((*chain, each), [*outlines, points]))
+                if len(chain) == MAX_LENGTH or len(found) + len(waiting) > MAX_CHAINS:
+                    return None
+    return found
+
+
+def _outline(shape: Shape) -> np.ndarray:
+    """Return points whose convex hull holds a shape but for what is within rounding of its edge, (n, 3)."""
+    points = np.array(shape.bounds_corners(), float).reshape(-1, 3)
+    if shape.is_flat:
+        corners = shape.corners
+        if not corners:  # a disk
+            corners = [(u * shape.extent, v * shape.extent) for u in (-1, 1) for v in (-1, 1)]
+        e_u, e_v = np.array(shape.frame[0]), np.array(shape.frame[1])
+        points = np.array(shape.center) + np.array(corners) @ np.stack([e_u, e_v])
+    middle = points.mean(axis=0)
+    return middle + (1 - SHRINKAGE) * (points - middle)
+
+
+def _reflected(points: np.ndarray, mirror: Shape) -> np.ndarray:
+    normal = np.array(mirror.normal)
+    return points - 2 * np.multiply.outer((points - np.array(mirror.center)) @ normal, normal)
+
+
+def _may_pass(one: np.ndarray, between: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether a line from one convex hull to another may pass one between.
+
+    It may where that one meets the convex hull of both.
+    """
+    ends = np.concatenate([one, other])
+    middle = ends.mean(axis=0)
+    size = np.abs(ends - middle).max()
+    ends, between = (ends - middle) / size, (between - middle) / size
+    columns = np.concatenate([ends, -between]).T
+    ones, zeros = np.ones(len(ends)), np.zeros(len(between))
+    sums = np.stack([np.concatenate([ones, zeros]), np.concatenate([0 * ones, zeros + 1])])
+    equal = np.concatenate([columns, sums])
+    exact = {"primal_feasibility_tolerance": TOLERANCE, "presolve": False}
+    costs, wanted = np.zeros(equal.shape[1]), [0, 0, 0, 1, 1]
+    return linprog(costs, A_eq=equal, b_eq=wanted, method="highs-ds", options=exact).status != 2
+
+
+# ---- Tables.
+
+
+def links(plan: Plan) -> np.ndarray:
+    """Return what shadow rays keep at each surface, by its first row (layout.LINK)."""
+    surfaces, table = plan.surfaces, np.zeros(len(plan.surfaces), layout.LINK)
+    table["side"] = plan.optics["side"]
+    for first in range(1, len(surfaces)):
+        for side, start in ("front", first), ("back", first + int(surfaces["back"][first])):
+            part = slice(start, start + int(surfaces["parts"][start]))
+            share = np.diff(surfaces["share"][part], prepend=0.0) * surfaces["albedo"][part]
+            material, through = surfaces["material"][part], plan.optics["through"][part]
+            is_mirror = material == layout.MIRROR
+            table[f"{side}_reflects"][first] = (share * (1 - through))[is_mirror].sum()
+            passes = np.where(is_mirror, through, material == layout.TRANSPARENT)
+            table[f"{side}_passes"][first] = (share * passes).sum()
+    for number, mirror in enumerate(_mirrors(plan.scene), start=1):
+        index = next(k for k, surface in enumerate(plan.scene.surfaces) if surface is mirror)
+        for row in plan.rows_of_surfaces.get(index, ()):
+            table["mirror"][1 + row] = number
+    return table
+
+
+def mark(chain: Chain) -> int:
+    """Return what is added to the first row of a detector for rays to its image by a chain."""
+    shifts = (layout.MIRROR_SHIFT + layout.MIRROR_BITS * place for place in range(len(chain)))
+    return sum(number << shift for (number, _), shift in zip(chain, shifts, strict=True))
+
+
+def image(plan: Plan, row: np.ndarray, chain: Chain) -> np.ndarray:
+    """Return the image by a chain of mirrors of a detector's row of layout.EXPECTATION."""
+    found = row.copy()
+    for _, mirror in chain[::-1]:
+        normal, point = np.array(mirror.normal), np.array(plan.space.place(mirror.center))
+        moves = {"eu": 0.0, "ev": 0.0, "n": 0.0, "c": point}
+        for name, moved in moves.items():
+            places = [f"{name}{axis}" for axis in "xyz"]
+            vector = _turned(np.array([float(found[place]) for place in places]) - moved, normal) + moved
+            for place, value in zip(places, vector.tolist(), strict=True):
+                found[place] = value
+        if row["part_count"]:
+            start, count = int(found["parts"]), int(found["part_count"])
+            parts = plan.arena.memory[start : start + 80 * count].view(np.float64).reshape(count, 10)
+            corners = _turned(parts[:, 1:4] - point, normal) + point
+            edges = _turned(parts[:, 4:7], normal), _turned(parts[:, 7:10], normal)
+            found["parts"] = plan.arena.place(np.column_stack([parts[:, 0], corners, *edges]))
+    found["sheet"] = -1
+    return found
+
+
+def _turned(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    return vectors - 2 * np.multiply.outer(vectors @ normal, normal)
