@@ -14,7 +14,6 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import linprog
 
 from transport.compile import layout
 from transport.compile.gloss import glossy_parts
@@ -108,6 +107,8 @@ def _may_pass(one: np.ndarray, between: np.ndarray, other: np.ndarray) -> bool:
 
     It may where that one meets the convex hull of both.
     """
+    from scipy.optimize import linprog
+
     ends = np.concatenate([one, other])
     middle = ends.mean(axis=0)
     size = np.abs(ends - middle).max()
