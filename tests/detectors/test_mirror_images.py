@@ -236,3 +236,45 @@ def test_a_sieve_that_light_passes_straight_is_no_obstacle():
     meter = tp.Detector(tp.Disk(radius=1e-3), "m")
     half, whole = (run(tp.Scene([source], walls, [meter]), 1e4, "expected") for walls in ([screen], []))
     assert half.value == pytest.approx(0.5 * whole.value, rel=1e-12)
+
+
+def test_events_are_counted_by_flights():
+    """Rays do not count the reflections on their way; planted: chains of mirrors in spite of `events`."""
+    source = tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=100.0))
+    panel = tp.Rectangle(center=(-1, 0, 1), normal=(1, 0, 0), up=(0, 0, 1), width=1.5, height=1.5)
+    shape = tp.Disk(center=(0.8, 0, 1), normal=(-1, 0, 0), radius=0.4)
+    meters = [tp.Detector(shape, f"after {n}", events=n) for n in (0, 1)]
+    scene = tp.Scene([source], [tp.Surface(panel, tp.Mirror(1.0), "panel")], meters)
+    analog, expected = (
+        tp.simulate(scene, particles=2e5, seed=1, estimator=name, guide=0, progress=False)
+        for name in ("analog", "expected")
+    )
+    for meter in meters:
+        one, other = (result[meter.name].flux_in for result in (analog, expected))
+        assert abs(one.value - other.value) < 4 * np.hypot(one.error, other.error)
+
+
+CLOUD = tp.Surface(
+    tp.Sphere(center=(0, 0, 1), radius=0.5), tp.Transparent(), "cloud", inside=tp.Medium(absorption=2.0)
+)
+
+
+def test_births_on_the_boundary_of_a_body_send_no_rays():
+    """A quarter of the rays would start in the medium on the other side."""
+    shape = tp.Disk(center=(0.8, 0, 1), normal=(-1, 0, 0), radius=0.4)
+    source = tp.Source(tp.Point(position=(0.5, 0, 1)), tp.Isotropic(power=100.0))
+    scene = tp.Scene([source], [CLOUD], [tp.Detector(shape, "m")])
+    one, other = (run(scene, 2e5, name) for name in ("analog", "expected"))
+    assert abs(one.value - other.value) < 4 * np.hypot(one.error, other.error)
+    point = tp.PointDetector(position=(0.5, 0, 1), name="p")
+    lamp = tp.Source(tp.Point(position=(0.8, 0, 1)), tp.Isotropic(power=100.0))
+    with pytest.raises(tp.SceneError, match="no ray connects it to a point on the boundary of a body"):
+        tp.simulate(tp.Scene([lamp], [CLOUD], [point]), particles=100, estimator="backward")
+
+
+def test_a_point_lamp_on_a_surface_is_refused_in_backward_runs():
+    floor = tp.Surface(tp.Rectangle(width=3, height=3), tp.Black(), "floor")
+    lamp = tp.Source(tp.Point(position=(0.3, 0.2, 0.0)), tp.Isotropic(power=100.0))
+    meter = tp.Detector(tp.Disk(center=(0.8, 0, 1), normal=(-1, 0, 0), radius=0.4), "m")
+    with pytest.raises(tp.SceneError, match="lies on Surface 'floor', where rays end; move it off"):
+        tp.simulate(tp.Scene([lamp], [floor], [meter]), particles=100, estimator="backward")

@@ -51,8 +51,13 @@ def chains_of_mirrors(scene: Scene, shapes: list[Shape]) -> list[list[Chain]] | 
     if len(mirrors) > 1 and any(shape.is_infinite for shape in (*shapes, *(m.shape for m in mirrors))):
         return None
     numbered = [(number, mirror.shape) for number, mirror in enumerate(mirrors, start=1)]
-    found = [_chains(numbered, shape) for shape in shapes]
-    return None if any(chains is None for chains in found) else found
+    found = []
+    for shape in shapes:
+        chains = _chains(numbered, shape)
+        if chains is None:
+            return None
+        found.append(chains)
+    return found
 
 
 def _mirrors(scene: Scene) -> list[Surface]:

@@ -14,7 +14,14 @@ from typing import TYPE_CHECKING
 
 from transport.compile import layout
 from transport.compile.next_event import LAMBERTIAN_DENSITY, min_collision_distance, pieces_or_faces
-from transport.compile.points import MAX_POINTS, PointPlan, Rays, point_plan, scatters_anywhere
+from transport.compile.points import (
+    MAX_POINTS,
+    PointPlan,
+    Rays,
+    point_plan,
+    refuse_births_on_boundaries,
+    scatters_anywhere,
+)
 from transport.compile.shapes import pass_name, rounding_of_crossings, shape_columns
 from transport.geometry.relations import is_on_support
 from transport.geometry.shape import Point, Shape
@@ -109,6 +116,7 @@ def _least_distance(plan: Plan, position: Vector, walls: list[tuple[Shape, float
 
 def _beam(plan: Plan, source: Source, shape: Shape, number: int, first: int, scale: float) -> PointPlan:
     """Return a Beam ready to run: a ray per part of its shape from each event."""
+    refuse_births_on_boundaries(plan, source)
     space, direction = plan.space, source.emission.direction
     slack = SLACK_IN_ROUNDINGS * (rounding_of_crossings(shape, space) + layout.ROUNDING)
     values = layout.vector_columns("u", direction) | {"slack": slack / abs(dot(direction, shape.normal))}

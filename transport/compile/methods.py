@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.relations import is_on
 from transport.geometry.shape import Point, Shape
 from transport.geometry.solid import Sphere
 from transport.scene.bins import DirectionCone
@@ -356,6 +357,11 @@ def _against_rays(scene: Scene, source: Source, title: str, analog: str, expecte
             kind = "glossy" if is_glossy else "specular"
             lost = f"no ray finds light of {what} by way of {surface_name(scene, number)}, which is {kind}"
             yield f"{lost}; {lamp}, or {expected}"
+    if not is_beam:
+        for number, surface in enumerate(scene.surfaces):
+            if is_on(shape.position, surface.shape):
+                place = surface_name(scene, number)
+                yield f"{what} lies on {place}, where rays end; move it off, or {expected}"
     scatters = any(np.max(medium.scattering) > 0 for medium in named_media(scene))
     for detector in scene.detectors:
         name = f"{type(detector).__name__} {detector.name!r}"

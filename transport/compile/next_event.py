@@ -83,7 +83,10 @@ def lower_next_event(plan: Plan, sheets: list[Sheet]) -> None:
     if not plan.sends_shadow_rays:
         return
     detectors = [each for each in plan.scene.meters if uses_next_event(plan.scene, each)]
-    chains = chains_of_mirrors(plan.scene, [plan.scene.shape_of(each) for each in detectors])
+    # Rays do not count reflections, which `events` of a detector asks for.
+    has_events = any(detector.events is not None for detector in plan.scene.meters)
+    shapes = [plan.scene.shape_of(each) for each in detectors]
+    chains = None if has_events else chains_of_mirrors(plan.scene, shapes)
     if chains is not None:
         plan.links = links(plan)
     for number, detector in enumerate(detectors):
@@ -382,8 +385,13 @@ def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
 
 
 def _law(emitter: Emitter) -> dict[str, float]:
-    """Return the density of directions at birth that shadow rays use; empty for births with a target."""
-    return {} if emitter.target is not None else emitter.source.emission.ray_densities
+    """Return the density of directions at birth that shadow rays use; empty for births that send none.
+
+    Those with a target do not, nor those on the boundary of a body: a ray would start in the body that the
+    flight starts in.
+    """
+    sends_none = emitter.target is not None or emitter.beside
+    return {} if sends_none else emitter.source.emission.ray_densities
 
 
 def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:

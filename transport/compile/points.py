@@ -22,7 +22,7 @@ from transport.geometry.solid import Box, Sphere
 from transport.scene.bodies import body_bits_at
 from transport.scene.media import Medium
 from transport.scene.phase_functions import Tabulated
-from transport.validation import SceneError, refuse
+from transport.validation import SceneError, refuse, short_repr
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def point_plan(
 
     user: the point detector or the source there, which a message names.
     """
+    refuse_births_on_boundaries(plan, user)
     scatterers, medium = _scatterers(plan), _medium_row_at(plan, position)
     medium = medium if medium in scatterers else -1
     by_flights = bool(scatterers - {medium})
@@ -104,6 +105,16 @@ def point_plan(
     walls = [rays("connect_to_point"), *detours] if layout.DIFFUSE in plan.materials else []
     flights = [rays("connect_to_flight")] if by_flights else []
     return PointPlan(row, first, births, walls, detours, flights)
+
+
+def refuse_births_on_boundaries(plan: Plan, user: object) -> None:
+    """Raise SceneError where histories start on the boundary of a body, as rays would not know their side."""
+    on_boundary = (emitter.shape for emitter in plan.emitters if emitter.beside)
+    if (shape := next(on_boundary, None)) is not None:
+        refuse(
+            user,
+            f"no ray connects it to a point on the boundary of a body, {short_repr(shape)}; move that off",
+        )
 
 
 def _scatterers(plan: Plan) -> set[int]:

@@ -29,6 +29,8 @@ OFFSET_IN_ROUNDINGS = 256  # offset from a flat shape, in units of the rounding 
 
 # ---- Supports.
 
+ROUNDINGS_APART = 8  # a point that is no farther off a shape may end up on either side of it
+
 
 def are_on_one_support(a: Shape, b: Shape) -> bool:
     """Return whether two shapes lie on the same plane or the same surface of revolution, within rounding."""
@@ -47,6 +49,12 @@ def are_on_one_support(a: Shape, b: Shape) -> bool:
 def is_on_support(position: Vector, shape: Shape) -> bool:
     """Return whether a point lies on the plane or surface of revolution of a shape, within rounding."""
     return _is_near_support(position, shape, ROUNDING * (shape.coordinate_scale + sum(map(abs, position))))
+
+
+def is_on(position: Vector, shape: Shape) -> bool:
+    """Return whether a point lies on a shape itself, within some roundings of its coordinates."""
+    tolerance = ROUNDINGS_APART * ROUNDING * (shape.coordinate_scale + sum(map(abs, position)))
+    return shape.distance(position) <= tolerance
 
 
 def relative_orientation(support: Shape, shape: Shape) -> float:

@@ -143,7 +143,7 @@ def unconnected_sources(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
     """The sources whose births no ray connects and that may send light straight to a side of a shape."""
     for emitter in plan.emitters:
         emission = emitter.source.emission
-        if emitter.target is not None and plan.adjoint is None:
+        if (emitter.target is not None or emitter.beside) and plan.adjoint is None:
             yield source_title(plan.scene, emitter.source)
             continue
         if emission.law != "beam" or miss_distance(emitter.shape, emission.direction, shape) > 0:
