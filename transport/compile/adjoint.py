@@ -208,11 +208,12 @@ def _fill_rows(
                     plan.detectors["strong"][of_lamp] = LARGE_SHARE * strongest * each.scale
                     events = bool(each.walls), bool(each.collisions)
                     rays[number - 1] = LampRays(each.scale, strongest, *events)
-    # A birth sends rays to a lamp within its own cell, by its flight, which rays in all directions could not
-    # respect.
-    for each in plan.expectations:
-        each.births[:] = [[]] * len(plan.emitters)
-    for emitter in plan.emitters:
+    # A birth in a bin of directions sends its flight alone, as rays in all directions could not respect the
+    # bin; so do all births where nothing is specular, as most lamps are large.
+    for number, emitter in enumerate(plan.emitters):
+        for each in plan.expectations:
+            if plan.links is None or emitter.is_divided:
+                each.births[number] = []
         emitter.cells[0][1]["births"] = first
     return rays, tuple(rows)
 

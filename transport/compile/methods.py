@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.compile.images import chains_of_mirrors
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.relations import is_on
 from transport.geometry.shape import Point, Shape
@@ -116,9 +117,19 @@ def _default_guide(scene: Scene, method: Method, particles: float | None) -> int
         for surface in scene.surfaces
         for part in surface.material.elements
     )
-    if not is_useful or (particles is not None and particles < LEAST_GUIDED):
+    if not is_useful or (particles is not None and particles < LEAST_GUIDED) or _connects_births(scene):
         return 0
     return MAX_GUIDE if particles is None else min(max(int(particles), MIN_GUIDE), MAX_GUIDE)
+
+
+def _connects_births(scene: Scene) -> bool:
+    """Return whether births of a backward run send rays to all lamps and to all their images in mirrors."""
+    shapes = [scene.shape_of(source) for source in scene.sources]
+    if any(getattr(detector, "directions", None) is not None for detector in scene.detectors):
+        return False
+    if has_emission(scene) or any(source.emission.fills_volume for source in scene.sources):
+        return False
+    return all(map(can_sample_points_on, shapes)) and chains_of_mirrors(scene, shapes) is not None
 
 
 def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
@@ -131,6 +142,10 @@ def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
         for number, source in enumerate(scene.sources):
             if found_by_rays_alone(scene, source):
                 yield f"no history arrives at sources[{number}], a Point or a Beam; leave guide out"
+        for detector in scene.detectors:
+            if not _is_undivided(detector):
+                title = f"{type(detector).__name__} {detector.name!r}"
+                yield f"histories start in each bin of {title}, where none can send them; leave guide out"
     else:
         if not scene.meters:
             yield "it learns from Detectors on surfaces, and there is none; leave guide out"

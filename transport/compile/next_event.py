@@ -227,10 +227,11 @@ class Place(NamedTuple):
 def _places(plan: Plan, shape: Shape, side: str) -> list[Place]:
     """Return the emitters and walls that send shadow rays to one side of a detector.
 
-    Those behind the detector are left out. For the estimator "backward" these are walls alone, as shadow rays
-    from births stay within their own cell.
+    Those behind the detector are left out. For the estimator "backward" these are walls alone, unless births
+    send rays to images in mirrors, too.
     """
-    emitters = [] if plan.method.estimator == "backward" else plan.emitters
+    has_births = plan.method.estimator != "backward" or plan.links is not None
+    emitters = plan.emitters if has_births else []
     places = [Place(emitter.shape, 1.0, *_birth(emitter, shape)) for emitter in emitters if _law(emitter)]
     for surface in plan.scene.surfaces:
         sent, pieces = surface.material.max_diffuse_share, ()

@@ -45,6 +45,7 @@ from transport.statistics.findings import MORE_PARTICLES, USE_MORE, Finding, dou
 from transport.validation import join_names
 
 if TYPE_CHECKING:
+    from transport.compile.next_event import Expectation
     from transport.compile.plan import Plan
     from transport.results.backward import BackwardReading, CellSums, ViewReading
     from transport.results.detectors import Reading
@@ -370,6 +371,12 @@ def _direct_rays(scene: Scene, sums: CellSums, number: int, gain: float) -> Iter
             yield PathClass(what, births, strongest, gain=gain, name="strong rays")
 
 
+def _are_births_connected(sums: CellSums, sensor: object, rays: Expectation) -> bool:
+    """Return whether all births at a detector send rays to a source, and to its images in mirrors."""
+    pairs = zip(sums.adjoint.parts, rays.births, strict=True)
+    return all(births for part, births in pairs if part.sensor is sensor)
+
+
 def _flights_to_source(
     scene: Scene,
     sums: CellSums,
@@ -384,6 +391,13 @@ def _flights_to_source(
     lamp = sums.adjoint.sources[number]
     rays = next((each for each in sums.plan.expectations if each.detector.name == lamp.detector.name), None)
     shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
+    if rays is not None and _are_births_connected(sums, sensor, rays):
+        what, share = (
+            f"light from {lamp.name!r} very near it",
+            rays.largest_flight_share[side_of(lamp.detector)],
+        )
+        yield PathClass(what, met.flights, heaviest * share, gain=gain)
+        return
     mirrors = specular_surfaces_of(scene, shape, side)
     view = DirectView(scene, sensor, sums.parts, number, shape, side)
     is_seen, straight = not view.is_hidden, 0.0
