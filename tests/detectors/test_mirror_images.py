@@ -55,6 +55,17 @@ def test_a_periscope():
     assert found.verdict == "sound"
 
 
+@pytest.mark.parametrize("scene", ["mirror", "periscope"])
+def test_births_of_backward_runs_send_rays_to_images_too(scene):
+    """So no guide is needed, and no doubt left."""
+    value = direct(RADIUS) + mirrored(RADIUS) if scene == "mirror" else by_periscope()
+    mirror = panel_scene(RADIUS, lamp(), tp.Mirror(1.0), is_behind=False)
+    found = run(mirror if scene == "mirror" else periscope(), 1e5, "backward")
+    assert abs(found.z(value)) < 4
+    assert found.error < 2e-5 * value
+    assert found.verdict == "sound"
+
+
 def upright(x: float, y: float, turn: float, reflectance: float, name: str) -> tp.Surface:
     """An upright mirror that begins on the z axis."""
     normal = (-math.sin(turn), math.cos(turn), 0)

@@ -564,7 +564,7 @@ def test_bins_of_one_size_are_judged_as_no_bins_are():
     lamp, bounds = disk_lamp((0.1, 0, 10), DOWN, 0.01, radiance=1.0), []
     for bins in (None, tp.Directions(mu=np.sqrt(np.linspace(0, 1, 5)))):
         look = meter((0, 0, 0), UP, 0.01, directions=bins)
-        reading = run(lamp, SIDE_PANEL, look, 1e4, "backward", seed=1)
+        reading = run(lamp, [SIDE_PANEL, SECOND], look, 1e4, "backward", seed=1)
         bounds.append([each.bound for each in cell_path_findings(reading, reading.extents)])
         assert bounds[-1] == [each.bound for each in cell_path_findings(reading)]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-12) and bounds[0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,8 +29,17 @@ from transport.run.guiding import _sums_per_history
 from transport.run.programs import plan_for
 
 RADIUS = 1e-3
-MIRROR = panel_scene(RADIUS, lamp(), tp.Mirror(1.0), is_behind=False)
-HALF = panel_scene(RADIUS, lamp(), tp.Mirror(0.5, 0.5), is_behind=False)
+# A metal to which no light comes: with it no ray connects the light of a flat mirror.
+METAL = tp.Surface(tp.Disk(center=(0, 0, 50), radius=1.0), tp.TwoSided(tp.Conductor(0.2, 3.4), tp.Black()))
+
+
+def unconnected(scene: tp.Scene) -> tp.Scene:
+    return replace(scene, surfaces=(*scene.surfaces, METAL))
+
+
+CONNECTED = panel_scene(RADIUS, lamp(), tp.Mirror(1.0), is_behind=False)
+MIRROR = unconnected(CONNECTED)
+HALF = unconnected(panel_scene(RADIUS, lamp(), tp.Mirror(0.5, 0.5), is_behind=False))
 
 
 def run(scene: tp.Scene, particles: float = 2e5, **options) -> tp.Result:
@@ -238,6 +249,7 @@ def test_by_default_runs_with_specular_surfaces_have_a_guide():
         (MIRROR, 5e5, {"estimator": "backward"}, 500_000),
         (MIRROR, 2e4, {"estimator": "expected"}, 0),
         (MIRROR, 1e3, {"estimator": "backward"}, 0),
+        (CONNECTED, 2e4, {"estimator": "backward"}, 0),
         (MIRROR, 2e4, {"estimator": "analog"}, 0),
         (diffuse, 2e4, {"estimator": "backward"}, 0),
     ]:
@@ -246,7 +258,7 @@ def test_by_default_runs_with_specular_surfaces_have_a_guide():
 
 def test_a_point_lamp_behind_a_mirror_lights_a_detector_of_a_millimetre():
     """Of a hundred million births one would meet the detector by way of the mirror."""
-    scene = panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False)
+    scene = unconnected(panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False))
     value = by_point(RADIUS, LAMP_PLACE) + by_point(RADIUS, IMAGE_PLACE)
     for estimator in ("analog", "expected"):
         found = run(scene, 1e6, estimator=estimator, guide=1 << 20)["m"].irradiance
