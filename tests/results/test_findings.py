@@ -28,7 +28,7 @@ from tests.specular_scenes import CASES
 from transport.cli.commands import app
 from transport.compile.detectors import EDGES
 from transport.compile.layout import SIZE_CELLS
-from transport.compile.next_event import _bound_by_angles
+from transport.compile.next_event import Place, _bound_by_angles
 from transport.results.diagnostics import proofs
 from transport.results.diagnostics.path_classes import ALL_LIGHT, cell_path_findings
 from transport.results.diagnostics.proofs import (
@@ -358,7 +358,7 @@ def reflector(size, *more):
 def dim_panel():
     """A speck of a lamp that no backward history meets, and a mirror of it: a probe of the mirror bounds the image alone."""
     panel = tp.Surface(PANEL, tp.Mirror(1e-4), "mirror")
-    return disk_lamp((0, 0, 2), DOWN, 1e-3, 1.0), panel, meter((0, 0, 0), UP, 1e-3)
+    return disk_lamp((0, 0, 2), DOWN, 1e-3, 1.0), [panel, SECOND], meter((0, 0, 0), UP, 1e-3)
 
 
 def forward_fog(g, look):
@@ -791,7 +791,7 @@ def test_no_ray_from_a_wall_brings_more_than_its_plane_allows():
         place, normal = rng.normal(size=3), rng.normal(size=3)
         detector = tp.Disk(normal=tuple(rng.normal(size=3)), radius=0.05)
         wall = tp.Disk(center=tuple(place), normal=tuple(normal), radius=3.0)
-        most = _bound_by_angles(wall, detector, "front")
+        most = _bound_by_angles(Place(wall, 1.0, 1 / math.pi, 0.0), detector, "front")
         if not math.isfinite(most):
             continue
         here, facing = proofs.even_points_on(detector, rng.random((20_000, 2)))
