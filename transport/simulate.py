@@ -103,8 +103,9 @@ def simulate(
     guide : int, optional
         Number of histories of short runs before the run, from which it learns where to send its own: births
         then follow the learnt density, each with its exact weight. It finds small lamps behind mirrors, glass
-        and lenses. 0 for none. Default: with "backward", in scenes with specular or glossy surfaces, as many
-        as `particles` within 262144 and 1048576, from 8192 particles on; else none.
+        and lenses. 0 for none. Default: with "backward", in scenes with specular or glossy surfaces whose
+        light rays do not connect, for detectors without bins, as many as `particles` within 262144 and
+        1048576, from 8192 particles on; else none.
 
     Returns
     -------
