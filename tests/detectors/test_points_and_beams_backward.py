@@ -347,7 +347,8 @@ def test_a_lamp_that_nearly_touches_a_detector_or_a_wall_is_doubtful():
 
 def test_a_lamp_in_the_plane_of_a_wall_lights_it_not():
     flat = tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0))
-    result = run(tp.Scene(flat, FLOOR, [pixel((1, 0, 0)), speck((0, 0, 1), (0, 0, -1))]), 10_000)
+    beside = tp.Surface(tp.Rectangle(center=(3, 0, 0), width=4.5, height=4.5), tp.Diffuse(0.5), "beside")
+    result = run(tp.Scene(flat, beside, [pixel((1, 0, 0)), speck((0, 0, 1), (0, 0, -1))]), 10_000)
     assert float(result["view"].radiance.value[0, 0]) < 1e-12
     assert float(result["speck"].irradiance.value) == pytest.approx(0.25 / math.pi, rel=1e-3)
 

@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.compile import layout
 from transport.compile.gloss import glossy_parts
 from transport.geometry.relations import are_on_one_support
 from transport.geometry.shape import Shape
 
 if TYPE_CHECKING:
-    from transport.compile.plan import Plan
     from transport.scene.materials import Surface
     from transport.scene.scene import Scene
 
@@ -43,7 +41,7 @@ def chains_of_mirrors(scene: Scene, shapes: list[Shape]) -> list[list[Chain]] | 
     specular = [surface for surface in scene.surfaces if surface.material.is_specular]
     parts = [part for surface in specular for part in surface.material.elements]
     are_plain = all(part.row().interaction in LINKED and part.row().albedo_law is None for part in parts)
-    mirrors = _mirrors(scene)
+    mirrors = mirrors_of(scene)
     if not specular or not are_plain or any(glossy_parts(surface.material) for surface in scene.surfaces):
         return None
     if len(mirrors) > MAX_MIRRORS or not all(mirror.shape.is_flat for mirror in mirrors):
@@ -60,7 +58,7 @@ def chains_of_mirrors(scene: Scene, shapes: list[Shape]) -> list[list[Chain]] | 
     return found
 
 
-def _mirrors(scene: Scene) -> list[Surface]:
+def mirrors_of(scene: Scene) -> list[Surface]:
     """Return the surfaces that reflect specularly."""
     return [s for s in scene.surfaces if any(side.shares.specular > 0 for side in s.material.sides)]
 
@@ -125,57 +123,3 @@ def _may_pass(one: np.ndarray, between: np.ndarray, other: np.ndarray) -> bool:
     exact = {"primal_feasibility_tolerance": TOLERANCE, "presolve": False}
     costs, wanted = np.zeros(equal.shape[1]), [0, 0, 0, 1, 1]
     return linprog(costs, A_eq=equal, b_eq=wanted, method="highs-ds", options=exact).status != 2
-
-
-# ---- Tables.
-
-
-def links(plan: Plan) -> np.ndarray:
-    """Return what shadow rays keep at each surface, by its first row (layout.LINK)."""
-    surfaces, table = plan.surfaces, np.zeros(len(plan.surfaces), layout.LINK)
-    table["side"] = plan.optics["side"]
-    for first in range(1, len(surfaces)):
-        for side, start in ("front", first), ("back", first + int(surfaces["back"][first])):
-            part = slice(start, start + int(surfaces["parts"][start]))
-            share = np.diff(surfaces["share"][part], prepend=0.0) * surfaces["albedo"][part]
-            material, through = surfaces["material"][part], plan.optics["through"][part]
-            is_mirror = material == layout.MIRROR
-            table[f"{side}_reflects"][first] = (share * (1 - through))[is_mirror].sum()
-            passes = np.where(is_mirror, through, material == layout.TRANSPARENT)
-            table[f"{side}_passes"][first] = (share * passes).sum()
-    for number, mirror in enumerate(_mirrors(plan.scene), start=1):
-        index = next(k for k, surface in enumerate(plan.scene.surfaces) if surface is mirror)
-        for row in plan.rows_of_surfaces.get(index, ()):
-            table["mirror"][1 + row] = number
-    return table
-
-
-def mark(chain: Chain) -> int:
-    """Return what is added to the first row of a detector for rays to its image by a chain."""
-    shifts = (layout.MIRROR_SHIFT + layout.MIRROR_BITS * place for place in range(len(chain)))
-    return sum(number << shift for (number, _), shift in zip(chain, shifts, strict=True))
-
-
-def image(plan: Plan, row: np.ndarray, chain: Chain) -> np.ndarray:
-    """Return the image by a chain of mirrors of a detector's row of layout.EXPECTATION."""
-    found = row.copy()
-    for _, mirror in chain[::-1]:
-        normal, point = np.array(mirror.normal), np.array(plan.space.place(mirror.center))
-        moves = {"eu": 0.0, "ev": 0.0, "n": 0.0, "c": point}
-        for name, moved in moves.items():
-            places = [f"{name}{axis}" for axis in "xyz"]
-            vector = _turned(np.array([float(found[place]) for place in places]) - moved, normal) + moved
-            for place, value in zip(places, vector.tolist(), strict=True):
-                found[place] = value
-        if row["part_count"]:
-            start, count = int(found["parts"]), int(found["part_count"])
-            parts = plan.arena.memory[start : start + 80 * count].view(np.float64).reshape(count, 10)
-            corners = _turned(parts[:, 1:4] - point, normal) + point
-            edges = _turned(parts[:, 4:7], normal), _turned(parts[:, 7:10], normal)
-            found["parts"] = plan.arena.place(np.column_stack([parts[:, 0], corners, *edges]))
-    found["sheet"] = -1
-    return found
-
-
-def _turned(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    return vectors - 2 * np.multiply.outer(vectors @ normal, normal)

@@ -16,7 +16,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.gloss import glossy_parts, lobe_peak, single_peak
-from transport.compile.images import Chain, chains_of_mirrors, image, links, mark
+from transport.compile.images import Chain, chains_of_mirrors, mirrors_of
 from transport.compile.methods import uses_next_event
 from transport.compile.points import Rays, scatters_anywhere
 from transport.compile.shapes import pass_name, shape_columns
@@ -88,12 +88,66 @@ def lower_next_event(plan: Plan, sheets: list[Sheet]) -> None:
     shapes = [plan.scene.shape_of(each) for each in detectors]
     chains = None if has_events else chains_of_mirrors(plan.scene, shapes)
     if chains is not None:
-        plan.links = links(plan)
+        plan.links = _links(plan)
     for number, detector in enumerate(detectors):
         images = [] if chains is None else chains[number]
         plan.expectations.append(_expectation(plan, detector, number, images))
     plan.expected_layers = [_expected_layer(plan, layer) for layer in plan.layers]
     _add_guards(plan, sheets)
+
+
+# ---- Shadow rays through surfaces and by way of mirrors (compile/images.py).
+
+
+def _links(plan: Plan) -> np.ndarray:
+    """Return what shadow rays keep at each surface, by its first row (layout.LINK)."""
+    surfaces, table = plan.surfaces, np.zeros(len(plan.surfaces), layout.LINK)
+    table["side"] = plan.optics["side"]
+    for first in range(1, len(surfaces)):
+        for side, start in ("front", first), ("back", first + int(surfaces["back"][first])):
+            part = slice(start, start + int(surfaces["parts"][start]))
+            share = np.diff(surfaces["share"][part], prepend=0.0) * surfaces["albedo"][part]
+            material, through = surfaces["material"][part], plan.optics["through"][part]
+            is_mirror = material == layout.MIRROR
+            table[f"{side}_reflects"][first] = (share * (1 - through))[is_mirror].sum()
+            passes = np.where(is_mirror, through, material == layout.TRANSPARENT)
+            table[f"{side}_passes"][first] = (share * passes).sum()
+    for number, mirror in enumerate(mirrors_of(plan.scene), start=1):
+        index = next(k for k, surface in enumerate(plan.scene.surfaces) if surface is mirror)
+        for row in plan.rows_of_surfaces.get(index, ()):
+            table["mirror"][1 + row] = number
+    return table
+
+
+def _mark(chain: Chain) -> int:
+    """Return what is added to the first row of a detector for rays to its image by a chain."""
+    shifts = (layout.MIRROR_SHIFT + layout.MIRROR_BITS * place for place in range(len(chain)))
+    return sum(number << shift for (number, _), shift in zip(chain, shifts, strict=True))
+
+
+def _image(plan: Plan, row: np.ndarray, chain: Chain) -> np.ndarray:
+    """Return the image by a chain of mirrors of a detector's row of layout.EXPECTATION."""
+    found = row.copy()
+    for _, mirror in chain[::-1]:
+        normal, point = np.array(mirror.normal), np.array(plan.space.place(mirror.center))
+        moves = {"eu": 0.0, "ev": 0.0, "n": 0.0, "c": point}
+        for name, moved in moves.items():
+            places = [f"{name}{axis}" for axis in "xyz"]
+            vector = _turned(np.array([float(found[place]) for place in places]) - moved, normal) + moved
+            for place, value in zip(places, vector.tolist(), strict=True):
+                found[place] = value
+        if row["part_count"]:
+            start, count = int(found["parts"]), int(found["part_count"])
+            parts = plan.arena.memory[start : start + 80 * count].view(np.float64).reshape(count, 10)
+            corners = _turned(parts[:, 1:4] - point, normal) + point
+            edges = _turned(parts[:, 4:7], normal), _turned(parts[:, 7:10], normal)
+            found["parts"] = plan.arena.place(np.column_stack([parts[:, 0], corners, *edges]))
+    found["sheet"] = -1
+    return found
+
+
+def _turned(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    return vectors - 2 * np.multiply.outer(vectors @ normal, normal)
 
 
 def _add_guards(plan: Plan, sheets: list[Sheet]) -> None:
@@ -172,7 +226,7 @@ def _expectation(plan: Plan, detector: Detector, number: int, chains: list[Chain
         if kind is None:
             return []
         row = layout.row(layout.EXPECTATION, values, sharing=0.0 if is_pure else kind[0])
-        rows = [(row, first), *((image(plan, row, chain), first + mark(chain)) for chain in chains)]
+        rows = [(row, first), *((_image(plan, row, chain), first + _mark(chain)) for chain in chains)]
         ways = []
         for each, number in rows:
             names = _connections(shape) if ways else (draw, *_connections(shape))  # all from one draw
