@@ -180,8 +180,11 @@ def test_every_pass_is_compared_with_plain_python():
     passes = {p.name for module in modules for p in vars(module).values() if isinstance(p, Pass)}
     asked = {name: (media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)) for name in SCENES}
     used = set().union(*(passes_of(program_for(name, *how)) for name, how in asked.items()))
-    # of pictures: see detectors/test_tracks.py; of guided births: run/test_guided_births.py
-    assert passes - used == {"record_tracks", "draw_guided_birth", "record_birth", "add_to_history"}
+    # of pictures: see detectors/test_tracks.py; of guided births: run/test_guided_births.py; of images in
+    # mirrors: detectors/test_mirror_images.py
+    of_images = {"record_pdf_across_mirrors", "redirect_next_event_rays"}
+    of_guides = {"draw_guided_birth", "record_birth", "add_to_history"}
+    assert passes - used == {"record_tracks"} | of_guides | of_images
 
 
 @pytest.mark.slow

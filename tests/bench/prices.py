@@ -320,6 +320,7 @@ IN_THE_ROOM = (
     Addition("... diffuse with transmission", _last_material(Diffuse(0.3, 0.3)), WITH_BALL),
     Addition("... of glass", _last_material(Dielectric(1.5)), WITH_BALL),
     Addition("... glossy", _last_material(Glossy(0.3, 0.9)), WITH_BALL),
+    Addition("... ... estimator expected", change_method(estimator="expected"), "... glossy"),
     Addition("... a mixture", _last_material(Mixture({Mirror(): 0.5, Diffuse(0.5): 0.5})), WITH_BALL),
     Addition("... a two-sided material", _last_material(TwoSided(Diffuse(0.5), Black())), WITH_BALL),
     Addition("... a thin lens", _last_material(ThinLens(0.5)), "a disk"),

@@ -245,8 +245,6 @@ EXPECTED = {
 METER, NO = tp.Detector(FACING, "meter"), "does not go with this scene ... "
 UNLIKE = tp.TwoSided(tp.Diffuse(0.1, 0.5), tp.Diffuse(0.1, 0.2))
 BACKWARD = {
-    NO + "Beam of sources[0]": lambda: backward(METER, source=tp.Source(DISK, tp.Beam((0, 0, 1), power=1.0))),
-    NO + "small Sphere": lambda: backward(METER, source=POINT),
     NO + "leave duration out": lambda: backward(METER, duration=1.0),
     NO + "via=": lambda: backward(METER, tp.Detector(tp.Disk(center=(0, 0, 2), radius=1), "next", via="meter")),
     NO + "leave it out": lambda: backward(tp.Detector(FACING, "meter", events=0)),
