@@ -368,6 +368,12 @@ BALL_BEHIND = {
 WINDOW = {1e-3: (0.076128, 6.5e-5), 1e-2: (0.076126, 6.5e-5), 1e-1: (0.076160, 6.5e-5)}
 
 
+# A metal to which no light comes: in a scene with it no ray connects the light of a flat mirror.
+UNLIT_METAL = tp.Surface(
+    tp.Disk(center=(0, 0, 50), radius=1.0), tp.TwoSided(tp.Conductor(0.2, 3.4), tp.Black()), "metal"
+)
+
+
 def _sum(lights: Callable[[float], list[Light]]) -> Callable[[float], tuple[float, float]]:
     """The exact value of a scene of which all classes are known."""
     return lambda radius: (math.fsum(light.value for light in lights(radius)), 0.0)

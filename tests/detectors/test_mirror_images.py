@@ -279,8 +279,10 @@ def test_births_on_the_boundary_of_a_body_send_no_rays():
     assert abs(one.value - other.value) < 4 * np.hypot(one.error, other.error)
     point = tp.PointDetector(position=(0.5, 0, 1), name="p")
     lamp = tp.Source(tp.Point(position=(0.8, 0, 1)), tp.Isotropic(power=100.0))
-    with pytest.raises(tp.SceneError, match="no ray connects it to a point on the boundary of a body"):
-        tp.simulate(tp.Scene([lamp], [CLOUD], [point]), particles=100, estimator="backward")
+    for ends, estimator in (([lamp], "backward"), ([source], "analog")):
+        meter = point if estimator == "backward" else tp.PointDetector(position=(0.8, 0, 1), name="p")
+        with pytest.raises(tp.SceneError, match="no ray connects it to a point on the boundary of a body"):
+            tp.simulate(tp.Scene(ends, [CLOUD], [meter]), particles=100, estimator=estimator)
 
 
 def test_a_point_lamp_on_a_surface_is_refused_in_backward_runs():

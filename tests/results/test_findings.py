@@ -24,7 +24,7 @@ from tests.bench.trust import judge_rooms, named_runs
 from tests.expected_scenes import SCENES
 from tests.html_pages import page
 from tests.slow import quick
-from tests.specular_scenes import CASES
+from tests.specular_scenes import CASES, UNLIT_METAL
 from transport.cli.commands import app
 from transport.compile.detectors import EDGES
 from transport.compile.layout import SIZE_CELLS
@@ -77,15 +77,9 @@ SIDE_PANEL = tp.Surface(
 MIRRORED = 0.824336  # [W m^-2] that LAMP sends to EYE by PANEL, by the lamp's image
 
 
-# A metal to which no light comes: with it no ray connects the light of a flat mirror.
-SECOND = tp.Surface(
-    tp.Disk(center=(0, 0, 50), radius=1.0), tp.TwoSided(tp.Conductor(0.2, 3.4), tp.Black()), "second"
-)
-
-
 def mirror(material=None, detectors=(EYE,)):
     """The scene of a mirror whose light no ray connects."""
-    return tp.Scene([LAMP], [tp.Surface(PANEL, material or tp.Mirror(1.0), "mirror"), SECOND], detectors)
+    return tp.Scene([LAMP], [tp.Surface(PANEL, material or tp.Mirror(1.0), "mirror"), UNLIT_METAL], detectors)
 
 
 def simulate(scene, particles=None, estimator="expected", seed=1, **how):
@@ -314,7 +308,7 @@ def sheet():
     material = tp.TwoSided(tp.Mirror(0.2, 0.7), tp.Black())
     surface = tp.Surface(tp.Disk(center=(0, 0, 1), radius=5.0), material, "sheet")
     lamps = [disk_lamp((0, 0, 2), DOWN, 0.3, 100.0), disk_lamp((0, 2, 0.5), (0, -1, 0), 0.1, 100.0)]
-    return lamps, [surface, SECOND], meter((0, 0, 0), UP, 0.002)
+    return lamps, [surface, UNLIT_METAL], meter((0, 0, 0), UP, 0.002)
 
 
 def turned_round():
@@ -358,7 +352,7 @@ def reflector(size, *more):
 def dim_panel():
     """A speck of a lamp that no backward history meets, and a mirror of it: a probe of the mirror bounds the image alone."""
     panel = tp.Surface(PANEL, tp.Mirror(1e-4), "mirror")
-    return disk_lamp((0, 0, 2), DOWN, 1e-3, 1.0), [panel, SECOND], meter((0, 0, 0), UP, 1e-3)
+    return disk_lamp((0, 0, 2), DOWN, 1e-3, 1.0), [panel, UNLIT_METAL], meter((0, 0, 0), UP, 1e-3)
 
 
 def forward_fog(g, look):
@@ -489,7 +483,7 @@ def test_every_material_that_no_ray_connects_is_named(material):
 def test_a_dark_mirror_is_no_doubt_and_a_bright_one_is():
     wall = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=9, height=9), tp.Diffuse(0.5), "floor")
     for share, verdict in ((1e-6, "sound"), (0.004, "bounded"), (0.9, "doubtful")):
-        surfaces = [tp.Surface(PANEL, tp.Mirror(share), "mirror"), wall, SECOND]
+        surfaces = [tp.Surface(PANEL, tp.Mirror(share), "mirror"), wall, UNLIT_METAL]
         found = run(LAMP, surfaces, EYE, 2e5, seed=1).irradiance
         assert found.verdict == verdict, share
         if verdict == "doubtful":  # 0.9 MIRRORED of the direct 1.785, and the error of the probe
@@ -503,7 +497,9 @@ def test_a_number_with_one_score_is_doubtful(estimator, histories):
     lamp = disk_lamp(UP, UP, 0.02, radiance=1000.0)
     ceiling = tp.Surface(tp.Disk(center=(0, 0, 2), normal=DOWN, radius=0.5), tp.Mirror(0.8), "ceiling")
     look = meter((0.3, 0, 0.5), UP, 1e-3)
-    found = [run(lamp, [ceiling, SECOND], look, histories, estimator, seed).irradiance for seed in range(12)]
+    found = [
+        run(lamp, [ceiling, UNLIT_METAL], look, histories, estimator, seed).irradiance for seed in range(12)
+    ]
     assert any(each.value > 0 for each in found) and all(each.is_doubtful for each in found)
 
 
@@ -564,7 +560,7 @@ def test_bins_of_one_size_are_judged_as_no_bins_are():
     lamp, bounds = disk_lamp((0.1, 0, 10), DOWN, 0.01, radiance=1.0), []
     for bins in (None, tp.Directions(mu=np.sqrt(np.linspace(0, 1, 5)))):
         look = meter((0, 0, 0), UP, 0.01, directions=bins)
-        reading = run(lamp, [SIDE_PANEL, SECOND], look, 1e4, "backward", seed=1)
+        reading = run(lamp, [SIDE_PANEL, UNLIT_METAL], look, 1e4, "backward", seed=1)
         bounds.append([each.bound for each in cell_path_findings(reading, reading.extents)])
         assert bounds[-1] == [each.bound for each in cell_path_findings(reading)]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-12) and bounds[0]
@@ -912,7 +908,7 @@ def test_a_finding_that_no_probe_bounds_gives_the_reason():
         tp.Surface(tp.Disk(center=(-1, y, 0), normal=(1, 0, 0), radius=0.05), tp.Mirror(1.0))
         for y in np.linspace(-1, 1, proofs.MAX_PROBE_SURFACES + 1)
     ]
-    plane = [tp.Surface(tp.Plane(center=(-1, 0, 0), normal=(1, 0, 0)), tp.Mirror(1.0), "sea"), SECOND]
+    plane = [tp.Surface(tp.Plane(center=(-1, 0, 0), normal=(1, 0, 0)), tp.Mirror(1.0), "sea"), UNLIT_METAL]
     many = f"more than {proofs.MAX_PROBE_SURFACES} surfaces"
     for surfaces, why in ((disks, many), (plane, "'sea' is infinite")):
         finding = run(LAMP, surfaces, EYE, 500, seed=1).irradiance.findings[0]
@@ -1098,7 +1094,7 @@ def test_a_side_that_nothing_came_to_is_doubtful_though_light_crossed_the_other(
     """A detector that looks away from the lamp, at a mirror: rays connect nothing, and its back counts."""
     shape = tp.Disk(center=(0, 0, 5), radius=3.0, normal=DOWN)
     panel = tp.Surface(shape, tp.Mirror(0.9), "mirror")
-    scene = tp.Scene(disk_lamp((0, 0, 0), UP, 1.0, 1.0), [panel, SECOND], meter((0, 0, 2), UP, 1e-3))
+    scene = tp.Scene(disk_lamp((0, 0, 0), UP, 1.0, 1.0), [panel, UNLIT_METAL], meter((0, 0, 2), UP, 1e-3))
     result = simulate(scene, 2000)
     assert result["m"].flux_in.reason == "no score" and result["m"].flux_in.verdict == "doubtful"
     (warning,) = result.warnings

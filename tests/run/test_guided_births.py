@@ -13,6 +13,7 @@ from tests.specular_scenes import (
     BALL,
     IMAGE_PLACE,
     LAMP_PLACE,
+    UNLIT_METAL,
     ball_scene,
     by_point,
     direct,
@@ -29,12 +30,10 @@ from transport.run.guiding import _sums_per_history
 from transport.run.programs import plan_for
 
 RADIUS = 1e-3
-# A metal to which no light comes: with it no ray connects the light of a flat mirror.
-METAL = tp.Surface(tp.Disk(center=(0, 0, 50), radius=1.0), tp.TwoSided(tp.Conductor(0.2, 3.4), tp.Black()))
 
 
 def unconnected(scene: tp.Scene) -> tp.Scene:
-    return replace(scene, surfaces=(*scene.surfaces, METAL))
+    return replace(scene, surfaces=(*scene.surfaces, UNLIT_METAL))
 
 
 CONNECTED = panel_scene(RADIUS, lamp(), tp.Mirror(1.0), is_behind=False)
@@ -283,6 +282,15 @@ def test_what_does_not_go_with_a_guide(options, cure):
     scene = tp.Scene([lamp()], [], [tp.Detector(tp.Disk(radius=0.1), "m")])
     with pytest.raises(tp.SceneError, match=cure):
         run(scene, 1e3, **{"guide": 1000} | options)
+
+
+def test_a_guide_is_refused_where_it_could_not_send_histories_elsewhere():
+    camera = tp.Camera(name="view", position=(0, -3, 0), look_at=(0, 0, 0), pixels=(4, 3))
+    scene = tp.Scene([lamp()], [], [camera])
+    with pytest.raises(
+        tp.SceneError, match="Camera 'view' has bins, in each of which histories start anyhow"
+    ):
+        run(scene, 1e3, guide=1000)
 
 
 @pytest.mark.parametrize("medium", [None, tp.Medium(scattering=0.2)])

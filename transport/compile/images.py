@@ -79,7 +79,8 @@ def _chains(mirrors: list[tuple[int, Shape]], shape: Shape) -> list[Chain] | Non
                 continue
             points = _outline(each[1])
             for _, mirror in chain[::-1]:
-                points = _reflected(points, mirror)
+                center = np.array(mirror.center)
+                points = center + turned(points - center, np.array(mirror.normal))
             if all(_may_pass(*pair, points) for pair in combinations(outlines, 2)):
                 waiting.append(((*chain, each), [*outlines, points]))
                 if len(chain) == MAX_LENGTH or len(found) + len(waiting) > MAX_CHAINS:
@@ -100,9 +101,9 @@ def _outline(shape: Shape) -> np.ndarray:
     return middle + (1 - SHRINKAGE) * (points - middle)
 
 
-def _reflected(points: np.ndarray, mirror: Shape) -> np.ndarray:
-    normal = np.array(mirror.normal)
-    return points - 2 * np.multiply.outer((points - np.array(mirror.center)) @ normal, normal)
+def turned(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return vectors, (3,) or (n, 3), as a mirror with this normal turns them."""
+    return vectors - 2 * np.multiply.outer(vectors @ normal, normal)
 
 
 def _may_pass(one: np.ndarray, between: np.ndarray, other: np.ndarray) -> bool:

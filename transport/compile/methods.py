@@ -145,7 +145,7 @@ def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
         for detector in scene.detectors:
             if not _is_undivided(detector):
                 title = f"{type(detector).__name__} {detector.name!r}"
-                yield f"histories start in each bin of {title}, where none can send them; leave guide out"
+                yield f"{title} has bins, in each of which histories start anyhow; leave guide out"
     else:
         if not scene.meters:
             yield "it learns from Detectors on surfaces, and there is none; leave guide out"

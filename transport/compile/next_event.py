@@ -16,7 +16,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.gloss import glossy_parts, lobe_peak, single_peak
-from transport.compile.images import Chain, chains_of_mirrors, mirrors_of
+from transport.compile.images import Chain, chains_of_mirrors, mirrors_of, turned
 from transport.compile.methods import uses_next_event
 from transport.compile.points import Rays, scatters_anywhere
 from transport.compile.shapes import pass_name, shape_columns
@@ -133,21 +133,17 @@ def _image(plan: Plan, row: np.ndarray, chain: Chain) -> np.ndarray:
         moves = {"eu": 0.0, "ev": 0.0, "n": 0.0, "c": point}
         for name, moved in moves.items():
             places = [f"{name}{axis}" for axis in "xyz"]
-            vector = _turned(np.array([float(found[place]) for place in places]) - moved, normal) + moved
+            vector = turned(np.array([float(found[place]) for place in places]) - moved, normal) + moved
             for place, value in zip(places, vector.tolist(), strict=True):
                 found[place] = value
         if row["part_count"]:
             start, count = int(found["parts"]), int(found["part_count"])
             parts = plan.arena.memory[start : start + 80 * count].view(np.float64).reshape(count, 10)
-            corners = _turned(parts[:, 1:4] - point, normal) + point
-            edges = _turned(parts[:, 4:7], normal), _turned(parts[:, 7:10], normal)
+            corners = turned(parts[:, 1:4] - point, normal) + point
+            edges = turned(parts[:, 4:7], normal), turned(parts[:, 7:10], normal)
             found["parts"] = plan.arena.place(np.column_stack([parts[:, 0], corners, *edges]))
     found["sheet"] = -1
     return found
-
-
-def _turned(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    return vectors - 2 * np.multiply.outer(vectors @ normal, normal)
 
 
 def _add_guards(plan: Plan, sheets: list[Sheet]) -> None:
@@ -228,9 +224,9 @@ def _expectation(plan: Plan, detector: Detector, number: int, chains: list[Chain
         row = layout.row(layout.EXPECTATION, values, sharing=0.0 if is_pure else kind[0])
         rows = [(row, first), *((_image(plan, row, chain), first + _mark(chain)) for chain in chains)]
         ways = []
-        for each, number in rows:
+        for each, first_row in rows:
             names = _connections(shape) if ways else (draw, *_connections(shape))  # all from one draw
-            contribution = layout.row(layout.CONTRIBUTION, first=number, scale=scale, **density)
+            contribution = layout.row(layout.CONTRIBUTION, first=first_row, scale=scale, **density)
             ways.append(Rays(tuple((name, each) for name in names), contribution, legs, kind[0]))
         return ways
 
@@ -440,13 +436,8 @@ def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
 
 
 def _law(emitter: Emitter) -> dict[str, float]:
-    """Return the density of directions at birth that shadow rays use; empty for births that send none.
-
-    Those with a target do not, nor those on the boundary of a body: a ray would start in the body that the
-    flight starts in.
-    """
-    sends_none = emitter.target is not None or emitter.beside
-    return {} if sends_none else emitter.source.emission.ray_densities
+    """Return the density of directions at birth that shadow rays use; empty for births with a target, too."""
+    return {} if emitter.target is not None else emitter.ray_densities
 
 
 def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:

@@ -55,8 +55,12 @@ class Emitter:
 
     @property
     def ray_densities(self) -> dict[str, float]:
-        """Greatest density of directions [sr^-1] by its law; empty where no ray in any direction is cast."""
-        return {} if self.is_divided else self.source.emission.ray_densities
+        """Greatest density of directions [sr^-1] by its law; empty where no ray in any direction is cast.
+
+        None is from births in a bin of directions, nor on the boundary of a body, where a ray would start in
+        the body that the flight starts in.
+        """
+        return {} if self.is_divided or self.beside else self.source.emission.ray_densities
 
     @property
     def bound(self) -> float:

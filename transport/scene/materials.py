@@ -133,8 +133,9 @@ class Material:
     def is_specular(self) -> bool:
         """Whether light leaves in directions that no shadow ray can sample.
 
-        It does from mirrors, glass, lenses and gloss of a roughness below MIN_RAY_ROUGHNESS. Shadow rays do
-        not pass a mixture of Transparent and another material either.
+        It does from mirrors, glass, lenses and gloss of a roughness below MIN_RAY_ROUGHNESS, and from a
+        mixture of Transparent and another material. Rays find such light only in scenes of flat mirrors
+        (compile/images.py).
         """
         return any(
             max(side.shares.specular, side.shares.refracted, side.shares.straight * self.acts) > 0
