@@ -1,4 +1,4 @@
-"""The price of accuracy: a small lamp that a small meter sees by one mirror, by two, or by a dish.
+"""The price of accuracy: a small lamp that a small meter sees by one mirror, by two, or in a mirror ball.
 
 Derivation.  A flat mirror shows the lamp at the whole length d of the way, as bright as it is times the reflectance.
 If the ray along the axes of both meets the mirrors at 45°, lamp and meter are two coaxial disks: for one point of
@@ -6,18 +6,18 @@ the meter on the axis
 
     E = ρ1 ρ2 π L sin²θ,   tan θ = r/d,
 
-and for a meter of finite radius the view factor of coaxial disks takes the place of sin²θ.  A paraboloid shows a lamp that
-fills its beam of rays as wide as its own rim: from its focus each ray to the dish leaves along the axis (Diocles), and so
-ends on the lamp.  The meter sees a disk of radiance ρ L, the rim.
+and for a meter of finite radius the view factor of coaxial disks takes the place of sin²θ.  A mirror ball shows the lamp as a tiny
+disk.  With meter, lamp and ball on one axis, θ is the angle at which the ray that leaves the meter, and is reflected once,
+meets the edge of the lamp (the law of reflection at the sphere, solved for θ).
 
 Scene.  A disk lamp of 5 cm radius faces a mirror at 45°, that another may follow; a black screen hides the lamp from the meter.
-Or a dish of 60 cm and 50 cm focal length below a wide lamp.  The meter has 1 mm radius.
+Or a ball of 30 cm radius hangs 1 m from the meter, and the lamp 1 m behind it.  The meter has 1 mm radius.
 
 What it teaches.  Flat mirrors show the meter at places that are known: "expected" sends its rays to these images, and two
-coaxial disks are left to estimate.  What a dish sends can be connected to by no ray, and "expected" meets it as rarely as
-"analog": of a hundred million births one ends on the meter.  Started at the meter, one history in thousands finds the lamp.
-Nearly all of these histories go astray for the same reason, their first direction, and that can be learnt: a guide sends
-them where light was found, and weighs them by one over the density.
+coaxial disks are left to estimate.  The light of a ball can be connected to by no ray, and "expected" meets it as rarely as
+"analog": of a hundred million births one ends on the meter.  Started at the meter, one history in forty thousand finds the
+lamp.  The others go astray for the same reason, their first direction, and that can be learnt: a guide sends them where light
+was found, and weighs them by one over the density.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from transport.sims import figures, furthest, main, of_scene, one_of, require, r
 from transport.theory.view_factors import coaxial_disks
 from transport.verification.experiment import Outcome
 
-law = "E = ρ1 ρ2 π L sin²θ at the whole length of the way; π L sin²θ of a dish's rim at its focus"
+law = "E = ρ1 ρ2 π L sin²θ at the whole length of the way; ρ π L sin²θ of the lamp's image in a ball"
 question = "What does a digit cost of light that comes by mirrors?"
 particles = 1_000_000
 run = {"estimator": "backward"}  # of an analog run one history in a hundred million would count
@@ -38,9 +38,9 @@ LAMP, POWER = 0.05, 100.0  # m, W
 ARM = 1.0  # m, from lamp to mirror, from mirror to mirror, and half of the way from the last one to the meter
 RHO = 0.9  # reflectance of each mirror
 SIDE = 0.4  # m, of the mirrors
-FOCAL, RIM, WIDE_LAMP, LAMP_HEIGHT = 0.5, 0.3, 0.6, 2.0  # m: of the dish and its lamp
+BALL, METER_AT, LAMP_AT = 0.3, 1.0, 2.0  # m: radius of the ball; of meter and lamp from its middle
 LENGTHS = {"mirror": 3 * ARM, "periscope": 4 * ARM}  # m, of the way
-WAYS = (*LENGTHS, "dish")
+WAYS = (*LENGTHS, "ball")
 IRRADIANCE = "irradiance"
 
 
@@ -49,14 +49,15 @@ def cases() -> list[dict[str, str]]:
 
 
 def scene(by: str = "mirror", meter: float = 1e-3, reflectance: float = RHO) -> tp.Scene:
-    """A lamp and a meter of the radius `meter` [m] that sees it by one mirror, two (a periscope) or a dish.
+    """A lamp and a meter of the radius `meter` [m] that sees it by one mirror, two (a periscope) or in a mirror ball.
 
     reflectance: of each.
     """
     one_of("cost_mirror", by=(by, WAYS))
-    require("cost_mirror", meter=(meter, 0 < meter <= 0.02, "above 0 and at most 0.02 m"))
+    largest = 2e-3 if by == "ball" else 0.02  # m; the value of a ball is that of a point
+    require("cost_mirror", meter=(meter, 0 < meter <= largest, f"above 0 and at most {largest:g} m"))
     require("cost_mirror", reflectance=(reflectance, 0 < reflectance <= 1, "above 0 and at most 1"))
-    return _dish(meter, reflectance) if by == "dish" else _mirrors(by, meter, reflectance)
+    return _ball(meter, reflectance) if by == "ball" else _mirrors(by, meter, reflectance)
 
 
 def _mirrors(by: str, meter: float, reflectance: float) -> tp.Scene:
@@ -77,12 +78,30 @@ def _mirrors(by: str, meter: float, reflectance: float) -> tp.Scene:
     return tp.Scene(lamp, [*mirrors, tp.Surface(screen, tp.Black(), "screen")], tp.Detector(disk, "meter"))
 
 
-def _dish(meter: float, reflectance: float) -> tp.Scene:
-    """The dish shines up; the lamp is wider than its rim."""
-    disk = tp.Disk(center=(0, 0, LAMP_HEIGHT), normal=(0, 0, -1), radius=WIDE_LAMP)
-    dish = tp.Surface(tp.Paraboloid(focal_length=FOCAL, radius=RIM), tp.Mirror(reflectance), "dish")
-    focus = tp.Disk(center=(0, 0, FOCAL), normal=(0, 0, -1), radius=meter)
-    return tp.Scene(tp.Source(disk, tp.Lambertian(power=POWER)), dish, tp.Detector(focus, "meter"))
+def _ball(meter: float, reflectance: float) -> tp.Scene:
+    """The lamp shines down past the back of the meter, which looks at the ball."""
+    lamp = tp.Source(
+        tp.Disk(center=(0, 0, LAMP_AT), normal=(0, 0, -1), radius=LAMP), tp.Lambertian(power=POWER)
+    )
+    ball = tp.Surface(tp.Sphere(radius=BALL), tp.Mirror(reflectance), "ball")
+    disk = tp.Disk(center=(0, 0, METER_AT), normal=(0, 0, -1), radius=meter)
+    return tp.Scene(lamp, ball, tp.Detector(disk, "meter"))
+
+
+def _reflected(angle: float) -> float:
+    """Distance from the axis [m] at which the ray that leaves the meter at this angle from it meets the lamp's plane."""
+    along, across = math.cos(angle), math.sin(angle)
+    way = METER_AT * along - math.sqrt(BALL**2 - (METER_AT * across) ** 2)
+    x, z = way * across, METER_AT - way * along  # where it meets the ball
+    twice = 2 * (x * across - z * along) / BALL**2
+    return x + (LAMP_AT - z) * (across - twice * x) / (-along - twice * z)
+
+
+def angle_in_ball() -> float:
+    """Angle [rad] from the axis to the edge of the lamp's image."""
+    from scipy.optimize import brentq
+
+    return brentq(lambda angle: _reflected(angle) - LAMP, 0.0, 0.1 * math.asin(BALL / METER_AT), xtol=1e-16)
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
@@ -91,9 +110,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 @of_scene(scene)
 def exact(by: str, meter: float, reflectance: float) -> dict[str, float]:
-    if by == "dish":
-        seen = coaxial_disks(meter, RIM, FOCAL - RIM**2 / (4 * FOCAL))
-        return {IRRADIANCE: reflectance * POWER / (math.pi * WIDE_LAMP**2) * float(seen)}
+    if by == "ball":
+        return {IRRADIANCE: reflectance * POWER / (math.pi * LAMP**2) * math.sin(angle_in_ball()) ** 2}
     seen = coaxial_disks(meter, LAMP, LENGTHS[by])
     mirrors = 2 if by == "periscope" else 1
     return {IRRADIANCE: reflectance**mirrors * POWER / (math.pi * LAMP**2) * float(seen)}

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from transport.compile.methods import AUTO, Method, coerce_method, guided
+from transport.compile.methods import AUTO, MIN_GUIDE, Method, coerce_method, guided
 from transport.results.result import Result
 from transport.run.auto import PILOT_SEED_MASK, choose_method
 from transport.run.executor import Executor, ThreadExecutor
@@ -124,7 +124,7 @@ def simulate(
     "auto" measures times, so that two runs may choose different methods. The report names the choice;
     repeated with that name, the run is bitwise the same. With `seconds` alone any quantity may be read from
     the result. "aimed" and "backward" estimate only light that arrives at detectors, so they are then chosen
-    only if no other method scores; the report states what they would save.
+    only if no other method can be trusted; the report states what they would save.
 
     Examples
     --------
@@ -244,9 +244,12 @@ def _new_settings(request: RunRequest, bar: Progress) -> Settings:
         pilot = _pilots(request, seed, bar)
         sampling = "random" if sampling is None and request.guide else sampling  # a guide goes with no other
         wanted = {"particles": limits.particles, "seconds": limits.seconds, "reads_all": reads_all}
-        choice = choose_method(scene, limits.error, sampling, pilot, **wanted)
-        estimator, sampling = choice.method.estimator, choice.method.sampling
-    method = coerce_method(scene, estimator, "random" if sampling is None else sampling)
+        choice = choose_method(
+            scene, limits.error, sampling, pilot, **wanted, may_guide=request.guide is None
+        )
+        method = choice.method
+    else:
+        method = coerce_method(scene, estimator, "random" if sampling is None else sampling)
     method = guided(scene, method, limits.particles, request.guide)
     limits = replace(request.limits(method), part=part)
     return Settings(scene, method, limits, seed, request.tracking, choice)
@@ -258,8 +261,9 @@ def _pilots(request: RunRequest, seed: int, bar: Progress) -> Callable[[Method, 
 
     def pilot(method: Method, particles: int) -> Result:
         bar.trying(method.title)
-        method = coerce_method(scene, method.estimator, method.sampling)
-        method = guided(scene, method, particles, request.guide)
+        # With a guide as in the run, of few histories; learnt once, in the first pilot, which is not timed.
+        method = guided(scene, method, request.particles, request.guide)
+        method = replace(method, guide=min(method.guide, MIN_GUIDE))
         limits = RunRequest(scene, particles).limits(method)
         settings = Settings(scene, method, limits, seed ^ PILOT_SEED_MASK, request.tracking)
         result = _execute(settings, 1, None, quiet, time.perf_counter())

@@ -8,7 +8,7 @@ import time
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter
 
 from transport.analysis.binning import BinsAgainstNoise
 from transport.analysis.cost import CostOfAccuracy, price_text
@@ -103,7 +103,9 @@ def _draw_ways(axes: Axes, cost: CostOfAccuracy, shown: list[MethodCost]) -> Non
     axes.set_ylabel(f"relative error of {cost.quantity}")
     axes.xaxis.set_major_locator(LogLocator(10))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: duration(value)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: percent(value)))
+    in_percent = axes.get_ylim()[0] > 1e-7
+    percents = FuncFormatter(lambda value, _: percent(value))
+    axes.yaxis.set_major_formatter(percents if in_percent else LogFormatterMathtext())
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_minor_formatter(NullFormatter())
     axes.set_title(_legend(shown), loc="left", fontsize=16, color=MUTED, pad=10)
@@ -253,7 +255,9 @@ def _draw_bins(axes: Axes, bins: BinsAgainstNoise) -> None:
     axes.set_xscale("log", base=2)
     axes.set_yscale("log")
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: percent(value)))
+    in_percent = axes.get_ylim()[0] > 1e-7
+    percents = FuncFormatter(lambda value, _: percent(value))
+    axes.yaxis.set_major_formatter(percents if in_percent else LogFormatterMathtext())
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel(f"bins along {bins.dim}")
     axes.set_ylabel("rms error, taken as constant over a bin")

@@ -150,7 +150,7 @@ CASES = {
     "glint, lamp": (cost_glint, {"seen": "lamp"}, 300_000),
     "mirror": (cost_mirror, {"by": "mirror"}, 300_000),
     "periscope": (cost_mirror, {"by": "periscope"}, 300_000),
-    "dish": (cost_mirror, {"by": "dish"}, 300_000),
+    "ball": (cost_mirror, {"by": "ball"}, 300_000),
     "caustic, inside": (cost_caustic, {"place": "inside", "meter": 0.6}, 1_000_000),
     "caustic, behind": (cost_caustic, {"place": "behind"}, 100_000, "backward"),
 }
@@ -169,7 +169,7 @@ WRONG = {
     "glint, lamp": {"2π for π": 1 / (8 * math.pi**2 * cost_glint.LAMP), "its cosine": math.cos(0.3) / (4 * math.pi**2 * 0.2)},
     "mirror": {"no reflectance": 3.182215 / 0.9, "as far as the mirror": 9 * 3.182215},
     "periscope": {"one reflectance": 1.611192 / 0.9, "one arm less": 1.611192 * 16 / 9},
-    "dish": {"no reflectance": 24.1123 / 0.9, "no cosine": 24.1123 * 1.05},
+    "ball": {"no reflectance": 0.268137 / 0.9, "a flat mirror": 0.9 * 100 / (math.pi * 0.05**2) * (0.05 / 2.4) ** 2},
     "caustic, inside": {"no n²": math.pi, "n for n²": 1.5 * math.pi, "Fresnel once": 0.96 * 2.25 * math.pi},
     "caustic, behind": {"n²": 2.25, "Fresnel twice": 0.92},
 }  # fmt: skip

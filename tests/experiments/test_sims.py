@@ -153,7 +153,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         "cost_enclosure": {"meter": 0.3, "lamp": 0.3, "radius": 1e-3},
         "cost_fog": {"tau": 3.0, "distance": 1.1, "lamp": 0.5, "radius": 1e-6},
         "cost_glint": {"share": 1e-3, "meter": 0.2},
-        "cost_mirror": {"meter": 5e-3, "reflectance": 0.5},
+        "cost_mirror": {"meter": 2e-3, "reflectance": 0.5},
         "cost_speck": {"share": 1e-3, "distance": 2.0, "size": 0.5},
         "dogleg": {"built": "voxels"},
         "diffuse_box": {"exitance": 5.0},

@@ -6,6 +6,7 @@ import itertools
 import math
 import re
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -31,7 +32,8 @@ from transport.statistics.findings import Finding
 from transport.statistics.replicates import Batches
 from transport.theory.emitters import mean_disk_irradiance
 
-ANALOG, AIMED, EXPECTED, SOBOL = *map(Method, ("analog", "aimed", "expected")), Method("analog", "sobol")
+ANALOG, AIMED, EXPECTED, BACKWARD = map(Method, ("analog", "aimed", "expected", "backward"))
+SOBOL = Method("analog", "sobol")
 RADIANCE, RADIUS = 100.0, 0.01
 METER = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=RADIUS)
 LAMP = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=RADIANCE))
@@ -143,6 +145,17 @@ def test_a_doubtful_estimator_is_out_unless_the_run_settles_the_doubt(finding, l
 def test_a_choice_without_a_trustworthy_estimator_is_reported():
     lost = select_method(pilots_of((one(0.001, findings=(UNSEEN,)), 1.0)), has_error=False, particles=1000)
     assert not lost.is_trusted and "no method can be trusted here" in lost.lines[0]
+
+
+@pytest.mark.parametrize(
+    ("findings", "reads_all", "taken"),
+    [((UNSEEN,), True, BACKWARD), ((), True, ANALOG), ((), False, BACKWARD), ((UNSEEN,), False, BACKWARD)],
+)
+def test_what_estimates_arrivals_alone_is_second_choice_where_all_may_be_read(findings, reads_all, taken):
+    analog, other = pilots_of((one(0.1, findings=findings), 10.0), (one(0.01), 1.0))
+    backward = replace(other, method=BACKWARD)
+    choice = select_method([analog, backward], has_error=False, particles=1000, reads_all=reads_all)
+    assert choice.method == taken and choice.is_trusted
 
 
 def test_costs_are_written_in_plain_numbers():

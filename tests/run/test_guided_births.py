@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -227,6 +228,24 @@ def test_auto_finds_a_point_lamp_behind_a_mirror_with_a_guide():
     value = by_point(RADIUS, LAMP_PLACE) + by_point(RADIUS, IMAGE_PLACE)
     assert found.plan.method.guide == 1 << 20
     assert abs(found["m"].irradiance.z(value)) < 4
+
+
+@pytest.mark.parametrize("limits", [{"particles": 5e5}, {"error": {"m.irradiance": 0.02}}])
+def test_auto_tries_guides_where_no_estimator_is_trusted(limits):
+    """A point lamp in a mirror ball: backward histories do not find it, no ray connects it, one birth in 1e8 is seen."""
+    away, radius = 2.0, 0.3
+    source = tp.Source(tp.Point(position=(0, 0, away)), tp.Isotropic(power=100.0))
+    ball = tp.Surface(tp.Sphere(radius=radius), tp.Mirror(0.9), "ball")
+    detector = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1e-3), "m")
+    result = run(tp.Scene(source, ball, detector), estimator="auto", **limits)
+    behind = 1 / (2 / radius + 1 / (away - radius))  # of the ball's surface: the image of the lamp
+    spread = (away - radius) * (behind + 1 - radius) / behind
+    assert abs(result["m"].irradiance.z(0.9 * 100 / (4 * math.pi * spread**2))) < 4
+    method = result.plan.method
+    assert method.guide > 0 and f"guide={method.guide}" in result.choice.lines[1]
+    if "particles" in limits:
+        again = run(result.scene, result.particles, estimator=method.estimator, guide=method.guide)
+        np.testing.assert_array_equal(again["m"].irradiance.values, result["m"].irradiance.values)
 
 
 def test_a_guided_run_is_saved_and_continued(tmp_path):

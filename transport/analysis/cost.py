@@ -27,7 +27,14 @@ from transport.analysis.work_precision import (
     run_trials,
 )
 from transport.compile.compiler import compile_scene
-from transport.compile.methods import Method, coerce_method, guided, methods_for
+from transport.compile.methods import (
+    MIN_GUIDE,
+    Method,
+    coerce_method,
+    guided,
+    guided_methods,
+    methods_for,
+)
 from transport.io.html.elements import escaped, framed, heading, muted, table, typeset
 from transport.results.result import Result
 from transport.run.settings import checked_integer, checked_limits, checked_threads
@@ -269,14 +276,18 @@ def cost_of_accuracy(
 def methods_of_scene(scene: Scene) -> dict[str, dict[str, object]]:
     """All methods that a scene allows, {name: keywords of simulate}, the simplest first.
 
-    These are the estimators with each sampling, where they learn a guide also without it, and, in scenes with
-    media, the kinds of tracking with the analog estimator. Splitting is left out, because start, end and gain
-    are needed: {"deep": {"tracking": Tracking(splitting=...)}}.
+    These are the estimators with each sampling, in scenes with specular or glossy surfaces with and without a
+    guide, and, in scenes with media, the kinds of tracking with the analog estimator. Splitting is left out,
+    because start, end and gain are needed: {"deep": {"tracking": Tracking(splitting=...)}}.
     """
-    ways = {m.title: {"estimator": m.estimator, "sampling": m.sampling} for m in methods_for(scene)}
-    for name, way in list(ways.items()):
-        if guided(scene, Method(**way), None, None).guide:
-            ways[f"{name}, no guide"] = way | {"guide": 0}
+    ways: dict[str, dict[str, object]] = {}
+    for m in methods_for(scene):
+        has_guide = guided(scene, m, None, None).guide > 0
+        way = {"estimator": m.estimator, "sampling": m.sampling}
+        ways |= {f"{m.title}, no guide": way | {"guide": 0}} if has_guide else {m.title: way}
+    # The number of histories to learn from is the same in runs of all sizes, and learning counts as time.
+    for m in guided_methods(scene, None):
+        ways[f"{m.estimator}, guide"] = {"estimator": m.estimator, "guide": MIN_GUIDE}
     plan = compile_scene(scene)
     if plan.scatters and plan.reduces_weights:
         ways["analog absorption"] = {"tracking": "analog"}

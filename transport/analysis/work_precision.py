@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,6 @@ MIN_HISTORIES, GROWTH_FACTOR, MAX_HISTORIES = (
     1 << 34,
 )  # histories of the first runs, growth factor, most histories
 MIN_REPEATS, MAX_REPEATS = 8, 32  # number of runs of the largest size, and most of the small ones
-TOTAL_PER_LARGEST = 16.0  # total time of all runs over the time of the largest run
 SEEDS_PER_METHOD = 1 << 20  # number of seeds reserved for one method
 
 
@@ -85,19 +84,28 @@ def run_trials(
     preparation = run(MIN_HISTORIES, next(keys))[2]
     # Grow the runs as long as the time allows, then repeat the small ones more often.
     rungs = [[trial(MIN_HISTORIES)]]
-    while _has_time_for_more(rungs[-1][0], seconds):
+    while _has_time_for_more(rungs, seconds):
         rungs.append([trial(GROWTH_FACTOR * rungs[-1][0].particles)])
     for place, rung in enumerate(reversed(rungs)):
-        rung += [trial(rung[0].particles) for _ in range(min(MAX_REPEATS, MIN_REPEATS << place) - 1)]
+        rung += [trial(rung[0].particles) for _ in range(_repeats(place) - 1)]
     return Trials(tuple(map(tuple, rungs)), preparation)
 
 
-def _has_time_for_more(last: Trial, seconds: float) -> bool:
-    """Return whether runs of the next size, up to `GROWTH_FACTOR` times as long, fit into the time."""
-    return (
-        GROWTH_FACTOR * max(last.seconds, 1e-9) * TOTAL_PER_LARGEST <= seconds
-        and last.particles < MAX_HISTORIES
-    )
+def _has_time_for_more(rungs: Sequence[Sequence[Trial]], seconds: float) -> bool:
+    """Return whether runs of the next size and all repeats fit into the time.
+
+    A run's time is foretold from the last two sizes: learning a guide takes as long for a small run.
+    """
+    spent = [rung[0].seconds for rung in rungs]
+    before = spent[-2] if len(spent) > 1 else spent[-1] / GROWTH_FACTOR
+    foretold = spent[-1] + GROWTH_FACTOR * max(spent[-1] - before, 0.0)
+    total = sum(_repeats(place) * each for place, each in enumerate((foretold, *reversed(spent))))
+    return total <= seconds and rungs[-1][0].particles < MAX_HISTORIES
+
+
+def _repeats(place: int) -> int:
+    """Number of runs of a size, by its place from the largest one down."""
+    return min(MAX_REPEATS, MIN_REPEATS << place)
 
 
 # ---- Points, fits and prices from these runs.

@@ -170,7 +170,8 @@ def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
         return [], "no estimator has a known error; pass more --seconds"
 
     def draw(path: Path) -> object:
-        title = f"{costs.sim}: cost of accuracy"
+        given = "".join(f", {name}={value}" for name, value in costs.parameters.items())
+        title = f"{costs.sim}{given}: cost of accuracy"
         return importlib.import_module("transport.viz.costs").cost_diagram(
             costs.cost, path, costs.bins, title
         )

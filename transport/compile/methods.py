@@ -103,7 +103,7 @@ def guided(scene: Scene, method: Method, particles: float | None, guide: int | N
     connected. Raise SceneError where it does not go with the scene or the method.
     """
     if guide is None:
-        guide = _default_guide(scene, method, particles)
+        guide = method.guide or _default_guide(scene, method, particles)
     elif guide and (reason := next(_against_guide(scene, method), None)):
         raise SceneError(f"simulate: guide={guide} does not go with this run: {reason}")
     return replace(method, guide=guide)
@@ -112,12 +112,22 @@ def guided(scene: Scene, method: Method, particles: float | None, guide: int | N
 def _default_guide(scene: Scene, method: Method, particles: float | None) -> int:
     """Return the number of histories to learn a guide from, where none is given."""
     is_useful = method.estimator == "backward" and all(map(_is_undivided, scene.detectors))
-    is_useful = is_useful and any(
-        surface.material.is_specular or part.shares.glossy > 0
-        for surface in scene.surfaces
-        for part in surface.material.elements
-    )
-    if not is_useful or (particles is not None and particles < LEAST_GUIDED) or _connects_births(scene):
+    return _guide_for(scene, particles) if is_useful and not _connects_births(scene) else 0
+
+
+def guided_methods(scene: Scene, particles: float | None) -> list[Method]:
+    """Return the methods with a guide that may find light by specular or glossy surfaces."""
+    guide = _guide_for(scene, particles)
+    found = [replace(each, guide=guide) for each in methods_for(scene) if each.sampling == "random"]
+    return [each for each in found if guide and next(_against_guide(scene, each), None) is None]
+
+
+def _guide_for(scene: Scene, particles: float | None) -> int:
+    """Return from how many histories a run learns a guide: none without specular and glossy surfaces."""
+    if particles is not None and particles < LEAST_GUIDED:
+        return 0
+    parts = [(surface, part) for surface in scene.surfaces for part in surface.material.elements]
+    if not any(surface.material.is_specular or part.shares.glossy > 0 for surface, part in parts):
         return 0
     return MAX_GUIDE if particles is None else min(max(int(particles), MIN_GUIDE), MAX_GUIDE)
 

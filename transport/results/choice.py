@@ -109,7 +109,8 @@ def more_particles_cure(choice: Choice | None) -> str:
 
 def _as_arguments(method: Method) -> str:
     """The method as arguments of `simulate`."""
-    return f"estimator={method.estimator!r}, sampling={method.sampling!r}"
+    guide = f", guide={method.guide}" if method.guide else ""
+    return f"estimator={method.estimator!r}, sampling={method.sampling!r}{guide}"
 
 
 def _why_not_chosen(pilot: Pilot, taken: Pilot, reason: str) -> str:

@@ -1,8 +1,8 @@
 """Estimator "auto": pilot runs of each method that a scene allows, to find the cheapest trustworthy one.
 
 A run with `error` or `seconds` and no `estimator` uses it. Without `error` any quantity may be read from the
-result; then the methods that estimate only light arriving at detectors (ARRIVALS_ONLY) are tried for the
-report only.
+result; then the methods that estimate only light arriving at detectors (ARRIVALS_ONLY) are chosen only where
+no other can be trusted. Before that, forward methods learn a guide where light comes by specular surfaces.
 
 Two kinds of methods are excluded: those whose results would still be doubtful after the run
 (statistics/findings.py), and those whose mean lies below that of another by more than chance, however small
@@ -32,6 +32,7 @@ from transport.compile.methods import (
     SAMPLINGS,
     Method,
     default_estimator,
+    guided_methods,
     methods_for,
     refusal,
 )
@@ -69,12 +70,14 @@ def choose_method(
     particles: float | None = None,
     seconds: float | None = None,
     reads_all: bool = False,
+    may_guide: bool = False,
 ) -> Choice:
     """Choose the cheapest method for the quantities of `error`, or for the main quantity of each detector.
 
     sampling: None for any;  run: (method, particles) -> Result;  clock: [s];  particles, seconds: limits of
-    the coming run;  reads_all: whether any quantity and the energy balance may be read, which excludes
-    methods that estimate only a part. Raises SceneError for an unknown sampling, or if no method can be run.
+    the coming run;  reads_all: whether any quantity and the energy balance may be read, for which methods
+    that estimate only a part are second choice;  may_guide: whether to try guides where no method is trusted.
+    Raises SceneError for an unknown sampling, or if no method can be run.
     """
     if sampling is not None and sampling not in SAMPLINGS:
         names = ", ".join(map(repr, SAMPLINGS))
@@ -95,13 +98,27 @@ def choose_method(
         return Choice(methods[0], (Pilot(methods[0]),), why=NOTHING_TO_COMPARE)
     # Run the pilots, and price them by the requested quantities or by those that score.
     patience = PILOT_SECONDS / len(methods)
-    trials = [_trial(method, groups, error or {}, run, clock, patience) for method in methods]
-    targets = dict(error) if error else dict.fromkeys(_scored_quantities(groups, trials), 1.0)
-    in_rounds = ROUNDS_COST_FACTOR if error or seconds is not None else 1.0
-    costs = [1.0 if method.sampling == "random" else in_rounds for method in methods]
-    pilots = [_pilot(trial, targets, cost) for trial, cost in zip(trials, costs, strict=True)]
-    pilots = _check_any_scored(pilots, trials)
-    return select_method(pilots, bool(error), particles, seconds, reads_all)
+
+    def tried(methods: Sequence[Method]) -> list[_Trial]:
+        return [_trial(method, groups, error or {}, run, clock, patience) for method in methods]
+
+    def chosen(trials: Sequence[_Trial]) -> Choice:
+        targets = dict(error) if error else dict.fromkeys(_scored_quantities(groups, trials), 1.0)
+        in_rounds = ROUNDS_COST_FACTOR if error or seconds is not None else 1.0
+        costs = [1.0 if trial.method.sampling == "random" else in_rounds for trial in trials]
+        pilots = [_pilot(trial, targets, cost) for trial, cost in zip(trials, costs, strict=True)]
+        return select_method(pilots, bool(error), particles, seconds, reads_all)
+
+    trials = tried(methods)
+    choice = chosen(trials)
+    is_whole = choice.is_trusted and not (reads_all and choice.method.estimator in ARRIVALS_ONLY)
+    is_whole = is_whole and not any(_is_unknown(group[0], trials) for group in groups)
+    if may_guide and not is_whole and sampling in (None, "random"):
+        guided = [each for each in guided_methods(scene, particles) if each.estimator not in ARRIVALS_ONLY]
+        more = tried(guided)
+        trials, choice = [*trials, *more], chosen([*trials, *more])
+    _check_any_scored(choice.pilots, trials)
+    return choice
 
 
 def select_method(
@@ -116,8 +133,6 @@ def select_method(
     below = _significantly_below(pilots)
     excesses = [_missing_growth(pilot, has_error, particles, seconds) for pilot in pilots]
     partial = [k for k, pilot in enumerate(pilots) if reads_all and pilot.method.estimator in ARRIVALS_ONLY]
-    if all(k in partial or pilot.price == math.inf for k, pilot in enumerate(pilots)):
-        partial = []  # no other method gives anything
 
     def reason_against(k: int) -> str:
         if k in below:
@@ -127,11 +142,14 @@ def select_method(
         return PARTIAL_REASON if k in partial and not pilots[k].note else ""
 
     reasons = [reason_against(k) for k in range(len(pilots))]
-    # Take the cheapest trusted method, or the least doubtful one.
-    trusted = [pilot for pilot, reason in zip(pilots, reasons, strict=True) if not reason and not pilot.note]
-    is_trusted = any(pilot.rate > 0 for pilot in trusted)
-    if is_trusted:
-        taken = cheapest(trusted)
+    # Take the cheapest trusted method, if possible one for all quantities, or else the least doubtful one.
+    for allowed in ("",), ("", PARTIAL_REASON):
+        pairs = zip(pilots, reasons, strict=True)
+        trusted = [pilot for pilot, reason in pairs if reason in allowed and not pilot.note]
+        is_trusted = any(pilot.rate > 0 for pilot in trusted)
+        if is_trusted:
+            taken = cheapest(trusted)
+            break
     else:
         rest = [k for k, pilot in enumerate(pilots) if not pilot.note and k not in below and k not in partial]
         rest = [k for k in rest if pilots[k].rate > 0] or rest or range(len(pilots))
@@ -304,6 +322,12 @@ def _scored_quantities(groups: Sequence[tuple[str, ...]], trials: Sequence[_Tria
     return [names[0] for names in lit if names] or [group[0] for group in groups]
 
 
+def _is_unknown(name: str, trials: Sequence[_Trial]) -> bool:
+    """Return whether no method scored a quantity, nor knows that it is zero."""
+    seen = [trial.seen[name] for trial in trials if name in trial.seen]
+    return not any(each.scores or each.mean.error == 0 for each in seen)
+
+
 def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
     """Pilot for these target quantities. rounds: total cost of a run relative to its last round."""
     note = trial.note or next((trial.refused[name] for name in targets if name in trial.refused), "")
@@ -318,11 +342,10 @@ def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
     return Pilot(trial.method, price, rate, *spent, means, foretold, unseen, doubt)
 
 
-def _check_any_scored(pilots: list[Pilot], trials: Sequence[_Trial]) -> list[Pilot]:
-    """Return the pilots if any of them scored; otherwise raise the first refusal, if there is one."""
+def _check_any_scored(pilots: Sequence[Pilot], trials: Sequence[_Trial]) -> None:
+    """Raise the first refusal, if there is one and none of the pilots scored."""
     if not any(pilot.rate > 0 for pilot in pilots):
         refusals = [trial.note for trial in trials if trial.note]
         refusals += [pilot.note for pilot in pilots] if all(pilot.note for pilot in pilots) else []
         for refusal in refusals:
             raise SceneError(refusal)
-    return pilots

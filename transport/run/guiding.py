@@ -42,7 +42,7 @@ BATCHES = 8  # in which the histories of a round are run
 ROUNDS, ENLARGED_SHARE = (1 / 16, 1 / 16, 1 / 8, 1 / 4, 1 / 2), 1 / 16
 # Targets are enlarged at first, to FIRST_REACH of the distance from which they are seen, then SHRINKAGE times
 # smaller each time.
-FIRST_REACH, SHRINKAGE, MAX_ENLARGED = 0.25, 4.0, 12
+FIRST_REACH, SHRINKAGE, MAX_ENLARGED = 1.0, 4.0, 12
 # Where there are more, enlarged ones would cover each other, or compiling the scene anew would take long.
 MAX_TARGETS, MAX_SURFACES = 8, 200
 
