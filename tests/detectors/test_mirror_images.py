@@ -289,5 +289,5 @@ def test_a_point_lamp_on_a_surface_is_refused_in_backward_runs():
     floor = tp.Surface(tp.Rectangle(width=3, height=3), tp.Black(), "floor")
     lamp = tp.Source(tp.Point(position=(0.3, 0.2, 0.0)), tp.Isotropic(power=100.0))
     meter = tp.Detector(tp.Disk(center=(0.8, 0, 1), normal=(-1, 0, 0), radius=0.4), "m")
-    with pytest.raises(tp.SceneError, match="lies on Surface 'floor', where rays end; move it off"):
+    with pytest.raises(tp.SceneError, match="lies on Surface 'floor', where rays end; write"):
         tp.simulate(tp.Scene([lamp], [floor], [meter]), particles=100, estimator="backward")

@@ -265,8 +265,45 @@ def test_a_point_lamp_behind_a_mirror_lights_a_detector_of_a_millimetre():
         assert found.error < 0.01 * value
 
 
-def test_the_report_says_what_a_guide_was_learnt_from():
-    assert "guide of 2.6e+05 histories" in str(run(MIRROR, 2e4, estimator="backward").report())
+@pytest.mark.parametrize("estimator", ["analog", "expected", "backward"])
+def test_births_without_a_guide_decide_the_verdict_and_the_number_that_it_names_suffices(estimator):
+    """By all estimators alike: of light that a guide has missed these births alone can tell."""
+    light = lamp() if estimator == "backward" else point_lamp()
+    scene = unconnected(panel_scene(0.1, light, tp.Mirror(1.0), is_behind=False))
+    particles = 2e4
+    found = run(scene, particles, estimator=estimator, guide=100_000)
+    (doubt,) = (each for each in found.findings if each.severity == "doubtful")
+    assert doubt.what.endswith("beyond the guide") or doubt.what.endswith("beyond the guide not sampled")
+    assert 4 * particles < doubt.particles < 100 * particles
+    (warning,) = found.warnings
+    assert f"about {doubt.advice.split()[2]} particles" in warning and "guide=" not in warning
+    longer = run(scene, round(1.2 * doubt.particles), estimator=estimator, guide=100_000)
+    assert longer["m"].flux_in.verdict == "sound" and longer["m"].flux_in.error > 0
+
+
+def test_cures_name_what_was_not_typed_yet():
+    walls = [
+        tp.Surface(tp.Rectangle(center=(x, 0, 0), normal=(-x, 0, 0), width=5, height=5), tp.Mirror(0.9), name)
+        for x, name in ((-1, "left"), (1, "right"))
+    ]
+    meter = tp.Detector(tp.Disk(center=(0.5, 0, -0.5), normal=(-1, 0, 0), radius=1e-2), "m")
+    facing = tp.Scene([point_lamp()], walls, [meter])
+    for options, cure in [
+        ({}, ". Use guide=1_000_000"),
+        ({"sampling": "sobol"}, ". Use sampling='random' with guide=1_000_000"),
+        ({"guide": 100_000}, ". Use about "),
+    ]:
+        (warning, *_) = run(facing, 2e4, estimator="expected", **options).warnings
+        assert cure in warning and warning.count("guide=") == cure.count("guide=")
+    found = run(replace(facing, sources=[lamp()]), 2e4, estimator="expected")["m"].flux_in.findings
+    (cure,) = (each.cure for each in found if each.name == "path class")
+    assert cure == "use estimator='backward' or guide=1_000_000"
+
+
+def test_the_report_says_what_a_guide_was_learnt_from_and_how_long_it_took():
+    report = run(MIRROR, 2e4, estimator="backward").report()
+    assert "guide of 2.6e+05 histories" in report and "in which the guide was learnt" in report
+    assert "preparation" not in run(CONNECTED, 2e4, estimator="backward").report()
 
 
 @pytest.mark.parametrize(

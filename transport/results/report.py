@@ -178,6 +178,8 @@ def cost_lines(result) -> list[str]:
         f"cost: {cost.seconds:.3g} s on {threads}, {cost.particles:.3g} particles,"
         f" {cost.crossings:.3g} crossings,{collisions} {cost.particles_per_second / 1e6:.3g} M particles/s"
     ]
+    if result.plan.method.guide:
+        lines.append(f"preparation: {duration(cost.preparation)}, in which the guide was learnt")
     # Mention particles of pilots and earlier rounds, which only chose settings, and the forecast of a pilot.
     if (earlier := cost.particles - result.particles) > 0:
         lines.append(f"pilots: {earlier:.3g} of them, which are not part of the result")

@@ -409,7 +409,7 @@ class Probe:
             if self.lamp is None:
                 _ = self._adjoint
         except SceneError as error:
-            return str(error)
+            return str(error).partition(";")[0]  # the cure is that of another run
         return ""
 
     @property
