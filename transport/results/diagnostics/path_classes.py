@@ -391,15 +391,16 @@ def _flights_to_source(
     lamp, is_guided = sums.adjoint.sources[number], sums.plan.is_guided
     rays = next((each for each in sums.plan.expectations if each.detector.name == lamp.detector.name), None)
     shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
-    if rays is not None and _are_births_connected(sums, sensor, rays):
+    view = DirectView(scene, sensor, sums.parts, number, shape, side)
+    is_linked = rays is not None and sums.plan.links is not None and not view.is_mirrored
+    if rays is not None and (_are_births_connected(sums, sensor, rays) or (is_linked and view.is_hidden)):
         what, share = (
             f"light from {lamp.name!r} very near it",
             rays.largest_flight_share[side_of(lamp.detector)],
         )
         yield PathClass(what, met.flights, heaviest * share, gain=gain, is_guided=is_guided)
         return
-    mirrors = specular_surfaces_of(scene, shape, side)
-    view = DirectView(scene, sensor, sums.parts, number, shape, side)
+    mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side)
     is_seen, straight = not view.is_hidden, 0.0
     if is_seen and met.flights < MIN_SCORES_FOR_ERROR:
         straight, is_shown = view.bound(error)
