@@ -227,7 +227,7 @@ def few_scores_findings(scores: float, value: float, error: float, is_sum: bool)
 def even_scores_findings(
     value: np.ndarray, error: np.ndarray, scores: np.ndarray, histories: int
 ) -> tuple[Finding, ...]:
-    """Findings against errors smaller than one score is worth: all batches have the same number of scores.
+    """Findings against errors smaller than one score is worth: batches may all have one too many or too few.
 
     If the expected number of scores lies between two whole numbers, even points give all batches the same
     number, with a chance of 5 % where 3 more or fewer are expected in all of them.  A number with a score of
@@ -238,7 +238,7 @@ def even_scores_findings(
         bound = np.where(is_blind, unseen_scores(0) / scores * np.abs(value), 0.0)
     if not is_blind.any():
         return ()
-    what = "all batches have equally many scores, so their spread does not measure the error"
+    what = "evenly spread points may give every batch the same few scores too many or too few"
     bound = bound.item() if bound.ndim == 0 else bound
     return doubtful(UNKNOWN, what, bound), doubtful(UNKNOWN, what, -bound)
 
