@@ -178,8 +178,6 @@ def cost_lines(result) -> list[str]:
         f"cost: {cost.seconds:.3g} s on {threads}, {cost.particles:.3g} particles,"
         f" {cost.crossings:.3g} crossings,{collisions} {cost.particles_per_second / 1e6:.3g} M particles/s"
     ]
-    if result.plan.method.guide:
-        lines.append(f"preparation: {duration(cost.preparation)}, in which the guide was learnt")
     # Mention particles of pilots and earlier rounds, which only chose settings, and the forecast of a pilot.
     if (earlier := cost.particles - result.particles) > 0:
         lines.append(f"pilots: {earlier:.3g} of them, which are not part of the result")
@@ -194,10 +192,13 @@ def _number_text(number: int, noun: str) -> str:
 
 
 def method_lines(result) -> list[str]:
-    """The estimator, unless it is the default, and the reasons of its choice by pilots."""
-    method = result.plan.method
+    """The estimator, unless it is the default, why pilots chose it, and the time that a guide took."""
+    method, cost = result.plan.method, result.cost
     lines = [f"estimator: {method.title}{_analog_detectors(result)}"] if method != ANALOG else []
-    return lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+    lines = lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+    if method.guide and cost is not None:
+        lines.append(f"preparation: {duration(cost.preparation)}, in which the guide was learnt")
+    return lines
 
 
 def advice_lines(result) -> list[str]:
