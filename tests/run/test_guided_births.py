@@ -315,7 +315,7 @@ def test_cures_name_what_was_not_typed_yet():
     facing = tp.Scene([point_lamp()], walls, [meter])
     for options, cure in [
         ({}, ". Use guide=1_000_000"),
-        ({"sampling": "sobol"}, ". Use sampling='random' with guide=1_000_000"),
+        ({"sampling": "sobol"}, ". Use random sampling and guide=1_000_000"),
         ({"guide": 100_000}, ". Use about "),
     ]:
         (warning, *_) = run(facing, 2e4, estimator="expected", **options).warnings

@@ -316,13 +316,13 @@ TRANSMITTANCE_TOLERANCE = 1e-12  # tolerance of equal transmittances
 
 def cure_of_chance(scene: Scene, method: Method) -> str:
     """Cure for a run that meets light of mirrors, glass or gloss by chance: what it does not use yet."""
-    others, unlike = [], replace(method, sampling="random")
+    others = []
     if method.estimator != "backward" and refusal(scene, "backward") is None:
         others.append("estimator='backward'")
-    if not method.guide and next(_against_guide(scene, unlike), None) is None:
-        others.append("sampling='random' with " * (method.sampling != "random") + GUIDE)
+    if not method.guide and next(_against_guide(scene, replace(method, sampling="random")), None) is None:
+        others.append(GUIDE)
     if not method.guide and method.estimator != "backward" and others:
-        return f"use {' or '.join(others)}"
+        return f"use {'' if method.sampling == 'random' else 'random sampling and '}{' or '.join(others)}"
     return f"use {' or '.join(['more particles', *others])}"
 
 
