@@ -33,6 +33,10 @@ REFUSED = {
     "particles to the scene": (lambda: tp.Scene(LAMP, particles=10), "write simulate(scene, particles=...)"),
     "a share above one": (lambda: tp.Diffuse(1.2), "albedo must be in [0, 1], got 1.2; a fraction, where 1 means all"),
     "a shape for a detector": (lambda: tp.Scene(LAMP, detectors=[METER]), "detectors must be a list of"),
+    "rays without a detector": (
+        lambda: tp.simulate(tp.Scene(LAMP), 10, estimator="expected"),
+        "it has no detector to which rays could be sent; write detectors=[...]",
+    ),
     "an array of another length": (lambda: tp.Disk(center=np.zeros(2), radius=1.0), "center must be three finite numbers"),
 }  # fmt: skip
 
@@ -60,7 +64,7 @@ def test_what_is_no_mistake_is_taken():
     assert "tp.deg" not in str(refusal.value)
 
 
-def test_errors_of_unknown_names_suggest_the_nearest():
+def test_errors_of_unknown_names_suggest_the_nearest(monkeypatch):
     result = run()
     with pytest.raises(tp.SceneError, match="no detector 'metre'; did you mean 'meter'"):
         result["metre"]
@@ -70,6 +74,9 @@ def test_errors_of_unknown_names_suggest_the_nearest():
         result["meter"].iradiance  # noqa: B018
     with pytest.raises(AttributeError, match="no attribute 'Lambertan'; did you mean 'Lambertian'"):
         tp.Lambertan  # noqa: B018
+    monkeypatch.delattr(tp, "viz", raising=False)
+    with pytest.raises(AttributeError, match="no attribute 'viz'; write import transport"):
+        tp.viz  # noqa: B018
     with pytest.raises(AttributeError, match="no attribute 'scene'"):
         tp.Result.__new__(tp.Result).scene  # noqa: B018
     assert not hasattr(result, "_repr_png_") and not hasattr(tp, "__wrapped__")

@@ -139,8 +139,12 @@ sys.meta_path.append(_FormerPackages)  # last, so that a package of the user's w
 if not TYPE_CHECKING:  # type checkers would accept any name
 
     def __getattr__(name: str):
-        """Raise AttributeError and suggest the closest public name."""
+        """Raise AttributeError and suggest the closest public name, or to import a package of this name."""
+        from importlib.util import find_spec
+
         from transport.validation import name_hint
 
         cure = "" if name.startswith("_") else f"; {name_hint(name, __all__)}"
+        if cure and find_spec(f"transport.{name}") is not None:
+            cure = f"; write import transport.{name}"
         raise AttributeError(f"module 'transport' has no attribute {name!r}{cure}")

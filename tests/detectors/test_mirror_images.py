@@ -20,6 +20,7 @@ from tests.specular_scenes import (
     point_lamp,
 )
 from transport.compile.compiler import compile_scene
+from transport.compile.images import may_be_seen, outlines_of_images
 from transport.compile.methods import Method
 from transport.engine.program import build_program
 
@@ -289,5 +290,75 @@ def test_a_point_lamp_on_a_surface_is_refused_in_backward_runs():
     floor = tp.Surface(tp.Rectangle(width=3, height=3), tp.Black(), "floor")
     lamp = tp.Source(tp.Point(position=(0.3, 0.2, 0.0)), tp.Isotropic(power=100.0))
     meter = tp.Detector(tp.Disk(center=(0.8, 0, 1), normal=(-1, 0, 0), radius=0.4), "m")
-    with pytest.raises(tp.SceneError, match="lies on Surface 'floor', where rays end; move it off"):
+    with pytest.raises(tp.SceneError, match="lies on Surface 'floor', where rays end; write"):
         tp.simulate(tp.Scene([lamp], [floor], [meter]), particles=100, estimator="backward")
+
+
+@pytest.mark.parametrize(("field", "verdict"), [(0.7, "sound"), (1.2, "doubtful")])
+def test_a_camera_is_doubted_for_a_mirror_only_where_it_may_see_the_lamp_in_it(field, verdict):
+    """The lamp's image lies 19 degrees above the line of sight, the upper edge of the picture at 15 or 27 degrees.
+
+    What a wall shows of the lamp by way of the mirror is connected, in the mirror as well.
+    """
+    floor = tp.Surface(tp.Rectangle(width=10, height=10), tp.Diffuse(0.6), "floor")
+    square = tp.Rectangle(center=(0, 0.9, 1), normal=(0, -1, 0), up=(0, 0, 1), width=1.5, height=1.5)
+    mirror = tp.Surface(square, tp.Mirror(0.9), "mirror")
+    spot = tp.Source(tp.Disk(center=(0, 0, 1.9), normal=(0, 0, -1), radius=1e-5), tp.Lambertian(power=100.0))
+    camera = tp.Camera(
+        name="view", position=(0, -0.8, 1), direction=(0, 1, 0), field_of_view=field, pixels=(12, 9)
+    )
+    view = tp.simulate(tp.Scene([spot], [floor, mirror], [camera]), 20_000, seed=1, progress=False)["view"]
+    radiance = view.radiance
+    scored = radiance.value > 0
+    doubts = [each.what for each in radiance.findings if each.name == "path class"]
+    assert scored.sum() > 20 and (radiance.verdict[scored] == verdict).all()
+    assert doubts == ["light via 'mirror' not sampled"] * (verdict == "doubtful")
+
+
+def test_images_of_a_lamp_are_seen_where_a_ray_from_a_camera_comes_to_the_lamp():
+    """Two mirrors at 60 degrees: rays are traced to the middle of each image."""
+    turns = [(1.0, 0.0, 0.0), (0.5, math.sqrt(0.75), 0.0)]  # the mirrors, from the edge that they share
+    normals = [(0.0, 1.0, 0.0), (math.sqrt(0.75), -0.5, 0.0)]
+    walls = [
+        tp.Rectangle(center=turn, normal=normal, up=(0, 0, 1), width=2, height=2)
+        for turn, normal in zip(turns, normals, strict=True)
+    ]
+    spot = tp.Disk(center=(0.5 * math.sqrt(0.75), 0.25, 0), normal=(1, 0.5, 0), radius=0.01)
+    surfaces = [tp.Surface(wall, tp.Mirror(1.0), name) for wall, name in zip(walls, "ab", strict=True)]
+    meter = tp.Detector(tp.Disk(center=(0, 0, 9), radius=1), "m")
+    scene = tp.Scene([tp.Source(spot, tp.Lambertian(power=1.0))], surfaces, [meter])
+    images = outlines_of_images(scene, spot)
+    assert len(images) == 6  # by a, b, ab, ba, aba, bab
+
+    def comes_to_the_lamp(start, along):
+        for _ in range(4):
+            offset = np.array(spot.center) - start
+            if np.linalg.norm(np.cross(offset, along)) < 1e-9 and offset @ along > 0:
+                return True
+            for turn, normal in zip(turns, normals, strict=True):
+                if along @ normal < 0 and start @ normal > 1e-12:
+                    hit = start - (start @ normal) / (along @ normal) * along
+                    if 0 <= hit @ turn <= 2 and abs(hit[2]) <= 1:
+                        start, along = hit, along - 2 * (along @ normal) * np.array(normal)
+                        break
+            else:
+                return False
+        return False
+
+    found, rng = [], np.random.default_rng(3)
+    for r, turn, z in rng.uniform((0.2, 0.05, -2), (4, 1.0, 2), (200, 3)):
+        place = np.array([r * math.cos(turn), r * math.sin(turn), z])
+        for outlines in images:
+            end = outlines[-1].mean(axis=0)
+            is_seen = comes_to_the_lamp(place, (end - place) / np.linalg.norm(end - place))
+            alike = [each for each in images if np.allclose(each[-1].mean(axis=0), end)]  # by aba and bab
+            found.append((is_seen, any(may_be_seen(each, tuple(place)) for each in alike)))
+            looking, away = (
+                tp.Camera(
+                    name="c", position=tuple(place), direction=tuple(sign * (end - place)), pixels=(4, 4)
+                )
+                for sign in (1, -1)
+            )
+            assert looking.may_see_hull(outlines[-1]) and not away.may_see_hull(outlines[-1])
+    seen, said = np.transpose(found)
+    assert seen.sum() > 300 and said[seen].all() and (~said[~seen]).mean() > 0.8

@@ -165,10 +165,23 @@ def test_batches_with_equal_scores_may_have_one_too_many_or_one_too_few():
 @pytest.mark.parametrize("pair", [(100.0, 2.0), (2.0, 100.0)])
 def test_the_finding_that_takes_most_particles_decides_in_warnings_and_in_sums(pair):
     of_two = [
-        Finding("doubtful", f"detector {name!r}", "flux_in", "light", 1.0, "use more particles", times=times)
+        Finding(
+            "doubtful",
+            f"detector {name!r}",
+            "flux_in",
+            "light",
+            1.0,
+            "use more particles",
+            times=times,
+            particles=1000 * times,
+        )
         for name, times in zip("ab", pair, strict=True)
     ]
-    (warning,) = warnings_of(of_two, 1000)
+    (warning,) = warnings_of(of_two)
+    assert {each.record()["cure"] for each in of_two} == {
+        "use about 1e5 particles",
+        "use about 2e3 particles",
+    }
     assert "Use about 1e5 particles" in warning
     parts = ((np.array(1.0), [replace(each, object="")]) for each in of_two)
     (sum_of_both,) = propagated_findings(np.add, *parts)

@@ -308,8 +308,8 @@ def sizes_differ(plan: Plan) -> bool:
 
 def weights_vary(plan: Plan) -> bool:
     """Return whether anything but a medium makes scores differ."""
-    is_aimed = any(emitter.weighs_births for emitter in plan.emitters)
-    return is_aimed or plan.sends_shadow_rays or plan.splits or plan.forces_collisions
+    is_weighed = plan.method.guide > 0 or any(emitter.weighs_births for emitter in plan.emitters)
+    return is_weighed or plan.sends_shadow_rays or plan.splits or plan.forces_collisions
 
 
 def is_dense(plan: Plan, layer: np.ndarray) -> bool:

@@ -22,6 +22,7 @@ from transport.geometry.shape import Shape
 if TYPE_CHECKING:
     from transport.scene.materials import Surface
     from transport.scene.scene import Scene
+    from transport.vectors import Vector
 
 Chain = tuple[tuple[int, Shape], ...]  # numbers and shapes of mirrors, in the order in which a ray meets them
 
@@ -77,15 +78,43 @@ def _chains(mirrors: list[tuple[int, Shape]], shape: Shape) -> list[Chain] | Non
         for each in mirrors:
             if each[0] == chain[-1][0]:
                 continue
-            points = _outline(each[1])
-            for _, mirror in chain[::-1]:
-                center = np.array(mirror.center)
-                points = center + turned(points - center, np.array(mirror.normal))
+            points = _unfolded(_outline(each[1]), chain[::-1])
             if all(_may_pass(*pair, points) for pair in combinations(outlines, 2)):
                 waiting.append(((*chain, each), [*outlines, points]))
                 if len(chain) == MAX_LENGTH or len(found) + len(waiting) > MAX_CHAINS:
                     return None
     return found
+
+
+def outlines_of_images(scene: Scene, shape: Shape) -> list[list[np.ndarray]] | None:
+    """Return what a ray to each image of a shape passes: points whose hulls hold the mirrors, and the image.
+
+    None where chains do not end, or shapes have no outline.
+    """
+    chains = chains_of_mirrors(scene, [shape])
+    if chains is None or any(each.is_infinite for each in (shape, *(m.shape for m in mirrors_of(scene)))):
+        return None
+    return [
+        [
+            _unfolded(_outline(each), chain[:place][::-1])
+            for place, each in enumerate([*(mirror for _, mirror in chain), shape])
+        ]
+        for chain in chains[0]
+    ]
+
+
+def may_be_seen(outlines: list[np.ndarray], position: Vector) -> bool:
+    """Return whether an image, the last of the outlines, may be seen from a place through all before it."""
+    *mirrors, image = outlines
+    return all(_may_pass(np.array([position]), mirror, image) for mirror in mirrors)
+
+
+def _unfolded(points: np.ndarray, chain: Chain) -> np.ndarray:
+    """Return points as the mirrors of a chain show them, the first of it first."""
+    for _, mirror in chain:
+        center = np.array(mirror.center)
+        points = center + turned(points - center, np.array(mirror.normal))
+    return points
 
 
 def _outline(shape: Shape) -> np.ndarray:

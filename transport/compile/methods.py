@@ -53,6 +53,7 @@ DEFAULT_QMC_BATCHES = 8
 # default number of histories to learn a guide from: as many as the run has, within these limits; none in runs
 # of fewer than LEAST_GUIDED
 MIN_GUIDE, MAX_GUIDE, LEAST_GUIDED = 1 << 18, 1 << 20, 1 << 13
+GUIDE = "guide=1_000_000"  # as cures write it
 
 
 @dataclass(frozen=True)
@@ -259,6 +260,8 @@ def _against_expected(scene: Scene) -> Iterator[str]:
     """Yield the reasons why a scene does not allow "expected", with the cure."""
     if scene.duration is not None:
         yield f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
+    if not scene.detectors:
+        yield "it has no detector to which rays could be sent; write detectors=[...]"
     if scene.points:
         yield f"PointDetector {scene.points[0].name!r} casts its own rays; run it in a separate scene"
     if not any(uses_next_event(scene, detector) for detector in scene.meters):
@@ -266,7 +269,7 @@ def _against_expected(scene: Scene) -> Iterator[str]:
             for name, value in detector.options_of_crossings.items():
                 of = f"Detector {detector.name!r} has {name}={short_repr(value)}"
                 yield f"{of}, which only a particle's own crossing can score; leave it out"
-        got = _names_of_detectors(scene) or "no detector"
+        got = _names_of_detectors(scene)
         shapes = "a Rectangle, Disk, Triangle, Polygon or whole Sphere"
         yield f"it cannot sample points on {got}; use a Detector on {shapes}"
 
@@ -321,6 +324,18 @@ SHAPES_WITH_POSITIONS = Disk | Rectangle | Sphere  # shapes with bins of positio
 TRANSMITTANCE_TOLERANCE = 1e-12  # tolerance of equal transmittances
 
 
+def cure_of_chance(scene: Scene, method: Method) -> str:
+    """Cure for a run that meets light of mirrors, glass or gloss by chance: what it does not use yet."""
+    others = []
+    if method.estimator != "backward" and refusal(scene, "backward") is None:
+        others.append("estimator='backward'")
+    if not method.guide and next(_against_guide(scene, replace(method, sampling="random")), None) is None:
+        others.append(GUIDE)
+    if not method.guide and method.estimator != "backward" and others:
+        return f"use {'' if method.sampling == 'random' else 'random sampling and '}{' or '.join(others)}"
+    return f"use {' or '.join(['more particles', *others])}"
+
+
 def more_particles_or_backward(scene: Scene) -> str:
     """Cure for a forward run that hardly sampled some light; names "backward" only if the scene allows it."""
     return "use more particles" + ("" if refusal(scene, "backward") else ", or estimator='backward'")
@@ -343,8 +358,7 @@ def _against_backward(scene: Scene) -> Iterator[str]:
         yield from _against_sensor(scene, detector)
     for number, source in enumerate(scene.sources):
         if found_by_rays_alone(scene, source):
-            expected = removal or "write estimator='expected' with guide=1_000_000"
-            yield from _against_rays(scene, source, f"sources[{number}]", analog, expected)
+            yield from _against_rays(scene, source, f"sources[{number}]", removal)
     for number, surface in enumerate(scene.surfaces):
         title = surface_name(scene, number)
         for part in surface.material.elements:
@@ -359,16 +373,35 @@ def _against_backward(scene: Scene) -> Iterator[str]:
             yield f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
 
 
+def _forward_method(scene: Scene, source: Source) -> str:
+    """Return the arguments of a forward run that finds a source's light by mirrors, glass and gloss."""
+    if refusal(scene, "expected") is not None:
+        return f"estimator='analog' with {GUIDE}"
+    is_specular = any(surface.material.is_specular for surface in scene.surfaces)
+    shapes = [scene.shape_of(detector) for detector in scene.meters]
+    is_connected = source.emission.law != "beam" and chains_of_mirrors(scene, shapes) is not None
+    is_sure = not is_specular or (is_connected and not detectors_without_next_event(scene))
+    return f"estimator='expected'{'' if is_sure else f' with {GUIDE}'}"
+
+
 def found_by_rays_alone(scene: Scene, source: Source) -> bool:
     """Return whether only shadow rays find a source in a backward run: a Point, or any Beam."""
     return source.emission.law == "beam" or isinstance(scene.shape_of(source), Point)
 
 
-def _against_rays(scene: Scene, source: Source, title: str, analog: str, expected: str) -> Iterator[str]:
-    """Yield the reasons why shadow rays do not find all light of a Point or a Beam."""
+def _against_rays(scene: Scene, source: Source, title: str, removal: str | None) -> Iterator[str]:
+    """Yield the reasons why shadow rays do not find all light of a Point or a Beam.
+
+    removal: cure where no other estimator is one.
+    """
     shape, is_beam = scene.shape_of(source), source.emission.law == "beam"
     what = f"the {'Beam' if is_beam else 'Point'} of {title}"
     lamp = "use a Disk that shines by Lambertian() from far away" if is_beam else "use a small Sphere"
+    analog = removal or "write estimator='analog'"
+
+    def instead(first: str) -> str:
+        return f"{first}, or {removal}" if removal else f"write {_forward_method(scene, source)}, or {first}"
+
     if is_beam and (not shape.is_flat or shape.hole is not None):
         got = f"a {type(shape).__name__}{' with a hole' if shape.hole is not None else ''}"
         yield f"rays find a Beam from a whole flat shape only, got {got} in {title}; use a Disk, or {analog}"
@@ -381,19 +414,19 @@ def _against_rays(scene: Scene, source: Source, title: str, analog: str, expecte
         if surface.material.is_specular or is_glossy:
             kind = "glossy" if is_glossy else "specular"
             lost = f"no ray finds light of {what} by way of {surface_name(scene, number)}, which is {kind}"
-            yield f"{lost}; {lamp}, or {expected}"
+            yield f"{lost}; {instead(lamp)}"
     if not is_beam:
         for number, surface in enumerate(scene.surfaces):
             if is_on(shape.position, surface.shape):
                 place = surface_name(scene, number)
-                yield f"{what} lies on {place}, where rays end; move it off, or {expected}"
+                yield f"{what} lies on {place}, where rays end; {instead('move it off')}"
     scatters = any(np.max(medium.scattering) > 0 for medium in named_media(scene))
     for detector in scene.detectors:
         name = f"{type(detector).__name__} {detector.name!r}"
         if getattr(detector, "directions", None) is not None:
             got = short_repr(detector.directions)
             lost = f"no bin of directions of {name} holds the direct light of {what}, got {got}"
-            yield f"{lost}; leave directions out, {lamp}, or {analog}"
+            yield f"{lost}; {instead(f'leave directions out, or {lamp}')}"
         if scatters and not is_beam and getattr(detector, "position", None) == shape.position:
             yield f"{name} must not be at {what} where a medium scatters; move one of them"
 

@@ -192,10 +192,13 @@ def _number_text(number: int, noun: str) -> str:
 
 
 def method_lines(result) -> list[str]:
-    """The estimator, unless it is the default, and the reasons of its choice by pilots."""
-    method = result.plan.method
+    """The estimator, unless it is the default, why pilots chose it, and the time that a guide took."""
+    method, cost = result.plan.method, result.cost
     lines = [f"estimator: {method.title}{_analog_detectors(result)}"] if method != ANALOG else []
-    return lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+    lines = lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+    if method.guide and cost is not None:
+        lines.append(f"preparation: {duration(cost.preparation)}, in which the guide was learnt")
+    return lines
 
 
 def advice_lines(result) -> list[str]:

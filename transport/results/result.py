@@ -226,7 +226,7 @@ class Result(Record):
         list of str
             Each says what may be wrong, by how much, and what to do.
         """
-        return warnings_of(self.findings, self.particles)
+        return warnings_of(self.findings)
 
     def price(self, name: str, error: float) -> float:
         """Predict the time that a whole run takes to reach a relative error of a quantity.

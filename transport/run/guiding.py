@@ -18,7 +18,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.compiler import compile_scene
-from transport.compile.guides import BOLD, LEAST, UNIFORM, Guide, learn_guide
+from transport.compile.guides import BOLD, LEAST, MAX_SHARE, UNIFORM, Guide, learn_guide
 from transport.compile.plan import Plan
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Shape
@@ -89,8 +89,12 @@ def _learn_round(plan: Plan, guides: list[Guide], seed: int, first: int, share: 
 
 
 def _enlarged_plans(plan: Plan) -> Iterator[Plan]:
-    """Yield plans with ever smaller targets, each larger than they are; none where all are large."""
+    """Yield plans with ever smaller targets, each larger than they are; none where all are large.
+
+    Forward flights score even where the run sends rays: these do not depend on where a birth flies.
+    """
     is_backward = plan.adjoint is not None
+    method = plan.method if is_backward else replace(plan.method, estimator="analog")
     scene = plan.adjoint.scene if is_backward else plan.scene
     what = "sources" if is_backward else "detectors"
     targets = getattr(scene, what)
@@ -109,7 +113,7 @@ def _enlarged_plans(plan: Plan) -> Iterator[Plan]:
             for target, factor in zip(targets, factors, strict=True)
         ]
         with suppress(SceneError):  # a larger target may touch or cut another shape
-            other = compile_scene(replace(scene, **{what: enlarged}), plan.tracking, plan.method)
+            other = compile_scene(replace(scene, **{what: enlarged}), plan.tracking, method)
             if len(other.emitters) == len(plan.emitters) and len(other.layers) <= 1 + len(plan.layers):
                 yield other.apart()
 
@@ -140,17 +144,21 @@ def _by_emitter(plan: Plan, births: np.ndarray, brought: np.ndarray) -> list[Sco
     """Return for each emitter the numbers that its scoring histories were born from, and their squares.
 
     A square is that of what a history brought to all detectors, over its birth weight. In forward runs each
-    detector counts relative to its mean: its arrivals, or where there are none its departures.
+    detector counts relative to its mean: its arrivals, or where there are none its departures. Where rare
+    flights would pass for outliers among many small scores of rays, flights alone count.
     """
-    arrived, left = brought.reshape(len(brought), 2, -1).transpose(1, 0, 2)
-    brought = np.where(arrived.any(axis=0), arrived, left)
+    many = max(1, len(plan.scene.meters))
+    by_kind = brought.reshape(len(brought), -1, 2, many)  # flights, and rays if any are sent
+    by_kind = np.where(by_kind[:, :, 0].any(axis=(0, 1)), by_kind[:, :, 0], by_kind[:, :, 1])
     if plan.adjoint is not None:
         gains = np.array([part.gains for part in plan.adjoint.parts])
-        brought = (brought * gains[births["origin"]]).sum(axis=1, keepdims=True)
-    means = brought.mean(axis=0)
-    total = (brought / np.where(means > 0, means, 1.0)).sum(axis=1)
-    scored = total > 0
-    births, squares = births[scored], total[scored] ** 2 / births["worth"][scored]
+        by_kind = (by_kind * gains[births["origin"], None]).sum(axis=2, keepdims=True)
+    means = by_kind.sum(axis=1).mean(axis=0)
+    by_kind = (by_kind / np.where(means > 0, means, 1.0)).sum(axis=2)
+    of_all, of_flights = (each**2 / births["worth"] for each in (by_kind.sum(axis=1), by_kind[:, 0]))
+    squares = of_flights if of_flights.max() > MAX_SHARE * of_all.sum() else of_all
+    scored = squares > 0
+    births, squares = births[scored], squares[scored]
     numbers = np.stack([births[name] for name in ("u0", "u1", "u2", "u3")], axis=-1)
     return [
         (numbers[births["origin"] == k], squares[births["origin"] == k]) for k in range(len(plan.emitters))
@@ -158,7 +166,7 @@ def _by_emitter(plan: Plan, births: np.ndarray, brought: np.ndarray) -> list[Sco
 
 
 def _sums_per_history(plan: Plan) -> np.ndarray:
-    """Return the table of a history's sums: arrivals by detector, then departures.
+    """Return the table of a history's sums: arrivals by detector, then departures; then those of rays.
 
     Scores of shadow rays are scaled like those of particles.
     """
@@ -170,9 +178,9 @@ def _sums_per_history(plan: Plan) -> np.ndarray:
         for block in range(4 if detector.name in scales else 2):
             row = first + block * plan.half
             factors[row] = 1.0 if block < 2 else 1.0 / scales[detector.name]
-            numbers[row] = number + block % 2 * len(plan.scene.meters)
+            numbers[row] = number + block * len(plan.scene.meters)
     place = plan.arena.place
-    count = max(2, 2 * len(plan.scene.meters))
+    count = max(1, len(plan.scene.meters)) * (4 if scales else 2)
     return layout.row(
         layout.HISTORY_SUMS, factors=place(factors), numbers=place(numbers), rows=rows, count=count
     )

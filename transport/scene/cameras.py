@@ -186,6 +186,27 @@ class Camera(PointInstrument):
         angle = math.acos(max(-1.0, min(1.0, float(np.dot(offset, self.forward)) / distance)))
         return angle <= half + math.asin(shape.extent / distance)
 
+    def may_see_hull(self, points: np.ndarray) -> bool:
+        """Return whether the convex hull of points may be in the image, or part of it.
+
+        It is not where one plane of the image's edges divides all points from the image.
+
+        Parameters
+        ----------
+        points : array
+            Points [m], shape (n, 3).
+
+        Returns
+        -------
+        bool
+        """
+        left, upward, forward = (np.subtract(points, self.position) @ np.array(axis) for axis in self.frame)
+        half, tall = (edges[-1] for edges in reversed(self.edges().values()))
+        outside = [forward <= 0]
+        for across, most in ((left, half), (-left, half), (upward, tall), (-upward, tall)):
+            outside.append(across > most * forward)
+        return not any(each.all() for each in outside)
+
     def solid_angles(self) -> np.ndarray:
         """Return the solid angle of each pixel.
 

@@ -20,6 +20,7 @@ from transport.statistics.notation import ratio_text
 
 USE_MORE = "use more particles"
 MORE_PARTICLES = "use more particles, or estimator='auto', which compares the estimators that suit the scene"
+MAX_ADVISED_PARTICLES = 1e12  # particles
 CONFIDENCE = 0.95  # of the bounds of unseen contributions
 FEW_CARRIERS, UNKNOWN = "few carriers", "unknown error"  # entries of the table of diagnostics
 NEGLIGIBLE_BOUND = 0.01  # relative to the error: a smaller bound is not reported
@@ -60,6 +61,8 @@ class Finding:
         Evidence in the run that it is more than a possibility.
     times : float, default nan
         Factor of the number of histories after which the error includes it; nan if no score predicts it.
+    particles : float, default nan
+        The same as a number of particles of a run, which the cure names; nan for findings of single numbers.
     about : float, default nan
         Expected contribution as a fraction of `bound`, if a probe measured it.
     adds : bool, default False
@@ -87,6 +90,7 @@ class Finding:
     about: float = np.nan
     adds: bool = False
     others: str = ""
+    particles: float = np.nan
 
     @property
     def share(self) -> float:
@@ -115,23 +119,38 @@ class Finding:
             f", worth up to {ratio_text(share)} times it" if share >= 1.05 else ", worth up to as much as it"
         )
 
+    @property
+    def advice(self) -> str:
+        """The cure, with the approximate number of particles if it is known and within reach.
+
+        Returns
+        -------
+        str
+        """
+        if not self.particles < MAX_ADVISED_PARTICLES:
+            return self.cure
+        power = 10 ** math.floor(math.log10(self.particles))
+        number = f"{math.ceil(self.particles / power) * power:.0e}".replace("e+0", "e").replace("e+", "e")
+        return self.cure.replace("more particles", f"about {number} particles")
+
     def record(self) -> dict[str, Any]:
         """Return the fields as a dictionary of JSON types.
 
         Returns
         -------
         dict of str
-            Keys "name", "severity", "object", "quantity", "what", "bound", "seen" and "cure".
+            Keys "name", "severity", "object", "quantity", "what", "bound", "seen" and "cure", which is the
+            advice.
         """
         bound = self.bound.tolist() if isinstance(self.bound, np.ndarray) else float(self.bound)
         names = ("name", "severity", "object", "quantity", "what", "bound", "seen", "cure")
-        return {name: getattr(self, name) for name in names} | {"bound": bound}
+        return {name: getattr(self, name) for name in names} | {"bound": bound, "cure": self.advice}
 
     def __str__(self) -> str:
         of = " of ".join(filter(None, (self.quantity, self.object)))
         what = f"{of}: {self.what}{self.worth}" if of else self.what
         what += f" ({self.seen})" if self.seen else ""
-        return f"{what}. {capitalized(self.cure)}" if self.cure else what
+        return f"{what}. {capitalized(self.advice)}" if self.cure else what
 
 
 class Check(NamedTuple):
@@ -208,7 +227,7 @@ def few_scores_findings(scores: float, value: float, error: float, is_sum: bool)
 def even_scores_findings(
     value: np.ndarray, error: np.ndarray, scores: np.ndarray, histories: int
 ) -> tuple[Finding, ...]:
-    """Findings against errors smaller than one score is worth: all batches have the same number of scores.
+    """Findings against errors smaller than one score is worth: batches may all have one too many or too few.
 
     If the expected number of scores lies between two whole numbers, even points give all batches the same
     number, with a chance of 5 % where 3 more or fewer are expected in all of them.  A number with a score of
@@ -219,7 +238,7 @@ def even_scores_findings(
         bound = np.where(is_blind, unseen_scores(0) / scores * np.abs(value), 0.0)
     if not is_blind.any():
         return ()
-    what = "all batches have equally many scores, so their spread does not measure the error"
+    what = "evenly spread points may give every batch the same few scores too many or too few"
     bound = bound.item() if bound.ndim == 0 else bound
     return doubtful(UNKNOWN, what, bound), doubtful(UNKNOWN, what, -bound)
 

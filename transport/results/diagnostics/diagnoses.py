@@ -178,7 +178,9 @@ class Diagnosis:
 
     def findings(self) -> list[Finding]:
         """Return the findings to read before the numbers are used."""
-        return [replace(each, object=self.tally.title) for each in self._findings()]
+        particles = self.tally.particles
+        found = self._findings()
+        return [replace(each, object=self.tally.title, particles=each.times * particles) for each in found]
 
     def _findings(self) -> Iterator[Finding]:
         """A note if there is no score; else the worst finding per total, or about the bins, beyond a note."""

@@ -22,7 +22,7 @@ import numpy as np
 
 from transport.compile.detectors import LARGE_SHARE
 from transport.compile.lamps import strongest_ray
-from transport.compile.methods import more_particles_or_backward, refusal
+from transport.compile.methods import cure_of_chance, more_particles_or_backward
 from transport.compile.next_event import side_of
 from transport.results.diagnostics.proofs import (
     DirectView,
@@ -61,29 +61,31 @@ EQUAL_WEIGHTS_TOLERANCE = 1e-9  # relative difference below which weights of cel
 class PathClass:
     """Paths found by chance.
 
-    Their description, their number of scores, and the largest contribution of one score.
+    Their description, their number of scores, and the largest contribution of one score.  Of guided births
+    it is the number that is expected of those that no guide sends, by the weights of all.
     """
 
     what: str
-    scores: int
+    scores: float
     largest: float
     cure: str = USE_MORE
     seen: str = ""  # evidence from a guard around the detector
     surfaces: tuple[int, ...] = ()  # where all of it comes from, besides direct light of a lamp
     straight: float = 0.0  # bound of the direct light in the sum, from lines of sight; infinite if unknown
     gain: float = 1.0  # of `largest` and `straight`, in the unit of the bound
+    is_guided: bool = False
     name: str = "path class"  # of its entry in the table of diagnostics
 
     def findings(self, histories: float) -> tuple[Finding, ...]:
         """The finding for a run of so many histories; none if its error already includes the class."""
         if self.scores >= MIN_SCORES_FOR_ERROR or self.largest == 0:
             return ()
-        few = f"{self.what} not sampled"
-        if self.scores:
-            few = f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}"
+        what, number = f"{self.what}{' beyond the guide' * self.is_guided}", int(self.scores)
+        few = f"only {number} score{'s' * (number > 1)} of {what}" if number else f"{what} not sampled"
         bound = unseen_scores(self.scores) * self.largest / histories * self.gain
         times = MIN_SCORES_FOR_ERROR / self.scores if self.scores else math.nan
-        return (doubtful(self.name, few, bound, self.cure, times=times, seen=self.seen),)
+        about = 0.0 if 0 < self.scores < 1 else math.nan  # 0: no such birth has scored yet
+        return (doubtful(self.name, few, bound, self.cure, times=times, seen=self.seen, about=about),)
 
 
 @dataclass(frozen=True)
@@ -191,17 +193,17 @@ def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[Pat
         else:
             heaviest *= max_transmitted_weight(plan, tally.shape)
         number = count_large_scores(tally, side, heaviest, scores)
-        what = "the heaviest births" if is_aimed else "light"
+        what = "the heaviest births" if is_aimed and not plan.is_guided else "light"
         if number < min(scores, MIN_SCORES_FOR_ERROR) and plan.attenuates and not is_aimed:
             what = "light that media hardly attenuate"
-        yield PathClass(what, number, heaviest, MORE_PARTICLES, name=ALL_LIGHT)
+        yield PathClass(what, number, heaviest, MORE_PARTICLES, is_guided=plan.is_guided, name=ALL_LIGHT)
         return
     scene, detector, shape = plan.scene, expectation.detector, tally.shape
     side_seen = detector.side if side == ARRIVALS else OTHER_SIDE[detector.side]
     face = "back" if IS_BACK[side_seen] else "front"
     if side == DEPARTURES and isinstance(detector.shape, str):  # counted by flights
         number = count_large_scores(tally, side, 1.0, scores)
-        yield PathClass("light", number, 1.0, MORE_PARTICLES, name=ALL_LIGHT)
+        yield PathClass("light", number, 1.0, MORE_PARTICLES, is_guided=plan.is_guided, name=ALL_LIGHT)
         return
     # Flights: light that no ray connects.
     is_linked = plan.links is not None and all(expectation.births)
@@ -221,10 +223,15 @@ def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[Pat
         f"{passed} flight{'s' * (passed > 1)} from {title}" for title, passed in seen.items()
     )
     evidence = f"{flights} passed within {radius:.2g} m" if seen else ""
-    if plan.is_guided and unconnected:
-        what, evidence = f"{what} beyond the guide", ""
-    advice = _estimator_advice(scene)
-    yield PathClass(what, number, largest, advice, evidence, () if beams else tuple(mirrors))
+    yield PathClass(
+        what,
+        number,
+        largest,
+        cure_of_chance(scene, plan.method),
+        "" if plan.is_guided else evidence,
+        () if beams else tuple(mirrors),
+        is_guided=plan.is_guided,
+    )
     # Rays from walls and sources so near that a few of them matter.
     strongest = expectation.largest_score[face]
     rays = count_large_scores(tally, side, strongest * expectation.scale, scores, block=1)
@@ -243,13 +250,6 @@ def _guard_counts(tally: Reading) -> tuple[dict[str, int], float]:
         if passed:
             seen[title] = seen.get(title, 0) + passed
     return seen, guard.radius
-
-
-def _estimator_advice(scene: Scene) -> str:
-    """The estimator that finds such light."""
-    if refusal(scene, "backward") is None:
-        return "use estimator='backward'"
-    return "use estimator='analog' with more particles or a larger detector"
 
 
 # ---- Backward runs: classes of each source, which histories from a detector reach.
@@ -294,7 +294,7 @@ def cell_path_findings(
 class LampScores:
     """Numbers of flights and rays that reached a source, and of rays near the largest score (LARGE_SHARE)."""
 
-    flights: int
+    flights: float
     rays: int = 0
     strong_rays: int = 0
 
@@ -305,20 +305,20 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
     Rays only if it has any.
     """
 
-    def number(kind: str, block: int) -> int:
+    def number(kind: str, block: int) -> float:
         rows = [sums.rows_of(part, kind, block) for part in sums.parts]
         pairs = zip(rows, chosen, strict=True)
         cells = (each if which is None else each[:, which] for each, which in pairs)
-        return round(sum(batch_totals(each).sum() for each in cells))
+        return float(sum(batch_totals(each).sum() for each in cells))
 
     # Of guided histories, those that no guide has sent: each was one with the probability of its weight.
     # Where flights score MIS shares, the number of full scores that add up to theirs.
-    is_weighed = sums.plan.is_guided or sums.plan.connects_gloss
-    flights = number("weights" if is_weighed else "counts", 1 + lamp)
-    block = sums.block_of(lamp)
+    is_guided = sums.plan.is_guided
+    flights = number("weights" if is_guided or sums.plan.connects_gloss else "counts", 1 + lamp)
+    flights, block = flights if is_guided else round(flights), sums.block_of(lamp)
     if lamp not in sums.adjoint.rays:
         return LampScores(flights)
-    return LampScores(flights, number("counts", block), number("slants", block))
+    return LampScores(flights, round(number("counts", block)), round(number("slants", block)))
 
 
 def _relative_cell_weights(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
@@ -388,18 +388,19 @@ def _flights_to_source(
     gain: float,
 ) -> Iterator[PathClass | Finding]:
     """The path classes of flights: direct light of the lamp, and light via specular and glossy surfaces."""
-    lamp = sums.adjoint.sources[number]
+    lamp, is_guided = sums.adjoint.sources[number], sums.plan.is_guided
     rays = next((each for each in sums.plan.expectations if each.detector.name == lamp.detector.name), None)
     shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
-    if rays is not None and _are_births_connected(sums, sensor, rays):
+    view = DirectView(scene, sensor, sums.parts, number, shape, side)
+    is_linked = rays is not None and sums.plan.links is not None and not view.is_mirrored
+    if rays is not None and (_are_births_connected(sums, sensor, rays) or (is_linked and view.is_hidden)):
         what, share = (
             f"light from {lamp.name!r} very near it",
             rays.largest_flight_share[side_of(lamp.detector)],
         )
-        yield PathClass(what, met.flights, heaviest * share, gain=gain)
+        yield PathClass(what, met.flights, heaviest * share, gain=gain, is_guided=is_guided)
         return
-    mirrors = specular_surfaces_of(scene, shape, side)
-    view = DirectView(scene, sensor, sums.parts, number, shape, side)
+    mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side)
     is_seen, straight = not view.is_hidden, 0.0
     if is_seen and met.flights < MIN_SCORES_FOR_ERROR:
         straight, is_shown = view.bound(error)
@@ -412,8 +413,19 @@ def _flights_to_source(
     if surfaces or is_seen:
         origins = [f"from {lamp.name!r}"] * is_seen
         origins += [f"via {join_names(surface_names(scene, surfaces))}"] * bool(surfaces)
-        what, of_lamp = f"light {' or '.join(origins)}", {"straight": straight, "gain": gain}
+        what, cure = f"light {' or '.join(origins)}", USE_MORE
+        if surfaces:
+            cure = cure_of_chance(scene, sums.plan.method)
         share = 1.0
         if not (mirrors or is_seen):
             share = rays.largest_glossy_share[side_of(lamp.detector)]
-        yield PathClass(what, met.flights, heaviest * share, surfaces=tuple(surfaces), **of_lamp)
+        yield PathClass(
+            what,
+            met.flights,
+            heaviest * share,
+            cure,
+            surfaces=tuple(surfaces),
+            straight=straight,
+            gain=gain,
+            is_guided=is_guided,
+        )

@@ -30,6 +30,7 @@ import numpy as np
 
 from transport.compile.adjoint import adjoint_scene, gains_of
 from transport.compile.gloss import glossy_parts
+from transport.compile.images import may_be_seen, outlines_of_images
 from transport.compile.limits_exceeded import OverrunError
 from transport.compile.methods import refusal
 from transport.geometry.flat import Slab
@@ -202,6 +203,21 @@ class DirectView:
             if not are_separated(self.scene, (part.shape, facing), (lamp, side)):
                 return False
         return True
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether a camera may see the lamp in mirrors, or another sensor may."""
+        camera = self.sensor
+        if not isinstance(camera, Camera):
+            return True
+
+        def find() -> bool:
+            images = outlines_of_images(self.scene, self.lamp)
+            return images is None or any(
+                camera.may_see_hull(each[-1]) and may_be_seen(each, camera.position) for each in images
+            )
+
+        return proven(self.scene, ("mirrored", camera.name, self.number), find)
 
     def bound(self, enough: float) -> tuple[float, bool]:
         """Bound (95 % confidence) of the lamp's share of the view, and whether any line of sight is clear.
@@ -409,7 +425,7 @@ class Probe:
             if self.lamp is None:
                 _ = self._adjoint
         except SceneError as error:
-            return str(error)
+            return str(error).partition(";")[0]  # the cure is that of another run
         return ""
 
     @property

@@ -29,8 +29,6 @@ from transport.validation import join_names
 if TYPE_CHECKING:
     from transport.results.record import Record
 
-MAX_ADVISED_PARTICLES = 1e12  # particles
-
 
 def quality_of_result(result: Record, name: str | EstimateOrArray) -> Quality:
     """The quality of the quantity "detector.quantity", or of an Estimate or EstimateArray."""
@@ -52,7 +50,7 @@ def findings_of(result: Record) -> tuple[Finding, ...]:
     return tuple(found)
 
 
-def warnings_of(findings: Iterable[Finding], particles: int) -> list[str]:
+def warnings_of(findings: Iterable[Finding]) -> list[str]:
     """A warning per finding that is a note or doubtful; equal findings of several detectors are merged."""
     alike: dict[tuple[str, str], list[Finding]] = {}
     ordered = []
@@ -64,10 +62,10 @@ def warnings_of(findings: Iterable[Finding], particles: int) -> list[str]:
             alike.setdefault(key, []).append(finding)
         elif finding.severity == NOTE:
             ordered.append(finding.what)
-    return [each if isinstance(each, str) else _doubt_warning(alike[each], particles) for each in ordered]
+    return [each if isinstance(each, str) else _doubt_warning(alike[each]) for each in ordered]
 
 
-def _doubt_warning(findings: list[Finding], particles: int) -> str:
+def _doubt_warning(findings: list[Finding]) -> str:
     """The warning about a doubtful number of one or several detectors."""
     titles: dict[str, list[str]] = {}
     for finding in findings:
@@ -84,18 +82,7 @@ def _doubt_warning(findings: list[Finding], particles: int) -> str:
     plural = len(titles) > 1 or any(len(quantities) > 1 for quantities in titles.values())
     seen = f" ({first.seen})" if first.seen else ""
     others = next((f"; {each.others}" for each in findings if each.others), "")
-    cure = _cure_with_number(first.cure, particles * max(finding.times for finding in findings))
+    cure = max(findings, key=lambda finding: np.nan_to_num(finding.particles)).advice
     worst = max(findings, key=lambda finding: np.nan_to_num(finding.share))
     what = f"{first.what}{worst.worth}{seen}{others}"
     return f"{names} {'are' if plural else 'is'} doubtful: {what}. {capitalized(cure)}"
-
-
-def _cure_with_number(cure: str, particles: float) -> str:
-    """The cure, with the approximate number of particles if it is known and within reach."""
-    if not particles < MAX_ADVISED_PARTICLES:
-        return cure
-    power = 10 ** math.floor(math.log10(particles))
-    return cure.replace(
-        "more particles",
-        f"about {math.ceil(particles / power) * power:.0e} particles".replace("e+0", "e").replace("e+", "e"),
-    )

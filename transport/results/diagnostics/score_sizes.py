@@ -69,7 +69,7 @@ def point_detector_scores(tally: Tally) -> Scores:
     return Scores(low, SCALES, np.where(counts > 0, weights / np.maximum(counts, 1), low), counts)
 
 
-def count_large_scores(tally: Tally, side: int, largest: float, scores: int, block: int = 0) -> int:
+def count_large_scores(tally: Tally, side: int, largest: float, scores: int, block: int = 0) -> float:
     """Number of scores of at least a quarter (LARGE_SHARE) of the largest possible; all if they are alike.
 
     block: 0 for flights, 1 for rays, in their own unit. With guided births it is the expected number of
@@ -80,7 +80,7 @@ def count_large_scores(tally: Tally, side: int, largest: float, scores: int, blo
         return scores
     counts = _size_counts(tally, blocks[block])
     if block == 0 and tally.plan.is_guided:
-        return int((counts * EDGES[:-1]).sum() / largest) if largest > 0 else 0
+        return float((counts * EDGES[:-1]).sum() / largest) if largest > 0 else 0.0
     return int(counts[EDGES[:-1] >= LARGE_SHARE * largest].sum())
 
 

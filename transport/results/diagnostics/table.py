@@ -146,7 +146,7 @@ DIAGNOSTICS = (
     Check(
         "unknown error",
         "A number without a score, or from batches that gave all the same; with sobol and stratified also"
-        " batches that all have the same number of scores, so that their spread does not measure the error.",
+        " an error smaller than one score is worth, as even points may give every batch one too many.",
         "Why there is no score.",
     ),
     Check(
