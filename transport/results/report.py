@@ -133,10 +133,10 @@ def ledger_title(result) -> str:
     """The title of the ledger; for a backward run it names other entries."""
     if result.plan.adjoint is None:
         return "ledger"
-    return (
-        "ledger of the backward histories, as fractions of them (unsampled: weight that the cosines of their"
-        " cells leave out)"
-    )
+    unsampled = "weight that the cosines of their cells leave out"
+    if result.plan.adjoint.caustics is not None:
+        unsampled += ", and births at lamps whose path does not begin at a specular surface"
+    return f"ledger of the backward histories, as fractions of them (unsampled: {unsampled})"
 
 
 def part_text(result) -> str:
@@ -195,7 +195,12 @@ def method_lines(result) -> list[str]:
     """The estimator, unless it is the default, and the reasons of its choice by pilots."""
     method = result.plan.method
     lines = [f"estimator: {method.title}{_analog_detectors(result)}"] if method != ANALOG else []
-    return lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+    lines = lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+    caustics = result.plan.adjoint.caustics if result.plan.adjoint is not None else None
+    if caustics is not None:
+        start = f"{caustics.share:.3g} of the histories start at lamps"
+        lines.append(f"{start}, for light via specular surfaces and walls that {join_names(list(map(repr, caustics.views)))} see")
+    return lines
 
 
 def advice_lines(result) -> list[str]:

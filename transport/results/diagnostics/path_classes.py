@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.results.backward import BackwardReading, CellSums, ViewReading
     from transport.results.detectors import Reading
+    from transport.scene.cameras import PointInstrument
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
     from transport.statistics.estimates import Estimate
@@ -339,6 +340,8 @@ def _classes_of_source(
     """
     scene, lamp = plan.adjoint.scene, plan.adjoint.sources[number]
     gain = max(part.gains[number] for part in sums.parts)
+    if sums.view is not None:
+        yield from _caustics_of_source(scene, sums, sensor, number)
     if lamp.detector is None:
         yield from _direct_rays(scene, sums, number, heaviest * gain)
     else:
@@ -369,6 +372,28 @@ def _direct_rays(scene: Scene, sums: CellSums, number: int, gain: float) -> Iter
             births = int(sums.run.histories * part.share * min(near, 1.0))
             what = f"direct light from {lamp.name!r} very near it"
             yield PathClass(what, births, strongest, gain=gain, name="strong rays")
+
+
+def _caustics_of_source(
+    scene: Scene, sums: CellSums, sensor: PointInstrument, number: int
+) -> Iterator[PathClass]:
+    """The light that specular surfaces send on to walls that a camera sees: histories from the lamp bring it.
+
+    Their number is that of the whole run; a score counts in the smallest cell.
+    """
+    caustics, lamp, part = sums.adjoint.caustics, sums.adjoint.sources[number], sums.parts[0]
+    mirrors = specular_surfaces_of(scene, scene.shape_of(lamp.source), lamp.source.side)
+    rows = [sums.rows_of(part, kind, sums.block_of(number, from_lamp=True)) for kind in ("counts", "slants")]
+    scores, strong = (round(batch_totals(each).sum()) for each in rows)
+    gain = caustics.power / caustics.share * part.share / (part.cells * sums.view.measures.min())
+    names = join_names(surface_names(scene, mirrors))
+    walls = f"walls that {sensor.name!r} sees"
+    if mirrors:
+        what = f"light from {lamp.name!r} via {names} and {walls}"
+        yield PathClass(what, scores, sums.view.strongest, gain=gain)
+    if mirrors and scores:
+        what = f"light from {lamp.name!r} via {names} and the nearest {walls}"
+        yield PathClass(what, strong, sums.view.strongest, gain=gain, name="strong rays")
 
 
 def _are_births_connected(sums: CellSums, sensor: object, rays: Expectation) -> bool:
