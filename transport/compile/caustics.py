@@ -17,7 +17,7 @@ Histories from a lamp are aimed at each specular surface in turn, and end where 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -30,6 +30,7 @@ from transport.compile.next_event import pieces_or_faces
 from transport.compile.points import MAX_POINTS, PointPlan, Rays
 from transport.compile.sources import emitters_of
 from transport.geometry.relations import is_behind, is_on
+from transport.geometry.shape import Shape
 from transport.scene.cameras import Camera, PointInstrument
 from transport.scene.sheets import Sheet, scene_sheets
 from transport.validation import SceneError
@@ -78,57 +79,47 @@ def are_divided(plan: Plan, scene: Scene) -> bool:
     )
 
 
-def add_caustics(
-    plan: Plan, scene: Scene, sensors: list[object], first: int, cells: int
-) -> Caustics:
+def add_caustics(plan: Plan, scene: Scene, sensors: list[object], first: int, cells: int) -> Caustics:
     """Add histories from lamps to the plan of an adjoint scene, and return them.
 
     sensors: detectors by emitter of the plan. first: first row of sums, of which each lamp has so many cells.
     """
     # Let rays to lamps and to cameras start from their own histories.
     keep = ("keep_rays_to_lamps", layout.row(layout.NO_TABLE))
-    plan.expectations[:] = [
-        replace(
-            each, walls=[replace(rays, densities=(*rays.densities, keep)) for rays in each.walls]
-        )
-        for each in plan.expectations
-    ]
+    for number, each in enumerate(plan.expectations):
+        walls = [replace(rays, densities=(*rays.densities, keep)) for rays in each.walls]
+        plan.expectations[number] = replace(each, walls=walls)
+    # Make each camera and map a point that rays end at.
     walls = [
         (piece, sent)
-        for surface in plan.scene.surfaces
+        for surface in scene.surfaces
         if (sent := surface.material.max_diffuse_share) > 0
         for piece in pieces_or_faces(surface.shape)
     ]
-    views, rows = {}, []
-    for emitter, view in zip(plan.emitters, sensors, strict=True):
-        if not isinstance(view, PointInstrument):
-            continue
-        sensor = emitter.cells[0][1]
-        strongest = max(sent * strongest_ray(piece, view.position) for piece, sent in walls)
-        unit = plan.space.size**2
-        scale = power_of_two(strongest * unit) if strongest > 0 else 1.0
-        start = first + int(sensor["first"])
-        plan.points.append(_point_plan(plan, view, start, scale))
-        strong = LARGE_SHARE * strongest * unit * scale
-        row = layout.row(layout.VIEW, strong=strong, first=start, cells=cells, is_flat=isinstance(view, Camera))
-        row["sensor"] = sensor
-        rows.append(row)
-        views[view.name] = View(scale * unit, strongest, _measures(view))
+    views, rows, unit = {}, [], plan.space.size**2
+    for number, (emitter, sensor) in enumerate(zip(plan.emitters, sensors, strict=True)):
+        is_view, row = isinstance(sensor, PointInstrument), emitter.cells[0][1]
+        state = layout.row(layout.BEGINNING, began=layout.UNBEGUN if is_view else layout.OTHER_FIRST)
+        plan.emitters[number] = replace(emitter, cells=(*emitter.cells, ("begin_at_sensor", state)))
+        if is_view:
+            strongest = max(sent * strongest_ray(piece, sensor.position) for piece, sent in walls)
+            scale = power_of_two(strongest * unit) if strongest > 0 else 1.0
+            values = {"first": first + int(row["first"]), "cells": cells, "sensor": row}
+            values |= {
+                "strong": LARGE_SHARE * strongest * unit * scale,
+                "is_flat": isinstance(sensor, Camera),
+            }
+            rows.append(layout.row(layout.VIEW, **values))
+            plan.points.append(_point_plan(plan, sensor, values["first"], scale))
+            views[sensor.name] = View(scale * unit, strongest, _measures(sensor))
     # Start histories at the lamps.
     found = list(_emitters(plan, scene))
     power = math.fsum(emitter.bound for emitter in found)
-    began = [0 if isinstance(each, PointInstrument) else layout.OTHER_FIRST for each in sensors]
-    plan.emitters = [
-        replace(emitter, cells=(*emitter.cells, ("begin_at_sensor", layout.row(layout.BEGINNING, began=began))))
-        for emitter, began in zip(plan.emitters, began, strict=True)
-    ]
-    plan.emitters += [
-        replace(emitter, amount=SHARE * emitter.bound / power, weight=1.0) for emitter in found
-    ]
-    for each in plan.targets:
-        each.births.extend([] for _ in found)
-    surfaces = np.zeros(len(plan.surfaces), np.int64)
-    surfaces[1:] = 1 + np.array(plan.surface_numbers, np.int64)
+    for emitter in found:
+        plan.emitters.append(replace(emitter, amount=SHARE * emitter.bound / power, weight=1.0))
+        for each in plan.targets:
+            each.births.append([])
+    surfaces = np.array([0, *(1 + number for number in plan.surface_numbers)], np.int64)
     return Caustics(SHARE, power, views, tuple(rows), surfaces)
 
 
@@ -144,12 +135,10 @@ def _point_plan(plan: Plan, view: PointInstrument, first: int, scale: float) -> 
 
 def _measures(view: PointInstrument) -> np.ndarray:
     """Return the measure of each cell of a view, as stored: rows, then columns."""
-    if isinstance(view, Camera):
-        edges = view.edges()
-        return np.outer(np.diff(edges["v"]), np.diff(edges["u"])).ravel()
     edges = view.edges()
-    heights = np.cos(edges["theta"])[::-1]
-    return np.outer(np.diff(edges["phi"]), np.diff(heights)).ravel()
+    if isinstance(view, Camera):
+        return np.outer(np.diff(edges["v"]), np.diff(edges["u"])).ravel()
+    return np.outer(np.diff(edges["phi"]), np.diff(np.cos(edges["theta"])[::-1])).ravel()
 
 
 def _emitters(plan: Plan, scene: Scene) -> Iterator[Emitter]:
@@ -170,7 +159,7 @@ def _emitters(plan: Plan, scene: Scene) -> Iterator[Emitter]:
                 yield from _started(aimed, state | {"began": -1 - number})
 
 
-def _aimed(plan: Plan, source: Source, shape: object, sheets: list[Sheet]) -> list[Emitter]:
+def _aimed(plan: Plan, source: Source, shape: Shape, sheets: list[Sheet]) -> list[Emitter]:
     """Return the emitters of a lamp aimed at a shape; as it is where that is not possible, or costs more."""
     plain = list(emitters_of(plan, source, sheets))
     try:
@@ -180,8 +169,8 @@ def _aimed(plan: Plan, source: Source, shape: object, sheets: list[Sheet]) -> li
     return [one if one.weight < other.weight else other for one, other in zip(aimed, plain, strict=True)]
 
 
-def _started(emitters: Iterator[Emitter], state: dict[str, int]) -> Iterator[Emitter]:
-    """Yield emitters whose histories have this state at birth, and count as unsampled where they end early."""
+def _started(emitters: Iterable[Emitter], state: dict[str, int]) -> Iterator[Emitter]:
+    """Yield emitters whose histories have this state at birth, and are unsampled where they end early."""
     begin = ("begin_at_lamp", layout.row(layout.BEGINNING, **state))
     for emitter in emitters:
         yield replace(emitter, cells=(begin,), target=emitter.target or ())

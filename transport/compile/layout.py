@@ -210,7 +210,7 @@ SENSOR = np.dtype(
 UNBEGUN, DIFFUSE_FIRST, OTHER_FIRST = 0, 1, 2
 BEGINNING = np.dtype(_integers("cell began"))  # state of such histories at birth
 # A Camera or an EnvironmentMap that rays end at. first: first row of its sums for the first lamp; cells:
-# number of rows per lamp; is_flat: whether its cells are pixels; strong: the least score that counts as strong.
+# number of rows per lamp; is_flat: whether its cells are pixels; strong: least score that counts as strong.
 VIEW = np.dtype([("sensor", SENSOR), *_floats("strong"), *_integers("first cells is_flat")])
 
 # Media by body: row 0 is the surrounding medium, row 1 + k the medium of body k. mfp, sigma_a, survival: as

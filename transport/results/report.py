@@ -198,8 +198,9 @@ def method_lines(result) -> list[str]:
     lines = lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
     caustics = result.plan.adjoint.caustics if result.plan.adjoint is not None else None
     if caustics is not None:
-        start = f"{caustics.share:.3g} of the histories start at lamps"
-        lines.append(f"{start}, for light via specular surfaces and walls that {join_names(list(map(repr, caustics.views)))} see")
+        walls = f"walls that {join_names(list(map(repr, caustics.views)))} see"
+        share = f"{caustics.share:.3g} of the histories start at lamps"
+        lines.append(f"{share}, for light via specular surfaces and {walls}")
     return lines
 
 

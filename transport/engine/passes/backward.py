@@ -239,7 +239,7 @@ def refine_by_cell(lane, table):
 
 @device
 def score_ray(lane, row, least):
-    """Score a shadow ray in a row; its slant counts those of at least so much. Return what it adds at most."""
+    """Score a shadow ray in a row; its slant counts strong ones. Return what it adds to a sum at most."""
     score = min(lane.weight, MAX_LAMP_SCORE)
     chance = hashed_uniform_of_one(bits_of(score), hash_salt(lane.seed_low, lane.batch) + lane.history)
     high, low = unbiased_limbs_of_one(score, chance)

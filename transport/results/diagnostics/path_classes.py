@@ -31,6 +31,7 @@ from transport.results.diagnostics.proofs import (
     glossy_surfaces_of,
     max_transmitted_weight,
     miss_distance,
+    sees_mirrors,
     specular_surfaces_of,
     surface_names,
     unconnected_sources,
@@ -424,6 +425,8 @@ def _flights_to_source(
         yield PathClass(what, met.flights, heaviest * share, gain=gain)
         return
     mirrors = specular_surfaces_of(scene, shape, side)
+    if sums.view is not None and not sees_mirrors(scene, sensor):
+        mirrors = []  # histories from the lamp bring what walls send on
     view = DirectView(scene, sensor, sums.parts, number, shape, side)
     is_seen, straight = not view.is_hidden, 0.0
     if is_seen and met.flights < MIN_SCORES_FOR_ERROR:
