@@ -29,7 +29,7 @@ GLASS = tp.Surface(tp.Sphere(center=(0.4, 0.3, 0.4), radius=0.3), tp.Dielectric(
 BALL = tp.Surface(tp.Sphere(center=(-0.4, 0.3, 0.4), radius=0.3), tp.Mirror(), "ball")
 MIXED = tp.Surface(
     tp.Sphere(center=(0, -0.2, 1.5), radius=0.35),
-    tp.Mixture({tp.Mirror(): 0.5, tp.Diffuse(1.0): 0.5}),
+    tp.Mixture({tp.Mirror(): 0.5, tp.Glossy(0.3): 0.5}),
     "mixed",
 )
 PANEL = tp.Rectangle(center=(0, 1.3, 1), normal=(0, -1, 0), width=0.6, height=0.6)

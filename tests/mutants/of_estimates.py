@@ -395,7 +395,7 @@ FAULTS = (
         CAUSTICS,
         "(lane.cell < 0) & ((not is_met) | (lane.mis_pdf != 0.0))",
         "(lane.cell < 0) & (not is_met)",
-        "histories from lamps that begin at the diffuse part of a mixture",
+        "histories from lamps that begin at the glossy part of a mixture",
         ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
     ),
     Fault(
