@@ -407,8 +407,8 @@ FAULTS = (
     ),
     Fault(
         "compile/caustics.py",
-        "0 if isinstance(each, PointInstrument) else layout.OTHER_FIRST for each",
-        "0 for each",
+        "began=layout.UNBEGUN if is_view else layout.OTHER_FIRST",
+        "began=layout.UNBEGUN",
         "a Detector beside a camera that misses light by way of glass",
         ("detectors/test_caustics::test_other_detectors_of_the_run_keep_all_their_paths",),
     ),
