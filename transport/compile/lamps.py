@@ -73,13 +73,13 @@ def add_lamp(plan: Plan, source: Source, shape: Shape, first: int) -> LampRays:
     if source.emission.law == "beam":
         largest, unit = peak, 1.0
         strongest = max((sent * LAMBERTIAN_DENSITY for _, sent in walls), default=0.0)
-        scale = _power_of_two(largest)
+        scale = power_of_two(largest)
         target = _beam(plan, source, shape, number, first, scale)
     else:
         unit = size * size
         largest = peak * unit / _least_distance(plan, shape.position, walls) ** 2
         strongest = max((sent * strongest_ray(piece, shape.position) for piece, sent in walls), default=0.0)
-        scale = _power_of_two(largest)
+        scale = power_of_two(largest)
         target = point_plan(plan, source, shape.position, number, first, scale)
     plan.points.append(target)
     return LampRays(scale * unit, strongest, strongest > 0, bool(phases))
@@ -137,6 +137,6 @@ def _beam(plan: Plan, source: Source, shape: Shape, number: int, first: int, sca
     return PointPlan(row, first, births, walls, collisions, [])
 
 
-def _power_of_two(largest: float) -> float:
+def power_of_two(largest: float) -> float:
     """Return the power of two that scales a largest score to between 1/2 and 1."""
     return math.ldexp(1.0, -math.frexp(largest)[1])

@@ -1,0 +1,176 @@
+"""Light that mirrors, glass and lenses send on to walls that a camera sees: histories from the lamps.
+
+Histories from a camera find such light by chance alone: a diffuse reflection must meet the glass and then the
+lamp, and no ray samples the way there. Histories from the lamp find it easily, as each diffuse reflection can
+be connected to the pinhole. In a backward run paths are therefore divided in two classes, and each is
+estimated in one way, so that no weights are needed (bidirectional path tracing: Veach 1997, chapter 10):
+
+    lamp - specular ... diffuse - camera   a share of the histories, from the lamps: their first interaction
+                                           must be specular, and each later diffuse reflection sends a ray to
+                                           the camera, which scores in the pixel that it falls in
+    all other paths                        the other histories, from the camera: an arrival at a lamp does not
+                                           score if the first interaction was diffuse and the last specular
+
+Histories from a lamp are aimed at each specular surface in turn, and end where they meet another one first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.compile import layout
+from transport.compile.detectors import LARGE_SHARE
+from transport.compile.lamps import power_of_two, strongest_ray
+from transport.compile.next_event import pieces_or_faces
+from transport.compile.points import MAX_POINTS, PointPlan, Rays
+from transport.compile.sources import emitters_of
+from transport.geometry.relations import is_behind, is_on
+from transport.geometry.shape import Shape
+from transport.scene.cameras import Camera, PointInstrument
+from transport.scene.sheets import Sheet, scene_sheets
+from transport.validation import SceneError
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Emitter, Plan
+    from transport.scene.scene import Scene
+    from transport.scene.sources import Source
+
+SHARE = 1 / 8  # of the histories that start at lamps
+MAX_AIMS = 32  # pairs of lamps and specular surfaces; where there are more, no history is aimed
+
+
+@dataclass(frozen=True)
+class View:
+    """A Camera or an EnvironmentMap that histories from lamps send rays to."""
+
+    scale: float  # factor by which the sums of rays are scaled up [m^2]
+    strongest: float  # largest sum of a ray, for a history of weight 1 [m^-2]
+    measures: np.ndarray  # of each cell, in which a mean is taken: pixel area at distance 1, or solid angle
+
+
+@dataclass(frozen=True)
+class Caustics:
+    """The histories of a backward run that start at lamps."""
+
+    share: float  # of all histories
+    power: float  # [W] what all of them stand for at weight 1
+    views: dict[str, View]  # by name
+    rows: tuple[np.ndarray, ...]  # of layout.VIEW
+    surfaces: np.ndarray  # by row of surfaces, 1 + the number of the surface in the scene
+
+
+def are_divided(plan: Plan, scene: Scene) -> bool:
+    """Return whether paths are divided: where a camera or map may see light that no ray connects."""
+    views = scene.instruments
+    return (
+        0 < len(views) <= MAX_POINTS
+        and bool(plan.expectations)
+        and plan.links is None
+        and layout.DIFFUSE in plan.materials
+        and any(surface.material.is_specular for surface in scene.surfaces)
+        and not (plan.scatters or plan.volumes)
+        and all(source.emission.law == "lambertian" for source in scene.sources)
+        and not any(is_on(view.position, surface.shape) for view in views for surface in scene.surfaces)
+    )
+
+
+def add_caustics(plan: Plan, scene: Scene, sensors: list[object], first: int, cells: int) -> Caustics:
+    """Add histories from lamps to the plan of an adjoint scene, and return them.
+
+    sensors: detectors by emitter of the plan. first: first row of sums, of which each lamp has so many cells.
+    """
+    # Let rays to lamps and to cameras start from their own histories.
+    keep = ("keep_rays_to_lamps", layout.row(layout.NO_TABLE))
+    for number, each in enumerate(plan.expectations):
+        walls = [replace(rays, densities=(*rays.densities, keep)) for rays in each.walls]
+        plan.expectations[number] = replace(each, walls=walls)
+    # Make each camera and map a point that rays end at.
+    walls = [
+        (piece, sent)
+        for surface in scene.surfaces
+        if (sent := surface.material.max_diffuse_share) > 0
+        for piece in pieces_or_faces(surface.shape)
+    ]
+    views, rows, unit = {}, [], plan.space.size**2
+    for number, (emitter, sensor) in enumerate(zip(plan.emitters, sensors, strict=True)):
+        is_view, row = isinstance(sensor, PointInstrument), emitter.cells[0][1]
+        state = layout.row(layout.BEGINNING, began=layout.UNBEGUN if is_view else layout.OTHER_FIRST)
+        plan.emitters[number] = replace(emitter, cells=(*emitter.cells, ("begin_at_sensor", state)))
+        if is_view:
+            strongest = max(sent * strongest_ray(piece, sensor.position) for piece, sent in walls)
+            scale = power_of_two(strongest * unit) if strongest > 0 else 1.0
+            values = {"first": first + int(row["first"]), "cells": cells, "sensor": row}
+            values |= {
+                "strong": LARGE_SHARE * strongest * unit * scale,
+                "is_flat": isinstance(sensor, Camera),
+            }
+            rows.append(layout.row(layout.VIEW, **values))
+            plan.points.append(_point_plan(plan, sensor, values["first"], scale))
+            views[sensor.name] = View(scale * unit, strongest, _measures(sensor))
+    # Start histories at the lamps.
+    found = list(_emitters(plan, scene))
+    power = math.fsum(emitter.bound for emitter in found)
+    for emitter in found:
+        plan.emitters.append(replace(emitter, amount=SHARE * emitter.bound / power, weight=1.0))
+        for each in plan.targets:
+            each.births.append([])
+    surfaces = np.array([0, *(1 + number for number in plan.surface_numbers)], np.int64)
+    return Caustics(SHARE, power, views, tuple(rows), surfaces)
+
+
+def _point_plan(plan: Plan, view: PointInstrument, first: int, scale: float) -> PointPlan:
+    """Return a camera as a point that rays end at: from diffuse walls alone."""
+    place = layout.vector_columns("", plan.space.place(view.position))
+    row = layout.row(layout.POINT, **place, number=len(plan.points), medium=-1)
+    contribution = layout.row(layout.CONTRIBUTION, first=first, scale=scale)
+    keep = ("keep_rays_to_views", layout.row(layout.NO_TABLE))
+    walls = [Rays((("connect_to_point", row),), contribution, layout.STRAIGHT_LEG, densities=(keep,))]
+    return PointPlan(row, first, [[] for _ in plan.emitters], walls, [], [])
+
+
+def _measures(view: PointInstrument) -> np.ndarray:
+    """Return the measure of each cell of a view, as stored: rows, then columns."""
+    edges = view.edges()
+    if isinstance(view, Camera):
+        return np.outer(np.diff(edges["v"]), np.diff(edges["u"])).ravel()
+    return np.outer(np.diff(edges["phi"]), np.diff(np.cos(edges["theta"])[::-1])).ravel()
+
+
+def _emitters(plan: Plan, scene: Scene) -> Iterator[Emitter]:
+    """Yield the emitters of the lamps: for each specular surface one that is aimed at it."""
+    sheets = scene_sheets(plan.scene)
+    mirrors = [number for number, each in enumerate(scene.surfaces) if each.material.is_specular]
+    is_aimed = len(mirrors) * len(scene.sources) <= MAX_AIMS
+    for lamp, source in enumerate(scene.sources):
+        state = {"cell": -1 - lamp, "began": layout.UNBEGUN}
+        plain = replace(source, aim=None)
+        if not is_aimed:
+            yield from _started(emitters_of(plan, plain, sheets), state)
+            continue
+        shape, side = scene.shape_of(source), "back" if source.is_back else "front"
+        for number in mirrors:
+            if not is_behind(scene.surfaces[number].shape, shape, side):
+                aimed = _aimed(plan, plain, scene.surfaces[number].shape, sheets)
+                yield from _started(aimed, state | {"began": -1 - number})
+
+
+def _aimed(plan: Plan, source: Source, shape: Shape, sheets: list[Sheet]) -> list[Emitter]:
+    """Return the emitters of a lamp aimed at a shape; as it is where that is not possible, or costs more."""
+    plain = list(emitters_of(plan, source, sheets))
+    try:
+        aimed = list(emitters_of(plan, replace(source, aim=shape), sheets))
+    except SceneError:
+        return plain
+    return [one if one.weight < other.weight else other for one, other in zip(aimed, plain, strict=True)]
+
+
+def _started(emitters: Iterable[Emitter], state: dict[str, int]) -> Iterator[Emitter]:
+    """Yield emitters whose histories have this state at birth, and are unsampled where they end early."""
+    begin = ("begin_at_lamp", layout.row(layout.BEGINNING, **state))
+    for emitter in emitters:
+        yield replace(emitter, cells=(begin,), target=emitter.target or ())
