@@ -164,8 +164,51 @@ def test_a_detector_alone_a_fog_or_a_camera_on_a_wall_leave_paths_undivided():
 # ---- findings ----
 
 
+def floor_below_a_ball(field_of_view=0.3):
+    """A floor that a lamp lights through a ball of glass in a hole alone."""
+    lamp = tp.Source(
+        tp.Disk(center=(0, 0, 1.6), normal=(0, 0, -1), radius=0.02), tp.Lambertian(radiance=100.0)
+    )
+    ball = tp.Surface(tp.Sphere(center=(0, 0, 1.12), radius=0.1), tp.Dielectric(1.5), "ball")
+    hole = tp.Disk(center=(0, 0, 1), radius=0.06)
+    screen = tp.Rectangle(center=(0, 0, 1), width=0.8, height=0.8, hole=hole)
+    floor = tp.Surface(tp.Rectangle(width=3, height=3), tp.Diffuse(0.7), "floor")
+    where = {"position": (0, -1.2, 0.8), "look_at": (0, 0, 0), "pixels": (8, 6)}
+    camera = tp.Camera(name="view", field_of_view=field_of_view, **where)
+    return tp.Scene(lamp, [ball, tp.Surface(screen, tp.Black(), "screen"), floor], camera)
+
+
+def total(result):
+    return result["view"].radiance.sum("v").sum("u")
+
+
 def test_too_few_histories_of_a_caustic_are_found():
-    """Of a lamp that only a speck of glass sends on, few histories meet the view: the total must not look sound."""
-    result = run(furnace(GLASS), 100)
-    assert result["view"].radiance.sum("v").sum("u").verdict != "sound"
-    assert "start at lamps" in result.report()
+    result = run(floor_below_a_ball(), 64)
+    assert "via 'ball' and walls that 'view' sees" in str(total(result).findings)
+    assert total(result).verdict == "doubtful"
+    assert "0.125 of the histories start at lamps" in result.report()
+
+
+def test_light_by_way_of_glass_is_no_doubt_where_the_picture_does_not_show_the_glass():
+    """No history from the camera then has to meet it: no path by way of glass is left to chance."""
+    result = run(floor_below_a_ball(), 100_000)
+    assert float(total(result).relative_error) < 0.03
+    assert total(result).verdict == "sound"
+    assert "light via 'ball'" not in str(total(result).findings)
+
+
+@pytest.mark.parametrize(
+    ("center", "is_shown"),
+    [((0, 0, 0), True), ((0, -2, 1), False), ((0, 0, 1.12), False), ((2, 0, 0), False), ((-2, 0, 0), False),
+     ((0, 0.2, 0.1), True), ((0, -1.5, -1.5), False), ((0.2, 0, 0), True)],
+)  # fmt: skip
+def test_shapes_outside_of_a_picture_are_known(center, is_shown):
+    (camera,) = floor_below_a_ball().instruments
+    assert caustics.may_show(camera, tp.Sphere(center=center, radius=0.05)) == is_shown
+
+
+def test_a_wall_behind_a_camera_is_not_in_its_picture():
+    """Though a corner of it lies before the plane of a camera that looks down."""
+    wall = tp.Rectangle(center=(0, -1.5, 1), normal=(0, 1, 0), width=2, height=2)
+    assert not caustics.may_show(CAMERA, wall)
+    assert caustics.may_show(MAP, wall)

@@ -420,6 +420,22 @@ FAULTS = (
         ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
     ),
     Fault(
+        "results/diagnostics/path_classes.py",
+        "if sums.view is not None and not sees_mirrors(scene, sensor):",
+        "if False:",
+        "a doubt about light by way of glass that only histories from lamps bring",
+        (
+            "detectors/test_caustics::test_light_by_way_of_glass_is_no_doubt_where_the_picture_does_not_show_the_glass",
+        ),
+    ),
+    Fault(
+        "compile/caustics.py",
+        "return not (any((heights > 0).all() for heights in beyond) or (below | above).any())",
+        "return not any((heights > 0).all() for heights in beyond)",
+        "a wall behind a camera that counts as in its picture",
+        ("detectors/test_caustics::test_a_wall_behind_a_camera_is_not_in_its_picture",),
+    ),
+    Fault(
         "results/backward.py",
         "brought * (gain / view.measures[first:past])",
         "brought * (gain / view.measures.mean())",

@@ -79,6 +79,21 @@ def are_divided(plan: Plan, scene: Scene) -> bool:
     )
 
 
+def may_show(view: PointInstrument, shape: Shape) -> bool:
+    """Return whether a shape may be in a picture; False where a plane parts its bounds from what is seen."""
+    if not isinstance(view, Camera) or shape.is_infinite:
+        return True
+    corners = np.subtract(shape.bounds_corners(), view.position)
+    left, up, depth = (corners @ np.array(axis) for axis in view.frame)
+    (low, high), (first, last) = ((edges[0], edges[-1]) for edges in view.edges().values())
+    # Planes through the edges of the picture, and planes along the faces of the bounds.
+    beyond = -depth, low * depth - up, up - high * depth, first * depth + left, -left - last * depth
+    rays = np.array([(-u, v, 1.0) for u in (first, last) for v in (low, high)]) @ np.array(view.frame)
+    below = (corners < 0).all(axis=0) & (rays >= 0).all(axis=0)
+    above = (corners > 0).all(axis=0) & (rays <= 0).all(axis=0)
+    return not (any((heights > 0).all() for heights in beyond) or (below | above).any())
+
+
 def add_caustics(plan: Plan, scene: Scene, sensors: list[object], first: int, cells: int) -> Caustics:
     """Add histories from lamps to the plan of an adjoint scene, and return them.
 
@@ -102,7 +117,10 @@ def add_caustics(plan: Plan, scene: Scene, sensors: list[object], first: int, ce
         state = layout.row(layout.BEGINNING, began=layout.UNBEGUN if is_view else layout.OTHER_FIRST)
         plan.emitters[number] = replace(emitter, cells=(*emitter.cells, ("begin_at_sensor", state)))
         if is_view:
-            strongest = max(sent * strongest_ray(piece, sensor.position) for piece, sent in walls)
+            shown = [(piece, sent) for piece, sent in walls if may_show(sensor, piece)]
+            strongest = max(
+                (sent * strongest_ray(piece, sensor.position) for piece, sent in shown), default=0.0
+            )
             scale = power_of_two(strongest * unit) if strongest > 0 else 1.0
             values = {"first": first + int(row["first"]), "cells": cells, "sensor": row}
             values |= {

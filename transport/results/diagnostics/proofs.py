@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from transport.compile.adjoint import adjoint_scene, gains_of
+from transport.compile.caustics import may_show
 from transport.compile.gloss import glossy_parts
 from transport.compile.images import may_be_seen, outlines_of_images
 from transport.compile.limits_exceeded import OverrunError
@@ -105,18 +106,7 @@ def glossy_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[int
 def sees_mirrors(scene: Scene, view: PointInstrument) -> bool:
     """Return whether a specular or glossy surface may be in the picture of a view; False is proven."""
     surfaces = [each for each in scene.surfaces if each.material.is_specular or glossy_parts(each.material)]
-    return not isinstance(view, Camera) or any(_is_in_picture(each.shape, view) for each in surfaces)
-
-
-def _is_in_picture(shape: Shape, camera: Camera) -> bool:
-    """Return whether a shape may be in a picture: False where all is behind the camera or beyond one edge."""
-    if shape.is_infinite:
-        return True
-    corners = np.subtract(list(shape.bounds_corners()), camera.position)
-    left, up, depth = (corners @ np.array(axis) for axis in camera.frame)
-    (low, high), (first, last) = ((edges[0], edges[-1]) for edges in camera.edges().values())
-    beyond = -depth, low * depth - up, up - high * depth, first * depth + left, -left - last * depth
-    return not any((heights > 0).all() for heights in beyond)
+    return any(may_show(view, each.shape) for each in surfaces)
 
 
 def _surfaces_facing(
