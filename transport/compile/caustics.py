@@ -83,15 +83,16 @@ def may_show(view: PointInstrument, shape: Shape) -> bool:
     """Return whether a shape may be in a picture; False where a plane parts its bounds from what is seen."""
     if not isinstance(view, Camera) or shape.is_infinite:
         return True
-    corners = np.subtract(shape.bounds_corners(), view.position)
-    left, up, depth = (corners @ np.array(axis) for axis in view.frame)
+    points = np.array(shape.bounds_corners())
+    if not view.may_see_hull(points):
+        return False
+    # Planes along the faces of the bounds.
     (low, high), (first, last) = ((edges[0], edges[-1]) for edges in view.edges().values())
-    # Planes through the edges of the picture, and planes along the faces of the bounds.
-    beyond = -depth, low * depth - up, up - high * depth, first * depth + left, -left - last * depth
     rays = np.array([(-u, v, 1.0) for u in (first, last) for v in (low, high)]) @ np.array(view.frame)
+    corners = points - view.position
     below = (corners < 0).all(axis=0) & (rays >= 0).all(axis=0)
     above = (corners > 0).all(axis=0) & (rays <= 0).all(axis=0)
-    return not (any((heights > 0).all() for heights in beyond) or (below | above).any())
+    return not (below | above).any()
 
 
 def add_caustics(plan: Plan, scene: Scene, sensors: list[object], first: int, cells: int) -> Caustics:
