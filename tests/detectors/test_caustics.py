@@ -161,6 +161,25 @@ def test_a_detector_alone_a_fog_or_a_camera_on_a_wall_leave_paths_undivided():
         assert "begin_at_lamp" not in passes_of(scene)
 
 
+def test_lamps_without_a_way_to_a_mirror_leave_paths_undivided():
+    """A ball behind a flat lamp; a lamp in two bodies that absorb, from which no history can start."""
+    floor = tp.Surface(tp.Rectangle(width=3, height=3), tp.Diffuse(0.5), "floor")
+    lamp = tp.Source(
+        tp.Rectangle(center=(0, 0, 2), normal=(0, 0, -1), width=1, height=1), tp.Lambertian(power=1.0)
+    )
+    balls = [
+        tp.Surface(tp.Sphere(center=(0, 0, z), radius=0.2), tp.Mirror(), f"ball {k}")
+        for k, z in enumerate((1.5, 2.5))
+    ]
+    tank = tp.Surface(
+        tp.Box(center=(1, 0, 2), size=2), tp.Transparent(), "tank", inside=tp.Medium(absorption=0.2)
+    )
+    for surfaces, is_divided in (([balls[0]], True), ([balls[1]], False), ([balls[0], tank], False)):
+        scene = tp.Scene(lamp, [floor, *surfaces], replace(CAMERA, position=(-0.5, -1, 1), look_at=(0, 0, 0)))
+        assert ("begin_at_lamp" in passes_of(scene)) == is_divided
+        assert run(scene, 1000)["view"].radiance.value.sum() > 0
+
+
 # ---- findings ----
 
 

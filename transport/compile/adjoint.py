@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.caustics import SHARE, Caustics, add_caustics, are_divided
+from transport.compile.caustics import SHARE, Caustics, add_caustics, emitters_at_lamps
 from transport.compile.detectors import LARGE_SHARE, edge_columns
 from transport.compile.lamps import LampRays, add_lamp, strength_of
 from transport.compile.media import emitting_media
@@ -133,13 +133,13 @@ def _detected_source(scene: Scene, source: Source, place: str) -> DetectedSource
 
 def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) -> None:
     """Set the cells of birth in the plan of an adjoint scene, and the rows of its sums by cell."""
-    parts, emitters, first, divided = [], [], 0, are_divided(plan, scene)
+    parts, emitters, first, at_lamps = [], [], 0, emitters_at_lamps(plan, scene)
     # Divide each detector's particles among the pieces of its shape, and number the cells.
     for sensor, source in zip(scene.detectors, plan.scene.sources, strict=True):
         mine = [emitter for emitter in plan.emitters if emitter.source is source]
         whole = math.fsum(emitter.amount for emitter in mine)
         for emitter in mine:
-            share = emitter.amount / whole / len(scene.detectors) * (1.0 - SHARE if divided else 1.0)
+            share = emitter.amount / whole / len(scene.detectors) * (1.0 - SHARE if at_lamps else 1.0)
             columns, (place, direction, weigh) = _cells_of(plan, sensor, emitter)
             cells = math.prod(int(columns[f"{axis}_cells"]) for axis in ("mu", "turn", "u", "v"))
             gains = gains_of(plan, scene, lamps, emitter)
@@ -148,11 +148,11 @@ def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) ->
             emitters.append(_emitter(emitter, share, row, place, direction, weigh))
             first += cells
     plan.emitters = emitters
-    rays, rows = _fill_rows(plan, scene, lamps, first, divided)
+    rays, rows = _fill_rows(plan, scene, lamps, first, bool(at_lamps))
     base, caustics = plan.rows_of["cells"].first, None
-    if divided:
-        sensors = [part.sensor for part in parts]
-        caustics = add_caustics(plan, scene, sensors, base + (1 + 2 * len(lamps)) * first, first)
+    if at_lamps:
+        sensors, start = [part.sensor for part in parts], base + (1 + 2 * len(lamps)) * first
+        caustics = add_caustics(plan, scene, sensors, at_lamps, start, first)
     plan.adjoint = Adjoint(scene, lamps, tuple(parts), base, first, rays, rows, caustics)
 
 

@@ -64,8 +64,20 @@ class Caustics:
     surfaces: np.ndarray  # by row of surfaces, 1 + the number of the surface in the scene
 
 
-def are_divided(plan: Plan, scene: Scene) -> bool:
-    """Return whether paths are divided: where a camera or map may see light that no ray connects."""
+def emitters_at_lamps(plan: Plan, scene: Scene) -> list[Emitter]:
+    """Return the emitters of histories from lamps; none where paths are not divided.
+
+    They are where a camera or a map may see light that no ray connects.
+    """
+    try:
+        found = list(_emitters(plan, scene)) if _may_divide(plan, scene) else []
+    except SceneError:  # histories cannot start at a lamp, such as one that lies in two media
+        return []
+    return [emitter for emitter in found if emitter.bound > 0]
+
+
+def _may_divide(plan: Plan, scene: Scene) -> bool:
+    """Return whether paths may be divided."""
     views = scene.instruments
     return (
         0 < len(views) <= MAX_POINTS
@@ -95,10 +107,13 @@ def may_show(view: PointInstrument, shape: Shape) -> bool:
     return not (below | above).any()
 
 
-def add_caustics(plan: Plan, scene: Scene, sensors: list[object], first: int, cells: int) -> Caustics:
+def add_caustics(
+    plan: Plan, scene: Scene, sensors: list[object], found: list[Emitter], first: int, cells: int
+) -> Caustics:
     """Add histories from lamps to the plan of an adjoint scene, and return them.
 
-    sensors: detectors by emitter of the plan. first: first row of sums, of which each lamp has so many cells.
+    sensors: detectors by emitter of the plan. found: emitters at lamps. first: first row of sums, of which
+    each lamp has so many cells.
     """
     # Let rays to lamps and to cameras start from their own histories.
     keep = ("keep_rays_to_lamps", layout.row(layout.NO_TABLE))
@@ -132,7 +147,6 @@ def add_caustics(plan: Plan, scene: Scene, sensors: list[object], first: int, ce
             plan.points.append(_point_plan(plan, sensor, values["first"], scale))
             views[sensor.name] = View(scale * unit, strongest, _measures(sensor))
     # Start histories at the lamps.
-    found = list(_emitters(plan, scene))
     power = math.fsum(emitter.bound for emitter in found)
     for emitter in found:
         plan.emitters.append(replace(emitter, amount=SHARE * emitter.bound / power, weight=1.0))
