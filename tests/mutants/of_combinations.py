@@ -254,8 +254,8 @@ FAULTS = (
     ),
     Fault(
         "run/guiding.py",
-        "count = max(2, 2 * len(plan.scene.meters))",
-        "count = max(1, 2 * len(plan.scene.meters))",
+        "count = max(1, len(plan.scene.meters)) * (4 if scales else 2)",
+        "count = max(1, len(plan.scene.meters) * (4 if scales else 2))",
         "a guide of lamps that are volumes only",
         ("run/test_guided_births::test_backward_runs_with_lamps_that_are_volumes_only",),
     ),

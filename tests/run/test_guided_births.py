@@ -29,6 +29,7 @@ from transport.engine.driver import compile_program, run_batch
 from transport.engine.program import build_program
 from transport.run.guiding import _sums_per_history
 from transport.run.programs import plan_for
+from transport.sims import cost_mirror
 
 RADIUS = 1e-3
 
@@ -228,6 +229,13 @@ def test_auto_finds_a_point_lamp_behind_a_mirror_with_a_guide():
     value = by_point(RADIUS, LAMP_PLACE) + by_point(RADIUS, IMAGE_PLACE)
     assert found.plan.method.guide == 1 << 20
     assert abs(found["m"].irradiance.z(value)) < 4
+
+
+def test_a_lamp_in_a_mirror_ball_is_found_by_a_short_guide():
+    """Of histories from the meter one in forty thousand meets the lamp, of a guide's first ones one in a hundred."""
+    result = run(cost_mirror.scene("ball"), 1e5, estimator="backward", guide=1 << 18)["meter"].irradiance
+    assert abs(result.z(cost_mirror.exact(by="ball")["irradiance"])) < 4
+    assert result.error < 0.01 * result.value
 
 
 @pytest.mark.parametrize("limits", [{"particles": 5e5}, {"error": {"m.irradiance": 0.02}}])
