@@ -4,12 +4,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, replace
+from functools import lru_cache
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from transport.compile.methods import AUTO, MIN_GUIDE, Method, coerce_method, guided
+from transport.compile.methods import AUTO, LEAST_GUIDED, MIN_GUIDE, Method, coerce_method, guided
 from transport.results.result import Result
-from transport.run.auto import PILOT_SEED_MASK, choose_method
+from transport.run.auto import GUIDE_SECONDS, LONG_PILOT_SECONDS, PILOT_SEED_MASK, choose_method
 from transport.run.executor import Executor, ThreadExecutor
 from transport.run.interruption import delay_interrupts
 from transport.run.programs import compiled_program_for
@@ -22,6 +23,8 @@ from transport.validation import SceneError
 
 if TYPE_CHECKING:
     from transport.io.resuming import Checkpoints
+
+TIMED_HISTORIES = 1 << 8, 1 << 12  # of the runs that tell how long learning a guide will take
 
 
 def simulate(
@@ -251,6 +254,8 @@ def _new_settings(request: RunRequest, bar: Progress) -> Settings:
     else:
         method = coerce_method(scene, estimator, "random" if sampling is None else sampling)
     method = guided(scene, method, limits.particles, request.guide)
+    method = _with_short_guide(request, method)
+    choice = None if choice is None else choice.with_method(method)
     limits = replace(request.limits(method), part=part)
     return Settings(scene, method, limits, seed, request.tracking, choice)
 
@@ -263,15 +268,47 @@ def _pilots(request: RunRequest, seed: int, bar: Progress) -> Callable[[Method, 
         bar.trying(method.title)
         # With a guide as in the run, of few histories; learnt once, in the first pilot, which is not timed.
         method = guided(scene, method, request.particles, request.guide)
-        method = replace(method, guide=min(method.guide, MIN_GUIDE))
+        method = _with_short_guide(request, replace(method, guide=min(method.guide, MIN_GUIDE)))
         limits = RunRequest(scene, particles).limits(method)
         settings = Settings(scene, method, limits, seed ^ PILOT_SEED_MASK, request.tracking)
-        result = _execute(settings, 1, None, quiet, time.perf_counter())
-        if not result.is_complete:
-            raise KeyboardInterrupt("interrupted during pilot runs, so there is no result")
-        return result
+        return _pilot_run(settings, quiet)
 
     return pilot
+
+
+def _pilot_run(settings: Settings, bar: Progress) -> Result:
+    """Return the result of a pilot run, on one thread."""
+    result = _execute(settings, 1, None, bar, time.perf_counter())
+    if not result.is_complete:
+        raise KeyboardInterrupt("interrupted during pilot runs, so there is no result")
+    return result
+
+
+@lru_cache(maxsize=32)
+def _seconds_per_history(scene: Scene, method: Method, tracking: Tracking | None) -> float:
+    """Return the time [s] that a history takes, from runs of few and more histories."""
+    few, many = (RunRequest(scene, particles).limits(method) for particles in TIMED_HISTORIES)
+    settings = Settings(scene, method, few, PILOT_SEED_MASK, tracking)
+    first = _pilot_run(settings, Progress()).cost.seconds
+    if first > LONG_PILOT_SECONDS:
+        return first / TIMED_HISTORIES[0]
+    second = _pilot_run(replace(settings, limits=many), Progress()).cost.seconds
+    return max(second - first, 0.0) / (TIMED_HISTORIES[1] - TIMED_HISTORIES[0])
+
+
+def _with_short_guide(request: RunRequest, method: Method) -> Method:
+    """Return a method with a guide learnt in GUIDE_SECONDS, or in the time of the run if that is more.
+
+    One that was asked for stays, and so does that of a run of so many particles by a named estimator.
+    """
+    is_timed = request.error or request.seconds is not None or request.estimator == AUTO
+    if not method.guide or request.guide is not None or not is_timed:
+        return method
+    plain = replace(method, guide=0)
+    per_history = _seconds_per_history(request.scene, plain, request.tracking)
+    while method.guide * per_history > max(GUIDE_SECONDS, request.seconds or 0.0):
+        method = replace(method, guide=method.guide // 2)
+    return method if method.guide >= LEAST_GUIDED else plain
 
 
 def _check_no_part(part: tuple[int, int]) -> None:

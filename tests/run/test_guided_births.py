@@ -224,7 +224,7 @@ def test_runs_with_different_guides_are_merged_and_those_with_and_without_one_ar
 
 
 def test_auto_finds_a_point_lamp_behind_a_mirror_with_a_guide():
-    scene = panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False)
+    scene = unconnected(panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False))
     found = run(scene, 5e5, estimator="auto", guide=1 << 20)
     value = by_point(RADIUS, LAMP_PLACE) + by_point(RADIUS, IMAGE_PLACE)
     assert found.plan.method.guide == 1 << 20
@@ -408,6 +408,20 @@ def test_backward_runs_with_lamps_that_are_volumes_only():
     scene = tp.Scene([glow], [mirror], [tp.Detector(tp.Disk(radius=0.1), "m")])
     plain, led = (run(scene, 2e4, estimator="backward", guide=guide)["m"].irradiance for guide in (0, None))
     np.testing.assert_array_equal(plain.values, led.values)
+
+
+def test_backward_runs_with_lamps_on_surfaces_and_in_volumes():
+    """A guide learns from the lamps with a surface alone; it gives what a run without one does."""
+    disks = [
+        tp.Source(tp.Disk(center=(x, 0, 2), normal=(0, 0, -1), radius=0.1), tp.Lambertian(power=10.0))
+        for x in (-1, 1)
+    ]
+    glow = tp.Source(tp.Sphere(center=(0, 1, 1), radius=0.1), tp.Isotropic(power=5.0))
+    ball = tp.Surface(tp.Sphere(center=(0, 0, 0.5), radius=0.2), tp.Mirror(0.9), "ball")
+    detector = tp.Detector(tp.Disk(center=(0, 0, 1.2), normal=(0, 0, -1), radius=0.1), "m")
+    scene = tp.Scene([disks[0], glow, disks[1]], ball, detector)
+    one, other = (run(scene, 2e5, estimator="backward", guide=n)["m"].irradiance for n in (0, MIN_GUIDE))
+    assert one.value > 0 and abs((one - other).z(0)) < 4
 
 
 def test_many_detectors_have_a_guide_without_enlarged_ones():

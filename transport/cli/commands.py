@@ -165,6 +165,10 @@ def run(
     sampling: Annotated[
         str | None, typer.Option(metavar="sobol", help=f"Random numbers: {', '.join(SAMPLINGS)}")
     ] = None,
+    guide: Annotated[
+        str | None,
+        typer.Option(metavar="N", help="Histories of short runs from which births are learnt; 0: none"),
+    ] = None,
     seed: Annotated[
         int | None, typer.Option(help="Random seed; the same seed gives the same digits [default: 0]")
     ] = None,
@@ -206,6 +210,7 @@ def run(
         "tracking": parse_tracking(tracking),
         "estimator": estimator,
         "sampling": sampling,
+        "guide": whole_number("--guide", guide),
         "seed": seed,
         "batches": whole_number("--batches", batches),
         "threads": threads,

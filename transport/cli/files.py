@@ -78,7 +78,6 @@ def _print_result(result: Result, json: bool) -> None:
 
 def _result_record(result: Result) -> dict[str, object]:
     """Return the same data as JSON-ready types."""
-    method = result.plan.method
     quantities = {
         f"{name}.{quantity}": estimate
         for name in result
@@ -92,7 +91,7 @@ def _result_record(result: Result) -> dict[str, object]:
         "part": list(limits.part),
         "batches": len(result.batches),
         "seeds": sorted({batch.seed for batch in result.batches}),
-        "method": {"estimator": method.estimator, "sampling": method.sampling},
+        "method": asdict(result.plan.method),
         "complete": result.is_complete,
         "quantities": [
             {"name": name, **estimate_record(q)} for name, q in quantities.items() if isinstance(q, Estimate)

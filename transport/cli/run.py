@@ -246,8 +246,7 @@ def bins_record(name: str, array: EstimateArray) -> dict[str, object]:
 
 def _method(result) -> dict[str, object]:
     """Return the settings that, with parameters and particles, repeat a run."""
-    method = result.plan.method
-    return {"estimator": method.estimator, "sampling": method.sampling, "seed": result.seed}
+    return asdict(result.plan.method) | {"seed": result.seed}
 
 
 def estimate_record(estimate: Estimate) -> dict[str, object]:

@@ -184,17 +184,17 @@ def _emitter(
 
 
 def _fill_rows(
-    plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], cells: int, divided: bool
+    plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], cells: int, splits_paths: bool
 ) -> tuple[dict[int, LampRays], tuple[np.ndarray, ...]]:
     """Place the sums by cell after all other rows, and point the detectors and shadow rays to them.
 
     Return the rays by source, and the rows of the sources without a detector.
     """
     has_rays = bool(plan.expectations) or any(lamp.detector is None for lamp in lamps)
-    first, blocks = plan.rows, 1 + len(lamps) * (1 + has_rays + divided)
+    first, blocks = plan.rows, 1 + len(lamps) * (1 + has_rays + splits_paths)
     plan.rows_of["cells"] = Rows(first, (), (), blocks * cells)
     plan.rows = plan.rows_of["cells"].past
-    plan.axes |= {"cell", "path"} if divided else {"cell"}
+    plan.axes |= {"cell", "path"} if splits_paths else {"cell"}
     volumes, rays, rows = iter(plan.volumes), {}, []
     for number, lamp in enumerate(lamps, start=1):
         of_rays = first + (number + len(lamps)) * cells

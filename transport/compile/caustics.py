@@ -2,7 +2,7 @@
 
 Histories from a camera find such light by chance alone: a diffuse reflection must meet the glass and then the
 lamp, and no ray samples the way there. Histories from the lamp find it easily, as each diffuse reflection can
-be connected to the pinhole. In a backward run paths are therefore divided in two classes, and each is
+be connected to the pinhole. In a backward run paths are therefore split into two classes, and each is
 estimated in one way, so that no weights are needed (bidirectional path tracing: Veach 1997, chapter 10):
 
     lamp - specular ... diffuse - camera   a share of the histories, from the lamps: their first interaction
@@ -25,8 +25,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.detectors import LARGE_SHARE
-from transport.compile.lamps import power_of_two, strongest_ray
-from transport.compile.next_event import pieces_or_faces
+from transport.compile.lamps import diffuse_pieces, power_of_two, strongest_ray
 from transport.compile.points import MAX_POINTS, PointPlan, Rays
 from transport.compile.sources import emitters_of
 from transport.geometry.relations import is_behind, is_on
@@ -65,7 +64,7 @@ class Caustics:
 
 
 def emitters_at_lamps(plan: Plan, scene: Scene) -> list[Emitter]:
-    """Return the emitters of histories from lamps; none where paths are not divided.
+    """Return the emitters of histories from lamps; none where paths are not split.
 
     They are where a camera or a map may see light that no ray connects.
     """
@@ -77,7 +76,7 @@ def emitters_at_lamps(plan: Plan, scene: Scene) -> list[Emitter]:
 
 
 def _may_divide(plan: Plan, scene: Scene) -> bool:
-    """Return whether paths may be divided."""
+    """Return whether paths may be split."""
     views = scene.instruments
     return (
         0 < len(views) <= MAX_POINTS
@@ -121,12 +120,7 @@ def add_caustics(
         walls = [replace(rays, densities=(*rays.densities, keep)) for rays in each.walls]
         plan.expectations[number] = replace(each, walls=walls)
     # Make each camera and map a point that rays end at.
-    walls = [
-        (piece, sent)
-        for surface in scene.surfaces
-        if (sent := surface.material.max_diffuse_share) > 0
-        for piece in pieces_or_faces(surface.shape)
-    ]
+    walls = diffuse_pieces(scene)
     views, rows, unit = {}, [], plan.space.size**2
     for number, (emitter, sensor) in enumerate(zip(plan.emitters, sensors, strict=True)):
         is_view, row = isinstance(sensor, PointInstrument), emitter.cells[0][1]

@@ -10,6 +10,7 @@ where some image does not meet the convex hull of one before and one behind it.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,8 @@ MAX_MIRRORS, MAX_LENGTH, MAX_CHAINS = 8, 3, 16
 SHRINKAGE, TOLERANCE = 1e-8, 1e-10
 
 
-def chains_of_mirrors(scene: Scene, shapes: list[Shape]) -> list[list[Chain]] | None:
+@lru_cache(maxsize=32)
+def chains_of_mirrors(scene: Scene, shapes: tuple[Shape, ...]) -> list[list[Chain]] | None:
     """Return the chains of mirrors that may lead to each of these detectors.
 
     None where shadow rays do not connect all specular paths of the scene, or there are none: where something
@@ -91,7 +93,7 @@ def outlines_of_images(scene: Scene, shape: Shape) -> list[list[np.ndarray]] | N
 
     None where chains do not end, or shapes have no outline.
     """
-    chains = chains_of_mirrors(scene, [shape])
+    chains = chains_of_mirrors(scene, (shape,))
     if chains is None or any(each.is_infinite for each in (shape, *(m.shape for m in mirrors_of(scene)))):
         return None
     return [

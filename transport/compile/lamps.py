@@ -31,6 +31,7 @@ from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
+    from transport.scene.scene import Scene
 
 # of the distances in the scene: nearer to a Point scores are not scaled down further ...
 MIN_RELATIVE_GAP = 2.0**-26
@@ -57,16 +58,21 @@ def strength_of(source: Source, shape: Shape) -> float:
     return power / (4 * math.pi)
 
 
+def diffuse_pieces(scene: Scene) -> list[tuple[Shape, float]]:
+    """Return the pieces of surfaces that reflect or transmit diffusely, each with its largest share."""
+    return [
+        (piece, sent)
+        for surface in scene.surfaces
+        if (sent := surface.material.max_diffuse_share) > 0
+        for piece in pieces_or_faces(surface.shape)
+    ]
+
+
 def add_lamp(plan: Plan, source: Source, shape: Shape, first: int) -> LampRays:
     """Add a source to the points that rays end at, with sums by cell from row `first` on."""
     if len(plan.points) >= MAX_POINTS:
         raise SceneError(f"simulate: estimator 'backward' takes at most {MAX_POINTS} Points and Beams")
-    walls = [
-        (piece, sent)
-        for surface in plan.scene.surfaces
-        if (sent := surface.material.max_diffuse_share) > 0
-        for piece in pieces_or_faces(surface.shape)
-    ]
+    walls = diffuse_pieces(plan.scene)
     phases = plan.phase_numbers if scatters_anywhere(plan) else ()
     peak = max([LAMBERTIAN_DENSITY, *(phase.max_density for phase in phases)])
     number, size = len(plan.points), plan.space.size

@@ -204,7 +204,7 @@ SENSOR = np.dtype(
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
 )
 
-# First interaction of a history (field `began`) where paths are divided (compile/caustics.py): none yet, at a
+# First interaction of a history (field `began`) where paths are split (compile/caustics.py): none yet, at a
 # diffuse wall, or another. Below 0: none yet of a history from a lamp, which must be at the surface of this
 # number, counted from -1 downwards.
 UNBEGUN, DIFFUSE_FIRST, OTHER_FIRST = 0, 1, 2

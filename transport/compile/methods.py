@@ -100,8 +100,8 @@ def coerce_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
 def guided(scene: Scene, method: Method, particles: float | None, guide: int | None) -> Method:
     """Return a run's method with the number of histories to learn a guide from.
 
-    guide: as given. None for the default: without specular and glossy surfaces none, as lamps are then
-    connected. Raise SceneError where it does not go with the scene or the method.
+    guide: as given. None for the default: backward runs have one where light comes by specular or glossy
+    surfaces and births send no rays. Raise SceneError where it does not go with the scene or the method.
     """
     if guide is None:
         guide = method.guide or _default_guide(scene, method, particles)
@@ -112,7 +112,7 @@ def guided(scene: Scene, method: Method, particles: float | None, guide: int | N
 
 def _default_guide(scene: Scene, method: Method, particles: float | None) -> int:
     """Return the number of histories to learn a guide from, where none is given."""
-    is_useful = method.estimator == "backward" and all(map(_is_undivided, scene.detectors))
+    is_useful = method.estimator == "backward" and next(_against_guide(scene, method), None) is None
     return _guide_for(scene, particles) if is_useful and not _connects_births(scene) else 0
 
 
@@ -140,7 +140,7 @@ def _connects_births(scene: Scene) -> bool:
         return False
     if has_emission(scene) or any(source.emission.fills_volume for source in scene.sources):
         return False
-    return all(map(can_sample_points_on, shapes)) and chains_of_mirrors(scene, shapes) is not None
+    return all(map(can_sample_points_on, shapes)) and chains_of_mirrors(scene, tuple(shapes)) is not None
 
 
 def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
@@ -154,7 +154,7 @@ def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
             if found_by_rays_alone(scene, source):
                 yield f"no history arrives at sources[{number}], a Point or a Beam; leave guide out"
         for detector in scene.detectors:
-            if not _is_undivided(detector):
+            if not _has_one_cell(detector):
                 title = f"{type(detector).__name__} {detector.name!r}"
                 yield f"{title} has bins, in each of which histories start anyhow; leave guide out"
     else:
@@ -165,7 +165,7 @@ def _against_guide(scene: Scene, method: Method) -> Iterator[str]:
                 yield f"sources[{number}] has aim={short_repr(source.aim)}; leave one of them out"
 
 
-def _is_undivided(detector: object) -> bool:
+def _has_one_cell(detector: object) -> bool:
     """Return whether all histories that start at a detector start from one cell."""
     if isinstance(detector, PointDetector):
         return True
@@ -380,7 +380,7 @@ def _forward_method(scene: Scene, source: Source) -> str:
         return f"estimator='analog' with {GUIDE}"
     is_specular = any(surface.material.is_specular for surface in scene.surfaces)
     shapes = [scene.shape_of(detector) for detector in scene.meters]
-    is_connected = source.emission.law != "beam" and chains_of_mirrors(scene, shapes) is not None
+    is_connected = source.emission.law != "beam" and chains_of_mirrors(scene, tuple(shapes)) is not None
     is_sure = not is_specular or (is_connected and not detectors_without_next_event(scene))
     return f"estimator='expected'{'' if is_sure else f' with {GUIDE}'}"
 

@@ -86,7 +86,7 @@ def lower_next_event(plan: Plan, sheets: list[Sheet]) -> None:
     # Rays do not count reflections, which `events` of a detector asks for.
     has_events = any(detector.events is not None for detector in plan.scene.meters)
     shapes = [plan.scene.shape_of(each) for each in detectors]
-    chains = None if has_events else chains_of_mirrors(plan.scene, shapes)
+    chains = None if has_events else chains_of_mirrors(plan.scene, tuple(shapes))
     if chains is not None:
         plan.links = _links(plan)
     for number, detector in enumerate(detectors):

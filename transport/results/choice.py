@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from transport.compile.methods import Method
 from transport.statistics.findings import MORE_PARTICLES
@@ -72,6 +72,13 @@ class Choice:
         renamed = {FORMER_PARTIAL_REASON: PARTIAL_REASON}
         object.__setattr__(self, "reasons", tuple(renamed.get(reason, reason) for reason in self.reasons))
 
+    def with_method(self, method: Method) -> Choice:
+        """Return the choice with the guide that the run has for the one that its pilot had."""
+        pilots = [
+            replace(each, method=method) if each.method == self.method else each for each in self.pilots
+        ]
+        return replace(self, method=method, pilots=tuple(pilots))
+
     @property
     def _reasoned(self) -> list[tuple[Pilot, str]]:
         """The pilots, each with the reason against its method."""
@@ -85,10 +92,11 @@ class Choice:
         why = f"by pilots: {'; '.join(others)}" if others else self.why
         which = "no method for all quantities can" if PARTIAL_REASON in self.reasons else "no method can"
         what = f": {taken.doubt}" if taken.doubt else ""
+        no_guide = ", guide=0" if self.method.estimator == "backward" and not self.method.guide else ""
         doubt = f"; {which} be trusted here, and this is the least doubtful{what}"
         return [
             f"chosen: {self.method.title}{'' if self.is_trusted else doubt}, {why}",
-            f"repeat: simulate(..., {_as_arguments(self.method)}) gives the same digits",
+            f"repeat: simulate(..., {_as_arguments(self.method)}{no_guide}) gives the same digits",
         ]
 
     @property

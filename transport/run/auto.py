@@ -2,7 +2,8 @@
 
 A run with `error` or `seconds` and no `estimator` uses it. Without `error` any quantity may be read from the
 result; then the methods that estimate only light arriving at detectors (ARRIVALS_ONLY) are chosen only where
-no other can be trusted. Before that, forward methods learn a guide where light comes by specular surfaces.
+no other can be trusted. Where no method for all quantities is trusted, or the run would be long, and light
+comes by specular or glossy surfaces, forward methods are tried with a guide too.
 
 Two kinds of methods are excluded: those whose results would still be doubtful after the run
 (statistics/findings.py), and those whose mean lies below that of another by more than chance, however small
@@ -39,7 +40,11 @@ from transport.compile.methods import (
 from transport.results.choice import MISSES_LIGHT, PARTIAL_REASON, Choice, Mean, Pilot
 from transport.statistics.batches import normal_score
 from transport.statistics.estimates import EstimateOrArray
-from transport.statistics.findings import DEFAULT_ALLOWED_BOUND, particle_factors_needed
+from transport.statistics.findings import (
+    DEFAULT_ALLOWED_BOUND,
+    MIN_SCORES_FOR_ERROR,
+    particle_factors_needed,
+)
 from transport.statistics.notation import ratio_text
 from transport.validation import SceneError, join_names, name_hint
 
@@ -53,6 +58,8 @@ MIN_HISTORIES, GROWTH_FACTOR, MAX_HISTORIES = 1 << 8, 4, 1 << 26
 # least histories of a pilot, unless they take longer than this [s]
 MIN_PILOT_HISTORIES, LONG_PILOT_SECONDS = 1 << 12, 0.25
 FALSE_ALARM = 1e-4  # probability that any pilot lies below another by chance
+# runs that take less time [s], or that reach this relative error in their time, need no guide
+GUIDE_SECONDS, PRECISE = 2.0, 1e-3
 TIE_FACTOR = 1.2  # the simplest method within this factor of the lowest price is chosen
 # Cost factor of stratified and Sobol runs for an error or a time: they run in rounds of doubled size, and
 # only the last complete round is the result.
@@ -113,7 +120,7 @@ def choose_method(
     choice = chosen(trials)
     is_whole = choice.is_trusted and not (reads_all and choice.method.estimator in ARRIVALS_ONLY)
     is_whole = is_whole and not any(_is_unknown(group[0], trials) for group in groups)
-    if may_guide and not is_whole and sampling in (None, "random"):
+    if may_guide and not (is_whole and _is_cheap(choice, error, seconds)) and sampling in (None, "random"):
         guided = [each for each in guided_methods(scene, particles) if each.estimator not in ARRIVALS_ONLY]
         more = tried(guided)
         trials, choice = [*trials, *more], chosen([*trials, *more])
@@ -151,7 +158,7 @@ def select_method(
             taken = cheapest(trusted)
             break
     else:
-        rest = [k for k, pilot in enumerate(pilots) if not pilot.note and k not in below and k not in partial]
+        rest = [k for k, pilot in enumerate(pilots) if not pilot.note and k not in below]
         rest = [k for k in rest if pilots[k].rate > 0] or rest or range(len(pilots))
         taken = pilots[min(rest, key=lambda k: excesses[k])]
     return Choice(taken.method, tuple(pilots), tuple(reasons), is_trusted)
@@ -221,13 +228,15 @@ class PilotQuantity:
     """Pilot result of one quantity.
 
     square: mean square of relative errors over bins, nan if unknown;  scores: batches with a score, summed
-    over bins;  mean: sum over bins;  doubt: doubtful findings of it (findings.particle_factors_needed).
+    over bins;  mean: sum over bins;  doubt: doubtful findings of it (findings.particle_factors_needed);
+    is_awaited: whether the number of particles is known at which births that no guide sends will have scored.
     """
 
     square: float
     scores: int
     mean: Mean
     doubt: tuple[float, float, str] = (1.0, 1.0, "")
+    is_awaited: bool = False
 
 
 def evaluate_quantity(
@@ -244,7 +253,8 @@ def evaluate_quantity(
     mean = Mean(name, whole.value, error if error < math.inf else math.nan, whole.dof)
     findings = whole._all_findings if error < math.inf else whole._raw_findings
     doubt = particle_factors_needed(findings, whole.value, error, allowed)
-    return PilotQuantity(square, int(np.count_nonzero(quantity.values)), mean, doubt)
+    is_awaited = any(finding.about == 0.0 for finding in findings)
+    return PilotQuantity(square, int(np.count_nonzero(quantity.values)), mean, doubt, is_awaited)
 
 
 def price_of(
@@ -328,6 +338,14 @@ def _is_unknown(name: str, trials: Sequence[_Trial]) -> bool:
     return not any(each.scores or each.mean.error == 0 for each in seen)
 
 
+def _is_cheap(choice: Choice, error: Mapping[str, float] | None, seconds: float | None) -> bool:
+    """Return whether a run by the chosen method is short, or precise, without a guide."""
+    cost = next(pilot.cost for pilot in choice.pilots if pilot.method == choice.method)
+    if not error and seconds is not None:
+        return seconds < GUIDE_SECONDS or cost < PRECISE**2 * seconds
+    return not error or cost < GUIDE_SECONDS
+
+
 def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
     """Pilot for these target quantities. rounds: total cost of a run relative to its last round."""
     note = trial.note or next((trial.refused[name] for name in targets if name in trial.refused), "")
@@ -336,7 +354,11 @@ def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
     seen = [trial.seen[name] for name in targets]
     price, rate = price_of(trial.seen, targets, trial.seconds)
     price *= rounds
-    foretold, unseen, doubt = max((each.doubt for each in seen), key=lambda each: max(each[:2]))
+    worst = max(seen, key=lambda each: max(each.doubt[:2]))
+    foretold, unseen, doubt = worst.doubt
+    # Once one of the awaited scores has come, a run for an error goes on until there are enough of them.
+    if worst.is_awaited and unseen <= MIN_SCORES_FOR_ERROR * max(price / trial.seconds, 1.0):
+        foretold, unseen = max(foretold, unseen), 1.0
     means = tuple(each.mean for each in seen)
     spent = trial.particles, "", trial.seconds
     return Pilot(trial.method, price, rate, *spent, means, foretold, unseen, doubt)

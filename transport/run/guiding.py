@@ -24,6 +24,7 @@ from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.run.settings import checked_threads
+from transport.scene.detectors import Detector
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
@@ -151,7 +152,8 @@ def _by_emitter(plan: Plan, births: np.ndarray, brought: np.ndarray) -> list[Sco
     by_kind = brought.reshape(len(brought), -1, 2, many)  # flights, and rays if any are sent
     by_kind = np.where(by_kind[:, :, 0].any(axis=(0, 1)), by_kind[:, :, 0], by_kind[:, :, 1])
     if plan.adjoint is not None:
-        gains = np.array([part.gains for part in plan.adjoint.parts])
+        is_met = [isinstance(lamp.detector, Detector) for lamp in plan.adjoint.sources]  # not in a volume
+        gains = np.array([part.gains[is_met] for part in plan.adjoint.parts])
         by_kind = (by_kind * gains[births["origin"], None]).sum(axis=2, keepdims=True)
     means = by_kind.sum(axis=1).mean(axis=0)
     by_kind = (by_kind / np.where(means > 0, means, 1.0)).sum(axis=2)

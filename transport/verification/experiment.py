@@ -45,12 +45,8 @@ from transport.validation import SceneError, name_hint, short_repr
 
 SIMS = "transport.sims"  # the package whose modules are experiments, each loaded when it is named
 DEFAULT_PARTICLES = 1_000_000  # default number of particles per case
-RUN_SETTINGS = (
-    "estimator",
-    "sampling",
-    "batches",
-    "tracking",
-)  # parameters of `simulate` that an experiment may set
+# parameters of `simulate` that an experiment may set
+RUN_SETTINGS = "estimator", "sampling", "guide", "batches", "tracking"
 FILE_SETTINGS = ("save", "resume", "checkpoint")  # parameters that are files
 
 
