@@ -83,7 +83,9 @@ def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
     if boundary is not None and source.emission.has_side:
         index = boundary.index_inside if source.is_back else boundary.index_outside
     else:
-        index = index_around(scene, tuple(birth_points(source, piece, 1.0)[0]))
+        # From some of its places the source itself may hide all glass.
+        around = (index_around(scene, tuple(place)) for place in birth_points(source, piece, 1.0))
+        index = next((each for each in around if not math.isnan(each)), math.nan)
     return layout.row(layout.MEDIUM, index=0.0 if math.isnan(index) else index)
 
 
