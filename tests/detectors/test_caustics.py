@@ -38,6 +38,11 @@ ALL = GLASS, BALL, MIXED, GLOSS
 BACKWARD = Method("backward")
 
 
+@pytest.fixture(autouse=True)
+def split(monkeypatch):
+    monkeypatch.setattr(caustics, "IS_ON", True)
+
+
 def run(scene, particles, seed=1, **how):
     return tp.simulate(scene, particles, seed=seed, progress=False, **how)
 

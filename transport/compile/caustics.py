@@ -39,6 +39,9 @@ if TYPE_CHECKING:
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
 
+# Whether paths are split. Not yet by default: rays from lamps rarely fall into small pixels and bins, whose errors
+# then leave out what a ray would bring.
+IS_ON = False
 SHARE = 1 / 8  # of the histories that start at lamps
 MAX_AIMS = 32  # pairs of lamps and specular surfaces; where there are more, no history is aimed
 
@@ -79,7 +82,8 @@ def _may_divide(plan: Plan, scene: Scene) -> bool:
     """Return whether paths may be split."""
     views = scene.instruments
     return (
-        0 < len(views) <= MAX_POINTS
+        IS_ON
+        and 0 < len(views) <= MAX_POINTS
         and bool(plan.expectations)
         and plan.links is None
         and layout.DIFFUSE in plan.materials
