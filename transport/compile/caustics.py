@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
 
-# Whether paths are split. Not yet by default: rays from lamps rarely fall into small pixels and bins, whose errors
-# then leave out what a ray would bring.
+# Whether paths are split. Not yet by default: rays from lamps rarely fall into small pixels and bins, and
+# errors then leave out what a ray would bring.
 IS_ON = False
 SHARE = 1 / 8  # of the histories that start at lamps
 MAX_AIMS = 32  # pairs of lamps and specular surfaces; where there are more, no history is aimed
