@@ -108,7 +108,8 @@ def simulate(
         then follow the learnt density, each with its exact weight. It finds small lamps behind mirrors, glass
         and lenses. 0 for none. Default: with "backward", in scenes with specular or glossy surfaces whose
         light rays do not connect, for detectors without bins, as many as `particles` within 262144 and
-        1048576, from 8192 particles on; else none.
+        1048576, from 8192 particles on; else none. Runs for an `error` or a time have a smaller one where it
+        would take long to learn; "auto" gives one to other estimators where they need it.
 
     Returns
     -------

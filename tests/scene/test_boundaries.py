@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import transport as tp
+from tests.agreement import assert_agrees
 from tests.refusals import assert_refused
 from transport.geometry.contacts import contact_pairs
 from transport.geometry.line_crossings import crossings
@@ -418,3 +419,21 @@ def test_the_check_takes_no_time():
         start = time.process_time()
         check_media(scene)
         assert time.process_time() - start < 3
+
+
+def test_a_lamp_that_hides_the_glass_from_some_of_its_places_knows_the_index_around_it():
+    """By symmetry the picture's sum is that of a lamp on the other side, of which the first place sees the glass."""
+    glass = tp.Surface(tp.Sphere(center=(0, 0, 0.6), radius=0.3), tp.Dielectric(1.5), "glass")
+    floor = tp.Surface(tp.Rectangle(width=4, height=4), tp.Diffuse(0.7), "floor")
+    camera = tp.Camera(
+        name="view", position=(0, -1.6, 1.2), look_at=(0, 0, 0), field_of_view=1.0, pixels=(4, 3)
+    )
+
+    def seen(x):
+        lamp = tp.Surface(tp.Sphere(center=(x, 0, 1.2), radius=0.15), tp.Diffuse(0.5), "lamp")
+        source = tp.Source("lamp", tp.Lambertian(radiance=30.0))
+        scene = tp.Scene(source, [floor, lamp, glass], camera)
+        view = tp.simulate(scene, 2e5, seed=2 if x > 0 else 3, progress=False)["view"]
+        return view.radiance.sum("u").sum("v")
+
+    assert_agrees(seen(1.2) - seen(-1.2), 0)

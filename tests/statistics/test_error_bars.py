@@ -315,18 +315,6 @@ def test_a_batch_that_alone_moves_the_mean_makes_its_bin_doubtful():
     assert array[5, 6].is_doubtful is True and array[15, 15].is_doubtful is False
 
 
-def test_even_pictures_have_no_doubtful_bins_and_a_bin_of_another_kind_is_one():
-    """20 pictures of 3600 bins: one of them has a doubtful bin with a chance of 0.02, each bin at 1e-3 would give 70."""
-    rng = np.random.default_rng(8)
-    for _ in range(20):
-        assert not picture(rng.normal(10.0, 1.0, (MANY, 60, 60))).is_doubtful.any()
-    values = rng.normal(10.0, 1.0, (MANY, 60, 60))
-    values[:4, 20, 30] += 5.0  # the inner spread remains that of the others
-    array = picture(values)
-    assert np.argwhere(array.is_doubtful).tolist() == [[20, 30]]
-    assert array.error[20, 30] > 1.5 * np.median(array.error)
-
-
 def test_errors_are_free_of_scale_and_of_where_a_circle_begins():
     values, _, _ = heavy(5, np.full((12, 16), 40))
     deviations, more = values - values.mean(axis=0), (np.ones(MANY), np.ones((12, 16), dtype=bool), (0, 1))

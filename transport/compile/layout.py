@@ -204,15 +204,6 @@ SENSOR = np.dtype(
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
 )
 
-# First interaction of a history (field `began`) where paths are split (compile/caustics.py): none yet, at a
-# diffuse wall, or another. Below 0: none yet of a history from a lamp, which must be at the surface of this
-# number, counted from -1 downwards.
-UNBEGUN, DIFFUSE_FIRST, OTHER_FIRST = 0, 1, 2
-BEGINNING = np.dtype(_integers("cell began"))  # state of such histories at birth
-# A Camera or an EnvironmentMap that rays end at. first: first row of its sums for the first lamp; cells:
-# number of rows per lamp; is_flat: whether its cells are pixels; strong: least score that counts as strong.
-VIEW = np.dtype([("sensor", SENSOR), *_floats("strong"), *_integers("first cells is_flat")])
-
 # Media by body: row 0 is the surrounding medium, row 1 + k the medium of body k. mfp, sigma_a, survival: as
 # in the bundle.
 # phase: number of its phase function, from 1 (the first part of a mixture); 0: none.

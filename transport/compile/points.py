@@ -48,8 +48,7 @@ class Rays:
     contribution: np.ndarray  # row of layout.CONTRIBUTION
     leg: int  # mark of these rays (layout.STRAIGHT_LEG)
     peak: float = 0.0  # [sr^-1] greatest density of directions after such events
-    # passes between contribution and listing: they set the density at glossy walls, or drop rays
-    densities: tuple[RayPass, ...] = ()
+    densities: tuple[RayPass, ...] = ()  # passes that set the density of directions at glossy walls
 
 
 @dataclass(frozen=True)

@@ -102,9 +102,7 @@ CARRIED = (
     ("forced_path", "f8"),
     ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
     ("reflections", "i8"),  # reflections and scatterings so far, where a detector has `events`
-    # backward runs: bin of the detector in which the history was born; -1 - k if it was born at lamp k
-    ("cell", "i8"),
-    ("began", "i8"),  # first interaction (layout.UNBEGUN), where paths are divided (compile/caustics.py)
+    ("cell", "i8"),  # backward runs: bin of the detector in which the history was born
     ("born", "i8"),  # number of the history that was born, where its scores are added up; copies keep it
     # MIS state of next-event estimation: largest pdf of the last sampled direction [sr^-1], 0 if no ray could
     # have scored that path ...

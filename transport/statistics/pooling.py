@@ -34,8 +34,7 @@ MIN_SIMILAR_BINS = MIN_SCORES_FOR_ERROR  # similar bins from which on their vari
 # 1 / sqrt(MIN_SCORES_FOR_ERROR).
 MIN_DOF = MIN_SCORES_FOR_ERROR / 2
 OWN_DOF = 0.8  # of the degrees of freedom of the batches: enough if there are few batches
-# Chance of such a large own variance, below which a bin claims it; for a doubt, among all bins together.
-OUTLIER_CHANCE = 1e-3
+OUTLIER_CHANCE = 1e-3  # chance of such a large own variance, below which the bin differs from its neighbours
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
 
@@ -103,8 +102,7 @@ def pooled_errors(
     A sparse bin, most batches of which gave the same, has at least its own error.  Thin bins are doubtful
     where most bins around them are sparse; a decision for each bin by itself would keep the lucky ones.  A
     bin is also doubtful if one of its batches alone moves the mean by more than 7 errors,
-    sqrt(2 MIN_SCORES_FOR_ERROR): fewer than one in 50 bins has a score of that size.  It is also doubtful if
-    its own variance is so large that chance makes one such bin in one of 1000 arrays.
+    sqrt(2 MIN_SCORES_FOR_ERROR): fewer than one in 50 bins has a score of that size.
     """
     batches = len(deviations)
     known = np.asarray(known, dtype=bool)
@@ -126,9 +124,8 @@ def pooled_errors(
         _add_windows(sums, moments, (members, weights, rise), reaches, bins, known.shape, axes, periodic)
     # Combine the windows; bins that differ from their neighbours keep their own variance.
     variance, dof, of_bin = _pooled_variances(*sums, moments, batches)
-    chance = _chance_of(moments.variance / variance, of_bin)
-    claims_own = (chance < OUTLIER_CHANCE) | moments.is_sparse
-    is_unlike = chance * bins.size < OUTLIER_CHANCE
+    is_unlike = _chance_of(moments.variance / variance, of_bin) < OUTLIER_CHANCE
+    claims_own = is_unlike | moments.is_sparse
     variance = np.where(claims_own, np.maximum(variance, moments.variance), variance)
     # Write the results to all bins, and mark the doubtful ones.
     error = np.full(known.size, np.nan)

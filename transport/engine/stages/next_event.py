@@ -8,7 +8,6 @@ from transport.compile.points import attenuates_anywhere, phase_densities
 from transport.engine.bundle import Bundle
 from transport.engine.passes import (
     backward,
-    caustics,
     emission,
     gloss,
     mis,
@@ -44,8 +43,6 @@ def rays_from_walls(plan):
         yield step(mis.record_pdf_at_walls, _pdf_table(LAMBERTIAN_DENSITY))
     if plan.connects_gloss:
         yield step(gloss.record_glossy_pdf)
-    if plan.adjoint is not None and plan.adjoint.caustics is not None:
-        yield step(caustics.note_first_interaction, plan.arena.table(plan.adjoint.caustics.surfaces))
 
 
 def rays_from_collisions(plan):
@@ -125,8 +122,6 @@ def _score_at_points(plan):
         return
     for row in plan.adjoint.ray_lamps:
         yield step(backward.score_at_lamp_by_cell, row)
-    for row in plan.adjoint.caustics.rows if plan.adjoint.caustics else ():
-        yield step(caustics.score_in_view, row)
 
 
 def load_rays(plan, traced):

@@ -19,7 +19,7 @@ from transport.engine.registry import step, step_by_name, table_of_layer
 from transport.engine.stages.next_event import mis_steps_after, mis_steps_before, uses_next_event
 
 # Bins of time and speed are the outer blocks of rows, so they come first.
-BIN_AXES = ("time", "speed", "cosine", "azimuth", "place", "cell", "path")
+BIN_AXES = ("time", "speed", "cosine", "azimuth", "place", "cell")
 
 
 def land_on_surface(plan):
