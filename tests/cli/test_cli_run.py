@@ -99,6 +99,19 @@ def test_run_for_an_error_or_a_time_reports_the_estimator_that_pilots_chose(call
 
 
 @pytest.mark.slow
+def test_a_guide_is_typed_and_recorded(call):
+    """The record's settings, typed again, give the same number."""
+
+    def value(*options):
+        record = record_of(call, "cost_mirror", "--set", "by=ball", "--particles", "2e4", *options)
+        return record["quantities"][0]["value"], record["method"]["guide"]
+
+    plain, led = value("--guide", "0"), value()
+    assert (plain[1], led[1]) == (0, 1 << 18) and plain[0] != led[0]
+    assert value("--guide", str(led[1])) == led
+
+
+@pytest.mark.slow
 def test_run_stops_at_the_requested_error(call):
     (quantity,) = record_of(call, "disk.py", "--error", "meter.irradiance=1e-4")["quantities"]
     assert 0 < quantity["error"] / quantity["value"] <= 1e-4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +25,7 @@ from tests.specular_scenes import (
     point_lamp,
 )
 from transport.compile.guides import LEAST, MAX_BOXES, UNIFORM, learn_guide
-from transport.compile.methods import MIN_GUIDE, Method
+from transport.compile.methods import MAX_GUIDE, MIN_GUIDE, Method
 from transport.engine.driver import compile_program, run_batch
 from transport.engine.program import build_program
 from transport.run.guiding import _sums_per_history
@@ -256,6 +257,16 @@ def test_auto_tries_guides_where_no_estimator_is_trusted(limits):
     if "particles" in limits:
         again = run(result.scene, result.particles, estimator=method.estimator, guide=method.guide)
         np.testing.assert_array_equal(again["m"].irradiance.values, result["m"].irradiance.values)
+
+
+@pytest.mark.parametrize(("per_history", "guide"), [(1e-7, MAX_GUIDE), (1e-4, 1 << 14), (1e-2, 0)])
+def test_a_run_for_a_time_learns_a_guide_no_longer_than_that(monkeypatch, per_history, guide):
+    """Within GUIDE_SECONDS, by halves; what was asked for stays, and so does that of a run of so many particles."""
+    monkeypatch.setattr(sys.modules["transport.simulate"], "_seconds_per_history", lambda *_: per_history)
+    timed = {"particles": None, "seconds": 0.05, "estimator": "backward"}
+    assert run(MIRROR, **timed).plan.method.guide == guide
+    assert run(MIRROR, **timed | {"guide": 1 << 15}).plan.method.guide == 1 << 15
+    assert run(MIRROR, 2e4, estimator="backward").plan.method.guide == MIN_GUIDE
 
 
 def test_a_guided_run_is_saved_and_continued(tmp_path):
