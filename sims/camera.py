@@ -10,8 +10,7 @@ environment map that does not see the lamp reads it, from any place.
 Scene.  The lamp hangs a little below the ceiling, black where it does not shine: a source without a surface would be
 looked through, at what is lit behind it.  In the room are a box, a mirror ball, a ball of glass and a glossy one; histories start at
 the pinhole, a number of them in every pixel, and run backwards.  They know nothing of the lamp but by coming to it, or
-by the rays that diffuse walls send there: smooth walls cost little, what only the glass ball lights costs most (the
-image of errors shows where).
+by the rays that diffuse walls send there: smooth walls cost little, what only the glass ball lights costs most.
 """
 
 from __future__ import annotations

@@ -334,6 +334,25 @@ def lit_by_rays():
     return Scene(lamps, walls, detectors, medium=mist)
 
 
+def lit_through_glass():
+    """A ball of glass and a mirror ball in a room, seen by a camera and a map: histories from the lamps reach these."""
+    surfaces = [
+        Surface(Box(size=2.0), Diffuse(0.6), "walls"),
+        Surface(Sphere(center=(0.4, 0.3, -0.3), radius=0.3), Dielectric(1.5), "glass"),
+        Surface(Sphere(center=(-0.4, 0.3, -0.3), radius=0.3), Mirror(0.9), "mirror"),
+    ]
+    lamps = [
+        Source(Disk(radius=0.3, center=(0, 0, 0.9)), LIGHT, side="back"),
+        Source(Sphere(radius=0.1, center=(0.6, -0.6, 0.5)), LIGHT),
+    ]
+    views = [
+        Camera(name="camera", position=(0, -0.8, 0), look_at=(0, 1, 0), pixels=(4, 3)),
+        EnvironmentMap(name="map", position=(0.1, -0.4, 0.2), theta=3, phi=4),
+        Detector(Disk(radius=0.2, center=(0, -0.5, -0.5)), "patch"),
+    ]
+    return Scene(lamps, surfaces, views)
+
+
 def plate():
     """A polygon, which events tell what they send there, and a ball of metal."""
     corners = ((0, 0, 1), (1, 0, 1), (1, 0.5, 1), (0.5, 0.5, 1), (0.5, 1, 1), (0, 1, 1))
@@ -355,6 +374,7 @@ TOLD = {
 } | {"expected plate": plate}
 BACK = {f"backward {name}": scene for name, scene in backward_scenes.SCENES.items()}
 BACK |= {"backward view": view, "backward lit by rays": lit_by_rays}
+BACK |= {"backward lit through glass": lit_through_glass}
 METHODS = dict.fromkeys(TOLD, Method("expected")) | dict.fromkeys(
     BACK, Method("backward")
 )  # of those that are not analog

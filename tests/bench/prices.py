@@ -289,6 +289,7 @@ IN_ANY_SCENE = (
 
 
 DIFFUSE, WITH_BALL, WITH_FOG_BOX = Diffuse(0.5), "a ball", "a box of fog"
+WITH_CAMERA = "... a camera of 16 x 16 pixels"
 WITH_GAS, WITH_BLACK_WALLS = "... a Maxwellian gas", "black walls"
 IN_THE_ROOM = (
     Addition("a source aimed at a disk", set_on_each("sources", aim=TILE)),
@@ -341,7 +342,8 @@ IN_THE_ROOM = (
     Addition(
         "... a point detector", add_detector(lambda scene: PointDetector((0.2, 0.1, 0.0), "point")), FOG
     ),
-    Addition("... a camera of 16 x 16 pixels", scene_change(_with_camera), "estimator backward"),
+    Addition(WITH_CAMERA, scene_change(_with_camera), "estimator backward"),
+    Addition("... ... and a ball of glass", add_surfaces(Surface(BALL, Dielectric(1.5))), WITH_CAMERA),
 )
 ADDITIONS = {each.name: each for each in (*IN_ANY_SCENE, *IN_THE_ROOM)}
 

@@ -38,6 +38,7 @@ SCALAR_REASONS = {
         "end_lost_particles_of_many", "find_medium_of_many", "choose_phase", "choose_segment_of_table",
         "limit_by_clock_in_media", "redirect_next_event_rays", "find_phase_of_flights", "find_phase_at_collisions",
         "set_collision_paths_in_grid", "scale_by_grid_scattering", "turn_into_second_leg",
+        "note_first_interaction",
     ),
     "searches among edges, segments, parts or facets": (
         "refine_by_cosine", "refine_by_azimuth", "refine_by_place", "refine_by_time", "refine_by_speed",

@@ -6,6 +6,8 @@ STATISTICS, READINGS = "statistics/batches.py", "results/detectors.py"
 MEDIA, EMITTERS, ADJOINT = "compile/media.py", "compile/sources.py", "compile/adjoint.py"
 BACKWARD = "detectors/test_estimators::test_forward_and_backward_runs_agree"
 
+CAUSTICS = "engine/passes/caustics.py"
+
 FAULTS = (
     Fault(
         "statistics/pooling.py",
@@ -367,6 +369,78 @@ FAULTS = (
         "quantile = emission.speed.quantile",
         "effusing speeds that are not weighted by themselves",
         ("physics/test_speeds::test_gas_that_effuses_is_weighted_by_its_speed_on_every_shape",),
+    ),
+    Fault(
+        CAUSTICS,
+        "lane.bin = 0 if is_flight & (is_foreign | is_brought) else lane.bin",
+        "lane.bin = 0 if is_flight & is_foreign else lane.bin",
+        "light by way of glass that histories from both ends bring",
+        ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
+    ),
+    Fault(
+        CAUSTICS,
+        "lane.bin = 0 if is_flight & (is_foreign | is_brought) else lane.bin",
+        "lane.bin = 0 if is_flight & (is_foreign | (lane.mis_pdf == 0.0)) else lane.bin",
+        "light by way of glass that the camera sees in a mirror, left out",
+        ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
+    ),
+    Fault(
+        CAUSTICS,
+        "(lane.cell < 0) & ((not is_met) | (lane.mis_pdf != 0.0))",
+        "(lane.cell < 0) & (lane.mis_pdf != 0.0)",
+        "a specular surface that histories aimed at another one light, too",
+        ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
+    ),
+    Fault(
+        CAUSTICS,
+        "(lane.cell < 0) & ((not is_met) | (lane.mis_pdf != 0.0))",
+        "(lane.cell < 0) & (not is_met)",
+        "histories from lamps that begin at the glossy part of a mixture",
+        ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
+    ),
+    Fault(
+        CAUSTICS,
+        "if (lane.cell < 0) & (lane.began == layout.OTHER_FIRST) else 0.0",
+        "if lane.cell < 0 else 0.0",
+        "rays to a camera from the first wall that a lamp lights",
+        ("detectors/test_caustics::test_many_specular_surfaces_are_not_aimed_at_one_by_one",),
+    ),
+    Fault(
+        "compile/caustics.py",
+        "began=layout.UNBEGUN if is_view else layout.OTHER_FIRST",
+        "began=layout.UNBEGUN",
+        "a Detector beside a camera that misses light by way of glass",
+        ("detectors/test_caustics::test_other_detectors_of_the_run_keep_all_their_paths",),
+    ),
+    Fault(
+        "compile/caustics.py",
+        "amount=SHARE * emitter.bound / power, weight=1.0",
+        "amount=SHARE * emitter.amount / power, weight=1.0",
+        "lamps that are aimed at a small ball and get the histories of their whole power",
+        ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
+    ),
+    Fault(
+        "results/diagnostics/path_classes.py",
+        "is_brought = sums.view is not None and not sees_mirrors(scene, sensor)",
+        "is_brought = False",
+        "a doubt about light by way of glass that only histories from lamps bring",
+        (
+            "detectors/test_caustics::test_light_by_way_of_glass_is_no_doubt_where_the_picture_does_not_show_the_glass",
+        ),
+    ),
+    Fault(
+        "compile/caustics.py",
+        "return not (below | above).any()",
+        "return True",
+        "a wall behind a camera that counts as in its picture",
+        ("detectors/test_caustics::test_a_wall_behind_a_camera_is_not_in_its_picture",),
+    ),
+    Fault(
+        "results/backward.py",
+        "brought * (gain / view.measures[first:past])",
+        "brought * (gain / view.measures.mean())",
+        "bins of a map of unequal solid angles that count alike",
+        ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
     ),
     Fault(
         "run/auto.py",

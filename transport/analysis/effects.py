@@ -399,7 +399,7 @@ EFFECTS = {
     "tracks": ("record_tracks",),
     "path lengths": ("paths",),
     "next-event estimation": ("next_event", "gloss", "once_more_collided", "shadow_rays", "mis"),
-    "backward histories": ("backward",),
+    "backward histories": ("backward", "caustics"),
     "guided births": ("guides",),
 }  # fmt: skip
 _EFFECT_OF = {member: name for name, members in EFFECTS.items() for member in members}

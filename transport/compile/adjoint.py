@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.caustics import SHARE, Caustics, add_caustics, emitters_at_lamps
 from transport.compile.detectors import LARGE_SHARE, edge_columns
 from transport.compile.lamps import LampRays, add_lamp, strength_of
 from transport.compile.media import emitting_media
@@ -80,7 +81,8 @@ class Adjoint:
     """The user's scene behind an adjoint plan, and where its sums by cell of birth lie.
 
     Rows from `first` on hold, per cell: the particles born in it; then for each source what they brought;
-    then what shadow rays brought (slants: the number of strong ones).
+    then what shadow rays brought (slants: the number of strong ones); then what rays from histories of lamps
+    brought.
     """
 
     scene: Scene
@@ -90,6 +92,7 @@ class Adjoint:
     cells: int
     rays: dict[int, LampRays]  # by source that shadow rays are sent to
     ray_lamps: tuple[np.ndarray, ...]  # rows of layout.RAY_LAMP of those without a detector
+    caustics: Caustics | None = None  # histories that start at lamps
 
     def parts_of(self, sensor: Sensor) -> list[SensorPart]:
         """Return the pieces of a detector."""
@@ -130,13 +133,13 @@ def _detected_source(scene: Scene, source: Source, place: str) -> DetectedSource
 
 def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) -> None:
     """Set the cells of birth in the plan of an adjoint scene, and the rows of its sums by cell."""
-    parts, emitters, first = [], [], 0
+    parts, emitters, first, at_lamps = [], [], 0, emitters_at_lamps(plan, scene)
     # Divide each detector's particles among the pieces of its shape, and number the cells.
     for sensor, source in zip(scene.detectors, plan.scene.sources, strict=True):
         mine = [emitter for emitter in plan.emitters if emitter.source is source]
         whole = math.fsum(emitter.amount for emitter in mine)
         for emitter in mine:
-            share = emitter.amount / whole / len(scene.detectors)
+            share = emitter.amount / whole / len(scene.detectors) * (1.0 - SHARE if at_lamps else 1.0)
             columns, (place, direction, weigh) = _cells_of(plan, sensor, emitter)
             cells = math.prod(int(columns[f"{axis}_cells"]) for axis in ("mu", "turn", "u", "v"))
             gains = gains_of(plan, scene, lamps, emitter)
@@ -145,8 +148,16 @@ def fill_adjoint(plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...]) ->
             emitters.append(_emitter(emitter, share, row, place, direction, weigh))
             first += cells
     plan.emitters = emitters
-    rays, rows = _fill_rows(plan, scene, lamps, first)
-    plan.adjoint = Adjoint(scene, lamps, tuple(parts), plan.rows_of["cells"].first, first, rays, rows)
+    rays, rows = _fill_rows(plan, scene, lamps, first, bool(at_lamps))
+    base, caustics = plan.rows_of["cells"].first, None
+    if at_lamps:
+        sensors, start = [part.sensor for part in parts], base + (1 + 2 * len(lamps)) * first
+        strengths = [lamp.strength for lamp in lamps]
+        caustics = add_caustics(plan, scene, strengths, sensors, at_lamps, start, first)
+        for number, density in caustics.densities.items():
+            of_lamp = [name == lamps[number].detector.name for name in plan.detector_names]
+            plan.detectors["lamp_density"][of_lamp] = density
+    plan.adjoint = Adjoint(scene, lamps, tuple(parts), base, first, rays, rows, caustics)
 
 
 def _emitter(
@@ -177,14 +188,14 @@ def _emitter(
 
 
 def _fill_rows(
-    plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], cells: int
+    plan: Plan, scene: Scene, lamps: tuple[DetectedSource, ...], cells: int, starts_at_lamps: bool
 ) -> tuple[dict[int, LampRays], tuple[np.ndarray, ...]]:
     """Place the sums by cell after all other rows, and point the detectors and shadow rays to them.
 
     Return the rays by source, and the rows of the sources without a detector.
     """
-    has_rays = plan.expectations or any(lamp.detector is None for lamp in lamps)
-    first, blocks = plan.rows, 1 + len(lamps) * (2 if has_rays else 1)
+    has_rays = bool(plan.expectations) or any(lamp.detector is None for lamp in lamps)
+    first, blocks = plan.rows, 1 + len(lamps) * (1 + has_rays + starts_at_lamps)
     plan.rows_of["cells"] = Rows(first, (), (), blocks * cells)
     plan.rows = plan.rows_of["cells"].past
     plan.axes.add("cell")

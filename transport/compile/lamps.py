@@ -31,6 +31,7 @@ from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
+    from transport.scene.scene import Scene
 
 # of the distances in the scene: nearer to a Point scores are not scaled down further ...
 MIN_RELATIVE_GAP = 2.0**-26
@@ -57,29 +58,34 @@ def strength_of(source: Source, shape: Shape) -> float:
     return power / (4 * math.pi)
 
 
+def diffuse_pieces(scene: Scene) -> list[tuple[Shape, float]]:
+    """Return the pieces of surfaces that reflect or transmit diffusely, each with its largest share."""
+    return [
+        (piece, sent)
+        for surface in scene.surfaces
+        if (sent := surface.material.max_diffuse_share) > 0
+        for piece in pieces_or_faces(surface.shape)
+    ]
+
+
 def add_lamp(plan: Plan, source: Source, shape: Shape, first: int) -> LampRays:
     """Add a source to the points that rays end at, with sums by cell from row `first` on."""
     if len(plan.points) >= MAX_POINTS:
         raise SceneError(f"simulate: estimator 'backward' takes at most {MAX_POINTS} Points and Beams")
-    walls = [
-        (piece, sent)
-        for surface in plan.scene.surfaces
-        if (sent := surface.material.max_diffuse_share) > 0
-        for piece in pieces_or_faces(surface.shape)
-    ]
+    walls = diffuse_pieces(plan.scene)
     phases = plan.phase_numbers if scatters_anywhere(plan) else ()
     peak = max([LAMBERTIAN_DENSITY, *(phase.max_density for phase in phases)])
     number, size = len(plan.points), plan.space.size
     if source.emission.law == "beam":
         largest, unit = peak, 1.0
         strongest = max((sent * LAMBERTIAN_DENSITY for _, sent in walls), default=0.0)
-        scale = _power_of_two(largest)
+        scale = power_of_two(largest)
         target = _beam(plan, source, shape, number, first, scale)
     else:
         unit = size * size
         largest = peak * unit / _least_distance(plan, shape.position, walls) ** 2
         strongest = max((sent * strongest_ray(piece, shape.position) for piece, sent in walls), default=0.0)
-        scale = _power_of_two(largest)
+        scale = power_of_two(largest)
         target = point_plan(plan, source, shape.position, number, first, scale)
     plan.points.append(target)
     return LampRays(scale * unit, strongest, strongest > 0, bool(phases))
@@ -137,6 +143,6 @@ def _beam(plan: Plan, source: Source, shape: Shape, number: int, first: int, sca
     return PointPlan(row, first, births, walls, collisions, [])
 
 
-def _power_of_two(largest: float) -> float:
+def power_of_two(largest: float) -> float:
     """Return the power of two that scales a largest score to between 1/2 and 1."""
     return math.ldexp(1.0, -math.frexp(largest)[1])

@@ -187,7 +187,7 @@ def _axis(name: str) -> list[tuple[str, str]]:
 # by_cell: first row of sums by cell of birth, for a source of the estimator "backward"; of_rays: the same for
 # shadow rays; strong: the least score of a ray that counts as strong.
 DETECTOR = np.dtype(
-    _floats(FRAME + " axis_x axis_y axis_z side handed turn_low strong")
+    _floats(FRAME + " axis_x axis_y axis_z side handed turn_low strong lamp_density")
     + _integers("mu_kind turn_kind place via least most outside by_cell of_rays")
     + [column for axis in ("mu", "turn", "u", "v", "time", "speed") for column in _axis(axis)]
 )
@@ -203,6 +203,15 @@ SENSOR = np.dtype(
     + _integers("first cells part births sine_edges")
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
 )
+
+# First interaction of a history (field `began`) where some start at lamps (compile/caustics.py): none yet, at
+# a diffuse wall, or another. Below 0: none yet of a history from a lamp, which must be at the surface of this
+# number, counted from -1 downwards.
+UNBEGUN, DIFFUSE_FIRST, OTHER_FIRST = 0, 1, 2
+BEGINNING = np.dtype(_floats("density") + _integers("cell began"))  # state of such histories at birth
+# A Camera or an EnvironmentMap that rays end at. first: first row of its sums for the first lamp; cells:
+# number of rows per lamp; is_flat: whether its cells are pixels; scale: of the density of its histories.
+VIEW = np.dtype([("sensor", SENSOR), *_floats("scale"), *_integers("first cells is_flat")])
 
 # Media by body: row 0 is the surrounding medium, row 1 + k the medium of body k. mfp, sigma_a, survival: as
 # in the bundle.

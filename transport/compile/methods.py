@@ -299,8 +299,9 @@ def can_sample_points_on(shape: Shape) -> bool:
 # Histories are distributed equally over the detector's bins, so that a bin of a ten-thousandth of all
 # directions costs no more than all directions. At diffuse and glossy surfaces and collisions they also cast
 # shadow rays to the sources (as "expected" does to detectors), so that small bright sources are not left to
-# chance. Light of the first flight, and from curved mirrors and dielectrics, is scored on arrival. The energy
-# balance is that of these backward histories, with unit 1.
+# chance. Light of the first flight, and from curved mirrors and dielectrics, is scored on arrival; what these
+# send on to walls that a camera sees is brought by histories from the sources (compile/caustics.py). The
+# energy balance is that of all these histories, with unit 1.
 #
 # What each part becomes (all others are unchanged):
 #

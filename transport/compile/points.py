@@ -48,7 +48,8 @@ class Rays:
     contribution: np.ndarray  # row of layout.CONTRIBUTION
     leg: int  # mark of these rays (layout.STRAIGHT_LEG)
     peak: float = 0.0  # [sr^-1] greatest density of directions after such events
-    densities: tuple[RayPass, ...] = ()  # passes that set the density of directions at glossy walls
+    # passes between contribution and listing: they set the density at glossy walls, or drop rays
+    densities: tuple[RayPass, ...] = ()
 
 
 @dataclass(frozen=True)

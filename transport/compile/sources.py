@@ -40,28 +40,32 @@ MAX_NEAR_WEIGHT = 2.0
 
 def lower_sources(plan: Plan, sheets: list[Sheet]) -> None:
     """Fill the emitters of all sources, media that emit included."""
-    scene, space = plan.scene, plan.space
-    acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
-    for source in (*scene.sources, *emitting_media(scene)):
-        shape = scene.shape_of(source)
-        for piece, share in _pieces_with_shares(source, shape):
-            place = _place(plan, source, piece)
-            law = speeds.drifting_law(plan, source, piece) or _law(source, piece)
-            weight, target = _target(source, piece, space)
-            volume = source.emission.fills_volume and not isinstance(piece, Point)
-            birth = _birth(source, piece, [] if volume else source_sheets(piece, sheets), acting)
-            amount = source.amount(shape, scene.duration) * share
-            moment, speed = speeds.birth_time_pass(source, scene.duration), speeds.speed_passes(plan, source)
-            facing, medium = _normal_row(source, piece), medium_row(scene, source, piece)
-            inside, beside = _birth_bodies(plan, source, piece)
-            passes = birth, place, facing, law, moment, speed, target
-            plan.emitters.append(Emitter(source, piece, amount, weight, *passes, medium, inside, beside))
+    for source in (*plan.scene.sources, *emitting_media(plan.scene)):
+        plan.emitters += emitters_of(plan, source, sheets)
     power = sum(emitter.bound for emitter in plan.emitters)  # may overflow to infinity
     if not MIN_POWER <= power <= MAX_POWER:
         must = f"must be between {MIN_POWER:g} and {MAX_POWER:g}"
         raise SceneError(
             f"Scene: the power of all sources together {must}, got {power:.3g}; use another unit"
         )
+
+
+def emitters_of(plan: Plan, source: Source, sheets: list[Sheet]) -> Iterator[Emitter]:
+    """Yield an emitter for each piece of a source."""
+    scene, shape = plan.scene, plan.scene.shape_of(source)
+    acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
+    for piece, share in _pieces_with_shares(source, shape):
+        place = _place(plan, source, piece)
+        law = speeds.drifting_law(plan, source, piece) or _law(source, piece)
+        weight, target = _target(source, piece, plan.space)
+        volume = source.emission.fills_volume and not isinstance(piece, Point)
+        birth = _birth(source, piece, [] if volume else source_sheets(piece, sheets), acting)
+        amount = source.amount(shape, scene.duration) * share
+        moment, speed = speeds.birth_time_pass(source, scene.duration), speeds.speed_passes(plan, source)
+        facing, medium = _normal_row(source, piece), medium_row(scene, source, piece)
+        inside, beside = _birth_bodies(plan, source, piece)
+        passes = birth, place, facing, law, moment, speed, target
+        yield Emitter(source, piece, amount, weight, *passes, medium, inside, beside)
 
 
 def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:

@@ -102,7 +102,10 @@ CARRIED = (
     ("forced_path", "f8"),
     ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
     ("reflections", "i8"),  # reflections and scatterings so far, where a detector has `events`
-    ("cell", "i8"),  # backward runs: bin of the detector in which the history was born
+    # backward runs: bin of the detector in which the history was born; -1 - k if it was born at lamp k
+    ("cell", "i8"),
+    ("began", "i8"),  # first interaction (layout.UNBEGUN), where some start at lamps (compile/caustics.py)
+    ("path_density", "f8"),  # of such histories, per area and projected solid angle
     ("born", "i8"),  # number of the history that was born, where its scores are added up; copies keep it
     # MIS state of next-event estimation: largest pdf of the last sampled direction [sr^-1], 0 if no ray could
     # have scored that path ...

@@ -380,6 +380,8 @@ class CellSums:
         self.adjoint, self.batches, self.run, self.plan = adjoint, result.batches, result.run, result.plan
         self.parts = adjoint.parts_of(sensor)
         self.is_view = isinstance(sensor, PointInstrument)
+        # how histories from lamps score, where they do (compile/caustics.py)
+        self.view = adjoint.caustics.views.get(sensor.name) if adjoint.caustics else None
         self.lamps = tuple(range(len(adjoint.sources))) if lamps is None else lamps
 
     @cached_property
@@ -396,12 +398,21 @@ class CellSums:
         """Return the mean radiance of some cells of a part in a batch."""
         rows = partial(self._rows_in, batch, part, first, past)
         weights = (self._with_rays(rows, "weights", lamp) * part.gains[lamp] for lamp in self.lamps)
-        return sum(weights) / self._histories_in(batch, part, first, past)
+        means = sum(weights) / self._histories_in(batch, part, first, past)
+        if self.view is None:
+            return means
+        caustics, view = self.adjoint.caustics, self.view
+        gain = caustics.power / (self._size_of(batch) * caustics.share * view.scale)
+        brought = sum(rows("weights", self.block_of(lamp, from_lamp=True)) for lamp in self.lamps)
+        return means + brought * (gain / view.measures[first:past])
 
     def counts_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray:
         """Return the number of arrivals of some cells' histories at sources in a batch."""
         rows = partial(self._rows_in, batch, part, first, past)
-        return sum(self._with_rays(rows, "counts", lamp) for lamp in self.lamps)
+        counts = sum(self._with_rays(rows, "counts", lamp) for lamp in self.lamps)
+        if self.view is None:
+            return counts
+        return counts + sum(rows("counts", self.block_of(lamp, from_lamp=True)) for lamp in self.lamps)
 
     def _with_rays(self, rows: Callable, kind: str, lamp: int) -> np.ndarray:
         """What flights brought to a source, and shadow rays over their scale."""
@@ -421,8 +432,11 @@ class CellSums:
         """Histories of some cells; if a batch has too few for all, their expectation (unbiased too)."""
         if not self._is_thin[self.parts.index(part)]:
             return self._rows_in(batch, part, first, past, "counts", 0)
-        size = self.run.sizes[next(k for k, other in enumerate(self.batches) if other is batch)]
-        return size * part.share / part.cells
+        return self._size_of(batch) * part.share / part.cells
+
+    def _size_of(self, batch: Batch) -> float:
+        """Number of histories of a batch."""
+        return self.run.sizes[next(k for k, other in enumerate(self.batches) if other is batch)]
 
     def _by_batch(self, part: SensorPart, read: Callable) -> np.ndarray | ChunkedArray:
         """(B, cells); for a view with very many cells, computed in chunks."""
@@ -445,9 +459,12 @@ class CellSums:
         """Whether any batch has cells without a history."""
         return any(self._is_thin)
 
-    def block_of(self, lamp: int) -> int:
-        """Number of the block of sums that shadow rays to a source have of their own."""
-        return 1 + len(self.adjoint.sources) + lamp
+    def block_of(self, lamp: int, from_lamp: bool = False) -> int:
+        """Number of the block of sums that shadow rays to a source have of their own.
+
+        from_lamp: that of rays from histories that started there.
+        """
+        return 1 + len(self.adjoint.sources) * (2 if from_lamp else 1) + lamp
 
     def rows_of(self, part: SensorPart, kind: str, block: int) -> np.ndarray | ChunkedArray:
         """(B, cells); for a view with very many cells, computed in chunks."""

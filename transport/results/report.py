@@ -133,10 +133,10 @@ def ledger_title(result) -> str:
     """The title of the ledger; for a backward run it names other entries."""
     if result.plan.adjoint is None:
         return "ledger"
-    return (
-        "ledger of the backward histories, as fractions of them (unsampled: weight that the cosines of their"
-        " cells leave out)"
-    )
+    unsampled = "weight that the cosines of their cells leave out"
+    if result.plan.adjoint.caustics is not None:
+        unsampled += ", and births at lamps whose path does not begin at a specular surface"
+    return f"ledger of the backward histories, as fractions of them (unsampled: {unsampled})"
 
 
 def part_text(result) -> str:
@@ -198,6 +198,11 @@ def method_lines(result) -> list[str]:
     lines = lines if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
     if method.guide and cost is not None:
         lines.append(f"preparation: {duration(cost.preparation)}, in which the guide was learnt")
+    caustics = result.plan.adjoint.caustics if result.plan.adjoint is not None else None
+    if caustics is not None:
+        walls = f"walls that {join_names(list(map(repr, caustics.views)))} see"
+        share = f"{caustics.share:.3g} of the histories start at lamps"
+        lines.append(f"{share}, for light via specular surfaces and {walls}")
     return lines
 
 

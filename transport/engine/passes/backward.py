@@ -238,6 +238,16 @@ def refine_by_cell(lane, table):
 
 
 @device
+def score_ray(lane, row, least):
+    """Score a shadow ray in a row; its slant counts strong ones. Return what it adds to a sum at most."""
+    score = min(lane.weight, MAX_LAMP_SCORE)
+    chance = hashed_uniform_of_one(bits_of(score), hash_salt(lane.seed_low, lane.batch) + lane.history)
+    high, low = unbiased_limbs_of_one(score, chance)
+    add_to_row(lane.tallies + 32 * row, high, low, 1, SLANT_UNITS if score >= least else 0)
+    return RAY_BOUND + high
+
+
+@device
 def reaches_lamp(lane, table):
     """Return whether a shadow ray has reached its Point, or the shape of its Beam."""
     return reaches_point(lane, table) & (lane.tally == table.first)
@@ -249,12 +259,7 @@ def score_at_lamp_by_cell(lane, table):
 
     The slant counts the strong ones.
     """
-    score = min(lane.weight, MAX_LAMP_SCORE)
-    chance = hashed_uniform_of_one(bits_of(score), hash_salt(lane.seed_low, lane.batch) + lane.history)
-    high, low = unbiased_limbs_of_one(score, chance)
-    strong = SLANT_UNITS if score >= table.strong else 0
-    add_to_row(lane.tallies + 32 * (table.first + lane.cell), high, low, 1, strong)
-    return RAY_BOUND + high
+    return score_ray(lane, table.first + lane.cell, table.strong)
 
 
 @lane_pass(layout.VOLUME, sums=to_scored)

@@ -8,6 +8,7 @@ from transport.compile.points import attenuates_anywhere, phase_densities
 from transport.engine.bundle import Bundle
 from transport.engine.passes import (
     backward,
+    caustics,
     emission,
     gloss,
     mis,
@@ -15,7 +16,7 @@ from transport.engine.passes import (
     once_more_collided,
     shadow_rays,
 )
-from transport.engine.registry import step, step_by_name
+from transport.engine.registry import step, step_by_name, table_of_layer
 
 # ---- Cast rays: sample, connect, contribute, list; and record the pdf for MIS.
 
@@ -43,6 +44,10 @@ def rays_from_walls(plan):
         yield step(mis.record_pdf_at_walls, _pdf_table(LAMBERTIAN_DENSITY))
     if plan.connects_gloss:
         yield step(gloss.record_glossy_pdf)
+    if _starts_at_lamps(plan):
+        for row in plan.adjoint.caustics.rows:
+            yield step(caustics.note_first_wall, row)
+        yield step(caustics.note_first_interaction, plan.arena.table(plan.adjoint.caustics.surfaces))
 
 
 def rays_from_collisions(plan):
@@ -122,6 +127,8 @@ def _score_at_points(plan):
         return
     for row in plan.adjoint.ray_lamps:
         yield step(backward.score_at_lamp_by_cell, row)
+    for row in plan.adjoint.caustics.rows if plan.adjoint.caustics else ():
+        yield step(caustics.score_in_view, row)
 
 
 def load_rays(plan, traced):
@@ -167,17 +174,29 @@ def mis_steps_before(plan, layer, passing):
 
     There are none without next-event estimation.
     """
-    if uses_next_event(plan, layer):
+    if _weighs_flights(plan, layer):
         yield step(mis.save_weight)
     for each in plan.expectations:
         if each.layer == layer:
             yield step(mis.apply_mis_weight, layout.row(layout.MIS_SHARE, **each.held, passing=passing))
+    if _starts_at_lamps(plan):
+        yield step(caustics.weigh_flights_to_lamps, table_of_layer(plan, layer))
 
 
 def mis_steps_after(plan, layer):
     """Yield the step that restores the full weights afterwards."""
-    if uses_next_event(plan, layer):
+    if _weighs_flights(plan, layer):
         yield step(mis.restore_weight)
+
+
+def _weighs_flights(plan, layer):
+    """Return whether flights share scores at a layer with rays, or with histories from lamps."""
+    return uses_next_event(plan, layer) or _starts_at_lamps(plan)
+
+
+def _starts_at_lamps(plan):
+    """Return whether some histories of a backward run start at lamps."""
+    return plan.adjoint is not None and plan.adjoint.caustics is not None
 
 
 def uses_next_event(plan, layer):

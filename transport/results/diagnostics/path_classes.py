@@ -31,6 +31,7 @@ from transport.results.diagnostics.proofs import (
     glossy_surfaces_of,
     max_transmitted_weight,
     miss_distance,
+    sees_mirrors,
     specular_surfaces_of,
     surface_names,
     unconnected_sources,
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.results.backward import BackwardReading, CellSums, ViewReading
     from transport.results.detectors import Reading
+    from transport.scene.cameras import PointInstrument
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
     from transport.statistics.estimates import Estimate
@@ -339,6 +341,8 @@ def _classes_of_source(
     """
     scene, lamp = plan.adjoint.scene, plan.adjoint.sources[number]
     gain = max(part.gains[number] for part in sums.parts)
+    if sums.view is not None:
+        yield from _caustics_of_source(scene, sums, sensor, number)
     if lamp.detector is None:
         yield from _direct_rays(scene, sums, number, heaviest * gain)
     else:
@@ -371,6 +375,28 @@ def _direct_rays(scene: Scene, sums: CellSums, number: int, gain: float) -> Iter
             yield PathClass(what, births, strongest, gain=gain, name="strong rays")
 
 
+def _caustics_of_source(
+    scene: Scene, sums: CellSums, sensor: PointInstrument, number: int
+) -> Iterator[PathClass]:
+    """The light that specular surfaces send on to walls that a camera sees: histories from the lamp bring it.
+
+    Their number is that of the whole run; a score counts in the smallest cell.
+    """
+    caustics, lamp, part = sums.adjoint.caustics, sums.adjoint.sources[number], sums.parts[0]
+    mirrors = specular_surfaces_of(scene, scene.shape_of(lamp.source), lamp.source.side)
+    rows = [sums.rows_of(part, kind, sums.block_of(number, from_lamp=True)) for kind in ("counts", "slants")]
+    scores, strong = (round(batch_totals(each).sum()) for each in rows)
+    gain = caustics.power / caustics.share * part.share / (part.cells * sums.view.measures.min())
+    names = join_names(surface_names(scene, mirrors))
+    walls = f"walls that {sensor.name!r} sees"
+    if mirrors:
+        what = f"light from {lamp.name!r} via {names} and {walls}"
+        yield PathClass(what, scores, sums.view.strongest, gain=gain)
+    if mirrors and scores:
+        what = f"light from {lamp.name!r} via {names} and the nearest {walls}"
+        yield PathClass(what, strong, sums.view.strongest, gain=gain, name="strong rays")
+
+
 def _are_births_connected(sums: CellSums, sensor: object, rays: Expectation) -> bool:
     """Return whether all births at a detector send rays to a source, and to its images in mirrors."""
     pairs = zip(sums.adjoint.parts, rays.births, strict=True)
@@ -400,7 +426,8 @@ def _flights_to_source(
         )
         yield PathClass(what, met.flights, heaviest * share, gain=gain, is_guided=is_guided)
         return
-    mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side)
+    is_brought = sums.view is not None and not sees_mirrors(scene, sensor)  # by histories from the lamp
+    mirrors = [] if is_linked or is_brought else specular_surfaces_of(scene, shape, side)
     is_seen, straight = not view.is_hidden, 0.0
     if is_seen and met.flights < MIN_SCORES_FOR_ERROR:
         straight, is_shown = view.bound(error)

@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from transport.compile.adjoint import adjoint_scene, gains_of
+from transport.compile.caustics import may_show
 from transport.compile.gloss import glossy_parts
 from transport.compile.images import may_be_seen, outlines_of_images
 from transport.compile.limits_exceeded import OverrunError
@@ -100,6 +101,12 @@ def glossy_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[int
     Next-event rays connect them, but leave the middle of a narrow lobe to flights.
     """
     return _surfaces_facing(scene, shape, side, glossy_parts, "gloss")
+
+
+def sees_mirrors(scene: Scene, view: PointInstrument) -> bool:
+    """Return whether a specular or glossy surface may be in the picture of a view; False is proven."""
+    surfaces = [each for each in scene.surfaces if each.material.is_specular or glossy_parts(each.material)]
+    return any(may_show(view, each.shape) for each in surfaces)
 
 
 def _surfaces_facing(

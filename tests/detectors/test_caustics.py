@@ -1,0 +1,233 @@
+"""Light that mirrors and glass send on to walls that a camera sees: histories from the lamps bring it.
+
+Paths are divided between histories from cameras and from lamps (compile/caustics.py), so that each path must score once, in its
+pixel, whatever else a history meets.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.agreement import assert_agrees, assert_rejected, assert_z_spread
+from tests.slow import quick
+from tests.tracking_scenes import assert_closed
+from transport.compile import caustics
+from transport.compile.compiler import compile_scene
+from transport.compile.methods import Method
+from transport.engine.program import build_program
+
+CAMERA = tp.Camera(
+    name="view", position=(0, -1.3, 1), look_at=(0, 0.3, 0.6), field_of_view=math.pi / 3, pixels=(8, 6)
+)
+MAP = tp.EnvironmentMap(name="map", position=(0.1, -0.8, 0.7), theta=4, phi=6)
+GLASS = tp.Surface(tp.Sphere(center=(0.4, 0.3, 0.4), radius=0.3), tp.Dielectric(1.5), "glass")
+BALL = tp.Surface(tp.Sphere(center=(-0.4, 0.3, 0.4), radius=0.3), tp.Mirror(), "ball")
+MIXED = tp.Surface(
+    tp.Sphere(center=(0, -0.2, 1.5), radius=0.35),
+    tp.Mixture({tp.Mirror(): 0.5, tp.Glossy(0.3): 0.5}),
+    "mixed",
+)
+PANEL = tp.Rectangle(center=(0, 1.3, 1), normal=(0, -1, 0), width=0.6, height=0.6)
+GLOSS = tp.Surface(tp.Sphere(center=(0, -0.2, 0.2), radius=0.15), tp.Glossy(0.2), "gloss")
+ALL = GLASS, BALL, MIXED, GLOSS
+BACKWARD = Method("backward")
+
+
+def run(scene, particles, seed=1, **how):
+    return tp.simulate(scene, particles, seed=seed, progress=False, **how)
+
+
+def furnace(*objects, albedo=0.5, detectors=(CAMERA,)):
+    """A closed room whose walls send on what they do not absorb: radiance is 1 everywhere, in each direction."""
+    faces = tp.Box(center=(0, 0, 1), size=(2, 3, 2)).faces().items()
+    walls = [tp.Surface(face, tp.Diffuse(albedo), f"wall {name}") for name, face in faces]
+    lamps = [tp.Source(wall.name, tp.Lambertian(radiance=1 - albedo), side="back") for wall in walls]
+    return tp.Scene(lamps, [*walls, *objects], detectors)
+
+
+def passes_of(scene):
+    plan = compile_scene(scene, None, BACKWARD)
+    return {each.name for each in build_program(plan.apart()).passes}
+
+
+# ---- exact radiance ----
+
+
+@pytest.mark.parametrize("objects", quick([(GLASS,), (BALL,), ALL], ALL))
+def test_a_room_of_one_radiance_looks_alike_everywhere(objects):
+    """By way of glass, of a mirror, and of mixtures and gloss between them: a path lost or scored twice shows."""
+    result = run(furnace(*objects, detectors=[CAMERA, MAP]), 400_000)
+    for name in ("view", "map"):
+        assert_agrees(result[name].radiance, 1.0)
+        whole = (
+            result[name]
+            .radiance.sum("v" if name == "view" else "theta")
+            .sum("u" if name == "view" else "phi")
+        )
+        bins = 48 if name == "view" else 24
+        assert_agrees(whole / bins, 1.0)
+        assert_rejected(whole / bins, 0.97)
+    shares = [run_source.radiance.value for run_source in result["view"].by_source.values()]
+    assert np.sum(shares, axis=0) == pytest.approx(result["view"].radiance.value, rel=1e-12)
+    assert_closed(result)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9, 1.5e11])
+def test_a_wall_that_a_mirror_ball_alone_lights(unit):
+    """A small ball sends parallel light of irradiance E0 on evenly: E = R E0 radius^2/(4 d^2) (Lambert's cosine 1).
+
+    The lamp is a distant disk that the wall does not see. No history from the camera would find the ball.
+    """
+    radius, far, wide, reflectance = 1e-3, 1000.0, 1.0, 0.8
+    lamp = tp.Disk(center=(-far * unit, 0, 0), normal=(1, 0, 0), radius=wide * unit)
+    ball = tp.Surface(tp.Sphere(radius=radius * unit), tp.Mirror(reflectance), "ball")
+    wall = tp.Rectangle(center=(0, 0, -unit), width=3 * unit, height=3 * unit)
+    screen = tp.Box(center=(-1.6 * unit, 0, -unit), size=(0.1 * unit, 4 * unit, unit))
+    where = {"position": (0.3 * unit, 0, -0.5 * unit), "look_at": (0, 0, -unit), "field_of_view": 0.8}
+    camera = tp.Camera(name="view", pixels=(1, 1), **where)
+    scene = tp.Scene(
+        tp.Source(lamp, tp.Lambertian(radiance=1.0)),
+        [ball, tp.Surface(wall, tp.Diffuse(0.5), "wall"), tp.Surface(screen, tp.Black(), "screen")],
+        camera,
+    )
+    intensity = reflectance * math.pi * wide**2 / far**2 * radius**2 / 4
+    # the mean over the pixel's solid angle of E/pi times the albedo, E = I cos/d^2
+    left, up, forward = map(np.array, camera.frame)
+    u, v = np.meshgrid(*[math.tan(0.4) * (np.arange(200) + 0.5 - 100) / 100] * 2)
+    rays = forward + u[..., None] * left + v[..., None] * up
+    places = np.array((0.3, 0, -0.5)) + rays * (-0.5 / rays[..., 2:])
+    weights = np.linalg.norm(rays, axis=-1) ** -3
+    exact = 0.5 / math.pi * intensity * np.average(np.linalg.norm(places, axis=-1) ** -3, weights=weights)
+    found = run(scene, 2_000_000)["view"].radiance[0, 0]
+    assert float(found.relative_error) < 0.02
+    assert float(found.value) == pytest.approx(exact, abs=4 * float(found.error) + 0.003 * exact)
+
+
+def test_other_detectors_of_the_run_keep_all_their_paths():
+    """Histories from a Detector score what they find by way of glass, as no ray from a lamp ends there."""
+    patch = tp.Detector(tp.Disk(center=(0, -0.5, 0.5), radius=0.1), "patch")
+    scene = furnace(GLASS, BALL, detectors=[CAMERA, patch])
+    assert "begin_at_sensor" in passes_of(scene)
+    assert_agrees(run(scene, 400_000)["patch"].irradiance, math.pi)
+
+
+def test_many_specular_surfaces_are_not_aimed_at_one_by_one(monkeypatch):
+    monkeypatch.setattr(caustics, "MAX_AIMS", 3)
+    scene = furnace(GLASS, replace(BALL, name="one more"))
+    plan = compile_scene(scene, None, BACKWARD)
+    assert len(plan.emitters) == 1 + 6
+    result = run(scene, 400_000)
+    assert_agrees(result["view"].radiance, 1.0)
+
+
+# ---- errors ----
+
+
+def test_claimed_errors_are_true_errors():
+    """Of the whole picture, over 200 seeds."""
+    z = [
+        float((run(furnace(GLASS, BALL), 20_000, seed)["view"].radiance.sum("v").sum("u") / 48).z(1.0))
+        for seed in range(200)
+    ]
+    assert_z_spread(np.array(z), math.inf)
+
+
+# ---- only where there is such light ----
+
+
+@pytest.mark.parametrize(
+    ("surfaces", "is_divided"),
+    [((), False), ((GLOSS,), False), ((GLASS,), True), ((BALL,), True),
+     ((tp.Surface(PANEL, tp.Mirror(), "panel"),), False)],
+)  # fmt: skip
+def test_histories_start_at_lamps_where_no_ray_connects_mirrors_or_glass(surfaces, is_divided):
+    names = {
+        "begin_at_lamp", "begin_at_sensor", "keep_rays_to_lamps", "weigh_rays_to_view", "note_first_interaction",
+        "note_first_wall", "weigh_flights_to_lamps", "score_in_view",
+    }  # fmt: skip
+    assert passes_of(furnace(*surfaces)) & names == (names if is_divided else set())
+
+
+def test_a_detector_alone_a_fog_or_a_camera_on_a_wall_leave_paths_undivided():
+    patch = tp.Detector(tp.Disk(center=(0, -0.5, 0.5), radius=0.1), "patch")
+    on_wall = replace(CAMERA, position=(0, -1.5, 1))
+    fog = replace(furnace(BALL), medium=tp.Medium(scattering=0.1))
+    for scene in (furnace(GLASS, detectors=[patch]), furnace(GLASS, detectors=[on_wall]), fog):
+        assert "begin_at_lamp" not in passes_of(scene)
+
+
+def test_lamps_without_a_way_to_a_mirror_leave_paths_undivided():
+    """A ball behind a flat lamp; a lamp in two bodies that absorb, from which no history can start."""
+    floor = tp.Surface(tp.Rectangle(width=3, height=3), tp.Diffuse(0.5), "floor")
+    lamp = tp.Source(
+        tp.Rectangle(center=(0, 0, 2), normal=(0, 0, -1), width=1, height=1), tp.Lambertian(power=1.0)
+    )
+    balls = [
+        tp.Surface(tp.Sphere(center=(0, 0, z), radius=0.2), tp.Mirror(), f"ball {k}")
+        for k, z in enumerate((1.5, 2.5))
+    ]
+    tank = tp.Surface(
+        tp.Box(center=(1, 0, 2), size=2), tp.Transparent(), "tank", inside=tp.Medium(absorption=0.2)
+    )
+    for surfaces, is_divided in (([balls[0]], True), ([balls[1]], False), ([balls[0], tank], False)):
+        scene = tp.Scene(lamp, [floor, *surfaces], replace(CAMERA, position=(-0.5, -1, 1), look_at=(0, 0, 0)))
+        assert ("begin_at_lamp" in passes_of(scene)) == is_divided
+        assert run(scene, 1000)["view"].radiance.value.sum() > 0
+
+
+# ---- findings ----
+
+
+def floor_below_a_ball(field_of_view=0.3):
+    """A floor that a lamp lights through a ball of glass in a hole alone."""
+    lamp = tp.Source(
+        tp.Disk(center=(0, 0, 1.6), normal=(0, 0, -1), radius=0.02), tp.Lambertian(radiance=100.0)
+    )
+    ball = tp.Surface(tp.Sphere(center=(0, 0, 1.12), radius=0.1), tp.Dielectric(1.5), "ball")
+    hole = tp.Disk(center=(0, 0, 1), radius=0.06)
+    screen = tp.Rectangle(center=(0, 0, 1), width=0.8, height=0.8, hole=hole)
+    floor = tp.Surface(tp.Rectangle(width=3, height=3), tp.Diffuse(0.7), "floor")
+    where = {"position": (0, -1.2, 0.8), "look_at": (0, 0, 0), "pixels": (8, 6)}
+    camera = tp.Camera(name="view", field_of_view=field_of_view, **where)
+    return tp.Scene(lamp, [ball, tp.Surface(screen, tp.Black(), "screen"), floor], camera)
+
+
+def total(result):
+    return result["view"].radiance.sum("v").sum("u")
+
+
+def test_too_few_histories_of_a_caustic_are_found():
+    result = run(floor_below_a_ball(), 64)
+    assert "via 'ball' and walls that 'view' sees" in str(total(result).findings)
+    assert total(result).verdict == "doubtful"
+    assert "0.125 of the histories start at lamps" in result.report()
+
+
+def test_light_by_way_of_glass_is_no_doubt_where_the_picture_does_not_show_the_glass():
+    """No history from the camera then has to meet it: no path by way of glass is left to chance."""
+    result = run(floor_below_a_ball(), 100_000)
+    assert float(total(result).relative_error) < 0.03
+    assert total(result).verdict == "sound"
+    assert "light via 'ball'" not in str(total(result).findings)
+
+
+@pytest.mark.parametrize(
+    ("center", "is_shown"),
+    [((0, 0, 0), True), ((0, -2, 1), False), ((0, 0, 1.12), False), ((2, 0, 0), False), ((-2, 0, 0), False),
+     ((0, 0.2, 0.1), True), ((0, -1.5, -1.5), False), ((0.2, 0, 0), True)],
+)  # fmt: skip
+def test_shapes_outside_of_a_picture_are_known(center, is_shown):
+    (camera,) = floor_below_a_ball().instruments
+    assert caustics.may_show(camera, tp.Sphere(center=center, radius=0.05)) == is_shown
+
+
+def test_a_wall_behind_a_camera_is_not_in_its_picture():
+    """Though a corner of it lies before the plane of a camera that looks down."""
+    wall = tp.Rectangle(center=(0, -1.5, 1), normal=(0, 1, 0), width=2, height=2)
+    assert not caustics.may_show(CAMERA, wall)
+    assert caustics.may_show(MAP, wall)
