@@ -540,7 +540,8 @@ def test_a_mean_of_pixels_misses_what_the_pixels_miss():
     total = (reading.radiance * around.solid_angles()).sum()
     for each in (total, reading.fluence_rate):
         assert each.is_doubtful and each.interval()[1] > 6.2
-    assert total.interval()[1] == pytest.approx(reading.fluence_rate.interval()[1], rel=1e-6)
+    # Bins by themselves may miss more: a glint may fill one of them.
+    assert total.interval()[1] > reading.fluence_rate.interval()[1] * (1 - 1e-6)
 
 
 def test_a_lone_bin_of_eight_batches_is_judged_as_a_number_is():

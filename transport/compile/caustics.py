@@ -56,6 +56,11 @@ class View:
     densities: np.ndarray  # of each cell's histories on walls, at most, as those of lamps [m^-2 sr^-1]
     measures: np.ndarray  # of each cell, in which a mean is taken: pixel area at distance 1, or solid angle
 
+    def largest_share(self, density: float) -> float:
+        """Return the largest weight of a flight to a lamp; density: of histories from there [m^-2 sr^-1]."""
+        most = float(self.densities.max())
+        return most / (most + density) if math.isfinite(most) else 1.0
+
 
 @dataclass(frozen=True)
 class Caustics:

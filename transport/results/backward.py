@@ -260,6 +260,13 @@ class ViewReading(Tally):
             "count": Score(rows, in_run, scored, "1", is_mean=True),
         }
 
+    def in_bins(self, cells: np.ndarray) -> np.ndarray:
+        """Return numbers of cells, as they are stored, in the shape of `radiance`."""
+        rows, columns = (len(each) - 1 for each in self.detector.edges().values())
+        if isinstance(self.detector, Camera):
+            return cells.reshape(rows, columns)
+        return cells.reshape(columns, rows).T[::-1]  # cosines rise within azimuths, polar angles fall
+
     @property
     def measures(self) -> Mapping[str, Callable[[], Measure]]:
         """Solid angle of each pixel or bin, over which radiance is a mean."""
@@ -401,10 +408,16 @@ class CellSums:
         means = sum(weights) / self._histories_in(batch, part, first, past)
         if self.view is None:
             return means
-        caustics, view = self.adjoint.caustics, self.view
+        return means + sum(self.brought_in(batch, part, lamp, first, past) for lamp in self.lamps)
+
+    def brought_in(
+        self, batch: Batch, part: SensorPart, lamp: int, first: int = 0, past: int | None = None
+    ) -> np.ndarray:
+        """Return the mean radiance that histories from a lamp brought to some cells in a batch."""
+        caustics, view, past = self.adjoint.caustics, self.view, part.cells if past is None else past
         gain = caustics.power / (self._size_of(batch) * caustics.share * view.scale)
-        brought = sum(rows("weights", self.block_of(lamp, from_lamp=True)) for lamp in self.lamps)
-        return means + brought * (gain / view.measures[first:past])
+        brought = self._rows_in(batch, part, first, past, "weights", self.block_of(lamp, from_lamp=True))
+        return brought * (gain / view.measures[first:past])
 
     def counts_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray:
         """Return the number of arrivals of some cells' histories at sources in a batch."""

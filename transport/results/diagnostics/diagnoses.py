@@ -12,6 +12,8 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from transport.compile.layout import DIFFUSE
 from transport.compile.points import scatters_anywhere
 from transport.geometry.shape import Point
@@ -38,6 +40,7 @@ from transport.results.diagnostics.path_classes import (
     PathClass,
     cell_path_findings,
     detector_path_findings,
+    pixel_path_findings,
 )
 from transport.results.diagnostics.proofs import max_transmitted_weight
 from transport.results.diagnostics.score_sizes import (
@@ -229,7 +232,12 @@ class Diagnosis:
                 is_doubtful = severities(worst, array.value, array.error, array.allowed) == DOUBTFUL
                 many, of = int((is_doubtful & scored).sum()), int(scored.sum())
                 if many > (MAX_UNCERTAIN_BINS * of if worst.name == "bins" else 0):
-                    yield replace(worst, quantity=name, seen=f"which matters in {many} of {of} bins")
+                    seen, bound = f"which matters in {many} of {of} bins", np.abs(worst.bound)
+                    # Particles after which it matters in few bins: bounds fall as 1/N, errors as 1/sqrt(N).
+                    with np.errstate(all="ignore"):
+                        factors = np.fmin((bound / array.error) ** 2, bound / (array.allowed * array.value))
+                    times = float(np.quantile(np.where(scored, factors, 1.0), 1 - MAX_UNCERTAIN_BINS))
+                    yield replace(worst, quantity=name, seen=seen, times=times)
 
     def grazing(self) -> Iterable[Finding]:
         """Findings about the fluence rate alone."""
@@ -464,6 +472,17 @@ class ViewDiagnosis(_CellDiagnosis):
     def _path_findings(self, score: str) -> Iterator[Finding]:
         if not (self.tally.is_blind and self.note):
             yield from (replace(finding, adds=True) for finding in cell_path_findings(self.tally))
+
+    def missing(self, score: str, is_whole: bool = True) -> list[Finding]:
+        """Findings about a score, of single pixels or bins with those that concern each by itself."""
+        found = super().missing(score, is_whole)
+        is_alone = not is_whole and self.tally.cell_sums.is_view and not (self.tally.is_blind and self.note)
+        return [*found, *self._of_pixels] if is_alone else found
+
+    @cached_property
+    def _of_pixels(self) -> list[Finding]:
+        """Findings about light that may fill a single pixel."""
+        return [*with_cure(pixel_path_findings(self.tally), self.more)]
 
     def _error_findings(self, score: str) -> Iterable[Finding]:
         return ()

@@ -31,6 +31,7 @@ from transport.results.diagnostics.proofs import (
     glossy_surfaces_of,
     max_transmitted_weight,
     miss_distance,
+    pixels_of,
     sees_mirrors,
     specular_surfaces_of,
     surface_names,
@@ -41,11 +42,12 @@ from transport.results.tally import ARRIVALS, DEPARTURES
 from transport.scene.detectors import Detector
 from transport.scene.sides import IS_BACK, OTHER_SIDE
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
-from transport.statistics.chunked import batch_totals
+from transport.statistics.chunked import batch_totals, over_batches
 from transport.statistics.findings import MORE_PARTICLES, USE_MORE, Finding, doubtful, unseen_scores
 from transport.validation import join_names
 
 if TYPE_CHECKING:
+    from transport.compile.adjoint import DetectedSource
     from transport.compile.next_event import Expectation
     from transport.compile.plan import Plan
     from transport.results.backward import BackwardReading, CellSums, ViewReading
@@ -292,13 +294,54 @@ def cell_path_findings(
                 yield run.bounded(finding, light, lamp) if is_probed else finding
 
 
+def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
+    """Findings for each pixel or bin; bounds are radiances [W m^-2 sr^-1], in the shape of `radiance`.
+
+    Where a pixel may show a lamp, a mirror, glass or gloss, a glint may fill it alone, so that no other pixel
+    tells what it may have missed: light that only its own flights find.
+    """
+    sums, sensor = tally.cell_sums, tally.detector
+    (part,), scene = sums.parts, sums.plan.adjoint.scene
+    births = np.maximum(over_batches(sums.rows_of(part, "counts", 0)), 1)
+    for number in sums.lamps:
+        lamp = sums.adjoint.sources[number]
+        if not isinstance(lamp.detector, Detector):
+            continue
+        shape, side, rays = scene.shape_of(lamp.source), lamp.source.side, _rays_to(sums, lamp)
+        view = DirectView(scene, sensor, sums.parts, number, shape, side)
+        is_linked = rays is not None and sums.plan.links is not None and not view.is_mirrored
+        mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side)
+        glossy = [] if rays is None else glossy_surfaces_of(scene, shape, side)
+        full = pixels_of(sensor, [scene.surfaces[each].shape for each in mirrors] + [shape] * (not view.is_hidden))
+        share = rays.largest_glossy_share[side_of(lamp.detector)] if glossy else 0.0
+        shares = np.where(pixels_of(sensor, [scene.surfaces[each].shape for each in glossy]), share, 0.0)
+        shares = np.where(full, 1.0, shares)
+        flights = over_batches(sums.rows_of(part, "weights", 1 + number))
+        scores = np.divide(flights, shares, out=np.zeros(len(flights)), where=shares > 0)
+        bound = unseen_scores(scores) * shares * part.gains[number] / births
+        if bound.any():
+            names = surface_names(scene, sorted({*mirrors, *glossy}))
+            origins = ["directly"] * (not view.is_hidden) + [f"via {join_names(names)}"] * bool(names)
+            what = f"light from {lamp.name!r} {' or '.join(origins)} not sampled in single pixels"
+            yield doubtful("bins", what, tally.in_bins(bound))
+
+
+def _rays_to(sums: CellSums, lamp: DetectedSource) -> Expectation | None:
+    """Return the rays to a lamp; None if none are sent."""
+    return next((each for each in sums.plan.expectations if each.detector.name == lamp.detector.name), None)
+
+
 @dataclass(frozen=True)
 class LampScores:
-    """Numbers of flights and rays that reached a source, and of rays near the largest score (LARGE_SHARE)."""
+    """Numbers of flights and rays that reached a source, and of rays near the largest score (LARGE_SHARE).
+
+    brought: of flights of the same sum as the scores of histories from the lamp.
+    """
 
     flights: float
     rays: int = 0
     strong_rays: int = 0
+    brought: float = 0.0
 
 
 def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> LampScores:
@@ -315,12 +358,16 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
 
     # Of guided histories, those that no guide has sent: each was one with the probability of its weight.
     # Where flights score MIS shares, the number of full scores that add up to theirs.
-    is_guided = sums.plan.is_guided
-    flights = number("weights" if is_guided or sums.plan.connects_gloss else "counts", 1 + lamp)
-    flights, block = flights if is_guided else round(flights), sums.block_of(lamp)
+    is_guided, is_shared = sums.plan.is_guided, sums.plan.connects_gloss or sums.view is not None
+    flights = number("weights" if is_guided or is_shared else "counts", 1 + lamp)
+    flights, block, brought = flights if is_guided else round(flights), sums.block_of(lamp), 0.0
+    if sums.view is not None:
+        (part,) = sums.parts
+        mean = np.mean([sums.brought_in(batch, part, lamp).mean() for batch in sums.batches])
+        brought = float(mean) * sums.run.histories * part.share / part.gains[lamp]
     if lamp not in sums.adjoint.rays:
-        return LampScores(flights)
-    return LampScores(flights, round(number("counts", block)), round(number("slants", block)))
+        return LampScores(flights, brought=brought)
+    return LampScores(flights, round(number("counts", block)), round(number("slants", block)), brought)
 
 
 def _relative_cell_weights(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
@@ -341,8 +388,6 @@ def _classes_of_source(
     """
     scene, lamp = plan.adjoint.scene, plan.adjoint.sources[number]
     gain = max(part.gains[number] for part in sums.parts)
-    if sums.view is not None:
-        yield from _caustics_of_source(scene, sums, sensor, number)
     if lamp.detector is None:
         yield from _direct_rays(scene, sums, number, heaviest * gain)
     else:
@@ -375,28 +420,6 @@ def _direct_rays(scene: Scene, sums: CellSums, number: int, gain: float) -> Iter
             yield PathClass(what, births, strongest, gain=gain, name="strong rays")
 
 
-def _caustics_of_source(
-    scene: Scene, sums: CellSums, sensor: PointInstrument, number: int
-) -> Iterator[PathClass]:
-    """The light that specular surfaces send on to walls that a camera sees: histories from the lamp bring it.
-
-    Their number is that of the whole run; a score counts in the smallest cell.
-    """
-    caustics, lamp, part = sums.adjoint.caustics, sums.adjoint.sources[number], sums.parts[0]
-    mirrors = specular_surfaces_of(scene, scene.shape_of(lamp.source), lamp.source.side)
-    rows = [sums.rows_of(part, kind, sums.block_of(number, from_lamp=True)) for kind in ("counts", "slants")]
-    scores, strong = (round(batch_totals(each).sum()) for each in rows)
-    gain = caustics.power / caustics.share * part.share / (part.cells * sums.view.measures.min())
-    names = join_names(surface_names(scene, mirrors))
-    walls = f"walls that {sensor.name!r} sees"
-    if mirrors:
-        what = f"light from {lamp.name!r} via {names} and {walls}"
-        yield PathClass(what, scores, sums.view.strongest, gain=gain)
-    if mirrors and scores:
-        what = f"light from {lamp.name!r} via {names} and the nearest {walls}"
-        yield PathClass(what, strong, sums.view.strongest, gain=gain, name="strong rays")
-
-
 def _are_births_connected(sums: CellSums, sensor: object, rays: Expectation) -> bool:
     """Return whether all births at a detector send rays to a source, and to its images in mirrors."""
     pairs = zip(sums.adjoint.parts, rays.births, strict=True)
@@ -415,7 +438,7 @@ def _flights_to_source(
 ) -> Iterator[PathClass | Finding]:
     """The path classes of flights: direct light of the lamp, and light via specular and glossy surfaces."""
     lamp, is_guided = sums.adjoint.sources[number], sums.plan.is_guided
-    rays = next((each for each in sums.plan.expectations if each.detector.name == lamp.detector.name), None)
+    rays = _rays_to(sums, lamp)
     shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
     view = DirectView(scene, sensor, sums.parts, number, shape, side)
     is_linked = rays is not None and sums.plan.links is not None and not view.is_mirrored
@@ -426,8 +449,7 @@ def _flights_to_source(
         )
         yield PathClass(what, met.flights, heaviest * share, gain=gain, is_guided=is_guided)
         return
-    is_brought = sums.view is not None and not sees_mirrors(scene, sensor)  # by histories from the lamp
-    mirrors = [] if is_linked or is_brought else specular_surfaces_of(scene, shape, side)
+    mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side)
     is_seen, straight = not view.is_hidden, 0.0
     if is_seen and met.flights < MIN_SCORES_FOR_ERROR:
         straight, is_shown = view.bound(error)
@@ -443,12 +465,16 @@ def _flights_to_source(
         what, cure = f"light {' or '.join(origins)}", USE_MORE
         if surfaces:
             cure = cure_of_chance(scene, sums.plan.method)
-        share = 1.0
+        flights, share = met.flights, 1.0
         if not (mirrors or is_seen):
             share = rays.largest_glossy_share[side_of(lamp.detector)]
+        elif sums.view is not None and not (is_seen or sees_mirrors(scene, sensor)):
+            # Histories from the lamp find all of it, too, and the largest score is shared with them.
+            share = sums.view.largest_share(sums.adjoint.caustics.densities.get(number, 0.0))
+            flights = (flights + met.brought) / share
         yield PathClass(
             what,
-            met.flights,
+            flights,
             heaviest * share,
             cure,
             surfaces=tuple(surfaces),

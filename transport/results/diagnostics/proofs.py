@@ -109,6 +109,40 @@ def sees_mirrors(scene: Scene, view: PointInstrument) -> bool:
     return any(may_show(view, each.shape) for each in surfaces)
 
 
+def pixels_of(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
+    """Return whether each pixel, (cells,) as stored, may show one of the shapes; False is proven.
+
+    By bounding boxes and bounding spheres in a Camera; an EnvironmentMap may show any shape in all bins.
+    """
+    edges = view.edges()
+    if not isinstance(view, Camera):
+        return np.full(math.prod(len(each) - 1 for each in edges.values()), bool(shapes))
+    (v, u), axes = (edges["v"], edges["u"]), np.array(view.frame)
+    middles = [(each[1:] + each[:-1]) / 2 for each in (v, u)]
+    up, right = np.meshgrid(*middles, indexing="ij")
+    rays = np.stack([-right, up, np.ones_like(up)], axis=-1)
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    reach, shown = math.hypot(u[1] - u[0], v[1] - v[0]) / 2, np.zeros(up.shape, bool)
+    for shape in shapes:
+        if not may_show(view, shape):
+            continue
+        if shape.is_infinite or math.dist(shape.middle, view.position) <= shape.extent:
+            return np.ones(up.size, bool)
+        # The cone of the bounding sphere.
+        center = axes @ np.subtract(shape.middle, view.position)
+        distance = float(np.linalg.norm(center))
+        angles = np.arccos(np.clip(rays @ center / distance, -1.0, 1.0))
+        inside = angles <= math.asin(shape.extent / distance) + reach
+        # The rectangle of the bounding box.
+        left, height, depth = ((np.array(shape.bounds_corners()) - view.position) @ axes.T).T
+        if (depth > 0).all():
+            for edge, place, axis in ((v, height / depth, 0), (u, -left / depth, 1)):
+                is_in = (edge[1:] >= place.min()) & (edge[:-1] <= place.max())
+                inside &= np.expand_dims(is_in, 1 - axis)
+        shown |= inside
+    return shown.ravel()
+
+
 def _surfaces_facing(
     scene: Scene, shape: Shape, side: str | None, is_sending: Callable[[Material], object], name: str
 ) -> list[int]:
