@@ -142,6 +142,15 @@ def test_a_doubtful_estimator_is_out_unless_the_run_settles_the_doubt(finding, l
     assert select_method(pilots, has_error=False, **limits).method == taken
 
 
+@pytest.mark.parametrize("seconds", np.random.default_rng(1).random(5).tolist())
+def test_a_run_for_an_error_goes_on_to_what_scores_foretell(seconds):
+    """Whatever rounding makes of the time that this takes."""
+    awaited = pilot(AIMED, 0.01, 32.0, seconds=seconds, foretold=60.15499292574002, doubt="only 0.4 scores")
+    for limits, taken in (({}, AIMED), ({"particles": 1e5}, AIMED), ({"particles": 5e4}, ANALOG)):
+        choice = select_method([pilot(ANALOG, 1e4, 32.0, seconds=seconds), awaited], has_error=True, **limits)
+        assert choice.method == taken
+
+
 def test_a_choice_without_a_trustworthy_estimator_is_reported():
     lost = select_method(pilots_of((one(0.001, findings=(UNSEEN,)), 1.0)), has_error=False, particles=1000)
     assert not lost.is_trusted and "no method can be trusted here" in lost.lines[0]

@@ -42,7 +42,6 @@ from transport.statistics.batches import normal_score
 from transport.statistics.estimates import EstimateOrArray
 from transport.statistics.findings import (
     DEFAULT_ALLOWED_BOUND,
-    MIN_SCORES_FOR_ERROR,
     particle_factors_needed,
 )
 from transport.statistics.notation import ratio_text
@@ -169,7 +168,7 @@ def _missing_growth(pilot: Pilot, has_error: bool, particles: float | None, seco
 
     A run for an error continues until observed scores are sufficient, but not for scores never seen.
     """
-    longer = [pilot.cost / pilot.seconds] if has_error and pilot.seconds > 0 else []
+    longer = [max(pilot.price / pilot.seconds, pilot.foretold)] if has_error and pilot.seconds > 0 else []
     longer += [particles / pilot.particles] if particles and pilot.particles else []
     longer += [seconds / pilot.seconds] if seconds and pilot.seconds > 0 else []
     needed = max(pilot.foretold, pilot.unseen)
@@ -228,15 +227,13 @@ class PilotQuantity:
     """Pilot result of one quantity.
 
     square: mean square of relative errors over bins, nan if unknown;  scores: batches with a score, summed
-    over bins;  mean: sum over bins;  doubt: doubtful findings of it (findings.particle_factors_needed);
-    is_awaited: whether the number of particles is known at which births that no guide sends will have scored.
+    over bins;  mean: sum over bins;  doubt: doubtful findings of it (findings.particle_factors_needed).
     """
 
     square: float
     scores: int
     mean: Mean
     doubt: tuple[float, float, str] = (1.0, 1.0, "")
-    is_awaited: bool = False
 
 
 def evaluate_quantity(
@@ -253,8 +250,7 @@ def evaluate_quantity(
     mean = Mean(name, whole.value, error if error < math.inf else math.nan, whole.dof)
     findings = whole._all_findings if error < math.inf else whole._raw_findings
     doubt = particle_factors_needed(findings, whole.value, error, allowed)
-    is_awaited = any(finding.about == 0.0 for finding in findings)
-    return PilotQuantity(square, int(np.count_nonzero(quantity.values)), mean, doubt, is_awaited)
+    return PilotQuantity(square, int(np.count_nonzero(quantity.values)), mean, doubt)
 
 
 def price_of(
@@ -356,9 +352,6 @@ def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
     price *= rounds
     worst = max(seen, key=lambda each: max(each.doubt[:2]))
     foretold, unseen, doubt = worst.doubt
-    # Once one of the awaited scores has come, a run for an error goes on until there are enough of them.
-    if worst.is_awaited and unseen <= MIN_SCORES_FOR_ERROR * max(price / trial.seconds, 1.0):
-        foretold, unseen = max(foretold, unseen), 1.0
     means = tuple(each.mean for each in seen)
     spent = trial.particles, "", trial.seconds
     return Pilot(trial.method, price, rate, *spent, means, foretold, unseen, doubt)

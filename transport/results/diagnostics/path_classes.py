@@ -88,8 +88,7 @@ class PathClass:
         few = f"only {number} score{'s' * (number > 1)} of {what}" if number else f"{what} not sampled"
         bound = unseen_scores(self.scores) * self.largest / histories * self.gain
         times = MIN_SCORES_FOR_ERROR / self.scores if self.scores else math.nan
-        about = 0.0 if 0 < self.scores < 1 else math.nan  # 0: no such birth has scored yet
-        return (doubtful(self.name, few, bound, self.cure, times=times, seen=self.seen, about=about),)
+        return (doubtful(self.name, few, bound, self.cure, times=times, seen=self.seen),)
 
 
 @dataclass(frozen=True)
