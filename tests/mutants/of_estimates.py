@@ -302,6 +302,27 @@ FAULTS = (
         ("detectors/test_points_and_beams_backward::test_lamps_are_told_apart",),
     ),
     Fault(
+        "engine/passes/backward.py",
+        "reaches_point(lane, table) & (lane.tally == table.first)",
+        "reaches_point(lane, table) & (lane.tally & 0xFFFFFFFFFF == table.first)",
+        "rays to the image of a point lamp that miss the mirror and count",
+        ("detectors/test_mirror_images::test_the_edge_of_a_mirror_cuts_the_light_of_a_point_lamp",),
+    ),
+    Fault(
+        "engine/passes/shadow_rays.py",
+        "lane.point_distance -= lane.distance",
+        "lane.point_distance -= 0.0 * lane.distance",
+        "rays that a mirror reflects past their point lamp, to what stands beyond it",
+        ("detectors/test_mirror_images::test_a_point_lamp_in_a_mirror_which_no_flight_could_hit",),
+    ),
+    Fault(
+        "compile/images.py",
+        "return tuple(_unfolded(np.array(position), chain[::-1]).tolist())",
+        "return tuple(_unfolded(np.array(position), chain).tolist())",
+        "the image of a point lamp by the mirrors of a chain in the wrong order",
+        ("detectors/test_mirror_images::test_a_point_lamp_in_a_periscope",),
+    ),
+    Fault(
         ADJOINT,
         "is_divided=direction is not None",
         "is_divided=False",

@@ -16,12 +16,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from transport.compile.detectors import LARGE_SHARE
-from transport.compile.lamps import strongest_ray
+from transport.compile.lamps import least_path, strongest_ray
 from transport.compile.methods import cure_of_chance, more_particles_or_backward
 from transport.compile.next_event import side_of
 from transport.results.diagnostics.proofs import (
@@ -340,7 +341,7 @@ def _classes_of_source(
     scene, lamp = plan.adjoint.scene, plan.adjoint.sources[number]
     gain = max(part.gains[number] for part in sums.parts)
     if lamp.detector is None:
-        yield from _direct_rays(scene, sums, number, heaviest * gain)
+        yield from _direct_rays(sums, number, heaviest * gain)
     else:
         yield from _flights_to_source(scene, sums, sensor, number, met, error / gain, heaviest, gain)
     # Rays to the lamp: from collisions and from walls.
@@ -356,18 +357,18 @@ def _classes_of_source(
         yield PathClass(what, met.strong_rays, heaviest * rays.strongest, gain=gain, name="strong rays")
 
 
-def _direct_rays(scene: Scene, sums: CellSums, number: int, gain: float) -> Iterator[PathClass]:
-    """The direct light of a Point on a detector that it almost touches, where few births are near it.
+def _direct_rays(sums: CellSums, number: int, gain: float) -> Iterator[PathClass]:
+    """The light of a Point, direct or by mirrors, on a detector that it almost touches; few births are near it.
 
     Where births are as near to its foot as the Point itself, cosine/r^2 is above a third of its maximum.
     """
-    lamp = sums.adjoint.sources[number]
-    for part in sums.parts if lamp.source.emission.law != "beam" else ():
-        position = scene.shape_of(lamp.source).position
-        if isinstance(part.sensor, Detector) and (strongest := strongest_ray(part.shape, position)) > 0:
-            near = math.pi * part.shape.distance(position) ** 2 / part.shape.area
+    lamp, places = sums.adjoint.sources[number], sums.adjoint.rays[number].places
+    for part, place in product((part for part in sums.parts if isinstance(part.sensor, Detector)), places):
+        if (strongest := strongest_ray(part.shape, place, places[0])) > 0:
+            near = math.pi * least_path(part.shape, place, places[0]) ** 2 / part.shape.area
             births = int(sums.run.histories * part.share * min(near, 1.0))
-            what = f"direct light from {lamp.name!r} very near it"
+            way = "direct light" if place == places[0] else "light by mirrors"
+            what = f"{way} from {lamp.name!r} very near it"
             yield PathClass(what, births, strongest, gain=gain, name="strong rays")
 
 
