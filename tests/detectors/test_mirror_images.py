@@ -63,13 +63,15 @@ IN_THE_WAY = {
     "beyond the lamp": (LAMP_PLACE + (LAMP_PLACE - AT_MIRROR) / 2, tp.Black(), 1.0),
     "a screen": ((PLACE + AT_MIRROR) / 2, SCREEN, 0.5),
 }
-PANELS_AND_OBSTACLES = [*((panel, "nothing") for panel in PANELS), *(("mirror", each) for each in IN_THE_WAY)]
+PANELS_AND_OBSTACLES = {(panel, "nothing"): 0 for panel in PANELS} | {
+    ("mirror", obstacle): 0 for obstacle in IN_THE_WAY
+}
 
 
-def of_point_lamp(shown: float) -> float:
-    """Irradiance by a point lamp and a share of its image."""
-    straight, image = (abs(by_point(RADIUS, place)) for place in (LAMP_PLACE, IMAGE_PLACE))
-    return straight + shown * image
+def of_point_lamp(shown: float, straight: float = 1.0) -> float:
+    """Irradiance by shares of a point lamp and of its image."""
+    of_lamp, of_image = (abs(by_point(RADIUS, place)) for place in (LAMP_PLACE, IMAGE_PLACE))
+    return straight * of_lamp + shown * of_image
 
 
 @pytest.mark.parametrize("estimator", ["expected", "backward"])
@@ -105,6 +107,20 @@ def test_the_edge_of_a_mirror_cuts_the_light_of_a_point_lamp(estimator):
     assert edge == pytest.approx(1.5)
     assert_agrees(found, exact)
     assert_rejected(found, mean_over(1.0, LAMP_PLACE) + mean_over(0.52, IMAGE_PLACE))
+
+
+@pytest.mark.parametrize("estimator", ["expected", "backward"])
+def test_media_dim_the_whole_path_by_way_of_a_mirror(estimator):
+    """The path to the image crosses a slab, 0.4 m thick, before the mirror and behind it; the straight one does not."""
+    scene, haze, smoke = panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False), 0.4, 1.3
+    box = tp.Box(center=(-0.4, 0, 0), size=(0.4, 9, 9))
+    slab = tp.Surface(box, tp.Transparent(), inside=tp.Medium(absorption=smoke))
+    surfaces, medium = [*scene.surfaces, slab], tp.Medium(absorption=haze)
+    found = run(tp.Scene(scene.sources, surfaces, scene.detectors, medium), 1e5, estimator)
+    straight, whole = math.dist(PLACE, LAMP_PLACE), math.dist(PLACE, IMAGE_PLACE)
+    depth = whole * (haze + (smoke - haze) * 2 * 0.4 / 3.5)
+    exact = of_point_lamp(math.exp(-depth), math.exp(-haze * straight))
+    assert found.value == pytest.approx(exact, rel=1e-5)
 
 
 def test_errors_of_a_point_lamp_in_a_mirror_hold_over_many_seeds():

@@ -273,8 +273,8 @@ FAULTS = (
     ),
     Fault(
         "compile/lamps.py",
-        "unit = size * size",
-        "unit = size",
+        "unit, places = size * size,",
+        "unit, places = size,",
         "a point lamp that fades with the distance instead of its square, backwards",
         ("detectors/test_points_and_beams_backward::test_a_camera_sees_a_wall_that_a_point_lamp_lights",),
     ),

@@ -1,11 +1,12 @@
 """Images of detectors and lamps in flat mirrors, by which shadow rays connect specular paths.
 
-A ray to the image of a detector (in a backward run, of a lamp) is reflected where it meets each mirror, within its outline, and so comes to
-the detector. Flights share the light of such a path as that of a straight one, by its whole length
-(engine/passes/mis.py). So all chains of mirrors that may lead to a detector must have an image, or none has:
-scenes are connected whose chains end, as those of a periscope or a corner do, and of two facing mirrors do
-not. Unfolded, a path by way of mirrors is a straight line through their images, and a chain is impossible
-where some image does not meet the convex hull of one before and one behind it.
+A ray to the image of a detector is reflected where it meets each mirror, within its outline, and so comes to
+the detector; in a backward run lamps take the place of detectors. Flights share the light of such a path as
+that of a straight one, by its whole length (engine/passes/mis.py). So all chains of mirrors that may lead to
+a detector must have an image, or none has: scenes are connected whose chains end, as those of a periscope or
+a corner do, and of two facing mirrors do not. Unfolded, a path by way of mirrors is a straight line through
+their images, and a chain is impossible where some image does not meet the convex hull of one before and one
+behind it.
 """
 
 from __future__ import annotations

@@ -358,7 +358,7 @@ def _classes_of_source(
 
 
 def _direct_rays(sums: CellSums, number: int, gain: float) -> Iterator[PathClass]:
-    """The light of a Point, direct or by mirrors, on a detector that it almost touches; few births are near it.
+    """The light of a Point, direct or by mirrors, on a detector that it almost touches.
 
     Where births are as near to its foot as the Point itself, cosine/r^2 is above a third of its maximum.
     """
