@@ -238,7 +238,8 @@ def test_a_wall_behind_a_camera_is_not_in_its_picture():
 def small_lamp_in_a_mirror_ball(pixels=(8, 6)):
     """A wide lamp and a small bright one, whose glint on a mirror ball fills a small part of one pixel."""
     wide = tp.Source(
-        tp.Rectangle(center=(0, 0, 1.99), normal=(0, 0, -1), width=0.4, height=0.4), tp.Lambertian(radiance=100.0)
+        tp.Rectangle(center=(0, 0, 1.99), normal=(0, 0, -1), width=0.4, height=0.4),
+        tp.Lambertian(radiance=100.0),
     )
     small = tp.Source(tp.Sphere(center=(0.7, 0.7, 1.5), radius=0.05), tp.Lambertian(radiance=1000.0))
     room = tp.Surface(tp.Box(center=(0, 0, 1), size=(2, 3, 2)), tp.Diffuse(0.5), "room")

@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 import transport as tp
+from tests.agreement import assert_agrees, assert_rejected, assert_z_spread
 from tests.focusing_scenes import by_periscope, periscope
 from tests.specular_scenes import (
+    HALF,
     IMAGE_PLACE,
     LAMP_PLACE,
+    PLACE,
+    POWER,
     by_point,
     direct,
     lamp,
@@ -42,11 +46,88 @@ def test_a_lamp_in_a_mirror(reflectance, transmission):
     assert found.verdict == "sound"
 
 
-def test_a_point_lamp_in_a_mirror_which_no_flight_could_hit():
-    found = run(panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False), 2e5, "expected")
-    value = sum(abs(by_point(RADIUS, place)) for place in (LAMP_PLACE, IMAGE_PLACE))
-    assert abs(found.z(value)) < 4
-    assert found.error < 1e-6 * value
+SCREEN = tp.Mixture([(tp.Transparent(), 0.5), (tp.Black(), 0.5)])
+PANELS = {
+    "mirror": (tp.Mirror(1.0), 1.0),
+    "half mirror": (tp.Mirror(0.3, 0.6), 0.3),
+    "mixture": (tp.Mixture([(tp.Mirror(0.9), 0.4), (tp.Transparent(), 0.3), (tp.Black(), 0.3)]), 0.36),
+    "two sides": (tp.TwoSided(tp.Mirror(0.5), tp.Mirror(0.9)), 0.5),
+    "wrong side": (tp.TwoSided(tp.Black(), tp.Mirror(0.9)), 0.0),
+}
+AT_MIRROR = PLACE + (IMAGE_PLACE - PLACE) * 2.5 / 3.5  # where the path to the image meets the panel
+IN_THE_WAY = {
+    "nothing": (PLACE - 1.0, tp.Black(), 1.0),
+    "before the mirror": ((PLACE + AT_MIRROR) / 2, tp.Black(), 0.0),
+    "behind it": ((AT_MIRROR + LAMP_PLACE) / 2, tp.Black(), 0.0),
+    "at the image": ((AT_MIRROR + IMAGE_PLACE) / 2, tp.Black(), 1.0),
+    "beyond the lamp": (LAMP_PLACE + (LAMP_PLACE - AT_MIRROR) / 2, tp.Black(), 1.0),
+    "a screen": ((PLACE + AT_MIRROR) / 2, SCREEN, 0.5),
+}
+PANELS_AND_OBSTACLES = {(panel, "nothing"): 0 for panel in PANELS} | {
+    ("mirror", obstacle): 0 for obstacle in IN_THE_WAY
+}
+
+
+def of_point_lamp(shown: float, straight: float = 1.0) -> float:
+    """Irradiance by shares of a point lamp and of its image."""
+    of_lamp, of_image = (abs(by_point(RADIUS, place)) for place in (LAMP_PLACE, IMAGE_PLACE))
+    return straight * of_lamp + shown * of_image
+
+
+@pytest.mark.parametrize("estimator", ["expected", "backward"])
+@pytest.mark.parametrize(("panel", "obstacle"), PANELS_AND_OBSTACLES)
+def test_a_point_lamp_in_a_mirror_which_no_flight_could_hit(panel, obstacle, estimator):
+    (material, reflected), (place, covering, passed) = PANELS[panel], IN_THE_WAY[obstacle]
+    scene = panel_scene(RADIUS, point_lamp(), material, is_behind=False)
+    disk = tp.Surface(tp.Disk(center=tuple(place), normal=(1, 0, 0), radius=0.1), covering, "obstacle")
+    found = run(tp.Scene(scene.sources, [*scene.surfaces, disk], scene.detectors), 1e5, estimator)
+    assert_agrees(found, of_point_lamp(reflected * passed))
+    assert found.error < 2e-6 * found.value
+    assert found.verdict == "sound"
+
+
+@pytest.mark.parametrize("estimator", ["expected", "backward"])
+def test_the_edge_of_a_mirror_cuts_the_light_of_a_point_lamp(estimator):
+    """The panel's upper edge, at z = 1.5, cuts what arrives by way of it above z = 0.5 of a strip of the plane x = 1.5."""
+    scene = panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False)
+    strip = tp.Rectangle(center=(PLACE[0], 0, 0.5), normal=(-1, 0, 0), up=(0, 0, 1), width=0.2, height=1.0)
+    found = run(tp.Scene(scene.sources, scene.surfaces, [tp.Detector(strip, "m")]), 1e5, estimator)
+    edge = PLACE[0] + (HALF - PLACE[0]) * 3.5 / 2.5
+
+    def mean_over(upper: float, lamp: np.ndarray) -> float:
+        """Mean over the strip of what arrives below a height."""
+        nodes, weights = np.polynomial.legendre.leggauss(12)
+        y, z = 0.1 * nodes[:, None], upper / 2 * (1 + nodes)
+        apart = PLACE[0] - lamp[0]
+        squared = apart**2 + y**2 + (z - lamp[2]) ** 2
+        rule = weights[:, None] * weights / 4 * upper
+        return POWER / (4 * math.pi) * float((rule * apart / squared**1.5).sum())
+
+    exact = mean_over(1.0, LAMP_PLACE) + mean_over(0.5, IMAGE_PLACE)
+    assert edge == pytest.approx(1.5)
+    assert_agrees(found, exact)
+    assert_rejected(found, mean_over(1.0, LAMP_PLACE) + mean_over(0.52, IMAGE_PLACE))
+
+
+@pytest.mark.parametrize("estimator", ["expected", "backward"])
+def test_media_dim_the_whole_path_by_way_of_a_mirror(estimator):
+    """The path to the image crosses a slab, 0.4 m thick, before the mirror and behind it; the straight one does not."""
+    scene, haze, smoke = panel_scene(RADIUS, point_lamp(), tp.Mirror(1.0), is_behind=False), 0.4, 1.3
+    box = tp.Box(center=(-0.4, 0, 0), size=(0.4, 9, 9))
+    slab = tp.Surface(box, tp.Transparent(), inside=tp.Medium(absorption=smoke))
+    surfaces, medium = [*scene.surfaces, slab], tp.Medium(absorption=haze)
+    found = run(tp.Scene(scene.sources, surfaces, scene.detectors, medium), 1e5, estimator)
+    straight, whole = math.dist(PLACE, LAMP_PLACE), math.dist(PLACE, IMAGE_PLACE)
+    depth = whole * (haze + (smoke - haze) * 2 * 0.4 / 3.5)
+    exact = of_point_lamp(math.exp(-depth), math.exp(-haze * straight))
+    assert found.value == pytest.approx(exact, rel=1e-5)
+
+
+def test_errors_of_a_point_lamp_in_a_mirror_hold_over_many_seeds():
+    scene = panel_scene(0.3, point_lamp(), tp.Mirror(0.8), is_behind=False)
+    exact = abs(by_point(0.3, LAMP_PLACE)) + 0.8 * abs(by_point(0.3, IMAGE_PLACE))
+    z = [run(scene, 4000, "backward", seed).z(exact) for seed in range(1, 51)]
+    assert_z_spread(np.array(z), math.inf)
 
 
 def test_a_periscope():
@@ -67,6 +148,16 @@ def test_births_of_backward_runs_send_rays_to_images_too(scene):
     assert found.verdict == "sound"
 
 
+@pytest.mark.parametrize("estimator", ["expected", "backward"])
+def test_a_point_lamp_in_a_periscope(estimator):
+    """0.9 x 0.8 of the light of the same lamp at 4 m."""
+    scene = periscope()
+    lamp = tp.Source(tp.Point(position=scene.sources[0].shape.center), tp.Isotropic(power=POWER))
+    found = run(tp.Scene([lamp], scene.surfaces, scene.detectors), 1e5, estimator)
+    assert found.value == pytest.approx(0.9 * 0.8 * POWER / (4 * math.pi * 16), rel=1e-6)
+    assert found.verdict == "sound"
+
+
 def upright(x: float, y: float, turn: float, reflectance: float, name: str) -> tp.Surface:
     """An upright mirror that begins on the z axis."""
     normal = (-math.sin(turn), math.cos(turn), 0)
@@ -74,8 +165,9 @@ def upright(x: float, y: float, turn: float, reflectance: float, name: str) -> t
     return tp.Surface(shape, tp.Mirror(reflectance), name)
 
 
+@pytest.mark.parametrize("estimator", ["expected", "backward"])
 @pytest.mark.parametrize(("images", "angle"), [(3, 90.0), (5, 60.0)])
-def test_a_point_lamp_in_a_kaleidoscope(images, angle):
+def test_a_point_lamp_in_a_kaleidoscope(images, angle, estimator):
     """Two mirrors at 360°/(n + 1) show n images; the last is seen by way of either first."""
     turn = math.radians(angle)
     mirrors = [
@@ -98,7 +190,7 @@ def test_a_point_lamp_in_a_kaleidoscope(images, angle):
         apart = np.array([radius * math.cos(at), radius * math.sin(at), lamp[2]]) - place
         shown = max(float(normal @ apart), 0.0) / float(apart @ apart) ** 1.5
         value += shown * math.prod(_reflectances(at, turn, place))
-    found = run(scene, 1e5, "expected")
+    found = run(scene, 1e5, estimator)
     assert abs(found.value - value) < 4 * found.error + 1e-7 * value
 
 
@@ -168,6 +260,52 @@ def test_a_room_with_two_mirrors_is_the_same_to_all_estimators(source, meter):
         assert apart < 4 * np.hypot(found[one].error, found[other].error), (one, other)
 
 
+BULB = tp.Source(tp.Point(position=(0.5, 0.4, 2.0)), tp.Isotropic(power=10.0))
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+@pytest.mark.parametrize("others", ["", "+x"], ids=["a mirror", "two mirrors"])
+def test_a_room_with_mirrors_and_a_point_lamp_is_the_same_to_both_estimators(floor, others):
+    """With a lamp that has an area beside it; what each brings is known of the backward run."""
+    scene = room(FLOORS[floor], BULB, METERS["disk"], None, others)
+    both = tp.Scene([BULB, LAMPS["disk"]], scene.surfaces, scene.detectors)
+    alone, there, back = (
+        run(one, 2e5, name) for one, name in ((scene, "expected"), (both, "expected"), (both, "backward"))
+    )
+    result = tp.simulate(both, 2e5, seed=2, estimator="backward", progress=False)["m"]
+    assert_agrees(back - there, 0)
+    assert_agrees(result.by_source["sources[0]"].irradiance - alone, 0)
+    assert back.relative_error < 0.01
+    assert_rejected(back, 0.9 * there.value)
+
+
+def test_a_camera_sees_a_floor_that_a_point_lamp_lights_by_a_mirror_alone():
+    """A black disk shades a place from the lamp; its image lights it: L = albedo E/pi."""
+    floor = tp.Surface(tp.Rectangle(width=30, height=30), tp.Diffuse(0.6), "floor")
+    square = tp.Rectangle(center=(-1, 0, 1.5), normal=(1, 0, 0), up=(0, 0, 1), width=3, height=2.9)
+    shade = tp.Surface(tp.Disk(center=(0.4, 0.1, 1.0), radius=0.3), tp.Black(), "shade")
+    surfaces = [floor, tp.Surface(square, tp.Mirror(0.8), "mirror"), shade]
+    lamp, place = np.array((0.3, 0.1, 1.9)), np.array((0.5, 0.2, 0.0))
+    camera = tp.Camera(
+        name="view", position=(3, -3, 4), look_at=tuple(place), field_of_view=1e-5, pixels=(1, 1)
+    )
+    source = tp.Source(tp.Point(position=tuple(lamp)), tp.Isotropic(intensity=5.0))
+    found = tp.simulate(tp.Scene(source, surfaces, camera), 1e4, seed=1, progress=False)["view"].radiance
+    apart = lamp * (-1, 1, 1) - (2, 0, 0) - place
+    exact = 0.6 / math.pi * 0.8 * 5.0 * apart[2] / float(apart @ apart) ** 1.5
+    assert float(found.value[0, 0]) == pytest.approx(exact, rel=1e-5)
+
+
+def test_a_point_lamp_between_a_detector_and_a_mirror_that_nearly_touch_is_doubtful():
+    """The lamp lies in the plane of the detector, which its image lights with half of the power, at 2 mm."""
+    mirror = tp.Surface(tp.Rectangle(center=(0, 0, 1e-3), width=9, height=9), tp.Mirror(1.0), "mirror")
+    lamp = tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0))
+    scene = tp.Scene(lamp, mirror, tp.Detector(tp.Disk(radius=1.0), "m"))
+    found = tp.simulate(scene, 1e4, seed=1, estimator="backward", progress=False)["m"].flux_in
+    assert found.verdict == "doubtful" and any("light by mirrors" in str(each) for each in found.findings)
+    assert found.interval()[1] > 0.5 * (1 - 2e-3)
+
+
 @pytest.mark.slow
 def test_claimed_errors_hold():
     """Forty seeds of each; the spread over the claimed error is known to 11 %."""
@@ -195,7 +333,6 @@ def flat(material: tp.Material, x: float = 2.0, size: float = 1.0) -> tp.Surface
 
 
 BALL = tp.Sphere(center=(0, 3, 0), radius=0.5)
-SCREEN = tp.Mixture([(tp.Transparent(), 0.5), (tp.Black(), 0.5)])
 
 
 @pytest.mark.parametrize(

@@ -361,26 +361,50 @@ MIRROR, GLASS = tp.Mirror(0.9), tp.Dielectric(1.5)
 CAMERA = pixel((0, 0, 0))
 
 
+FLAT = tp.Rectangle(center=(3, 0, 1), normal=(-1, 0, 0), width=1, height=1)
+PANES = {
+    "mirror": (FLAT, MIRROR),
+    "half transparent": (FLAT, tp.Mixture([(tp.Transparent(), 0.5), (tp.Diffuse(0.4), 0.5)])),
+    "curved mirror": (tp.Sphere(center=(3, 0, 1), radius=0.5), MIRROR),
+    "metal": (FLAT, tp.Conductor(0.2, 3.4)),
+    "glass": (FLAT, GLASS),
+    "gloss": (FLAT, tp.Glossy(0.2)),
+}
+OF_LAMP, OF_SUN = (LAMP, "a small Sphere"), (SUN, "a Disk that shines by Lambertian() from far away")
+
+
 @pytest.mark.parametrize(
-    "material",
-    [MIRROR, GLASS, tp.Glossy(0.2), tp.Mixture([(tp.Transparent(), 0.5), (tp.Diffuse(0.4), 0.5)])],
-    ids=["mirror", "glass", "gloss", "half transparent"],
+    ("name", "source", "cure"),
+    [(name, *each) for name in PANES for each in (OF_LAMP, OF_SUN)[name in ("mirror", "half transparent") :]],
 )
-@pytest.mark.parametrize(
-    ("source", "cure"), [(LAMP, "a small Sphere"), (SUN, "a Disk that shines by Lambertian() from far away")]
-)
-def test_light_by_specular_surfaces_is_refused(material, source, cure):
-    pane = tp.Surface(tp.Rectangle(center=(3, 0, 1), normal=(-1, 0, 0), width=1, height=1), material, "pane")
-    kind = "glossy" if isinstance(material, tp.Glossy) else "specular"
+def test_light_by_specular_surfaces_is_refused(name, source, cure):
+    """But of a Point in flat mirrors, and through screens: test_mirror_images.py."""
+    pane = tp.Surface(*PANES[name], "pane")
+    kind = "glossy" if name == "gloss" else "specular"
     words = f"no ray finds light of the ... of sources[0] by way of Surface 'pane', which is {kind}; "
-    # Rays to images of a detector in mirrors, and from gloss, find all light of a Point.
-    is_guided = isinstance(material, tp.Dielectric) or (source is SUN and kind == "specular")
-    forward = f"{words}write estimator='expected'{' with guide=1_000_000' * is_guided}, or use {cure}"
+    # Rays from gloss find all light.
+    forward = f"{words}write estimator='expected'{' with guide=1_000_000' * (name != 'gloss')}, or use {cure}"
     assert_refused(lambda: run(tp.Scene(source, [FLOOR, pane], tp.Detector("floor"))), forward)
     scene = tp.Scene(source, [FLOOR, pane], CAMERA)
     for estimator in (None, "analog", "expected", "auto"):
         other = f"{words}use {cure}, or take out Camera 'view'"
         assert_refused(lambda e=estimator: run(scene, estimator=e), other)
+
+
+WIDE = replace(FLAT, width=5, height=1.9)
+FACING = replace(WIDE, center=(-3, 0, 1), normal=(1, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("others", "medium", "guide"),
+    [([], FOG, ""), ([tp.Surface(FACING, MIRROR)], None, " with guide=1_000_000")],
+    ids=["a medium that scatters", "facing mirrors"],
+)
+def test_light_by_flat_mirrors_is_refused_where_no_ray_finds_all_of_it(others, medium, guide):
+    pane = tp.Surface(WIDE, MIRROR, "pane")
+    scene = tp.Scene(LAMP, [FLOOR, pane, *others], tp.Detector("floor"), medium=medium or tp.Medium())
+    words = "no ray finds light of the Point of sources[0] by way of Surface 'pane', which is specular; "
+    assert_refused(lambda: run(scene), f"{words}write estimator='expected'{guide}, or use a small Sphere")
 
 
 @pytest.mark.parametrize(

@@ -282,7 +282,7 @@ def test_a_volume_detector_of_collisions_follows_no_paths():
 
 RAYS = {
     "load_shadow_rays", "reset_shadow_hit", "score_at_points", "end_rays_at_points", "list_shadow_rays", "connect_to_point",
-    "contribute_from_births", "contribute_from_walls",
+    "contribute_from_births", "contribute_from_walls", "end_next_event_rays",
 }  # fmt: skip
 FLOWN = {"find_phase_of_flights", "connect_to_flight", "contribute_from_scattering", "add_isotropic_pdf"}
 DETOURS = {

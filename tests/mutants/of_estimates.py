@@ -275,8 +275,8 @@ FAULTS = (
     ),
     Fault(
         "compile/lamps.py",
-        "unit = size * size",
-        "unit = size",
+        "unit, places = size * size,",
+        "unit, places = size,",
         "a point lamp that fades with the distance instead of its square, backwards",
         ("detectors/test_points_and_beams_backward::test_a_camera_sees_a_wall_that_a_point_lamp_lights",),
     ),
@@ -302,6 +302,27 @@ FAULTS = (
         "reaches_point(lane, table)",
         "rays to one lamp that count for all",
         ("detectors/test_points_and_beams_backward::test_lamps_are_told_apart",),
+    ),
+    Fault(
+        "engine/passes/backward.py",
+        "reaches_point(lane, table) & (lane.tally == table.first)",
+        "reaches_point(lane, table) & (lane.tally & 0xFFFFFFFFFF == table.first)",
+        "rays to the image of a point lamp that miss the mirror and count",
+        ("detectors/test_mirror_images::test_the_edge_of_a_mirror_cuts_the_light_of_a_point_lamp",),
+    ),
+    Fault(
+        "engine/passes/shadow_rays.py",
+        "lane.point_distance -= lane.distance",
+        "lane.point_distance -= 0.0 * lane.distance",
+        "rays that a mirror reflects past their point lamp, to what stands beyond it",
+        ("detectors/test_mirror_images::test_a_point_lamp_in_a_mirror_which_no_flight_could_hit",),
+    ),
+    Fault(
+        "compile/images.py",
+        "return tuple(_unfolded(np.array(position), chain[::-1]).tolist())",
+        "return tuple(_unfolded(np.array(position), chain).tolist())",
+        "the image of a point lamp by the mirrors of a chain in the wrong order",
+        ("detectors/test_mirror_images::test_a_point_lamp_in_a_periscope",),
     ),
     Fault(
         ADJOINT,
@@ -403,7 +424,9 @@ FAULTS = (
         "return [*found, *self._of_pixels] if is_alone else found",
         "return found",
         "pixels without a doubt about a glint that may fill one of them",
-        ("detectors/test_caustics::test_a_pixel_that_may_hold_a_glint_is_no_more_certain_than_its_own_flights",),
+        (
+            "detectors/test_caustics::test_a_pixel_that_may_hold_a_glint_is_no_more_certain_than_its_own_flights",
+        ),
     ),
     Fault(
         "results/diagnostics/proofs.py",

@@ -139,7 +139,7 @@ def add_caustics(
     # Start histories at the lamps.
     power, lamps = math.fsum(emitter.bound for emitter in found), {}
     for emitter in found:
-        (*_, (begin, row)) = emitter.cells
+        row = emitter.cells[-1][1]
         lamp = -1 - int(row["cell"])
         row["density"] = lamps[lamp] = SHARE * strengths[lamp] / power
         plan.emitters.append(replace(emitter, amount=SHARE * emitter.bound / power, weight=1.0))
@@ -156,7 +156,9 @@ def add_caustics(
             of_births = emitter.amount / (math.pi * len(view.measures) * unit)
             is_flat = isinstance(sensor, Camera)
             values = {"first": first + int(row["first"]), "cells": cells, "sensor": row, "is_flat": is_flat}
-            rows.append(layout.row(layout.VIEW, **values, scale=of_births / (1.0 if is_flat else 2 * math.pi)))
+            rows.append(
+                layout.row(layout.VIEW, **values, scale=of_births / (1.0 if is_flat else 2 * math.pi))
+            )
             scale = power_of_two(view.strongest * unit) if view.strongest > 0 else 1.0
             plan.points.append(_point_plan(plan, rows[-1], scale))
             views[sensor.name] = replace(view, scale=scale * unit)
@@ -168,7 +170,8 @@ def add_caustics(
 
 def _view(view: PointInstrument, walls: list[tuple[Shape, float]], share: float) -> View:
     """Return a camera or a map, at which a share of the histories starts, for rays from walls."""
-    shown = [(strongest_ray(piece, view.position), sent) for piece, sent in walls if may_show(view, piece)]
+    place = view.position
+    shown = [(strongest_ray(piece, place, place), sent) for piece, sent in walls if may_show(view, piece)]
     strongest = max((sent * ray for ray, sent in shown), default=0.0)
     nearest = max((ray for ray, _ in shown), default=0.0)
     edges, measures = view.edges(), _measures(view)

@@ -1,11 +1,12 @@
-"""Images of detectors in flat mirrors, by which shadow rays connect specular paths.
+"""Images of detectors and lamps in flat mirrors, by which shadow rays connect specular paths.
 
 A ray to the image of a detector is reflected where it meets each mirror, within its outline, and so comes to
-the detector. Flights share the light of such a path as that of a straight one, by its whole length
-(engine/passes/mis.py). So all chains of mirrors that may lead to a detector must have an image, or none has:
-scenes are connected whose chains end, as those of a periscope or a corner do, and of two facing mirrors do
-not. Unfolded, a path by way of mirrors is a straight line through their images, and a chain is impossible
-where some image does not meet the convex hull of one before and one behind it.
+the detector; in a backward run lamps take the place of detectors. Flights share the light of such a path as
+that of a straight one, by its whole length (engine/passes/mis.py). So all chains of mirrors that may lead to
+a detector must have an image, or none has: scenes are connected whose chains end, as those of a periscope or
+a corner do, and of two facing mirrors do not. Unfolded, a path by way of mirrors is a straight line through
+their images, and a chain is impossible where some image does not meet the convex hull of one before and one
+behind it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.compile import layout
 from transport.compile.gloss import glossy_parts
 from transport.geometry.relations import are_on_one_support
 from transport.geometry.shape import Shape
@@ -109,6 +111,17 @@ def may_be_seen(outlines: list[np.ndarray], position: Vector) -> bool:
     """Return whether an image, the last of the outlines, may be seen from a place through all before it."""
     *mirrors, image = outlines
     return all(_may_pass(np.array([position]), mirror, image) for mirror in mirrors)
+
+
+def image_of(position: Vector, chain: Chain) -> Vector:
+    """Return the image of a position by a chain of mirrors."""
+    return tuple(_unfolded(np.array(position), chain[::-1]).tolist())
+
+
+def mark_of(chain: Chain) -> int:
+    """Return what is added to the first row of a target for rays to its image by a chain."""
+    shifts = (layout.MIRROR_SHIFT + layout.MIRROR_BITS * place for place in range(len(chain)))
+    return sum(number << shift for (number, _), shift in zip(chain, shifts, strict=True))
 
 
 def _unfolded(points: np.ndarray, chain: Chain) -> np.ndarray:

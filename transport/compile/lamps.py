@@ -3,16 +3,19 @@
 No history can hit a Point, and none flies exactly along a Beam. Rays are cast to them instead, as to a point
 detector (compile/points.py): from collisions, diffuse walls, and births of detectors without bins of
 direction. A ray to a Point scores the pdf of its direction over the squared distance; one against a Beam,
-which ends at the place of its shape that shines on the event, the pdf alone.
+which ends at the place of its shape that shines on the event, the pdf alone. Rays go to the images of a Point
+in flat mirrors, too (compile/images.py), and score by the whole length of their path.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from transport.compile import layout
+from transport.compile.images import Chain, chains_of_mirrors, image_of, mark_of
 from transport.compile.next_event import LAMBERTIAN_DENSITY, min_collision_distance, pieces_or_faces
 from transport.compile.points import (
     MAX_POINTS,
@@ -48,6 +51,7 @@ class LampRays:
     strongest: float  # largest sum of a ray from a wall, for a history of weight 1
     from_walls: bool
     from_collisions: bool
+    places: tuple[Vector, ...] = ()  # of a Point, and of its images in mirrors [m]
 
 
 def strength_of(source: Source, shape: Shape) -> float:
@@ -70,48 +74,69 @@ def diffuse_pieces(scene: Scene) -> list[tuple[Shape, float]]:
 
 def add_lamp(plan: Plan, source: Source, shape: Shape, first: int) -> LampRays:
     """Add a source to the points that rays end at, with sums by cell from row `first` on."""
-    if len(plan.points) >= MAX_POINTS:
-        raise SceneError(f"simulate: estimator 'backward' takes at most {MAX_POINTS} Points and Beams")
+    chains = [()] if source.emission.law == "beam" else _chains_to(plan, shape)
+    if len(plan.points) + len(chains) > MAX_POINTS:
+        most = f"{MAX_POINTS} Points and Beams, images in mirrors included"
+        raise SceneError(f"simulate: estimator 'backward' takes at most {most}")
     walls = diffuse_pieces(plan.scene)
     phases = plan.phase_numbers if scatters_anywhere(plan) else ()
     peak = max([LAMBERTIAN_DENSITY, *(phase.max_density for phase in phases)])
-    number, size = len(plan.points), plan.space.size
+    number, size, places = len(plan.points), plan.space.size, ()
     if source.emission.law == "beam":
         largest, unit = peak, 1.0
         strongest = max((sent * LAMBERTIAN_DENSITY for _, sent in walls), default=0.0)
         scale = power_of_two(largest)
-        target = _beam(plan, source, shape, number, first, scale)
+        plan.points.append(_beam(plan, source, shape, number, first, scale))
     else:
-        unit = size * size
-        largest = peak * unit / _least_distance(plan, shape.position, walls) ** 2
-        strongest = max((sent * strongest_ray(piece, shape.position) for piece, sent in walls), default=0.0)
+        unit, places = size * size, tuple(image_of(shape.position, chain) for chain in chains)
+        largest = peak * unit / _least_distance(plan, places, walls) ** 2
+        rays = (sent * strongest_ray(piece, place, places[0]) for piece, sent in walls for place in places)
+        strongest = max(rays, default=0.0)
         scale = power_of_two(largest)
-        target = point_plan(plan, source, shape.position, number, first, scale)
-    plan.points.append(target)
-    return LampRays(scale * unit, strongest, strongest > 0, bool(phases))
+        for place, chain in zip(places, chains, strict=True):
+            plan.points.append(point_plan(plan, source, place, number, first + mark_of(chain), scale))
+    return LampRays(scale * unit, strongest, strongest > 0, bool(phases), places)
 
 
-def strongest_ray(shape: Shape, position: Vector) -> float:
-    """Bound cosine / (pi r^2) [m^-2] of rays from a shape to a point; 0 on a plane through the point."""
-    distance, cosine = shape.distance(position), 1.0
+def _chains_to(plan: Plan, point: Point) -> list[Chain]:
+    """Return the chains of mirrors by which rays come to a Point: none first, for straight rays."""
+    return [(), *(chains_of_mirrors(plan.scene, (point,))[0] if plan.links is not None else ())]
+
+
+def least_path(shape: Shape, place: Vector, position: Vector) -> float:
+    """Bound the lengths [m] of rays from a shape to an image, or to the position itself, of a Point.
+
+    No path by way of mirrors is shorter than the straight one.
+    """
+    return max(shape.distance(place), shape.distance(position))
+
+
+def strongest_ray(shape: Shape, place: Vector, position: Vector) -> float:
+    """Bound cosine / (pi r^2) [m^-2] of the same rays; 0 on a plane through the place."""
+    distance, cosine = least_path(shape, place, position), 1.0
     if shape.is_flat:
-        if is_on_support(position, shape):
+        if is_on_support(place, shape):
             return 0.0
-        cosine = min(abs(shape.height_of(position)) / distance, 1.0)
+        cosine = min(abs(shape.height_of(place)) / distance, 1.0)
     return LAMBERTIAN_DENSITY * cosine / distance**2 if distance > 0 else math.inf
 
 
-def _least_distance(plan: Plan, position: Vector, walls: list[tuple[Shape, float]]) -> float:
-    """Return the distance from a point [m] whose scores are scaled to about 1: of the nearest event there."""
+def _least_distance(plan: Plan, places: Sequence[Vector], walls: list[tuple[Shape, float]]) -> float:
+    """Return the distance [m] whose scores are scaled to about 1: of the nearest event to a Point.
+
+    places: of the Point, and of its images.
+    """
+    position = places[0]
     births = [emitter.shape for emitter in plan.emitters if emitter.ray_densities]
     pieces = [piece for piece, _ in walls]
     seen_from = [*pieces, *(emitter.shape for emitter in plan.emitters)]
     apart = [math.dist(shape.middle, position) for shape in seen_from if not shape.is_infinite]
     reach = max(apart, default=0.0) or plan.space.size
     gaps = [
-        math.dist(shape.position, position) if isinstance(shape, Point) else shape.distance(position)
+        least_path(shape, place, position)
         for shape in (*pieces, *births)
-        if isinstance(shape, Point) or strongest_ray(shape, position) > 0
+        for place in places
+        if strongest_ray(shape, place, position) > 0
     ]
     if scatters_anywhere(plan):
         collided = min_collision_distance(plan, Point(position=position))

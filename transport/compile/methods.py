@@ -314,12 +314,12 @@ def can_sample_points_on(shape: Shape) -> bool:
 #     PointDetector             point that emits into all directions
 #     Camera, EnvironmentMap    point that emits into each pixel or bin
 #
-# What cannot be run backward is refused: light of Points and Beams by way of specular surfaces, or in bins of
-# direction; particles and time; options of detectors that need a history's past
-# (Detector.options_of_the_past); volumes; surfaces that are not reciprocal (ThinLens, which does not conserve
-# L/eta^2 equally from both sides; a TwoSided whose sides transmit differently). Light that leaves a detector
-# has no backward estimate: put a detector on the other side. The `aim` of a source is ignored: the whole
-# source counts.
+# What cannot be run backward is refused: light of Points and Beams by way of specular surfaces (other than
+# that of Points by flat mirrors whose chains end: compile/images.py), or in bins of direction; particles and
+# time; options of detectors that need a history's past (Detector.options_of_the_past); volumes; surfaces that
+# are not reciprocal (ThinLens, which does not conserve L/eta^2 equally from both sides; a TwoSided whose
+# sides transmit differently). Light that leaves a detector has no backward estimate: put a detector on the
+# other side. The `aim` of a source is ignored: the whole source counts.
 
 SHAPES_WITH_POSITIONS = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
 TRANSMITTANCE_TOLERANCE = 1e-12  # tolerance of equal transmittances
@@ -390,6 +390,26 @@ def found_by_rays_alone(scene: Scene, source: Source) -> bool:
     return source.emission.law == "beam" or isinstance(scene.shape_of(source), Point)
 
 
+def _are_points_connected(scene: Scene) -> bool:
+    """Return whether rays to Points find all their light by specular surfaces.
+
+    So they do where flat mirrors alone are specular and all lamps that rays go to have finite chains of them
+    (compile/images.py), and where nothing scatters, as no ray that is scattered once more goes to an image.
+    """
+    lamps = [(scene.shape_of(source), source.emission.fills_volume) for source in scene.sources]
+    targets = tuple(
+        shape
+        for shape, is_volume in lamps
+        if isinstance(shape, Point) or (not is_volume and can_sample_points_on(shape))
+    )
+    return not _scatters(scene) and chains_of_mirrors(scene, targets) is not None
+
+
+def _scatters(scene: Scene) -> bool:
+    """Return whether a medium scatters."""
+    return any(np.max(medium.scattering) > 0 for medium in named_media(scene))
+
+
 def _against_rays(scene: Scene, source: Source, title: str, removal: str | None) -> Iterator[str]:
     """Yield the reasons why shadow rays do not find all light of a Point or a Beam.
 
@@ -409,7 +429,8 @@ def _against_rays(scene: Scene, source: Source, title: str, removal: str | None)
     if not (is_beam or source.emission.ray_densities):
         yield f"the density of directions of {what} is not known to rays; {lamp}, or {analog}"
     # Light in single directions: no ray samples them, and no history can hit the source.
-    for number, surface in enumerate(scene.surfaces):
+    is_connected = not is_beam and _are_points_connected(scene)
+    for number, surface in enumerate(() if is_connected else scene.surfaces):
         sides = surface.material.sides
         is_glossy = any(side.shares.glossy > 0 for side in sides)
         if surface.material.is_specular or is_glossy:
@@ -421,14 +442,13 @@ def _against_rays(scene: Scene, source: Source, title: str, removal: str | None)
             if is_on(shape.position, surface.shape):
                 place = surface_name(scene, number)
                 yield f"{what} lies on {place}, where rays end; {instead('move it off')}"
-    scatters = any(np.max(medium.scattering) > 0 for medium in named_media(scene))
     for detector in scene.detectors:
         name = f"{type(detector).__name__} {detector.name!r}"
         if getattr(detector, "directions", None) is not None:
             got = short_repr(detector.directions)
             lost = f"no bin of directions of {name} holds the direct light of {what}, got {got}"
             yield f"{lost}; {instead(f'leave directions out, or {lamp}')}"
-        if scatters and not is_beam and getattr(detector, "position", None) == shape.position:
+        if not is_beam and _scatters(scene) and getattr(detector, "position", None) == shape.position:
             yield f"{name} must not be at {what} where a medium scatters; move one of them"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.gloss import glossy_parts, lobe_peak, single_peak
-from transport.compile.images import Chain, chains_of_mirrors, mirrors_of, turned
+from transport.compile.images import Chain, chains_of_mirrors, mark_of, mirrors_of, turned
 from transport.compile.methods import uses_next_event
 from transport.compile.points import Rays, scatters_anywhere
 from transport.compile.shapes import pass_name, shape_columns
@@ -119,12 +119,6 @@ def _links(plan: Plan) -> np.ndarray:
     return table
 
 
-def _mark(chain: Chain) -> int:
-    """Return what is added to the first row of a detector for rays to its image by a chain."""
-    shifts = (layout.MIRROR_SHIFT + layout.MIRROR_BITS * place for place in range(len(chain)))
-    return sum(number << shift for (number, _), shift in zip(chain, shifts, strict=True))
-
-
 def _image(plan: Plan, row: np.ndarray, chain: Chain) -> np.ndarray:
     """Return the image by a chain of mirrors of a detector's row of layout.EXPECTATION."""
     found = row.copy()
@@ -222,7 +216,7 @@ def _expectation(plan: Plan, detector: Detector, number: int, chains: list[Chain
         if kind is None:
             return []
         row = layout.row(layout.EXPECTATION, values, sharing=0.0 if is_pure else kind[0])
-        rows = [(row, first), *((_image(plan, row, chain), first + _mark(chain)) for chain in chains)]
+        rows = [(row, first), *((_image(plan, row, chain), first + mark_of(chain)) for chain in chains)]
         ways = []
         for each, first_row in rows:
             names = _connections(shape) if ways else (draw, *_connections(shape))  # all from one draw

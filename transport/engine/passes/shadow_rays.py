@@ -180,9 +180,9 @@ def score_at_points(lane, table):
 
 @lane_pass(layout.NO_TABLE)
 def end_rays_at_points(lane, table):
-    """End rays to points at their point, and at acting surfaces."""
-    stopped = ((lane.hit == 0) & (lane.leg == layout.STRAIGHT_LEG)) | (lane.surface != 0)
-    lane.weight = choose((lane.leg < 0) & stopped, 0.0, lane.weight)
+    """End rays to points at their point."""
+    reached = (lane.hit == 0) & (lane.leg == layout.STRAIGHT_LEG)
+    lane.weight = choose(reached, 0.0, lane.weight)
 
 
 # ---- Rays to surface detectors score at their own detector only.
@@ -234,7 +234,8 @@ def end_next_event_rays(lane, table):
 def redirect_next_event_rays(lane, table):
     """Let rays pass straight through acting surfaces, or be reflected by the mirrors of their image in turn.
 
-    They keep the share of the weight that does so, and end behind their target.
+    They keep the share of the weight that does so, and end behind their target. A ray to a point has the rest
+    of its path ahead.
     """
     rows = view(lane.arena + table.rows, table.count, layout.LINK)
     if lane.surface != 0:
@@ -245,6 +246,7 @@ def redirect_next_event_rays(lane, table):
         waiting = lane.tally >> layout.MIRROR_SHIFT
         turns = (waiting != 0) & (row.mirror == waiting & MIRROR_MASK)
         lane.weight *= reflects if turns else passes
+        lane.point_distance -= lane.distance
         if turns:
             lane.ux, lane.uy, lane.uz = reflected(
                 lane.ux, lane.uy, lane.uz, lane.nx, lane.ny, lane.nz, lane.mu

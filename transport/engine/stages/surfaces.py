@@ -101,7 +101,8 @@ def cross_media(plan):
 def cross_shadow_rays(plan):
     """Yield the steps of a ray at a surface: move there, score, change bodies, resume the ray."""
     passes = any(name.startswith(("cover", "bound")) for name, *_ in plan.members)
-    if not (passes or plan.expectations):
+    if not (passes or plan.expectations or plan.links is not None):
+        yield step(shadow_rays.end_next_event_rays)
         return
     if passes:
         yield step(intersections.save_ray)
@@ -113,10 +114,10 @@ def cross_shadow_rays(plan):
         for layer in range(len(plan.layers)):
             yield from _score_next_event(plan, layer)
         yield from mark_visits(plan)
-        if plan.links is None:
-            yield step(shadow_rays.end_next_event_rays)
-        else:
-            yield step(shadow_rays.redirect_next_event_rays, plan.arena.table(plan.links))
+    if plan.links is None:
+        yield step(shadow_rays.end_next_event_rays)
+    else:
+        yield step(shadow_rays.redirect_next_event_rays, plan.arena.table(plan.links))
     yield from cross_media(plan)
     if passes:
         yield step(intersections.restore_ray)

@@ -16,12 +16,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from transport.compile.detectors import LARGE_SHARE
-from transport.compile.lamps import strongest_ray
+from transport.compile.lamps import least_path, strongest_ray
 from transport.compile.methods import cure_of_chance, more_particles_or_backward
 from transport.compile.next_event import side_of
 from transport.results.diagnostics.proofs import (
@@ -47,12 +48,10 @@ from transport.statistics.findings import MORE_PARTICLES, USE_MORE, Finding, dou
 from transport.validation import join_names
 
 if TYPE_CHECKING:
-    from transport.compile.adjoint import DetectedSource
     from transport.compile.next_event import Expectation
     from transport.compile.plan import Plan
     from transport.results.backward import BackwardReading, CellSums, ViewReading
     from transport.results.detectors import Reading
-    from transport.scene.cameras import PointInstrument
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
     from transport.statistics.estimates import Estimate
@@ -306,28 +305,47 @@ def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
         lamp = sums.adjoint.sources[number]
         if not isinstance(lamp.detector, Detector):
             continue
-        shape, side, rays = scene.shape_of(lamp.source), lamp.source.side, _rays_to(sums, lamp)
-        view = DirectView(scene, sensor, sums.parts, number, shape, side)
-        is_linked = rays is not None and sums.plan.links is not None and not view.is_mirrored
-        mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side)
-        glossy = [] if rays is None else glossy_surfaces_of(scene, shape, side)
-        full = pixels_of(sensor, [scene.surfaces[each].shape for each in mirrors] + [shape] * (not view.is_hidden))
-        share = rays.largest_glossy_share[side_of(lamp.detector)] if glossy else 0.0
-        shares = np.where(pixels_of(sensor, [scene.surfaces[each].shape for each in glossy]), share, 0.0)
-        shares = np.where(full, 1.0, shares)
+        ways = _ways_to(sums, sensor, number)
+        shapes = [scene.surfaces[each].shape for each in ways.mirrors]
+        shapes += [] if ways.view.is_hidden else [scene.shape_of(lamp.source)]
+        glossy = [scene.surfaces[each].shape for each in ways.glossy]
+        share = ways.rays.largest_glossy_share[side_of(lamp.detector)] if glossy else 0.0
+        shares = np.where(pixels_of(sensor, shapes), 1.0, np.where(pixels_of(sensor, glossy), share, 0.0))
         flights = over_batches(sums.rows_of(part, "weights", 1 + number))
         scores = np.divide(flights, shares, out=np.zeros(len(flights)), where=shares > 0)
         bound = unseen_scores(scores) * shares * part.gains[number] / births
         if bound.any():
-            names = surface_names(scene, sorted({*mirrors, *glossy}))
-            origins = ["directly"] * (not view.is_hidden) + [f"via {join_names(names)}"] * bool(names)
+            names = surface_names(scene, sorted({*ways.mirrors, *ways.glossy}))
+            origins = ["directly"] * (not ways.view.is_hidden) + [f"via {join_names(names)}"] * bool(names)
             what = f"light from {lamp.name!r} {' or '.join(origins)} not sampled in single pixels"
             yield doubtful("bins", what, tally.in_bins(bound))
 
 
-def _rays_to(sums: CellSums, lamp: DetectedSource) -> Expectation | None:
-    """Return the rays to a lamp; None if none are sent."""
-    return next((each for each in sums.plan.expectations if each.detector.name == lamp.detector.name), None)
+@dataclass(frozen=True)
+class Ways:
+    """Ways between a lamp and a sensor that flights find.
+
+    view: the straight one;  rays: to the lamp, None if none are sent;  is_linked: whether these connect
+    mirrors, too;  mirrors, glossy: numbers of surfaces that flights alone connect.
+    """
+
+    view: DirectView
+    rays: Expectation | None
+    is_linked: bool
+    mirrors: list[int]
+    glossy: list[int]
+
+
+def _ways_to(sums: CellSums, sensor: object, number: int) -> Ways:
+    """Return the ways to a lamp with a shape that flights can meet."""
+    scene, lamp = sums.adjoint.scene, sums.adjoint.sources[number]
+    shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
+    rays = next((each for each in sums.plan.expectations if each.detector.name == lamp.detector.name), None)
+    view = DirectView(scene, sensor, sums.parts, number, shape, side)
+    is_linked = rays is not None and sums.plan.links is not None and not view.is_mirrored
+    mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side)
+    glossy = [] if rays is None else glossy_surfaces_of(scene, shape, side)
+    return Ways(view, rays, is_linked, mirrors, glossy)
 
 
 @dataclass(frozen=True)
@@ -388,7 +406,7 @@ def _classes_of_source(
     scene, lamp = plan.adjoint.scene, plan.adjoint.sources[number]
     gain = max(part.gains[number] for part in sums.parts)
     if lamp.detector is None:
-        yield from _direct_rays(scene, sums, number, heaviest * gain)
+        yield from _direct_rays(sums, number, heaviest * gain)
     else:
         yield from _flights_to_source(scene, sums, sensor, number, met, error / gain, heaviest, gain)
     # Rays to the lamp: from collisions and from walls.
@@ -404,18 +422,18 @@ def _classes_of_source(
         yield PathClass(what, met.strong_rays, heaviest * rays.strongest, gain=gain, name="strong rays")
 
 
-def _direct_rays(scene: Scene, sums: CellSums, number: int, gain: float) -> Iterator[PathClass]:
-    """The direct light of a Point on a detector that it almost touches, where few births are near it.
+def _direct_rays(sums: CellSums, number: int, gain: float) -> Iterator[PathClass]:
+    """The light of a Point, direct or by mirrors, on a detector that it almost touches.
 
     Where births are as near to its foot as the Point itself, cosine/r^2 is above a third of its maximum.
     """
-    lamp = sums.adjoint.sources[number]
-    for part in sums.parts if lamp.source.emission.law != "beam" else ():
-        position = scene.shape_of(lamp.source).position
-        if isinstance(part.sensor, Detector) and (strongest := strongest_ray(part.shape, position)) > 0:
-            near = math.pi * part.shape.distance(position) ** 2 / part.shape.area
+    lamp, places = sums.adjoint.sources[number], sums.adjoint.rays[number].places
+    for part, place in product((part for part in sums.parts if isinstance(part.sensor, Detector)), places):
+        if (strongest := strongest_ray(part.shape, place, places[0])) > 0:
+            near = math.pi * least_path(part.shape, place, places[0]) ** 2 / part.shape.area
             births = int(sums.run.histories * part.share * min(near, 1.0))
-            what = f"direct light from {lamp.name!r} very near it"
+            way = "direct light" if place == places[0] else "light by mirrors"
+            what = f"{way} from {lamp.name!r} very near it"
             yield PathClass(what, births, strongest, gain=gain, name="strong rays")
 
 
@@ -437,18 +455,17 @@ def _flights_to_source(
 ) -> Iterator[PathClass | Finding]:
     """The path classes of flights: direct light of the lamp, and light via specular and glossy surfaces."""
     lamp, is_guided = sums.adjoint.sources[number], sums.plan.is_guided
-    rays = _rays_to(sums, lamp)
-    shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
-    view = DirectView(scene, sensor, sums.parts, number, shape, side)
-    is_linked = rays is not None and sums.plan.links is not None and not view.is_mirrored
-    if rays is not None and (_are_births_connected(sums, sensor, rays) or (is_linked and view.is_hidden)):
+    ways = _ways_to(sums, sensor, number)
+    rays, view, mirrors = ways.rays, ways.view, ways.mirrors
+    if rays is not None and (
+        _are_births_connected(sums, sensor, rays) or (ways.is_linked and view.is_hidden)
+    ):
         what, share = (
             f"light from {lamp.name!r} very near it",
             rays.largest_flight_share[side_of(lamp.detector)],
         )
         yield PathClass(what, met.flights, heaviest * share, gain=gain, is_guided=is_guided)
         return
-    mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side)
     is_seen, straight = not view.is_hidden, 0.0
     if is_seen and met.flights < MIN_SCORES_FOR_ERROR:
         straight, is_shown = view.bound(error)
@@ -456,8 +473,7 @@ def _flights_to_source(
             what = f"direct light from {lamp.name!r}, which no sampled line of sight shows"
             yield doubtful("path class", what, straight * gain)
             is_seen, straight = False, 0.0
-    glossy = [] if rays is None else glossy_surfaces_of(scene, shape, side)
-    surfaces = sorted({*mirrors, *glossy})
+    surfaces = sorted({*mirrors, *ways.glossy})
     if surfaces or is_seen:
         origins = [f"from {lamp.name!r}"] * is_seen
         origins += [f"via {join_names(surface_names(scene, surfaces))}"] * bool(surfaces)

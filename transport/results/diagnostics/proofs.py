@@ -536,7 +536,7 @@ class Probe:
             raise SceneError(str(why))
         turned, lamps = adjoint_scene(self.scene)
         if not all(isinstance(lamp.detector, Detector) for lamp in lamps):
-            raise SceneError("a source emits from a volume")
+            raise SceneError("a source is a volume, a Point or a Beam")
         return turned, lamps
 
     def run(self, length: int) -> Record:
