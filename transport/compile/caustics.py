@@ -53,13 +53,8 @@ class View:
 
     scale: float  # factor by which the sums of rays are scaled up [m^2]
     strongest: float  # largest sum of a ray, for a history of weight 1 [m^-2]
-    densities: np.ndarray  # of each cell's histories on walls, at most, as those of lamps [m^-2 sr^-1]
+    births: np.ndarray  # of each cell's histories, at most: density on a wall over cosine / (pi r^2)
     measures: np.ndarray  # of each cell, in which a mean is taken: pixel area at distance 1, or solid angle
-
-    def largest_share(self, density: float) -> float:
-        """Return the largest weight of a flight to a lamp; density: of histories from there [m^-2 sr^-1]."""
-        most = float(self.densities.max())
-        return most / (most + density) if math.isfinite(most) else 1.0
 
 
 @dataclass(frozen=True)
@@ -171,13 +166,11 @@ def add_caustics(
 def _view(view: PointInstrument, walls: list[tuple[Shape, float]], share: float) -> View:
     """Return a camera or a map, at which a share of the histories starts, for rays from walls."""
     place = view.position
-    shown = [(strongest_ray(piece, place, place), sent) for piece, sent in walls if may_show(view, piece)]
-    strongest = max((sent * ray for ray, sent in shown), default=0.0)
-    nearest = max((ray for ray, _ in shown), default=0.0)
+    rays = (sent * strongest_ray(piece, place, place) for piece, sent in walls if may_show(view, piece))
+    strongest = max(rays, default=0.0)
     edges, measures = view.edges(), _measures(view)
     far = max(math.hypot(u, v) for u in edges["u"] for v in edges["v"]) if isinstance(view, Camera) else 0.0
-    densities = share * nearest * (1 + far**2) ** 1.5 / (len(measures) * measures)
-    return View(1.0, strongest, densities, measures)
+    return View(1.0, strongest, measures, share * (1 + far**2) ** 1.5 / (len(measures) * measures))
 
 
 def _point_plan(plan: Plan, view: np.ndarray, scale: float) -> PointPlan:

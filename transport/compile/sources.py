@@ -24,7 +24,7 @@ from transport.scene.emissions import DIRECTION_DENSITIES
 from transport.scene.scene import Scene
 from transport.scene.sheets import Sheet, source_sheets
 from transport.scene.sources import Source
-from transport.validation import SceneError, refuse, short_repr
+from transport.validation import SceneError, join_names, refuse, short_repr
 from transport.vectors import dot
 
 # [W or particles] bounds of the power of all sources, so that sums of scores stay normal numbers
@@ -84,8 +84,12 @@ def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
         index = boundary.index_inside if source.is_back else boundary.index_outside
     else:
         # From some of its places the source itself may hide all glass.
-        around = (index_around(scene, tuple(place)) for place in birth_points(source, piece, 1.0))
-        index = next((each for each in around if not math.isnan(each)), math.nan)
+        around = [index_around(scene, tuple(place)) for place in birth_points(source, piece, 1.0)]
+        known = {each for each in around if not math.isnan(each)}
+        if len(known) > 1:
+            several = f"which lies in media of the indices {join_names(sorted(map(str, known)))}"
+            refuse(source, f"shape must lie in one medium, got {short_repr(piece)}, {several}; divide it")
+        index = known.pop() if known else math.nan
     return layout.row(layout.MEDIUM, index=0.0 if math.isnan(index) else index)
 
 

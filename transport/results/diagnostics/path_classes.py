@@ -22,9 +22,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile.detectors import LARGE_SHARE
-from transport.compile.lamps import least_path, strongest_ray
+from transport.compile.gloss import glossy_parts
+from transport.compile.lamps import diffuse_pieces, least_path, strongest_ray
 from transport.compile.methods import cure_of_chance, more_particles_or_backward
 from transport.compile.next_event import side_of
+from transport.results.diagnostics.empty_detector import proven
 from transport.results.diagnostics.proofs import (
     DirectView,
     Probe,
@@ -32,6 +34,7 @@ from transport.results.diagnostics.proofs import (
     glossy_surfaces_of,
     max_transmitted_weight,
     miss_distance,
+    nearest_rays,
     pixels_of,
     sees_mirrors,
     specular_surfaces_of,
@@ -52,6 +55,7 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.results.backward import BackwardReading, CellSums, ViewReading
     from transport.results.detectors import Reading
+    from transport.scene.cameras import PointInstrument
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
     from transport.statistics.estimates import Estimate
@@ -295,30 +299,50 @@ def cell_path_findings(
 def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
     """Findings for each pixel or bin; bounds are radiances [W m^-2 sr^-1], in the shape of `radiance`.
 
-    Where a pixel may show a lamp, a mirror, glass or gloss, a glint may fill it alone, so that no other pixel
-    tells what it may have missed: light that only its own flights find.
+    A glint or a caustic may fill a pixel alone, so that no other one tells what it may have missed. Where it
+    may show a lamp, or a mirror, glass or gloss on the way from one, its own flights alone find such light.
+    On diffuse walls they share it with histories from the lamp.
     """
     sums, sensor = tally.cell_sums, tally.detector
     (part,), scene = sums.parts, sums.plan.adjoint.scene
     births = np.maximum(over_batches(sums.rows_of(part, "counts", 0)), 1)
+    senders = [
+        each.shape for each in scene.surfaces if each.material.is_specular or glossy_parts(each.material)
+    ]
     for number in sums.lamps:
         lamp = sums.adjoint.sources[number]
         if not isinstance(lamp.detector, Detector):
             continue
         ways = _ways_to(sums, sensor, number)
-        shapes = [scene.surfaces[each].shape for each in ways.mirrors]
-        shapes += [] if ways.view.is_hidden else [scene.shape_of(lamp.source)]
-        glossy = [scene.surfaces[each].shape for each in ways.glossy]
-        share = ways.rays.largest_glossy_share[side_of(lamp.detector)] if glossy else 0.0
-        shares = np.where(pixels_of(sensor, shapes), 1.0, np.where(pixels_of(sensor, glossy), share, 0.0))
-        flights = over_batches(sums.rows_of(part, "weights", 1 + number))
-        scores = np.divide(flights, shares, out=np.zeros(len(flights)), where=shares > 0)
+        shapes = [] if ways.view.is_hidden else [scene.shape_of(lamp.source)]
+        shapes += senders if ways.mirrors else []
+        share = ways.rays.largest_glossy_share[side_of(lamp.detector)] if ways.glossy else 0.0
+        shares = np.where(pixels_of(sensor, senders), share, 0.0)
+        scores = over_batches(sums.rows_of(part, "weights", 1 + number))
+        if ways.mirrors and sums.view is not None:
+            shares = np.maximum(shares, _shares_of_flights(sums, sensor, number))
+            brought = sum(sums.brought_in(batch, part, number) for batch in sums.batches) / len(sums.batches)
+            scores = scores + brought * births / part.gains[number]
+        is_alone = pixels_of(sensor, shapes)
+        scores = np.where(is_alone, over_batches(sums.rows_of(part, "weights", 1 + number)), scores)
+        shares = np.where(is_alone, 1.0, shares)
+        scores = np.divide(scores, shares, out=np.zeros(len(scores)), where=shares > 0)
         bound = unseen_scores(scores) * shares * part.gains[number] / births
         if bound.any():
             names = surface_names(scene, sorted({*ways.mirrors, *ways.glossy}))
             origins = ["directly"] * (not ways.view.is_hidden) + [f"via {join_names(names)}"] * bool(names)
             what = f"light from {lamp.name!r} {' or '.join(origins)} not sampled in single pixels"
             yield doubtful("bins", what, tally.in_bins(bound))
+
+
+def _shares_of_flights(sums: CellSums, sensor: PointInstrument, number: int) -> np.ndarray:
+    """Return the largest weight of a flight to a lamp in each cell, where histories from it bring light, too."""
+    scene, density = sums.adjoint.scene, sums.adjoint.caustics.densities.get(number, 0.0)
+    walls = [piece for piece, _ in diffuse_pieces(scene)]
+    rays = proven(scene, ("nearest rays", sensor.name), lambda: nearest_rays(sensor, walls))
+    with np.errstate(invalid="ignore"):
+        most = sums.view.births * rays
+        return np.where(np.isfinite(most), np.divide(most, most + density), 1.0)
 
 
 @dataclass(frozen=True)
@@ -485,7 +509,7 @@ def _flights_to_source(
             share = rays.largest_glossy_share[side_of(lamp.detector)]
         elif sums.view is not None and not (is_seen or sees_mirrors(scene, sensor)):
             # Histories from the lamp find all of it, too, and the largest score is shared with them.
-            share = sums.view.largest_share(sums.adjoint.caustics.densities.get(number, 0.0))
+            share = float(_shares_of_flights(sums, sensor, number).max())
             flights = (flights + met.brought) / share
         yield PathClass(
             what,

@@ -32,6 +32,7 @@ from transport.compile.adjoint import adjoint_scene, gains_of
 from transport.compile.caustics import may_show
 from transport.compile.gloss import glossy_parts
 from transport.compile.images import may_be_seen, outlines_of_images
+from transport.compile.lamps import strongest_ray
 from transport.compile.limits_exceeded import OverrunError
 from transport.compile.methods import refusal
 from transport.geometry.flat import Slab
@@ -110,37 +111,69 @@ def sees_mirrors(scene: Scene, view: PointInstrument) -> bool:
 
 
 def pixels_of(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
-    """Return whether each pixel, (cells,) as stored, may show one of the shapes; False is proven.
+    """Return whether each pixel or bin, (cells,) as stored, may show one of the shapes; False is proven.
 
-    By bounding boxes and bounding spheres in a Camera; an EnvironmentMap may show any shape in all bins.
+    By bounding spheres, and in a Camera by bounding boxes.
     """
-    edges = view.edges()
-    if not isinstance(view, Camera):
-        return np.full(math.prod(len(each) - 1 for each in edges.values()), bool(shapes))
-    (v, u), axes = (edges["v"], edges["u"]), np.array(view.frame)
-    middles = [(each[1:] + each[:-1]) / 2 for each in (v, u)]
-    up, right = np.meshgrid(*middles, indexing="ij")
-    rays = np.stack([-right, up, np.ones_like(up)], axis=-1)
-    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
-    reach, shown = math.hypot(u[1] - u[0], v[1] - v[0]) / 2, np.zeros(up.shape, bool)
+    axes, rays, reach = _cones_of(view)
+    shown = np.zeros(len(rays), bool)
     for shape in shapes:
         if not may_show(view, shape):
             continue
         if shape.is_infinite or math.dist(shape.middle, view.position) <= shape.extent:
-            return np.ones(up.size, bool)
+            return np.ones(len(rays), bool)
         # The cone of the bounding sphere.
-        center = axes @ np.subtract(shape.middle, view.position)
+        center = np.subtract(shape.middle, view.position)
         distance = float(np.linalg.norm(center))
-        angles = np.arccos(np.clip(rays @ center / distance, -1.0, 1.0))
-        inside = angles <= math.asin(shape.extent / distance) + reach
+        inside = _angles(rays @ center / distance) <= math.asin(shape.extent / distance) + reach
         # The rectangle of the bounding box.
         left, height, depth = ((np.array(shape.bounds_corners()) - view.position) @ axes.T).T
-        if (depth > 0).all():
-            for edge, place, axis in ((v, height / depth, 0), (u, -left / depth, 1)):
-                is_in = (edge[1:] >= place.min()) & (edge[:-1] <= place.max())
-                inside &= np.expand_dims(is_in, 1 - axis)
+        if isinstance(view, Camera) and (depth > 0).all():
+            v, u = view.edges().values()
+            places = (v, height / depth), (u, -left / depth)
+            rows, columns = ((edge[1:] >= at.min()) & (edge[:-1] <= at.max()) for edge, at in places)
+            inside &= np.outer(rows, columns).ravel()
         shown |= inside
-    return shown.ravel()
+    return shown
+
+
+def nearest_rays(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
+    """Return a bound of cosine / (pi r^2) [m^-2] of rays from shapes to each pixel, (cells,) as stored."""
+    _, rays, reach = _cones_of(view)
+    place, bound = view.position, np.zeros(len(rays))
+    for shape in shapes:
+        largest = np.full(len(rays), strongest_ray(shape, place, place))
+        if shape.is_flat:  # along a ray at the cosine mu to the normal, from the height h: mu^3/(pi h^2)
+            height = shape.height_of(place)
+            angles = _angles(-math.copysign(1.0, height) * (rays @ np.array(shape.frame[2])))
+            cosines = np.maximum(np.cos(np.maximum(angles - reach, 0.0)), 0.0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                largest = np.fmin(cosines**3 / (math.pi * height**2), largest)
+        bound = np.where(pixels_of(view, [shape]), np.maximum(bound, largest), bound)
+    return bound
+
+
+def _cones_of(view: PointInstrument) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return axes, and of each pixel or bin, as stored, the middle ray (cells, 3) and the reach [rad]."""
+    edges = view.edges()
+    middles = {name: (each[1:] + each[:-1]) / 2 for name, each in edges.items()}
+    if isinstance(view, Camera):
+        axes, (v, u) = np.array(view.frame), edges.values()
+        up, right = np.meshgrid(middles["v"], middles["u"], indexing="ij")
+        rays = np.stack([-right, up, np.ones_like(up)], axis=-1).reshape(-1, 3) @ axes
+        reach = math.hypot(u[1] - u[0], v[1] - v[0]) / 2
+        return axes, rays / np.linalg.norm(rays, axis=1, keepdims=True), np.array(reach)
+    # Cosines rise within azimuths; reach: along the parallel and the meridian of the middle.
+    phi, theta = np.meshgrid(middles["phi"], middles["theta"][::-1], indexing="ij")
+    rays = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+    widths = np.meshgrid(np.diff(edges["phi"]), np.diff(edges["theta"])[::-1], indexing="ij")
+    reach = (widths[0] * np.sin(theta) + widths[1]) / 2
+    return np.eye(3), rays.reshape(-1, 3), reach.ravel()
+
+
+def _angles(cosines: np.ndarray) -> np.ndarray:
+    """Return angles [rad] of cosines that rounding may have made too large."""
+    return np.arccos(np.clip(cosines, -1.0, 1.0))
 
 
 def _surfaces_facing(
