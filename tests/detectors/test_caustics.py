@@ -20,7 +20,7 @@ from transport.compile import caustics
 from transport.compile.compiler import compile_scene
 from transport.compile.methods import Method
 from transport.engine.program import build_program
-from transport.results.diagnostics.proofs import pixels_of
+from transport.results.diagnostics.proofs import nearest_rays, pixels_of
 
 CAMERA = tp.Camera(
     name="view", position=(0, -1.3, 1), look_at=(0, 0.3, 0.6), field_of_view=math.pi / 3, pixels=(8, 6)
@@ -269,25 +269,80 @@ def test_a_pixel_that_may_hold_a_glint_is_no_more_certain_than_its_own_flights()
     assert warning.advice.startswith("use about ") and "which matters in" in warning.seen
 
 
-def test_pixels_that_may_show_a_shape():
-    """Of shapes of all kinds: each pixel in which a random point of the shape lies."""
-    camera = replace(CAMERA, pixels=(40, 30))
-    (v, u), frame = camera.edges().values(), np.array(camera.frame)
+SHAPES = (
+    tp.Sphere(center=(0.4, 0.3, 0.4), radius=0.1),
+    tp.Box(center=(-0.5, 0.6, 0.5), size=(0.2, 0.5, 0.1)),
+    tp.Disk(center=(0, 1.2, 0.7), normal=(1, 2, 1), radius=0.2),
+    tp.Rectangle(center=(0.3, 0.9, 1.4), normal=(0, -1, 0.3), width=0.7, height=0.1),
+    tp.Cylinder(center=(-0.2, 0.5, 0.2), axis=(0, 0, 1), radius=0.1, height=0.3),
+)
+VIEWS = replace(CAMERA, pixels=(40, 30)), replace(MAP, theta=24, phi=48)
+
+
+def cells_of(view, rays):
+    """Numbers of the pixels or bins, as stored, of rays (n, 3) of any length; -1 outside of a picture."""
+    if isinstance(view, tp.Camera):
+        left, up, depth = np.array(view.frame) @ rays.T
+        at, edges = (up / depth, -left / depth), view.edges().values()
+    else:
+        at = np.arctan2(rays[:, 1], rays[:, 0]) % (2 * math.pi), rays[:, 2] / np.linalg.norm(rays, axis=1)
+        edges = view.edges()["phi"], np.cos(view.edges()["theta"])[::-1]
+    row, column = (np.searchsorted(edge, each) - 1 for edge, each in zip(edges, at, strict=True))
+    rows, columns = (len(edge) - 1 for edge in edges)
+    is_in = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    return np.where(is_in, row * columns + column, -1)
+
+
+@pytest.mark.parametrize("view", VIEWS, ids=["camera", "map"])
+def test_pixels_that_may_show_a_shape(view):
+    """Of shapes of all kinds: each pixel in which a random point of the shape lies, with the rays from there."""
     rng = np.random.default_rng(3)
-    for shape in (
-        tp.Sphere(center=(0.4, 0.3, 0.4), radius=0.1),
-        tp.Box(center=(-0.5, 0.6, 0.5), size=(0.2, 0.5, 0.1)),
-        tp.Disk(center=(0, 1.2, 0.7), normal=(1, 2, 1), radius=0.2),
-        tp.Rectangle(center=(0.3, 0.9, 1.4), normal=(0, -1, 0.3), width=0.7, height=0.1),
-        tp.Cylinder(center=(-0.2, 0.5, 0.2), axis=(0, 0, 1), radius=0.1, height=0.3),
-    ):
-        points = np.concatenate([piece.sample_area(rng.random((20_000, 2)))[0] for piece in shape.pieces()])
-        left, up, depth = frame @ (points - camera.position).T
-        found = np.histogram2d(up / depth, -left / depth, [v, u])[0] > 0
-        shown = pixels_of(camera, [shape]).reshape(30, 40)
-        assert found.any() and not (found & ~shown).any()
-        assert shown.sum() < 3 * found.sum() + 40
-    behind = tp.Sphere(center=(0, -3, 1), radius=0.1)
-    assert not pixels_of(camera, [behind]).any()
-    assert pixels_of(camera, [tp.Sphere(center=(0, -1.3, 1), radius=0.2)]).all()
-    assert pixels_of(MAP, [behind]).all() and not pixels_of(MAP, []).any()
+    for shape in SHAPES:
+        places, normals = map(
+            np.concatenate,
+            zip(*(piece.sample_area(rng.random((20_000, 2))) for piece in shape.pieces()), strict=True),
+        )
+        is_in = cells_of(view, places - view.position) >= 0
+        rays, normals = (places - view.position)[is_in], normals[is_in]
+        cells = cells_of(view, rays)
+        shown, found = pixels_of(view, [shape]), np.unique(cells)
+        assert shown[found].all() and shown.sum() < 3 * found.size + 40
+        square = (rays**2).sum(axis=1)
+        kernel = np.abs((rays * normals).sum(axis=1)) / (math.pi * square**1.5)
+        bound = nearest_rays(view, [shape])
+        assert (kernel <= bound[cells] * (1 + 1e-9)).all() and not bound[~shown].any()
+        if shape.is_flat:
+            assert (kernel > 0.5 * bound[cells]).any()
+    assert pixels_of(view, [tp.Sphere(center=view.position, radius=0.2)]).all()
+    assert not pixels_of(view, []).any()
+    assert not pixels_of(CAMERA, [tp.Sphere(center=(0, -3, 1), radius=0.1)]).any()
+
+
+def test_a_glint_by_two_mirrors_is_doubted_where_the_first_of_them_is_seen():
+    """The ball does not face the lamp; the mirror on the floor shows the lamp in it."""
+    scene = small_lamp_in_a_mirror_ball((16, 12))
+    down = tp.Source(
+        tp.Disk(center=(0.5, 0.3, 0.9), normal=(0, 0, -1), radius=0.03), tp.Lambertian(radiance=1e4)
+    )
+    floor = tp.Rectangle(center=(0.2, 0.2, 0.02), normal=(0, 0, 1), width=1.2, height=1.6)
+    ball = tp.Surface(tp.Sphere(center=(-0.4, 0.5, 1.4), radius=0.2), tp.Mirror(), "ball")
+    surfaces = [scene.surfaces[0], ball, tp.Surface(floor, tp.Mirror(), "mirror")]
+    view = run(replace(scene, sources=[scene.sources[0], down], surfaces=surfaces), 3e5)["view"]
+    shown = pixels_of(scene.detectors[0], [ball.shape]).reshape(12, 16)
+    assert shown.sum() > 5 and not (view.radiance.verdict == "sound")[shown].any()
+
+
+def test_a_card_near_the_camera_is_doubted_for_caustics_that_only_its_own_flights_find():
+    """Histories from the lamp have little weight there, and neighbouring pixels show what they have much weight for."""
+    scene = floor_below_a_ball(0.8)
+    (camera,) = scene.instruments
+    ahead = np.array(camera.position) + 0.1 * np.array(camera.forward)
+    card = tp.Rectangle(
+        center=tuple(ahead.tolist()), normal=(0, -0.5, 1), up=(0, 1, 0.5), width=0.01, height=0.01
+    )
+    camera = replace(camera, pixels=(16, 12))
+    surfaces = [*scene.surfaces, tp.Surface(card, tp.Diffuse(0.7), "card")]
+    view = run(replace(scene, surfaces=surfaces, detectors=[camera]), 4e5)["view"].radiance
+    shown = pixels_of(camera, [card]).reshape(12, 16)
+    assert 0 < shown.sum() < 20
+    assert (view.verdict == "sound")[~shown].mean() > 0.5 and not (view.verdict == "sound")[shown].any()

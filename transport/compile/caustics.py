@@ -170,7 +170,8 @@ def _view(view: PointInstrument, walls: list[tuple[Shape, float]], share: float)
     strongest = max(rays, default=0.0)
     edges, measures = view.edges(), _measures(view)
     far = max(math.hypot(u, v) for u in edges["u"] for v in edges["v"]) if isinstance(view, Camera) else 0.0
-    return View(1.0, strongest, measures, share * (1 + far**2) ** 1.5 / (len(measures) * measures))
+    births = share * (1 + far**2) ** 1.5 / (len(measures) * measures)
+    return View(scale=1.0, strongest=strongest, births=births, measures=measures)
 
 
 def _point_plan(plan: Plan, view: np.ndarray, scale: float) -> PointPlan:
