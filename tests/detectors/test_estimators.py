@@ -240,6 +240,21 @@ def test_sources_add_up():
     assert 0 < lamp.value < cloud.value
 
 
+def test_two_sources_on_one_surface_have_names_of_their_own():
+    wall = tp.Surface(tp.Rectangle(width=1, height=1), tp.Black(), "wall")
+    sources = [
+        tp.Source("wall", tp.Lambertian(radiance=radiance), side=side)
+        for radiance, side in ((1.0, "front"), (2.0, "back"))
+    ]
+    meter = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.3), "meter")
+    reading = tp.simulate(
+        tp.Scene(sources, wall, meter), 10_000, seed=1, estimator="backward", progress=False
+    )["meter"]
+    parts = {name: float(part.flux_in.value) for name, part in reading.by_source.items()}
+    assert list(parts) == ["sources[0]", "sources[1]"]
+    assert sum(parts.values()) == pytest.approx(float(reading.flux_in.value), rel=1e-12)
+
+
 def test_every_cell_gets_its_share_of_histories():
     """As many, or one more, in each batch, whatever the number of cells."""
     result = backward(backward_scenes.occluded(), 50_021)

@@ -437,3 +437,17 @@ def test_a_lamp_that_hides_the_glass_from_some_of_its_places_knows_the_index_aro
         return view.radiance.sum("u").sum("v")
 
     assert_agrees(seen(1.2) - seen(-1.2), 0)
+
+
+@pytest.mark.parametrize("estimator", ["analog", "backward"])
+def test_a_lamp_that_is_partly_in_glass_is_refused(estimator):
+    """It would emit into the index of the first of its places, and lose or gain light in the other."""
+    glass = tp.Surface(tp.Sphere(radius=0.5), tp.Dielectric(1.5), "glass")
+    lamp = tp.Source(
+        tp.Rectangle(center=(0.4, 0, 0), normal=(0, 1, 0.3), width=1, height=1), tp.Lambertian(radiance=1.0)
+    )
+    scene = tp.Scene(lamp, glass, tp.Detector(tp.Sphere(radius=2.0), "all", side="back"))
+    with pytest.raises(
+        tp.SceneError, match=r"shape must lie in one medium, .* of the indices 1\.0 and 1\.5; divide it"
+    ):
+        tp.simulate(scene, 1000, estimator=estimator, progress=False)

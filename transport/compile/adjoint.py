@@ -119,7 +119,8 @@ def _source(sensor: Sensor) -> Source:
 def _detected_source(scene: Scene, source: Source, place: str) -> DetectedSource:
     """Return a source with the detector that replaces it, and its strength."""
     shape, label = scene.shape_of(source), f"lamp {place}"
-    name = source.shape if isinstance(source.shape, str) else place
+    is_only = [other.shape for other in scene.sources].count(source.shape) == 1
+    name = source.shape if isinstance(source.shape, str) and is_only else place
     if found_by_rays_alone(scene, source):
         return DetectedSource(name, source, None, strength_of(source, shape))
     power = source.amount(shape, None)

@@ -130,7 +130,8 @@ class BackwardReading(Reading):
         Returns
         -------
         dict of str to BackwardReading
-            By the name of the source's surface, or "sources[k]" or "glow[k]".
+            By the name of the source's surface, or "sources[k]" or "glow[k]"; by "sources[k]" where a surface
+            has several.
         """
         return {
             lamp.name: BackwardReading(self._result, self.detector, (k,))
@@ -340,7 +341,8 @@ class ViewReading(Tally):
         Returns
         -------
         dict of str to ViewReading
-            By the name of the source's surface, or "sources[k]" or "glow[k]".
+            By the name of the source's surface, or "sources[k]" or "glow[k]"; by "sources[k]" where a surface
+            has several.
         """
         lamps = self.cell_sums.adjoint.sources
         return {lamp.name: ViewReading(self._result, self.detector, (k,)) for k, lamp in enumerate(lamps)}
