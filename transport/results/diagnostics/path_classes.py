@@ -336,7 +336,7 @@ def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
 
 
 def _shares_of_flights(sums: CellSums, sensor: PointInstrument, number: int) -> np.ndarray:
-    """Return the largest weight of a flight to a lamp in each cell, where its own histories share the light."""
+    """Return the largest weight of a flight to a lamp in each cell, if histories from it share its light."""
     scene, density = sums.adjoint.scene, sums.adjoint.caustics.densities.get(number, 0.0)
     walls = [piece for piece, _ in diffuse_pieces(scene)]
     rays = proven(scene, ("nearest rays", sensor.name), lambda: nearest_rays(sensor, walls))

@@ -81,6 +81,7 @@ SHORT_PROBE_HISTORIES = 256  # histories of the shortest probe
 MIN_SHORT_PROBE_BATCHES, MAX_SHORT_PROBE_BATCHES = 8, 32  # batches of a short probe
 MAX_PROBE_SURFACES = 16  # surfaces of one probe, each of which needs passes of its own
 CLOSE_BOUND_RATIO = 1.15  # times the measured value: a bound so near to it needs no improvement
+JOGGLE = 1e-9  # relative tolerance of an outline's corners
 MIN_PROBE_REFLECTANCE = 0.5  # reflectance that replaces that of darker mirrors
 PROBE_SEED = 0x9E3779B9
 
@@ -113,8 +114,10 @@ def sees_mirrors(scene: Scene, view: PointInstrument) -> bool:
 def pixels_of(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
     """Return whether each pixel or bin, (cells,) as stored, may show one of the shapes; False is proven.
 
-    By bounding spheres, and in a Camera by bounding boxes.
+    By bounding spheres, and in a Camera by the outlines of bounding boxes.
     """
+    from scipy.spatial import ConvexHull
+
     axes, rays, reach = _cones_of(view)
     shown = np.zeros(len(rays), bool)
     for shape in shapes:
@@ -126,13 +129,14 @@ def pixels_of(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
         center = np.subtract(shape.middle, view.position)
         distance = float(np.linalg.norm(center))
         inside = _angles(rays @ center / distance) <= math.asin(shape.extent / distance) + reach
-        # The rectangle of the bounding box.
+        # The outline of the bounding box, in the plane of the picture.
         left, height, depth = ((np.array(shape.bounds_corners()) - view.position) @ axes.T).T
         if isinstance(view, Camera) and (depth > 0).all():
-            v, u = view.edges().values()
-            places = (v, height / depth), (u, -left / depth)
-            rows, columns = ((edge[1:] >= at.min()) & (edge[:-1] <= at.max()) for edge, at in places)
-            inside &= np.outer(rows, columns).ravel()
+            corners = np.stack([-left / depth, height / depth], axis=1)
+            outline = ConvexHull(corners, qhull_options="QJ")  # joggled, as corners may lie on a line
+            middles = np.stack([-(rays @ axes[0]), rays @ axes[1]]) / (rays @ axes[2])
+            beyond = outline.equations[:, :2] @ middles + outline.equations[:, 2:]
+            inside &= beyond.max(axis=0) <= reach + JOGGLE * np.abs(corners).max()
         shown |= inside
     return shown
 
