@@ -421,8 +421,8 @@ FAULTS = (
     ),
     Fault(
         "results/diagnostics/diagnoses.py",
-        "return [*found, *self._of_pixels] if is_alone else found",
-        "return found",
+        "return [*kept, *self._of_pixels]",
+        "return kept",
         "pixels without a doubt about a glint that may fill one of them",
         (
             "detectors/test_caustics::test_a_pixel_that_may_hold_a_glint_is_no_more_certain_than_its_own_flights",
@@ -430,8 +430,8 @@ FAULTS = (
     ),
     Fault(
         "results/diagnostics/path_classes.py",
-        "shapes += senders if ways.mirrors else []",
-        "shapes += [scene.surfaces[each].shape for each in ways.mirrors]",
+        "(shows_senders & bool(ways.mirrors))",
+        "pixels_of(sensor, [scene.surfaces[each].shape for each in ways.mirrors])",
         "a pixel that shows the first of two mirrors, without a doubt about a glint",
         ("detectors/test_caustics::test_a_glint_by_two_mirrors_is_doubted_where_the_first_of_them_is_seen",),
     ),
@@ -446,8 +446,8 @@ FAULTS = (
     ),
     Fault(
         "results/diagnostics/proofs.py",
-        "cosines**3 / (math.pi * height**2)",
-        "cosines**4 / (math.pi * height**2)",
+        "found = np.fmin(cosines**3",
+        "found = np.fmin(cosines**4",
         "rays from a flat wall to a pixel that are bounded by too little",
         ("detectors/test_caustics::test_pixels_that_may_show_a_shape",),
     ),

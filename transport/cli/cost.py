@@ -184,6 +184,11 @@ def _quantity_name(module: ModuleType, few: Result, exact: Mapping[str, float], 
     with attribute_errors(module):
         found = module.measure(few)
     names = list(found)
+    if not names:
+        raise SceneError(
+            f"cost: {experiment_name(module)} has no quantity that is one number, as pictures are not; add a"
+            " Detector or a PointDetector where it matters"
+        )
     if requested is None:
         chancy = [name for name in names if not found[name].exact] or names
         return next((name for name in chancy if name in exact), chancy[0])

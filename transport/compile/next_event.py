@@ -16,7 +16,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.gloss import glossy_parts, lobe_peak, single_peak
-from transport.compile.images import Chain, chains_of_mirrors, mark_of, mirrors_of, turned
+from transport.compile.images import Chain, chains_of_mirrors, image_of, mark_of, mirrors_of, turned
 from transport.compile.methods import uses_next_event
 from transport.compile.points import Rays, scatters_anywhere
 from transport.compile.shapes import pass_name, shape_columns
@@ -233,9 +233,8 @@ def _expectation(plan: Plan, detector: Detector, number: int, chains: list[Chain
         from_walls = [replace(each, densities=densities) for each in from_walls]
     held = _mis_columns(shape, values, is_pure, sheet)
     # Bound the strongest ray and the largest MIS share per side, which diagnostics compare with the scores.
-    places = {side: _places(plan, shape, side) for side in ("front", "back")}
-    is_linked = plan.links is not None
-    strongest = {side: _largest_score(shape, side, is_pure, is_linked, each) for side, each in places.items()}
+    places = {side: _places(plan, shape, side, chains) for side in ("front", "back")}
+    strongest = {side: _largest_score(shape, side, is_pure, each) for side, each in places.items()}
     nearest = {side: 0.0 if is_pure else _largest_share(shape, each) for side, each in places.items()}
     glossiest = {
         side: _largest_share(shape, [place for place in each if place.is_glossy])
@@ -261,6 +260,7 @@ class Place(NamedTuple):
     peak: float  # greatest density of directions [sr^-1]
     gap: float  # least distance [m]
     roughness: float = 0.0  # of gloss; 0 for other places
+    is_reflected: bool = False  # whether its rays come by way of mirrors
 
     @property
     def is_glossy(self) -> bool:
@@ -268,11 +268,11 @@ class Place(NamedTuple):
         return self.roughness > 0
 
 
-def _places(plan: Plan, shape: Shape, side: str) -> list[Place]:
+def _places(plan: Plan, shape: Shape, side: str, chains: list[Chain]) -> list[Place]:
     """Return the emitters and walls that send shadow rays to one side of a detector.
 
-    Those behind the detector are left out. For the estimator "backward" these are walls alone, unless births
-    send rays to images in mirrors, too.
+    Those behind the detector send rays by way of chains of mirrors alone. For the estimator "backward" these
+    are walls alone, unless births send rays to images in mirrors, too.
     """
     has_births = plan.method.estimator != "backward" or plan.links is not None
     emitters = plan.emitters if has_births else []
@@ -286,9 +286,15 @@ def _places(plan: Plan, shape: Shape, side: str) -> list[Place]:
                 Place(piece, sent, LAMBERTIAN_DENSITY, _min_distance(piece, shape)) for piece in pieces
             ]
         places += _glossy_places(surface, pieces, shape)
-    if plan.links is not None:  # a mirror may stand before the detector
-        return places
-    return [place for place in places if not is_behind(place.shape, shape, side)]
+    straight = [place for place in places if not is_behind(place.shape, shape, side)]
+    return straight + [_reflected(place, shape, chains) for place in places if chains]
+
+
+def _reflected(place: Place, shape: Shape, chains: list[Chain]) -> Place:
+    """Return a place whose rays come by way of mirrors, at the distance of the detector's nearest image."""
+    images = (image_of(shape.middle, chain) for chain in chains)
+    gap = min(map(place.shape.distance, images)) - shape.extent
+    return place._replace(gap=max(place.gap, gap), is_reflected=True)
 
 
 def _glossy_places(surface: Surface, pieces: Iterable[Shape], shape: Shape) -> Iterator[Place]:
@@ -316,18 +322,15 @@ def pieces_or_faces(shape: Shape) -> tuple[Shape, ...]:
         return (shape,)
 
 
-def _largest_score(shape: Shape, side: str, is_pure: bool, is_linked: bool, places: list[Place]) -> float:
-    """Return the largest score of a shadow ray from one of these places, for a particle of weight 1.
-
-    is_linked: rays may be reflected on their way.
-    """
+def _largest_score(shape: Shape, side: str, is_pure: bool, places: list[Place]) -> float:
+    """Return the largest score of a shadow ray from one of these places, for a particle of weight 1."""
     most, bounds = 0.0, []
     for place in places:
         terms = GLOSSY_TERMS if place.is_glossy else 1
         bounds.append((terms * place.sent * _max_score(shape, is_pure, place.peak, place.gap), place))
     for bound, place in sorted(bounds, key=lambda each: -each[0]):
         if bound > most:  # Skip the costlier bound by angles where it cannot raise the result.
-            by_angles = math.inf if is_linked else place.sent * _bound_by_angles(place, shape, side)
+            by_angles = math.inf if place.is_reflected else place.sent * _bound_by_angles(place, shape, side)
             most = max(most, min(bound, by_angles))
     return most
 

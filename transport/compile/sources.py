@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from transport.compile.shapes import pass_name, point_to_mesh, primitive_of, sha
 from transport.compile.space import Space
 from transport.geometry.flat import FlatShape
 from transport.geometry.mesh import Mesh
-from transport.geometry.relations import least_height
+from transport.geometry.relations import gap_lower_bound, least_height
 from transport.geometry.revolved import Paraboloid, Revolved
 from transport.geometry.shape import Point, Shape
 from transport.geometry.solid import Box, Sphere
@@ -84,8 +85,10 @@ def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
         index = boundary.index_inside if source.is_back else boundary.index_outside
     else:
         # From some of its places the source itself may hide all glass.
-        around = [index_around(scene, tuple(place)) for place in birth_points(source, piece, 1.0)]
-        known = {each for each in around if not math.isnan(each)}
+        around = (index_around(scene, tuple(place)) for place in birth_points(source, piece, 1.0))
+        known = (each for each in around if not math.isnan(each))
+        is_apart = all(gap_lower_bound(piece, shape) > 0 for shape in glass)
+        known = set(islice(known, 1)) if is_apart else set(known)
         if len(known) > 1:
             several = f"which lies in media of the indices {join_names(sorted(map(str, known)))}"
             refuse(source, f"shape must lie in one medium, got {short_repr(piece)}, {several}; divide it")

@@ -138,6 +138,11 @@ class BackwardReading(Reading):
             for k, lamp in enumerate(self.plan.adjoint.sources)
         }
 
+    def __repr__(self) -> str:
+        is_whole = not {"all directions", "whole shape"} & set(self.lacks)
+        name = "flux_in" if is_whole else "radiance"
+        return f"<{self.name}: {name} {getattr(self, name)!r}>"
+
     @cached_property
     def extents(self) -> list[np.ndarray]:
         """Area times projected solid angle of each cell of each part [m^2 sr]."""

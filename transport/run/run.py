@@ -297,22 +297,28 @@ class Run:
             return False
         if look.particles < UNSCORED_PARTICLES:
             return True
-        limits, enough = self.limits, times * look.particles
-        if limits.particles is None and limits.seconds is None:
-            return enough <= look.particles_needed
-        rate = self.particles / max(self._elapsed, 1e-9)
-        by_time = math.inf if limits.seconds is None else rate * limits.seconds
-        return enough <= min(by_time, math.inf if limits.particles is None else limits.particles)
+        if self.limits.particles is None and self.limits.seconds is None:
+            return times * look.particles <= look.particles_needed
+        return times * look.particles <= self._particles_at_limits
+
+    @property
+    def _particles_at_limits(self) -> float:
+        """Number of particles at which the run meets a limit other than its errors; 0 if it has none."""
+        limits, rate = self.limits, self.particles / max(self._elapsed, 1e-9)
+        ends = [] if limits.particles is None else [limits.particles]
+        ends += [] if limits.seconds is None else [rate * limits.seconds]
+        return min(ends, default=0)
 
     def _check_errors(self) -> Look:
         """Return an error check: what is known about the target errors."""
         result = Result(self.plan, self.batches, self.settings.seed, None, True, [])
-        times, standings = UNSCORED_PARTICLES / result.particles, []
+        least, most = UNSCORED_PARTICLES / result.particles, self._particles_at_limits / result.particles
+        standings = []
         for name, target in self.limits.error.items():
             each = status_of(name, result.quantity(name), target)
-            if times > 1:
-                each = replace(each, foretold=max(each.foretold, min(each.unseen, times)))
-            standings.append(each)
+            # Go on until what has not scored is resolved, if the other limits leave room for it.
+            awaited = each.unseen if each.unseen <= most else min(each.unseen, least)
+            standings.append(replace(each, foretold=max(each.foretold, awaited)) if awaited > 1 else each)
         return Look(result.particles, len(self.batches), tuple(standings))
 
     def _missed_target(self) -> str | None:

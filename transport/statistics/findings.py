@@ -20,6 +20,7 @@ from transport.statistics.notation import ratio_text
 
 USE_MORE = "use more particles"
 MORE_PARTICLES = "use more particles, or estimator='auto', which compares the estimators that suit the scene"
+MAX_FORETOLD = 4 * MIN_SCORES_FOR_ERROR**2  # factor of the number of histories that a run waits for
 MAX_ADVISED_PARTICLES = 1e12  # particles
 CONFIDENCE = 0.95  # of the bounds of unseen contributions
 FEW_CARRIERS, UNKNOWN = "few carriers", "unknown error"  # entries of the table of diagnostics
@@ -67,6 +68,9 @@ class Finding:
         Expected contribution as a fraction of `bound`, if a probe measured it.
     adds : bool, default False
         For bins: whether each bin has its own part of the bound; otherwise any one bin may have all of it.
+    is_foretold : bool, default False
+        Whether scores show how large the bound is beside the value, so that a run for an error goes on until
+        it is allowed.
     others : str, default ""
         How many smaller doubtful findings the number has, and where to read them.
 
@@ -91,6 +95,7 @@ class Finding:
     adds: bool = False
     others: str = ""
     particles: float = np.nan
+    is_foretold: bool = False
 
     @property
     def share(self) -> float:
@@ -378,8 +383,13 @@ def particle_factors_needed(
         if np.isfinite(finding.about):  # its own error, from its scores, shall be within the allowed one
             share = finding.about * abs(finding.bound) / (allowed * abs(value)) if value else np.inf
             times = open_end = max(open_end, float(finding.times * max(1.0, share**2 / MIN_SCORES_FOR_ERROR)))
-        elif np.isfinite(finding.times):
-            times = foretold = max(foretold, float(finding.times))
+        elif np.isfinite(finding.times) or finding.is_foretold:
+            share = abs(finding.bound) / (allowed * abs(value)) if value else np.inf
+            times = float(share if finding.is_foretold else finding.times)
+            if times <= MAX_FORETOLD:
+                foretold = max(foretold, times)
+            else:  # too far away to be waited for
+                open_end = max(open_end, times)
         else:
             times = abs(finding.bound) / (allowed * abs(value)) if value else np.inf
             times = open_end = max(open_end, float(np.nan_to_num(times, nan=np.inf)))

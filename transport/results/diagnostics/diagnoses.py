@@ -475,9 +475,12 @@ class ViewDiagnosis(_CellDiagnosis):
 
     def missing(self, score: str, is_whole: bool = True) -> list[Finding]:
         """Findings about a score, of single pixels or bins with those that concern each by itself."""
-        found = super().missing(score, is_whole)
-        is_alone = not is_whole and self.tally.cell_sums.is_view and not (self.tally.is_blind and self.note)
-        return [*found, *self._of_pixels] if is_alone else found
+        found, sums = super().missing(score, is_whole), self.tally.cell_sums
+        if is_whole or not sums.is_view or (self.tally.is_blind and self.note):
+            return found
+        # Where histories from lamps bring light to the walls, what flights may have missed is known by pixel.
+        kept = found if sums.view is None else [each for each in found if each.name != "path class"]
+        return [*kept, *self._of_pixels]
 
     @cached_property
     def _of_pixels(self) -> list[Finding]:

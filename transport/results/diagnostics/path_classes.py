@@ -23,6 +23,7 @@ import numpy as np
 
 from transport.compile.detectors import LARGE_SHARE
 from transport.compile.gloss import glossy_parts
+from transport.compile.guides import LEAST
 from transport.compile.lamps import diffuse_pieces, least_path, strongest_ray
 from transport.compile.methods import cure_of_chance, more_particles_or_backward
 from transport.compile.next_event import side_of
@@ -30,6 +31,7 @@ from transport.results.diagnostics.empty_detector import proven
 from transport.results.diagnostics.proofs import (
     DirectView,
     Probe,
+    cones_of,
     events_of,
     glossy_surfaces_of,
     max_transmitted_weight,
@@ -69,7 +71,7 @@ class PathClass:
     """Paths found by chance.
 
     Their description, their number of scores, and the largest contribution of one score.  Of guided births
-    it is the number that is expected of those that no guide sends, by the weights of all.
+    the number is that of plain births of the same sum.
     """
 
     what: str
@@ -85,11 +87,20 @@ class PathClass:
 
     def findings(self, histories: float) -> tuple[Finding, ...]:
         """The finding for a run of so many histories; none if its error already includes the class."""
-        if self.scores >= MIN_SCORES_FOR_ERROR or self.largest == 0:
+        if self.largest == 0 or (self.scores >= MIN_SCORES_FOR_ERROR and not self.is_guided):
             return ()
-        what, number = f"{self.what}{' beyond the guide' * self.is_guided}", int(self.scores)
-        few = f"only {number} score{'s' * (number > 1)} of {what}" if number else f"{what} not sampled"
-        bound = unseen_scores(self.scores) * self.largest / histories * self.gain
+        worth = self.largest / histories * self.gain
+        if self.is_guided:
+            # However much the births that it sends bring, only the others would meet what it has missed.
+            what, bound = f"{self.what} beyond the guide not sampled", unseen_scores(0) * worth
+            return (doubtful(self.name, what, bound, self.cure, is_foretold=self.scores > 0),)
+        number = int(self.scores)
+        few = (
+            f"only {number} score{'s' * (number > 1)} of {self.what}"
+            if number
+            else f"{self.what} not sampled"
+        )
+        bound = unseen_scores(self.scores) * worth
         times = MIN_SCORES_FOR_ERROR / self.scores if self.scores else math.nan
         return (doubtful(self.name, few, bound, self.cure, times=times, seen=self.seen),)
 
@@ -113,6 +124,8 @@ class ProbedRun:
         """The finding with the bound from lines of sight and a probe, if that is smaller and matters."""
         straight = light.straight * light.gain
         if not (light.surfaces or straight) or finding.bound <= self.error or straight >= finding.bound:
+            return finding
+        if finding.is_foretold:  # a probe would find the light that has scored, too
             return finding
         if not light.surfaces:
             return replace(finding, bound=straight)
@@ -216,10 +229,10 @@ def _classes_of_detector(tally: Reading, side: int, mean: float) -> Iterator[Pat
     mirrors = [] if is_linked else specular_surfaces_of(scene, shape, side_seen)
     beams = list(unconnected_sources(plan, shape, side_seen))
     unconnected = [*surface_names(scene, mirrors), *beams]
-    largest = heaviest if unconnected else expectation.largest_flight_share[face]
+    largest = heaviest if unconnected else heaviest * expectation.largest_flight_share[face]
     number = count_large_scores(tally, side, largest, scores)
     what = f"light via {join_names(unconnected)}" if unconnected else "light from very near"
-    if not unconnected and 0 < largest == expectation.largest_glossy_share[face]:
+    if not unconnected and 0 < largest == heaviest * expectation.largest_glossy_share[face]:
         glossy = glossy_surfaces_of(scene, shape, side_seen)
         what = f"light in the middle of the lobes of {join_names(surface_names(scene, glossy))}"
     seen, radius = _guard_counts(tally) if unconnected and not number else ({}, 0.0)
@@ -309,23 +322,23 @@ def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
     senders = [
         each.shape for each in scene.surfaces if each.material.is_specular or glossy_parts(each.material)
     ]
+    cones = cones_of(sensor)
+    shows_senders = pixels_of(sensor, senders, cones)
     for number in sums.lamps:
         lamp = sums.adjoint.sources[number]
         if not isinstance(lamp.detector, Detector):
             continue
         ways = _ways_to(sums, sensor, number)
-        shapes = [] if ways.view.is_hidden else [scene.shape_of(lamp.source)]
-        shapes += senders if ways.mirrors else []
+        flights = scores = over_batches(sums.rows_of(part, "weights", 1 + number))
         share = ways.rays.largest_glossy_share[side_of(lamp.detector)] if ways.glossy else 0.0
-        shares = np.where(pixels_of(sensor, senders), share, 0.0)
-        scores = over_batches(sums.rows_of(part, "weights", 1 + number))
+        shares = np.where(shows_senders, share, 0.0)
         if ways.mirrors and sums.view is not None:
             shares = np.maximum(shares, _shares_of_flights(sums, sensor, number))
             brought = sum(sums.brought_in(batch, part, number) for batch in sums.batches) / len(sums.batches)
             scores = scores + brought * births / part.gains[number]
-        is_alone = pixels_of(sensor, shapes)
-        scores = np.where(is_alone, over_batches(sums.rows_of(part, "weights", 1 + number)), scores)
-        shares = np.where(is_alone, 1.0, shares)
+        lamps = [] if ways.view.is_hidden else [scene.shape_of(lamp.source)]
+        is_alone = pixels_of(sensor, lamps, cones) | (shows_senders & bool(ways.mirrors))
+        scores, shares = np.where(is_alone, flights, scores), np.where(is_alone, 1.0, shares)
         scores = np.divide(scores, shares, out=np.zeros(len(scores)), where=shares > 0)
         bound = unseen_scores(scores) * shares * part.gains[number] / births
         if bound.any():
@@ -340,9 +353,9 @@ def _shares_of_flights(sums: CellSums, sensor: PointInstrument, number: int) -> 
     scene, density = sums.adjoint.scene, sums.adjoint.caustics.densities.get(number, 0.0)
     walls = [piece for piece, _ in diffuse_pieces(scene)]
     rays = proven(scene, ("nearest rays", sensor.name), lambda: nearest_rays(sensor, walls))
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore"):  # a wall at the camera's own place has no bound
         most = sums.view.births * rays
-        return np.where(np.isfinite(most), np.divide(most, most + density), 1.0)
+        return np.where(rays == 0, 0.0, np.where(np.isfinite(most), most / (most + density), 1.0))
 
 
 @dataclass(frozen=True)
@@ -479,6 +492,7 @@ def _flights_to_source(
 ) -> Iterator[PathClass | Finding]:
     """The path classes of flights: direct light of the lamp, and light via specular and glossy surfaces."""
     lamp, is_guided = sums.adjoint.sources[number], sums.plan.is_guided
+    heaviest *= 1 / LEAST if is_guided else 1.0
     ways = _ways_to(sums, sensor, number)
     rays, view, mirrors = ways.rays, ways.view, ways.mirrors
     if rays is not None and (
@@ -510,7 +524,7 @@ def _flights_to_source(
         elif sums.view is not None and not (is_seen or sees_mirrors(scene, sensor)):
             # Histories from the lamp find all of it, too, and the largest score is shared with them.
             share = float(_shares_of_flights(sums, sensor, number).max())
-            flights = (flights + met.brought) / share
+            flights = (flights + met.brought) / share if share > 0 else 0.0
         yield PathClass(
             what,
             flights,

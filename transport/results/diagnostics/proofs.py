@@ -111,14 +111,17 @@ def sees_mirrors(scene: Scene, view: PointInstrument) -> bool:
     return any(may_show(view, each.shape) for each in surfaces)
 
 
-def pixels_of(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
+Cones = tuple[np.ndarray, np.ndarray, np.ndarray]  # axes, and of each pixel the middle ray and the reach
+
+
+def pixels_of(view: PointInstrument, shapes: Sequence[Shape], cones: Cones | None = None) -> np.ndarray:
     """Return whether each pixel or bin, (cells,) as stored, may show one of the shapes; False is proven.
 
-    By bounding spheres, and in a Camera by the outlines of bounding boxes.
+    By bounding spheres, and in a Camera by the outlines of bounding boxes.  cones: of the pixels, if known.
     """
     from scipy.spatial import ConvexHull
 
-    axes, rays, reach = _cones_of(view)
+    axes, rays, reach = cones or cones_of(view)
     shown = np.zeros(len(rays), bool)
     for shape in shapes:
         if not may_show(view, shape):
@@ -143,21 +146,26 @@ def pixels_of(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
 
 def nearest_rays(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
     """Return a bound of cosine / (pi r^2) [m^-2] of rays from shapes to each pixel, (cells,) as stored."""
-    _, rays, reach = _cones_of(view)
-    place, bound = view.position, np.zeros(len(rays))
+    cones = cones_of(view)
+    _, rays, reach = cones
+    place, bound, reach = view.position, np.zeros(len(rays)), np.broadcast_to(reach, len(rays))
     for shape in shapes:
-        largest = np.full(len(rays), strongest_ray(shape, place, place))
+        largest = strongest_ray(shape, place, place)
+        if largest == 0 or not may_show(view, shape):
+            continue
+        (here,) = np.nonzero((bound < largest) & pixels_of(view, [shape], cones))
+        found = np.full(len(here), largest)
         if shape.is_flat:  # along a ray at the cosine mu to the normal, from the height h: mu^3/(pi h^2)
             height = shape.height_of(place)
-            angles = _angles(-math.copysign(1.0, height) * (rays @ np.array(shape.frame[2])))
-            cosines = np.maximum(np.cos(np.maximum(angles - reach, 0.0)), 0.0)
+            angles = _angles(-math.copysign(1.0, height) * (rays[here] @ np.array(shape.frame[2])))
+            cosines = np.maximum(np.cos(np.maximum(angles - reach[here], 0.0)), 0.0)
             with np.errstate(divide="ignore", invalid="ignore"):
-                largest = np.fmin(cosines**3 / (math.pi * height**2), largest)
-        bound = np.where(pixels_of(view, [shape]), np.maximum(bound, largest), bound)
+                found = np.fmin(cosines**3 / (math.pi * height**2), found)
+        bound[here] = np.maximum(bound[here], found)
     return bound
 
 
-def _cones_of(view: PointInstrument) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def cones_of(view: PointInstrument) -> Cones:
     """Return axes, and of each pixel or bin, as stored, the middle ray (cells, 3) and the reach [rad]."""
     edges = view.edges()
     middles = {name: (each[1:] + each[:-1]) / 2 for name, each in edges.items()}
@@ -272,7 +280,9 @@ class DirectView:
     def is_hidden(self) -> bool:
         """Whether geometry proves that no direct light of the lamp reaches the detector."""
         lamp, side = self.lamp, self.side
-        if isinstance(self.sensor, Camera) and not self.sensor.may_see(lamp):
+        if isinstance(self.sensor, Camera) and not (
+            self.sensor.may_see(lamp) and may_show(self.sensor, lamp)
+        ):
             return True
         facing = getattr(self.sensor, "side", None)
         for part in self.parts:
