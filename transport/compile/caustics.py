@@ -16,7 +16,8 @@ The weights need the densities of both at any one point of the path, per area an
 neither a specular nor a diffuse reflection changes their ratio. Histories from a lamp have a constant one,
 those from a camera have it at their first wall. Other paths are sampled from the camera alone.
 
-Histories from a lamp are aimed at each specular surface in turn, and end where they meet another one first.
+Histories from a lamp are aimed at one specular surface, and end where they meet another one first; where that
+is not possible, or they are too many, they are not aimed.
 """
 
 from __future__ import annotations

@@ -185,7 +185,8 @@ def _axis(name: str) -> list[tuple[str, str]]:
 # via: bits of the visits required; least, most: number of reflections; outside: row for all other times and
 # speeds.
 # by_cell: first row of sums by cell of birth, for a source of the estimator "backward"; of_rays: the same for
-# shadow rays; strong: the least score of a ray that counts as strong.
+# shadow rays; strong: the least score of a ray that counts as strong; lamp_density: of histories that start
+# at this source (compile/caustics.py).
 DETECTOR = np.dtype(
     _floats(FRAME + " axis_x axis_y axis_z side handed turn_low strong lamp_density")
     + _integers("mu_kind turn_kind place via least most outside by_cell of_rays")

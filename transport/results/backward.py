@@ -217,7 +217,7 @@ class ViewReading(Tally):
         needs=("all directions",),
     )
     counts = Quantity(
-        "Number of arrivals of histories at sources in the whole run, by pixel or bin [1].", "count", BINS
+        "Number of scores in the whole run, by pixel or bin: arrivals, and rays [1].", "count", BINS
     )
 
     def __init__(
@@ -405,7 +405,7 @@ class CellSums:
 
     @cached_property
     def counts(self) -> list[np.ndarray | ChunkedArray]:
-        """For each part, the number of arrivals of its cells' histories at sources, (B, cells)."""
+        """For each part, the number of scores of its cells: arrivals at sources, and rays, (B, cells)."""
         return [self._by_batch(part, self.counts_in) for part in self.parts]
 
     def means_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray:
@@ -427,7 +427,7 @@ class CellSums:
         return brought * (gain / view.measures[first:past])
 
     def counts_in(self, batch: Batch, part: SensorPart, first: int, past: int) -> np.ndarray:
-        """Return the number of arrivals of some cells' histories at sources in a batch."""
+        """Return the number of scores of some cells in a batch: arrivals at sources, and rays."""
         rows = partial(self._rows_in, batch, part, first, past)
         counts = sum(self._with_rays(rows, "counts", lamp) for lamp in self.lamps)
         if self.view is None:

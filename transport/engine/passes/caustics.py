@@ -1,8 +1,8 @@
 """Histories from cameras and histories from lamps, combined by the balance heuristic (compile/caustics.py).
 
-`began` is the first interaction of a history. One from a lamp has a negative `cell`, the number of the lamp.
-`path_density` is the number of histories per area and projected solid angle that a path has by way of its
-camera, at its first wall there, or of its lamp; scaled alike.
+`began` is the first interaction of a history. One from a lamp has a negative `cell`, -1 - the number of the
+lamp. `path_density` is how densely histories of that kind cover phase space, per area and projected solid
+angle: that of a lamp's histories everywhere, that of a camera's histories at their first diffuse wall.
 """
 
 import numpy as np
@@ -109,7 +109,8 @@ def note_first_wall(lane, table):
 def note_first_interaction(lane, table):
     """Note the first interaction of a history, and end histories from lamps whose first is not specular.
 
-    Those of another surface than the one aimed at end, too; their births do not count.
+    Those of another surface than the one aimed at end, too, and are taken out of the births of the ledger.
+    Comes after the passes that need to know whether this is the first interaction.
     """
     numbers = view(lane.arena + table.rows, table.count, np.int64)
     begins = (lane.surface != 0) & (lane.began <= 0)
@@ -133,7 +134,7 @@ def weigh_flights_to_lamps(lane, table):
     detectors = view(lane.arena + table.detectors, table.detector_count, layout.DETECTOR)
     density = detectors[rows[lane.hit_sheet].detector].lamp_density
     is_shared = (lane.began == layout.DIFFUSE_FIRST) & (lane.mis_pdf == 0.0) & (density > 0.0)
-    whole = lane.path_density + (density if is_shared else 1.0)
+    whole = lane.path_density + (density if is_shared else 1.0)  # never 0, as both are computed
     share = lane.path_density / whole if is_shared else 1.0
     lane.weight *= share if lane.cell >= 0 else 0.0
 

@@ -33,7 +33,7 @@ def rays_from_births(plan, emitter):
 
 
 def rays_from_walls(plan):
-    """Yield the steps that cast rays from diffuse and glossy walls to every detector."""
+    """Yield the steps that cast rays from diffuse and glossy walls, and note what flights share."""
     if plan.connects_gloss:
         yield step(gloss.look_up_lobe, plan.arena.table(plan.optics))
     yield from _cast([rays for each in plan.targets for rays in each.walls], "contribute_from_walls")
@@ -121,7 +121,7 @@ def ray_steps(plan, nearest, crossing):
 
 
 def _score_at_points(plan):
-    """Yield the steps that score rays at point detectors, or at each Point or Beam of a backward run."""
+    """Yield the steps that score rays at point detectors; in a backward run at Points, Beams and cameras."""
     if plan.adjoint is None:
         yield step(shadow_rays.score_at_points)
         return
@@ -172,7 +172,7 @@ def count_guarded_flights(plan):
 def mis_steps_before(plan, layer, passing):
     """Yield the steps that apply MIS weights before a layer's detectors score flights.
 
-    There are none without next-event estimation.
+    There are none without next-event estimation and histories from lamps.
     """
     if _weighs_flights(plan, layer):
         yield step(mis.save_weight)

@@ -11,6 +11,8 @@ because it includes light that a surface reflects diffusely and light that passe
 which finds light whose first vertex is specular by chance, histories start at the source towards the
 surfaces.
 
+Where a mirror, glass or a lamp may be in a picture is proven pixel by pixel, as a glint may fill one of them.
+
 The result of a probe is never added to an estimate.  A probe has at least 65 536 histories, and hardly more
 than the run concerned.  If its histories are long (mirrors that trap light), it has fewer, so that its
 crossings and collisions hardly exceed those of the run, or there is none.  It depends on scene, detector and
