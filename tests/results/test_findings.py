@@ -1052,7 +1052,7 @@ def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
     camera = tp.Camera(name="cam", position=(3, 0, 1.5), look_at=(0, 0, -1), pixels=(4, 3))
     floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=9, height=9), tp.Diffuse(0.5), "floor")
     panel = tp.Surface(PANEL, tp.Mirror(1.0), "mirror")
-    scene = tp.Scene(disk_lamp((0, 0, 1.9), DOWN, 1e-3, 100.0), [floor, panel, UNLIT_METAL], camera)
+    scene = tp.Scene(disk_lamp((0, 0, 1.9), DOWN, 1e-6, 100.0), [floor, panel, UNLIT_METAL], camera)
     limits = {"error": {"cam.radiance": 2e-3}, "estimator": None, "threads": None}
     result = simulate(scene, **limits)
     assert result.particles > 1 << 18 and result["cam"].radiance.relative_error.max() <= 2e-3
