@@ -430,7 +430,7 @@ FAULTS = (
     ),
     Fault(
         "results/diagnostics/path_classes.py",
-        "(shows_senders & bool(ways.mirrors))",
+        "(shows_mirrors & bool(ways.mirrors))",
         "pixels_of(sensor, [scene.surfaces[each].shape for each in ways.mirrors])",
         "a pixel that shows the first of two mirrors, without a doubt about a glint",
         ("detectors/test_caustics::test_a_glint_by_two_mirrors_is_doubted_where_the_first_of_them_is_seen",),

@@ -53,7 +53,6 @@ class View:
     """A Camera or an EnvironmentMap that histories from lamps send rays to."""
 
     scale: float  # factor by which the sums of rays are scaled up [m^2]
-    strongest: float  # largest sum of a ray, for a history of weight 1 [m^-2]
     births: np.ndarray  # of each cell's histories, at most: density on a wall over cosine / (pi r^2)
     measures: np.ndarray  # of each cell, in which a mean is taken: pixel area at distance 1, or solid angle
 
@@ -148,31 +147,33 @@ def add_caustics(
         state = layout.row(layout.BEGINNING, began=layout.UNBEGUN if is_view else layout.OTHER_FIRST)
         plan.emitters[number] = replace(emitter, cells=(*emitter.cells, ("begin_at_sensor", state)))
         if is_view:
-            view = _view(sensor, walls, emitter.amount)
+            view = views[sensor.name] = _view(sensor, walls, emitter.amount, unit)
             of_births = emitter.amount / (math.pi * len(view.measures) * unit)
             is_flat = isinstance(sensor, Camera)
             values = {"first": first + int(row["first"]), "cells": cells, "sensor": row, "is_flat": is_flat}
             rows.append(
                 layout.row(layout.VIEW, **values, scale=of_births / (1.0 if is_flat else 2 * math.pi))
             )
-            scale = power_of_two(view.strongest * unit) if view.strongest > 0 else 1.0
-            plan.points.append(_point_plan(plan, rows[-1], scale))
-            views[sensor.name] = replace(view, scale=scale * unit)
+            plan.points.append(_point_plan(plan, rows[-1], view.scale / unit))
     for each in plan.targets:
         each.births.extend([] for _ in range(len(plan.emitters) - len(each.births)))
     surfaces = np.array([0, *(1 + number for number in plan.surface_numbers)], np.int64)
     return Caustics(SHARE, power, views, lamps, tuple(rows), surfaces)
 
 
-def _view(view: PointInstrument, walls: list[tuple[Shape, float]], share: float) -> View:
-    """Return a camera or a map, at which a share of the histories starts, for rays from walls."""
+def _view(view: PointInstrument, walls: list[tuple[Shape, float]], share: float, unit: float) -> View:
+    """Return a camera or a map for rays from walls.
+
+    share: of the histories that start there;  unit: of areas in the engine [m^2].
+    """
     place = view.position
     rays = (sent * strongest_ray(piece, place, place) for piece, sent in walls if may_show(view, piece))
     strongest = max(rays, default=0.0)
     edges, measures = view.edges(), _measures(view)
     far = max(math.hypot(u, v) for u in edges["u"] for v in edges["v"]) if isinstance(view, Camera) else 0.0
     births = share * (1 + far**2) ** 1.5 / (len(measures) * measures)
-    return View(scale=1.0, strongest=strongest, births=births, measures=measures)
+    scale = power_of_two(strongest * unit) * unit if strongest > 0 else unit
+    return View(scale=scale, births=births, measures=measures)
 
 
 def _point_plan(plan: Plan, view: np.ndarray, scale: float) -> PointPlan:

@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile.detectors import LARGE_SHARE
-from transport.compile.gloss import glossy_parts
 from transport.compile.guides import LEAST
 from transport.compile.lamps import diffuse_pieces, least_path, strongest_ray
 from transport.compile.methods import cure_of_chance, more_particles_or_backward
@@ -35,6 +34,7 @@ from transport.results.diagnostics.proofs import (
     events_of,
     glossy_surfaces_of,
     max_transmitted_weight,
+    mirrors_and_gloss,
     miss_distance,
     nearest_rays,
     pixels_of,
@@ -319,11 +319,8 @@ def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
     sums, sensor = tally.cell_sums, tally.detector
     (part,), scene = sums.parts, sums.plan.adjoint.scene
     births = np.maximum(over_batches(sums.rows_of(part, "counts", 0)), 1)
-    senders = [
-        each.shape for each in scene.surfaces if each.material.is_specular or glossy_parts(each.material)
-    ]
     cones = cones_of(sensor)
-    shows_senders = pixels_of(sensor, senders, cones)
+    shows_mirrors = pixels_of(sensor, mirrors_and_gloss(scene), cones)
     for number in sums.lamps:
         lamp = sums.adjoint.sources[number]
         if not isinstance(lamp.detector, Detector):
@@ -331,13 +328,13 @@ def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
         ways = _ways_to(sums, sensor, number)
         flights = scores = over_batches(sums.rows_of(part, "weights", 1 + number))
         share = ways.rays.largest_glossy_share[side_of(lamp.detector)] if ways.glossy else 0.0
-        shares = np.where(shows_senders, share, 0.0)
+        shares = np.where(shows_mirrors, share, 0.0)
         if ways.mirrors and sums.view is not None:
             shares = np.maximum(shares, _shares_of_flights(sums, sensor, number))
             brought = sum(sums.brought_in(batch, part, number) for batch in sums.batches) / len(sums.batches)
             scores = scores + brought * births / part.gains[number]
         lamps = [] if ways.view.is_hidden else [scene.shape_of(lamp.source)]
-        is_alone = pixels_of(sensor, lamps, cones) | (shows_senders & bool(ways.mirrors))
+        is_alone = pixels_of(sensor, lamps, cones) | (shows_mirrors & bool(ways.mirrors))
         scores, shares = np.where(is_alone, flights, scores), np.where(is_alone, 1.0, shares)
         scores = np.divide(scores, shares, out=np.zeros(len(scores)), where=shares > 0)
         bound = unseen_scores(scores) * shares * part.gains[number] / births

@@ -83,7 +83,7 @@ SHORT_PROBE_HISTORIES = 256  # histories of the shortest probe
 MIN_SHORT_PROBE_BATCHES, MAX_SHORT_PROBE_BATCHES = 8, 32  # batches of a short probe
 MAX_PROBE_SURFACES = 16  # surfaces of one probe, each of which needs passes of its own
 CLOSE_BOUND_RATIO = 1.15  # times the measured value: a bound so near to it needs no improvement
-JOGGLE = 1e-9  # relative tolerance of an outline's corners
+OUTLINE_TOLERANCE = 1e-9  # relative tolerance of an outline's corners
 MIN_PROBE_REFLECTANCE = 0.5  # reflectance that replaces that of darker mirrors
 PROBE_SEED = 0x9E3779B9
 
@@ -109,8 +109,13 @@ def glossy_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[int
 
 def sees_mirrors(scene: Scene, view: PointInstrument) -> bool:
     """Return whether a specular or glossy surface may be in the picture of a view; False is proven."""
+    return any(may_show(view, shape) for shape in mirrors_and_gloss(scene))
+
+
+def mirrors_and_gloss(scene: Scene) -> list[Shape]:
+    """Return the shapes of all specular and glossy surfaces."""
     surfaces = [each for each in scene.surfaces if each.material.is_specular or glossy_parts(each.material)]
-    return any(may_show(view, each.shape) for each in surfaces)
+    return [each.shape for each in surfaces]
 
 
 Cones = tuple[np.ndarray, np.ndarray, np.ndarray]  # axes, and of each pixel the middle ray and the reach
@@ -141,7 +146,7 @@ def pixels_of(view: PointInstrument, shapes: Sequence[Shape], cones: Cones | Non
             outline = ConvexHull(corners, qhull_options="QJ")  # joggled, as corners may lie on a line
             middles = np.stack([-(rays @ axes[0]), rays @ axes[1]]) / (rays @ axes[2])
             beyond = outline.equations[:, :2] @ middles + outline.equations[:, 2:]
-            inside &= beyond.max(axis=0) <= reach + JOGGLE * np.abs(corners).max()
+            inside &= beyond.max(axis=0) <= reach + OUTLINE_TOLERANCE * np.abs(corners).max()
         shown |= inside
     return shown
 
