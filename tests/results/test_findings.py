@@ -1066,6 +1066,8 @@ def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
 
 
 NAMED = [name for name in CASES if name not in ("ball", "ball, behind")]
+# Histories of complete runs: with a guide, 600 births that it does not send must score, so that three are less than 1 %.
+OF_COMPLETE = dict.fromkeys(("dish, lamp", "dish, lamp, behind"), 1e7)
 
 
 @pytest.mark.slow
@@ -1076,6 +1078,9 @@ def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name
     methods = ("analog", "expected", "backward")
     judged = [run for r in case.radii for run in named_runs(case, r, 2, 3e5, methods)]
     assert sum(run.is_missed for run in judged) <= (1 if any(run.is_complete for run in judged) else 0)
+    if name in OF_COMPLETE:
+        judged = [run for r in case.radii for run in named_runs(case, r, 2, OF_COMPLETE[name], methods)]
+        assert sum(run.is_missed for run in judged) <= 1
     complete = [run for run in judged if run.is_complete]
     assert sum(run.run.verdict == "doubtful" for run in complete) <= 1
 
