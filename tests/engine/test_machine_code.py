@@ -38,12 +38,12 @@ SCALAR_REASONS = {
         "end_lost_particles_of_many", "find_medium_of_many", "choose_phase", "choose_segment_of_table",
         "limit_by_clock_in_media", "redirect_next_event_rays", "find_phase_of_flights", "find_phase_at_collisions",
         "set_collision_paths_in_grid", "scale_by_grid_scattering", "turn_into_second_leg",
-        "note_first_interaction",
+        "note_first_interaction", "note_first_wall", "weigh_flights_to_lamps",
     ),
     "searches among edges, segments, parts or facets": (
         "refine_by_cosine", "refine_by_azimuth", "refine_by_place", "refine_by_time", "refine_by_speed",
         "count_phase_space", "point_on_polygon", "born_on_mesh", "score_collisions_in_ball",
-        "score_collisions_in_cylinder", "add_tabulated_pdf", "draw_guided_birth",
+        "score_collisions_in_cylinder", "add_tabulated_pdf", "draw_guided_birth", "weigh_rays_to_view",
     ),
     "scatters to rows of tallies": (
         "score_path_by_cell", "score_path_by_cell_in_media", "score_collisions_in_box", "score",

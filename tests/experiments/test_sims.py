@@ -28,7 +28,7 @@ SIMS = (
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 2_500_000
 FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transport verify --particles 1e7` runs all with more
-    "camera": 1_000_000, "cloud": 1_500_000, "cost_enclosure": 250_000, "cost_fog": 175_000, "cost_glint": 75_000,
+    "camera": 3_000_000, "cloud": 1_500_000, "cost_enclosure": 250_000, "cost_fog": 175_000, "cost_glint": 75_000,
     "cost_mirror": 1_000_000, "cost_speck": 75_000, "diffuse_box": 250_000, "directions": 750_000, "dogleg": 300_000, "effusion": 1_500_000,
     "flows": 250_000, "furnace": 1_250_000, "glow": 375_000, "gonioreflectometer": 2_000_000, "half_space": 1_125_000,
     "integrating_sphere": 250_000, "lambert_disk": 500_000, "magnifier": 500_000, "milk": 87_500,
