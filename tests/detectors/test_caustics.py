@@ -386,3 +386,29 @@ def test_a_card_near_the_camera_is_doubted_for_caustics_that_only_its_own_flight
     shown = pixels_of(camera, [card]).reshape(12, 16)
     assert 0 < shown.sum() < 20
     assert (view.verdict == "sound")[~shown].mean() > 0.5 and not (view.verdict == "sound")[shown].any()
+
+
+def test_a_pixel_in_which_one_history_meets_a_lamp_hundreds_of_times_is_not_sound():
+    """A lamp in a box of mirrors, which the camera sees through a small hole alone."""
+    mirrors = [
+        tp.Surface(
+            replace(face, hole=tp.Disk(center=face.center, normal=face.normal, radius=0.002))
+            if name == "+z"
+            else face,
+            tp.Mirror(0.9995),
+            name,
+        )
+        for name, face in tp.Box(size=0.4).faces().items()
+    ]
+    lamps = [
+        tp.Source(tp.Disk(radius=0.19), tp.Lambertian(radiance=1.0)),
+        tp.Source(tp.Disk(center=(0, 0, 3.0), normal=(0, 0, -1), radius=1.0), tp.Lambertian(radiance=1.0)),
+    ]
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -0.3), width=6, height=6), tp.Diffuse(0.5), "floor")
+    camera = tp.Camera(
+        name="view", position=(0, -0.8, 0.9), look_at=(0, 0, 0.2), field_of_view=0.6, pixels=(4, 3)
+    )
+    scene = tp.Scene(lamps, [*mirrors, floor], camera)
+    for seed in range(5):
+        view = run(scene, 1e5, seed)["view"].radiance
+        assert not ((view.verdict == "sound") & (view.error > 0.5 * view.value)).any()

@@ -567,4 +567,20 @@ FAULTS = (
         "an alias table that keeps what it should give",
         ("physics/test_scattering",),
     ),
+    Fault(
+        "results/diagnostics/path_classes.py",
+        'weights, block, brought = by_batch("weights", 1 + lamp)',
+        'weights, block, brought = by_batch("counts", 1 + lamp)',
+        "many weak flights that rule out strong ones",
+        ("results/test_findings::test_many_weak_flights_do_not_rule_out_strong_ones",),
+    ),
+    Fault(
+        "statistics/pooling.py",
+        "is_lone | has_few | is_uneven",
+        "is_lone | has_few",
+        "a pixel that one history of very many scores has filled, without a doubt",
+        (
+            "detectors/test_caustics::test_a_pixel_in_which_one_history_meets_a_lamp_hundreds_of_times_is_not_sound",
+        ),
+    ),
 )

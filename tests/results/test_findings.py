@@ -1214,3 +1214,27 @@ def test_a_source_on_the_outside_of_a_shell_is_named_with_the_side_that_was_mean
     lamp = tp.Source("shell", tp.Lambertian(power=1.0))
     found = enclosed(lamp=lamp, words="emits from the outside of Surface 'shell'")
     assert len(found) == 3 and all("side='inside'" in warning for warning in found)
+
+
+# ---- scores of unlike worth ----
+
+
+def test_many_weak_flights_do_not_rule_out_strong_ones():
+    """A mirror behind a filter brings many of 0.01, a small mirror ball seldom one of 1, and twice as much in the mean."""
+    lamp = tp.Source(tp.Disk(center=(0, 0, -1), normal=(0, 0, 1), radius=0.1), tp.Lambertian(radiance=1.0))
+    filter_ = tp.Medium(absorption=-math.log(0.0115) / 0.4)
+    surfaces = [
+        tp.Surface(tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=6, height=6), tp.Mirror(), "big"),
+        tp.Surface(
+            tp.Box(center=(0, 0, 0.85), size=(5.9, 5.9, 0.2)), tp.Transparent(), "filter", inside=filter_
+        ),
+        tp.Surface(tp.Disk(center=(0, 0, -0.01), radius=0.02), tp.Black(), "screen"),
+        tp.Surface(tp.Sphere(center=(0.3, 0, 0.4), radius=0.05), tp.Mirror(), "ball"),
+    ]
+    meter = tp.Detector(tp.Disk(radius=1e-3), "m", directions=tp.Directions(mu=2))
+    scene = tp.Scene(lamp, surfaces, meter)
+    true = 7.05e-5  # two runs of 6e7 histories, 0.13e-5 each
+    for seed in range(8):
+        found = simulate(scene, 1e5, "backward", seed=seed)["m"].irradiance
+        low, high = found.interval()
+        assert found.verdict == "doubtful" and low < true < high

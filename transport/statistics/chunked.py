@@ -103,6 +103,38 @@ def over_batches(values: np.ndarray | ChunkedArray) -> np.ndarray:
     return found
 
 
+def independent_scores(values: np.ndarray | ChunkedArray) -> np.ndarray:
+    """Number of independent scores of 1 that spread as much from batch to batch, at most their sum, (*dims).
+
+    One history may score very often: then its scores count as one.
+
+    Parameters
+    ----------
+    values : (B, *dims)
+        Sums of scores of at most 1 each.
+
+    Examples
+    --------
+    Of 32 batches one has 100 scores, or each has about three:
+
+    >>> one, each = np.zeros(32), np.tile([2.0, 3.0, 4.0, 3.0], 8)
+    >>> one[3] = 100
+    >>> independent_scores(one).round(1).item(), independent_scores(each).round(1).item()
+    (1.0, 96.0)
+    """
+    if isinstance(values, ChunkedArray):
+        found = np.zeros(values.shape[1:])
+        for box in values.boxes():
+            found[box] = independent_scores(values.part(box))
+        return found
+    many, total = len(values), values.sum(axis=0)
+    if many == 1:
+        return np.minimum(total, 1.0)
+    variance = ((values - total / many) ** 2).sum(axis=0) * many / (many - 1)  # of the sum
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(variance > 0, np.minimum(total, total**2 / variance), total)
+
+
 def boxes_of(bins: tuple[int, ...], order: tuple[int, ...], most: int) -> list[Box]:
     """Boxes of at most `most` bins each, or of one, that together are all bins."""
     boxes, left = [[slice(0, count) for count in bins]], math.prod(bins)

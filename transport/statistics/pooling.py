@@ -34,6 +34,9 @@ MIN_SIMILAR_BINS = MIN_SCORES_FOR_ERROR  # similar bins from which on their vari
 # 1 / sqrt(MIN_SCORES_FOR_ERROR).
 MIN_DOF = MIN_SCORES_FOR_ERROR / 2
 OWN_DOF = 0.8  # of the degrees of freedom of the batches: enough if there are few batches
+# Of the degrees of freedom of the batches, and 2.2: normal batches hardly ever leave so few, one that has all
+# leaves 2.
+EVEN_DOF = 0.2
 OUTLIER_CHANCE = 1e-3  # chance of such a large own variance, below which the bin differs from its neighbours
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
@@ -102,7 +105,8 @@ def pooled_errors(
     A sparse bin, most batches of which gave the same, has at least its own error.  Thin bins are doubtful
     where most bins around them are sparse; a decision for each bin by itself would keep the lucky ones.  A
     bin is also doubtful if one of its batches alone moves the mean by more than 7 errors,
-    sqrt(2 MIN_SCORES_FOR_ERROR): fewer than one in 50 bins has a score of that size.
+    sqrt(2 MIN_SCORES_FOR_ERROR): fewer than one in 50 bins has a score of that size; and if, without enough
+    similar bins, its own batches are too unequal to know its variance.
     """
     batches = len(deviations)
     known = np.asarray(known, dtype=bool)
@@ -123,7 +127,7 @@ def pooled_errors(
     for members, weights, rise in _levels(moments):
         _add_windows(sums, moments, (members, weights, rise), reaches, bins, known.shape, axes, periodic)
     # Combine the windows; bins that differ from their neighbours keep their own variance.
-    variance, dof, of_bin = _pooled_variances(*sums, moments, batches)
+    variance, dof, of_bin, trust = _pooled_variances(*sums, moments, batches)
     is_unlike = _chance_of(moments.variance / variance, of_bin) < OUTLIER_CHANCE
     claims_own = is_unlike | moments.is_sparse
     variance = np.where(claims_own, np.maximum(variance, moments.variance), variance)
@@ -135,7 +139,10 @@ def pooled_errors(
     doubtful = np.zeros(known.size, dtype=bool)
     is_lone = moments.largest > 2 * MIN_SCORES_FOR_ERROR * variance
     has_few = _has_few_scores(moments, bins, known.shape, axes, periodic)
-    doubtful[bins] = (dof < min(MIN_DOF, OWN_DOF * (batches - 1))) | is_unlike | is_lone | has_few
+    least = min(MIN_DOF, OWN_DOF * (batches - 1))
+    # One history of very many scores, which no other bin tells of.
+    is_uneven = (trust < 0.5) & (of_bin < max(2.2, EVEN_DOF * (batches - 1)))
+    doubtful[bins] = (dof < least) | is_unlike | is_lone | has_few | is_uneven
     return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
 
 
@@ -225,8 +232,11 @@ def _add_windows(
 
 def _pooled_variances(
     sums: np.ndarray, own: np.ndarray, moments: Moments, batches: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Variance of each bin's mean [units of its level], its degrees of freedom, those of its own variance."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Variance of each bin's mean [units of its level], its degrees of freedom, those of its own variance.
+
+    And the share in which other bins judge it.
+    """
     bare = 2 / (batches - 1)  # relative variance of a variance of so many normal batches
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         each = np.stack([np.ones_like(own), moments.variance, moments.noise, moments.square])
@@ -249,7 +259,7 @@ def _pooled_variances(
         share = 1 + (OWN_SHARE - 1) * trust
         of_own = share * 2 / (trust * of_bin[0] + (1 - trust) * bare)
         variance, relative = _moderate(moments.variance, of_own, variance, relative, trust * 2 / relative)
-    return variance, 2 / relative, 2 / of_bin.max(axis=0)
+    return variance, 2 / relative, 2 / of_bin.max(axis=0), trust
 
 
 def _chance_of(ratio: np.ndarray, dof: np.ndarray) -> np.ndarray:

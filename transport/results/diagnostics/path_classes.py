@@ -48,7 +48,7 @@ from transport.results.tally import ARRIVALS, DEPARTURES
 from transport.scene.detectors import Detector
 from transport.scene.sides import IS_BACK, OTHER_SIDE
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR
-from transport.statistics.chunked import batch_totals, over_batches
+from transport.statistics.chunked import batch_totals, independent_scores, over_batches
 from transport.statistics.findings import MORE_PARTICLES, USE_MORE, Finding, doubtful, unseen_scores
 from transport.validation import join_names
 
@@ -326,7 +326,7 @@ def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
         if not isinstance(lamp.detector, Detector):
             continue
         ways = _ways_to(sums, sensor, number)
-        flights = scores = over_batches(sums.rows_of(part, "weights", 1 + number))
+        flights = scores = independent_scores(sums.rows_of(part, "weights", 1 + number))
         share = ways.rays.largest_glossy_share[side_of(lamp.detector)] if ways.glossy else 0.0
         shares = np.where(shows_mirrors, share, 0.0)
         if ways.mirrors and sums.view is not None:
@@ -401,24 +401,25 @@ def _lamp_scores(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> 
     Rays only if it has any.
     """
 
-    def number(kind: str, block: int) -> float:
+    def by_batch(kind: str, block: int) -> np.ndarray:
         rows = [sums.rows_of(part, kind, block) for part in sums.parts]
         pairs = zip(rows, chosen, strict=True)
         cells = (each if which is None else each[:, which] for each, which in pairs)
-        return float(sum(batch_totals(each).sum() for each in cells))
+        return sum(batch_totals(each) for each in cells)
 
-    # Of guided histories, those that no guide has sent: each was one with the probability of its weight.
-    # Where flights score MIS shares, the number of full scores that add up to theirs.
-    is_guided, is_shared = sums.plan.is_guided, sums.plan.connects_gloss or sums.view is not None
-    flights = number("weights" if is_guided or is_shared else "counts", 1 + lamp)
-    flights, block, brought = flights if is_guided else round(flights), sums.block_of(lamp), 0.0
+    # The number of full scores that add up to those of flights, which media, surfaces and MIS have weakened.
+    # Of guided histories these are about those that no guide has sent: each was one with the probability of
+    # its weight.
+    weights, block, brought = by_batch("weights", 1 + lamp), sums.block_of(lamp), 0.0
+    flights = float(weights.sum() if sums.plan.is_guided else independent_scores(weights))
     if sums.view is not None:
         (part,) = sums.parts
         mean = np.mean([sums.brought_in(batch, part, lamp).mean() for batch in sums.batches])
         brought = float(mean) * sums.run.histories * part.share / part.gains[lamp]
     if lamp not in sums.adjoint.rays:
         return LampScores(flights, brought=brought)
-    return LampScores(flights, round(number("counts", block)), round(number("slants", block)), brought)
+    rays, strong = (round(float(by_batch(kind, block).sum())) for kind in ("counts", "slants"))
+    return LampScores(flights, rays, strong, brought)
 
 
 def _relative_cell_weights(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
