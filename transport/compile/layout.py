@@ -25,6 +25,12 @@ def hit_word(sheet: int, surface: int = 0, material: int = 0) -> int:
     return sheet | surface << PARTS["surface"][1] | material << PARTS["material"][1]
 
 
+def surface_of_hit(word: int) -> int:
+    """Return the row of the acting surface in the word of a hit; 0: none."""
+    _, shift, bits = PARTS["surface"]
+    return int(word) >> shift & (1 << bits) - 1
+
+
 # codes of a surface's material: how a direction is sampled
 INTERACTIONS = "transparent", "black", "diffuse", "mirror", "dielectric", "glossy", "lens"
 TRANSPARENT, BLACK, DIFFUSE, MIRROR, DIELECTRIC, GLOSSY, LENS = range(len(INTERACTIONS))
@@ -61,6 +67,7 @@ FIELD_MOVES = np.dtype([("fields", "i8"), ("count", "i8")])  # offset and number
 # Fields that a lane takes along to the queue at surfaces, and those that a lane in flight takes to a gap.
 QUEUE = np.dtype([("arriving", FIELD_MOVES), ("flying", FIELD_MOVES)])
 BITS = np.dtype([("bits", "i8")])  # of `covered`
+LEDGER_ROW = np.dtype([("ledger", "i8")])
 LEG = np.dtype([("leg", "i8")])  # of a shadow ray
 # Marks of a shadow ray: crossings of its detector that are left, or of a ray to a point STRAIGHT_LEG, and
 # FIRST_LEG minus the point's number where a second leg follows.
@@ -83,23 +90,26 @@ FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 # s: a point of the sheet. All detectors of a sheet are intersected with the plane through s with normal n,
 # not each with its own plane.
 PLACE = "cx cy cz sx sy sz nx ny nz"
+# side: of the normal on which it acts, 0 for both, where several share part of a plane (passes/contacts.py).
 # half_next, half_last: half sides along the two axes after that of the normal (x, y, z, x ...), where the
 # rectangle is aligned with the axes.
 RECTANGLE = np.dtype(
-    _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward")
+    _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward side")
     + _floats("half_next half_last inner_next inner_last")
     + _integers("hit covers sheet tie")
 )
-DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth least2 most2") + _integers("hit covers sheet tie"))
+DISK = np.dtype(
+    _floats(PLACE + " inner2 outer2 breadth least2 most2 side") + _integers("hit covers sheet tie")
+)
 # c: the first vertex; (a, b) = (p - c) · dual vectors: weights of the other two vertices at point p.
 # reach_a, reach_b, reach_c: lengths of the duals of both weights and of the first vertex's weight.
 # slack: distance by which an acting triangle reaches over its edges.
 TRIANGLE = np.dtype(
-    _floats(PLACE + " ax ay az bx by bz reach_a reach_b reach_c least_a least_b least_c slack")
+    _floats(PLACE + " ax ay az bx by bz reach_a reach_b reach_c least_a least_b least_c slack side")
     + _integers("hit covers sheet tie")
 )
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("hit covers sheet"))
-PLANE = np.dtype(_floats(PLACE) + _integers("hit covers sheet tie"))
+PLANE = np.dtype(_floats(PLACE + " side") + _integers("hit covers sheet tie"))
 PLANES = np.dtype([("one", PLANE), ("other", PLANE)])  # two parallel planes
 # A rectangle with a hole. (hole_u, hole_v): center of the hole from that of the rectangle; hole_cos,
 # hole_sin: the hole's rotation.

@@ -30,7 +30,7 @@ from transport.geometry.revolved import Revolved
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Box, Sphere
 from transport.scene.materials import OPTICAL_COLUMNS, Material
-from transport.scene.sheets import Sheet, SheetMember
+from transport.scene.sheets import Sheet, SheetMember, members_by_side
 from transport.scene.speeds import SpeedDistribution
 from transport.statistics.microfacet_lobe import lobe_quantile
 from transport.validation import SceneError, refuse
@@ -56,26 +56,35 @@ def lower_surfaces(plan: Plan, sheets: list[Sheet], layer_bits: list[list[int]])
     surface_numbers = {surface: number for number, surface in enumerate(plan.scene.surfaces)}
     for number, (sheet, bits_of_members) in enumerate(zip(sheets, layer_bits, strict=True), start=1):
         covered: list[tuple[SheetMember, np.ndarray]] = []
+        acting_rows: dict[tuple[int, Shape], int] = {}
         exterior, finest = exterior_bits[number - 1], min((m.shape for m in sheet.members), key=_extent)
-        for member, bits in zip(sheet.members, bits_of_members, strict=True):
+        sides = members_by_side(sheet)
+        shares_plane = any(side != 0 for _, side in sides)
+        for which, side in sides:
+            member, bits = sheet.members[which], bits_of_members[which]
             for shape in member.shape.primitives():
                 part, hit = replace(member, shape=shape), layout.hit_word(number)
                 # Give an acting surface its rows, and write the first and its material into the word of hits.
                 if part.surface is not None:
-                    first, new = len(rows), surface_rows(plan, part)
-                    acting.append((number, first, part))
-                    rows += new
-                    rims += [_rim_row(part, plan.space)] * len(new)
-                    plan.surface_numbers += [surface_numbers[part.surface]] * len(new)
-                    hit = layout.hit_word(number, first, int(new[0][0]["material"]))
+                    if (which, shape) not in acting_rows:
+                        acting_rows[which, shape] = len(rows)
+                        new = surface_rows(plan, part)
+                        acting.append((number, len(rows), part))
+                        rows += new
+                        rims += [_rim_row(part, plan.space)] * len(new)
+                        plan.surface_numbers += [surface_numbers[part.surface]] * len(new)
+                    first = acting_rows[which, shape]
+                    hit = layout.hit_word(number, first, int(rows[first][0]["material"]))
                 # Add the bits to the row of a part that covers the same points, or make a new shape row.
-                others = covered if part.surface is None else ()
+                others = covered if part.surface is None and not shares_plane else ()
                 twin = next((row for other, row in others if covers_same_points(other, part)), None)
                 if twin is not None:
                     twin["hit"] |= hit
                     twin["covers"] |= exterior | bits
                     continue
                 name, row = _shape_row(plan, part, member.shape, finest, number)
+                if part.surface is not None and shares_plane:
+                    name, row["side"] = f"meet_{primitive_of(shape).name}_on_side", side
                 row["hit"], row["covers"] = hit, exterior | bits
                 covered.append((part, row))
                 if "tie" in row.dtype.names:

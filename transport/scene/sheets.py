@@ -1,8 +1,9 @@
 """Sheets: shapes on one support (plane, sphere, cylinder ...) form one sheet; a mesh is its own sheet.
 
 A particle remembers the sheet on which it stands, so that rounding never decides between a detector and the
-wall it lies on, a source and its floor, or two adjacent patches. At each point of a sheet at most one surface
-may act.
+wall it lies on, a source and its floor, or two adjacent patches. On each side of each point of a sheet at
+most one surface acts. Opaque surfaces may share part of a plane if one of them is a face of a Box: furniture
+on a floor (`members_by_side`).
 """
 
 from __future__ import annotations
@@ -13,9 +14,12 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from transport.geometry.neighbours import Supports
-from transport.geometry.relations import are_on_one_support, is_on_support, relative_orientation
-from transport.geometry.shape import Point, Shape
+import numpy as np
+
+from transport.geometry.neighbours import Supports, touching_boxes
+from transport.geometry.relations import are_on_one_support, is_on_support, overlap, relative_orientation
+from transport.geometry.shape import ROUNDING, Point, Shape
+from transport.geometry.solid import Box
 from transport.scene.bodies import bodies_on_sides, has_media
 from transport.scene.detectors import Detector
 from transport.scene.materials import Surface
@@ -144,6 +148,48 @@ def _members(scene: SceneParts) -> Iterator[SheetMember]:
         if isinstance(detector.shape, Shape):
             for piece in detector.shape.pieces():
                 yield SheetMember(piece, None, [detector], whole=detector.shape)
+
+
+# ---- Surfaces that share part of a plane.
+
+
+def near_pairs(members: list[SheetMember]) -> Iterator[tuple[SheetMember, SheetMember]]:
+    """Yield each member with those before it whose bounding boxes it touches, within rounding."""
+    if len(members) < 2:
+        return
+    low, high = np.array([member.shape.bounds for member in members]).transpose(1, 0, 2)
+    gap = 64 * ROUNDING * max(member.shape.coordinate_scale for member in members)
+    for k, near in enumerate(touching_boxes(low - gap, high)):
+        yield from ((members[k], members[other]) for other in near[near < k].tolist())
+
+
+def shared_planes(sheet: Sheet) -> Iterator[tuple[SheetMember, SheetMember]]:
+    """Yield pairs of acting members of a sheet that have more than an edge in common."""
+    acting = [member for member in sheet.members if member.surface is not None]
+    yield from ((one, other) for one, other in near_pairs(acting) if overlap(one.shape, other.shape))
+
+
+def is_closed_face(member: SheetMember) -> bool:
+    """Return whether a member is a face of a closed surface, whose normal points outwards."""
+    return member.surface is not None and isinstance(member.whole, Box)
+
+
+def members_by_side(sheet: Sheet) -> list[tuple[int, float]]:
+    """Return the members of a sheet, by number, in the order in which the first that a ray meets acts.
+
+    With each comes the side of its own normal on which it acts, 0 for both. Where surfaces share part of a
+    plane, on each side the face of a Box comes first whose inner side it is, of two the smaller one; then
+    open surfaces; then faces whose outer side it is, of two the larger one.
+    """
+    sharing = {id(member) for pair in shared_planes(sheet) for member in pair}
+    entries: list[tuple[tuple[int, float], int, float]] = []
+    for number, member in enumerate(sheet.members):
+        if id(member) in sharing and is_closed_face(member):
+            size = member.whole.extent
+            entries += [((0, size), number, -1.0), ((2, -size), number, 1.0)]
+        else:
+            entries.append(((1 if member.surface is not None else 3, 0.0), number, 0.0))
+    return [(number, side) for _, number, side in sorted(entries)]
 
 
 def source_sheets(shape: Shape, sheets: list[Sheet]) -> list[int]:

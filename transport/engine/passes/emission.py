@@ -11,9 +11,10 @@ from transport.compile import layout
 from transport.engine.bodies import lane_pass
 from transport.engine.passes.flats import distance_from_hole, on_holed, on_triangle
 from transport.engine.passes.intersections import on_disk, on_rectangle
+from transport.engine.tally import limbs, to_row_of_table
 from transport.engine.words import birth_block, words_of_block
 from transport.physics.bits import float_of
-from transport.physics.device import device
+from transport.physics.device import choose, device
 from transport.physics.directions import from_frame, sample_cosine_law, sample_isotropic
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.positions import place_in_frame, sample_disk, sample_rectangle, sample_triangle
@@ -301,3 +302,11 @@ def born_over_quadric(lane, table):
 def born_all_over(lane, table):
     """Add the detectors of the emitter's own shape to the hit of all births, despite rounding at its rim."""
     lane.covered |= table.bits
+
+
+@lane_pass(layout.LEDGER_ROW, sums=to_row_of_table)
+def absorb_covered_births(lane, table):
+    """End births beneath another surface, which absorbs them: those with a bit of `covered`."""
+    high, low = limbs(choose(lane.covered != 0, lane.weight, 0.0))
+    lane.weight = choose(lane.covered != 0, 0.0, lane.weight)
+    return high, low

@@ -35,6 +35,7 @@ def birth_steps(plan, emitter, guide=None, records=False):
     if emitter.target is not None or guide is not None:
         yield step(aims.account_births)
         yield step(aims.note_heaviest_birth)
+    yield from _end_covered_births(plan, emitter)
     # State that other passes need.
     if plan.reflects or plan.scatters or plan.expectations:
         yield step(emission.reset_events)
@@ -63,6 +64,48 @@ def birth_steps(plan, emitter, guide=None, records=False):
     metered = [(row, shape) for row, shape in on_sheet if row["covers"] & DETECTOR_BITS]
     if metered and emitter.place[0] != "born_at_point" and plan.adjoint is None:
         yield from _score_birth(plan, emitter, metered)
+
+
+def _end_covered_births(plan, emitter):
+    """Yield the steps that end births of a surface where others cover the side that emits."""
+    covering = list(_covering_rows(plan, emitter))
+    if covering and emitter.target is not None:
+        yield step(emission.move_to_birthplace)
+    for name, row, surface in covering:
+        yield step(emission.hit_birth_sheet, emitter.birth)
+        if name == "plane":
+            yield step(emission.born_all_over, layout.row(layout.BITS, bits=row["covers"]))
+        else:
+            yield step_by_name((f"born_over_{name}", row))
+        ledger = layout.row(layout.LEDGER_ROW, ledger=layout.ABSORBED + surface)
+        yield step(emission.absorb_covered_births, ledger)
+    if covering and emitter.target is not None:
+        yield step(emission.move_to_target)
+
+
+def _covering_rows(plan, emitter):
+    """Yield name, row and surface of what acts instead of an emitter's own surface on the side that emits.
+
+    Only a surface that a source or detector names can be covered; what emits or counts by itself lies on top.
+    """
+    source, on_side = emitter.source, "_on_side"
+    if not isinstance(source.shape, str) or not emitter.shape.is_flat:
+        return
+    own = next(k for k, each in enumerate(plan.scene.surfaces) if each.name == source.shape)
+    side = -1.0 if source.is_back else 1.0
+    for name, row, _ in plan.members:
+        if not name.endswith(on_side) or row["sheet"] != emitter.birth["sheet"]:
+            continue
+        surface = layout.surface_of_hit(row["hit"])
+        along = sum(
+            float(row[axis]) * x for axis, x in zip(("nx", "ny", "nz"), emitter.shape.normal, strict=True)
+        )
+        if row["side"] * side * along >= 0:
+            if plan.surface_numbers[surface - 1] == own:
+                return
+            covering = row.copy()
+            covering["covers"] = 1
+            yield name.removeprefix("meet_").removesuffix(on_side), covering, surface
 
 
 def _time_and_speed(plan, emitter):

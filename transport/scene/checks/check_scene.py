@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.neighbours import touching_boxes
-from transport.geometry.relations import are_on_one_support, overlap
+from transport.geometry.relations import are_on_one_support, is_within
 from transport.geometry.shape import ROUNDING, Shape
+from transport.geometry.solid import Box
 from transport.scene.bodies import scene_media
 from transport.scene.checks.coplanar_meshes import check_coplanar_meshes
 from transport.scene.checks.enclosures import check_lossless_enclosures
@@ -19,9 +18,10 @@ from transport.scene.checks.refractive_indices import check_media
 from transport.scene.checks.trapping import check_total_internal_reflection
 from transport.scene.detectors import MAX_PATHS
 from transport.scene.parts import surface_name
-from transport.scene.sheets import SheetMember, scene_sheets
+from transport.scene.sheets import Sheet, SheetMember, is_closed_face, scene_sheets, shared_planes
 from transport.statistics.findings import Check
 from transport.validation import SceneError, refuse, short_repr
+from transport.vectors import dot
 
 if TYPE_CHECKING:
     from transport.scene.parts import SceneParts
@@ -34,33 +34,82 @@ def check_scene(scene: SceneParts) -> None:
 
 
 def check_supports(scene: SceneParts) -> None:
-    """Refuse two acting surfaces at one point of a sheet."""
+    """Refuse two acting surfaces at one place of a sheet, but for opaque ones of which a Box is one."""
     for sheet in scene_sheets(scene):
-        acting = [m for m in sheet.members if m.surface is not None]
-        for one, other in _near_pairs(acting):
-            if overlap(one.shape, other.shape):
-                cure = "let them share an edge only, leave a gap of 1e-9 of their size, or leave one out"
-                if all(member.surface.material.boundary for member in (one, other)):
-                    cure = (
-                        "define the common face once, as a Plane, Disk or Rectangle with"
-                        " Dielectric(index behind, index in front), and make the bodies Transparent()"
-                        " there; a gap would be a film of air"
-                    )
+        for one, other in shared_planes(sheet):
+            if (cure := _fault_of_shared_plane(scene, one, other)) is not None:
                 raise SceneError(
                     f"Scene: {surface_name(scene, other.surface)} and"
                     f" {surface_name(scene, one.surface)} overlap on one {_support_name(one.shape)};"
                     f" {cure}"
                 )
+            _check_between(scene, sheet, one, other)
 
 
-def _near_pairs(members: list[SheetMember]) -> Iterator[tuple[SheetMember, SheetMember]]:
-    """Yield each member with those before it whose bounding boxes it touches, within rounding."""
-    if len(members) < 2:
-        return
-    low, high = np.array([member.shape.bounds for member in members]).transpose(1, 0, 2)
-    gap = 64 * ROUNDING * max(member.shape.coordinate_scale for member in members)
-    for k, near in enumerate(touching_boxes(low - gap, high)):
-        yield from ((members[k], members[other]) for other in near[near < k].tolist())
+def _check_between(scene: SceneParts, sheet: Sheet, one: SheetMember, other: SheetMember) -> None:
+    """Refuse a detector of its own shape between two surfaces that share part of a plane."""
+    for member in sheet.members:
+        free = [detector for detector in member.detectors if not isinstance(detector.shape, str)]
+        if free and all(_holds_bounds(each.shape, member.shape) for each in (one, other)):
+            names = " and ".join(surface_name(scene, each.surface) for each in (one, other))
+            refuse(
+                free[0],
+                f"shape must not lie between {names}, where nothing comes, got {short_repr(member.shape)};"
+                " move it, or raise it by 1e-9 of its size",
+            )
+
+
+def _fault_of_shared_plane(scene: SceneParts, one: SheetMember, other: SheetMember) -> str | None:
+    """Return what to do about two surfaces that share part of a plane; None where one acts on each side."""
+    materials = [member.surface.material for member in (one, other)]
+    if all(material.boundary for material in materials):
+        return (
+            "define the common face once, as a Plane, Disk or Rectangle with"
+            " Dielectric(index behind, index in front), and make the bodies Transparent()"
+            " there; a gap would be a film of air"
+        )
+    apart = "let them share an edge only, leave a gap of 1e-9 of their size, or leave one out"
+    if any(material.is_transmissive for material in materials):
+        return (
+            "is a film of air between them meant, leave a gap of 1e-9 of their size; is it contact, build the"
+            " clear body of open surfaces without this face"
+        )
+    closed = [member for member in (one, other) if is_closed_face(member)]
+    if not closed:
+        return f"{apart}; a whole Box may stand on another surface"
+    if len(closed) == 2:
+        if dot(one.shape.normal, other.shape.normal) < 0:
+            return None
+        small, large = sorted((one.whole, other.whole), key=lambda box: box.extent)
+        if small != large and is_within(small, large):
+            return None
+        return "they stand through one another: move one, or make them one shape"
+    (face,), (flat,) = closed, [member for member in (one, other) if member is not closed[0]]
+    if flat.shape.is_infinite or not _holds_bounds(face.shape, flat.shape):
+        return None
+    if _holds_anything(scene, face.whole):
+        return "inside a Box its own face acts, which hides the other surface: raise that by 1e-9 of its size"
+    return None
+
+
+def _holds_bounds(face: Shape, shape: Shape) -> bool:
+    """Return whether a face of a box holds the bounding box of a shape on its plane."""
+    (low, high), (first, last) = np.array(face.bounds), np.array(shape.bounds)
+    gap = 64 * ROUNDING * max(face.coordinate_scale, shape.coordinate_scale)
+    return bool((first >= low - gap).all() and (last <= high + gap).all())
+
+
+def _holds_anything(scene: SceneParts, box: Box) -> bool:
+    """Return whether a source, a detector or a whole surface lies in a box, and not on its faces alone."""
+    shapes = [*(each.shape for each in scene.surfaces), *map(scene.shape_of, (*scene.sources, *scene.meters))]
+    places = [point for shape in shapes if not shape.is_infinite for point in (shape.middle,)]
+    places += [each.position for each in (*scene.points, *scene.instruments)]
+    low, high = np.array(box.bounds)
+    gap = 1e-12 * box.extent
+    inside = [(low + gap < place).all() and (place < high - gap).all() for place in np.array(places)]
+    own = [shape == box for shape in shapes if not shape.is_infinite] + [False] * len(scene.points)
+    own += [False] * len(scene.instruments)
+    return any(is_in and not is_own for is_in, is_own in zip(inside, own, strict=True))
 
 
 def check_aims(scene: SceneParts) -> None:
@@ -100,7 +149,11 @@ SCENE_CHECKS = (
         " them.",
         run=check_point_detectors,
     ),
-    Check("scene: surfaces", "Two acting surfaces at one point of a plane or quadric.", run=check_supports),
+    Check(
+        "scene: surfaces",
+        "Two acting surfaces at one point of a plane or quadric, other than a Box on an opaque surface.",
+        run=check_supports,
+    ),
     Check(
         "scene: meshes",
         "Mesh faces that coincide with other shapes, so that rounding would decide which is hit first.",
