@@ -98,8 +98,14 @@ register(
 )
 register(
     "plot",
-    {"EstimateArray": "transport.viz.plots:plot_array", "Tally": "transport.viz.plots:plot_tally"},
+    {
+        "EstimateArray": "transport.viz.plots:plot_array",
+        "Tally": "transport.viz.plots:plot_tally",
+        "Scene": "transport.viz.sections:plot_section",
+        "Result": "transport.viz.plots:plot_result",
+    },
 )
+register("view", {"Scene": "transport.viz.scene:view_scene"})
 register("map", {"EstimateArray": "transport.viz.maps:plot_map"})
 register("save", {"Result": "transport.io.runs:save"})
 register("to_dataset", {"Tally": "transport.io.tables:to_dataset"})

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -100,6 +100,7 @@ def plot_map(
     quantity: str | None = None,
     at: Mapping[str, int] = NO_BINS,
     label: str | None = None,
+    unit: str | None = None,
     exact: np.ndarray | Radiance | None = None,
     cut: bool | float = False,
     decades: float | None = None,
@@ -126,6 +127,8 @@ def plot_map(
         Bin to take along an axis, such as {"time": 3} [default: of three axes of cells the middle of one].
     label : str, optional
         Name of the quantity; the unit is added [default: `quantity`, or "estimate" of an array].
+    unit : str, optional
+        Unit to write in place of that of the quantity; values stay as they are.
     exact : ndarray or callable, optional
         For the cut: means over the bins, shaped as the quantity; or of a plan of directions the exact radiance, a function
         of arrays theta and phi [rad], which may jump.
@@ -172,12 +175,16 @@ def plot_map(
             raise ValueError(
                 f"plot_map: several maps have no ax, exact, cut or norm; choose one with {where}"
             )
+        if unit is not None:
+            raise ValueError("plot_map: several maps have no unit; choose one with at=")
         panels = _by_instants(chosen.array, chosen.listed)
         return plot_maps(panels, path, label=chosen.label, decades=decades, title=title, note=note)
     if chosen.is_line:
         where = ax if ax is None or isinstance(ax, Axes) else ax[0]
-        return _plot_line(chosen, path, where, exact, decades, title, note)
+        return _plot_line(chosen, path, where, exact, decades, title, note, unit)
     bins = _arranged(chosen)
+    if unit is not None:
+        bins = replace(bins, unit=unit)
     if exact is not None and not callable(exact):
         exact = bins.arranged(chosen.taken(np.asarray(exact, dtype=float)))
     if ax is not None:
@@ -900,6 +907,7 @@ def _draw_cut(
     xlabel = POLAR_ANGLE if bins.frame == PLAN else bins.across.label
     is_log = isinstance(norm, LogNorm)
     plot_curves(series, ax=axes, xlabel=xlabel, ylabel=bins.label, log_y=is_log, means=True, legend="above")
+    axes.set_ylabel(with_unit(bins.label, bins.unit))
     if is_log:
         axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
     axes.xaxis.set_major_locator(FewTicks(bins.across.unit == "°"))
@@ -945,6 +953,7 @@ def _plot_line(
     decades: float | None,
     title: str | None,
     note: str | None,
+    unit: str | None,
 ) -> Figure | Axes:
     """Bins along one axis as steps with points; a list of instants as points, of media by their names."""
     _check_decades(decades)
@@ -959,6 +968,8 @@ def _plot_line(
     words = {"xlabel": label, "ylabel": chosen.label, "steps": True, "log_y": decades is not None}
     made = plot_curves(series, path if ax is None else None, ax=ax, title=title, note=note, **words)
     axes = made if ax is not None else made.axes[0]
+    if unit is not None:
+        axes.set_ylabel(with_unit(chosen.label, unit))
     if along.names and along.name != "time":
         axes.set_xticks(x, along.names)
         axes.set_xlim(along.edges[[0, -1]])

@@ -1,57 +1,150 @@
-"""`.plot()` of a tally and of an EstimateArray: a curve along one axis of bins, or a map over two beside that of its error."""
+"""`.plot()` of a run, a tally and an EstimateArray: a curve along one axis of bins, or a map over two beside that of its error."""
 
 from __future__ import annotations
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 
-from transport import EstimateArray
+from transport import EstimateArray, Result
+from transport.results.phase_space import SnapshotReading
 from transport.results.tally import Tally
-from transport.validation import short_repr
+from transport.validation import join_names, short_repr
 from transport.viz.maps import bins_of, is_line, main_quantity, plot_map, suited_size
-from transport.viz.style import STYLE
+from transport.viz.power_flow import End, ends_of
+from transport.viz.style import BLUE, MUTED, STYLE, with_unit
 from transport.viz.wording import as_it_stands
 
 LINE = 10.0, 6.4  # inches, of a figure with one axis of bins
+PANEL, MOST_PANELS = (6.0, 5.0), 8  # inches, and number of panels, of the figure of a whole run
 SMALL = {"font.size": 15, "axes.titlesize": 17, "axes.labelsize": 16, "legend.fontsize": 14}  # for a notebook
 
 
 def plot_tally(
-    tally: Tally, quantity: str | None = None, ax: Axes | None = None, decades: float | None = None
+    tally: Tally,
+    quantity: str | None = None,
+    ax: Axes | None = None,
+    decades: float | None = None,
+    **options: object,
 ) -> Axes:
     """Draw a quantity with bins, by default the one that its kind of detector is made for; see `Tally.plot`."""
-    return _plot(tally, ax, decades, quantity or main_quantity(tally), None, tally.heading)
+    if isinstance(tally, SnapshotReading):
+        return _plot_sample(tally, ax)
+    return _plot(tally, ax, decades, tally.heading, {"quantity": quantity or main_quantity(tally), **options})
 
 
 def plot_array(
-    array: EstimateArray, ax: Axes | None = None, decades: float | None = None, label: str = "estimate"
+    array: EstimateArray,
+    ax: Axes | None = None,
+    decades: float | None = None,
+    label: str = "estimate",
+    **options: object,
 ) -> Axes:
     """Draw an array over one or two axes; see `EstimateArray.plot`."""
-    return _plot(array, ax, decades, None, label, "")
+    return _plot(array, ax, decades, "", {"label": label, **options})
 
 
 def _plot(
     data: Tally | EstimateArray,
     ax: Axes | None,
     decades: float | None,
-    quantity: str | None,
-    label: str | None,
     title: str,
+    options: dict[str, object],
 ) -> Axes:
-    if ax is not None and not isinstance(ax, Axes):
-        raise ValueError(f"plot: ax must be Axes of matplotlib, got {short_repr(ax)}; write ax=pyplot.gca()")
-    what = {"quantity": quantity, "label": label}
+    _check_axes(ax)
     if ax is not None:
-        return plot_map(data, ax=ax, decades=decades, **what)
+        return plot_map(data, ax=ax, decades=decades, **options)
     from matplotlib import pyplot  # a figure that notebooks and windows show
 
+    chosen = {name: options[name] for name in ("quantity", "label") if name in options}
     with matplotlib.rc_context(STYLE | SMALL):
-        if is_line(data, quantity):
+        if is_line(data, options.get("quantity")):
             figure, where = pyplot.subplots(figsize=LINE, layout="constrained")
         else:
-            size = suited_size(bins_of(data, **what))
-            figure, where = pyplot.subplots(1, 2, figsize=size, layout="constrained")
-        drawn = plot_map(data, ax=where, decades=decades, **what)
+            has_cut = options.get("cut", False) is not False
+            size = suited_size(bins_of(data, **chosen), has_cut)
+            figure, where = pyplot.subplots(1, 2 + has_cut, figsize=size, layout="constrained")
+        drawn = plot_map(data, ax=where, decades=decades, **options)
         if title:
             figure.suptitle(as_it_stands(title), fontsize=17)
     return drawn
+
+
+def _check_axes(ax: object) -> None:
+    if ax is not None and not isinstance(ax, Axes):
+        raise ValueError(f"plot: ax must be Axes of matplotlib, got {short_repr(ax)}; write ax=pyplot.gca()")
+
+
+def _plot_sample(sample: SnapshotReading, ax: Axes | None) -> Axes:
+    """Particles of a snapshot in phase space: the coordinate that spreads most, and its velocity."""
+    _check_axes(ax)
+    spread = np.ptp(sample.positions, axis=0) if len(sample) else np.zeros(3)
+    axis = int(np.argmax(spread))
+    with matplotlib.rc_context(STYLE | SMALL):
+        if ax is None:
+            from matplotlib import pyplot
+
+            _, ax = pyplot.subplots(figsize=LINE, layout="constrained")
+        ax.plot(
+            sample.positions[:, axis], sample.velocities[:, axis], ".", ms=3, mew=0, color=BLUE, alpha=0.5
+        )
+        ax.set(xlabel=with_unit("xyz"[axis], "m"), ylabel=with_unit(f"v{'xyz'[axis]}", "m s^-1"))
+        ax.set_title(as_it_stands(sample.heading))
+    return ax
+
+
+# ---- A whole run
+
+
+def plot_result(result: Result) -> list[Axes]:
+    """Draw what each detector has bins of, single numbers, and where the power went; see `Result.plot`."""
+    from matplotlib import pyplot
+
+    binned = [result[name] for name in result if _has_bins(result[name])]
+    shown, left = binned[:MOST_PANELS], binned[MOST_PANELS:]
+    columns = min(max(len(shown), 1), 3)
+    rows = -(-len(shown) // columns)
+    ends = ends_of(result)[::-1]
+    heights = [PANEL[1] * rows, 1.6 + 0.42 * len(ends)]
+    with matplotlib.rc_context(STYLE | SMALL):
+        size = (max(PANEL[0] * columns, 9.0), sum(heights))
+        figure = pyplot.figure(figsize=size, layout="constrained")
+        grid = figure.add_gridspec(2, 1, height_ratios=[max(each, 1e-3) for each in heights])
+        places = grid[0].subgridspec(max(rows, 1), columns)
+        panels = [figure.add_subplot(places[divmod(k, columns)]) for k in range(len(shown))]
+        for ax, reading in zip(panels, shown, strict=False):
+            if isinstance(reading, SnapshotReading):
+                _plot_sample(reading, ax)
+            else:
+                plot_map(reading, ax=ax)
+            ax.set_title(as_it_stands(reading.name))
+        balance = figure.add_subplot(grid[1].subgridspec(1, 1)[0])
+        _plot_balance(result, ends, balance)
+        note = f"{result.particles:.3g} particles, {result.plan.method.title}"
+        if left:
+            note += f"; not drawn: {join_names([each.name for each in left], 6)}"
+        figure.supxlabel(as_it_stands(note), fontsize=13, color=MUTED, x=0.99, ha="right")
+    return [*panels, balance]
+
+
+def _has_bins(reading: Tally) -> bool:
+    if isinstance(reading, SnapshotReading):
+        return True
+    try:
+        chosen = main_quantity(reading)
+        is_line(reading, chosen) or bins_of(reading, chosen)
+    except ValueError:  # no bins, or more than two axes of them
+        return False
+    return True
+
+
+def _plot_balance(result: Result, ends: list[End], ax: Axes) -> None:
+    """Bars of where the power, or the particles, of a run went, with two standard errors."""
+    values = np.array([end.amount.value for end in ends])
+    errors = np.array([0.0 if np.isnan(end.amount.error) else 2 * end.amount.error for end in ends])
+    ax.barh(range(len(ends)), values, xerr=errors, color=[end.colour for end in ends], alpha=0.7, capsize=4)
+    ax.set_yticks(range(len(ends)), [end.words for end in ends])
+    emitted = result.ledger["emitted"]
+    ax.set_xlabel(with_unit("where it went", emitted.unit))
+    ax.set_title(as_it_stands(f"energy balance of {emitted.value:.4g} {emitted.unit}"))
+    ax.grid(visible=False, axis="y")

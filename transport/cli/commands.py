@@ -53,7 +53,7 @@ from transport.cli.run import (
     report_unsaved,
     text_of,
 )
-from transport.cli.show import docs, gallery, schema, view
+from transport.cli.show import docs, gallery, plot, schema, view
 from transport.cli.verify import verify_hard, verify_laws, verify_long
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
 from transport.results.diagnostics.table import CHECKS
@@ -340,5 +340,5 @@ def bench() -> None:
     )
 
 
-for command in (cost, show, merge, view, effects, gallery, schema, docs):
+for command in (cost, show, plot, merge, view, effects, gallery, schema, docs):
     app.command()(command)

@@ -287,6 +287,56 @@ def view(
         print_pictures(paths, "")
 
 
+def plot(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A saved run, .nc or .npz, or a scene, .json")],
+    detector: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Draw the bins of this detector, with their errors")
+    ] = None,
+    quantity: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of the detector, such as radiance")
+    ] = None,
+    decades: Annotated[
+        float | None, typer.Option(metavar="N", help="Logarithmic scale over so many decades")
+    ] = None,
+    cut: Annotated[bool, typer.Option("--cut", help="A cut through the brightest row of bins, too")] = False,
+    plane: Annotated[str, typer.Option(metavar="xz", help="Section of a scene: xy, xz or yz")] = "xz",
+    at: Annotated[
+        float | None, typer.Option(metavar="METRES", help="Place of the section on the third axis")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Picture to write [default: out/NAME.png]")
+    ] = None,
+) -> None:
+    """Draw a saved run, or a section of a scene.
+
+    \b
+    Examples:
+      transport plot run.nc
+      transport plot run.nc --detector floor --cut
+      transport plot scene.json --plane yz --at 0.5 --out scene.png
+    """
+    with optional_packages("plot"):
+        import matplotlib
+    matplotlib.use("Agg")  # files alone are drawn
+    if file.suffix == ".json":
+        from transport.scene.scene import Scene
+
+        drawn = Scene.from_json(file).plot(plane, at)
+    else:
+        from transport.io import load
+
+        result = load(file)
+        if detector is None:
+            drawn = result.plot()[0]
+        else:
+            drawn = result[detector].plot(quantity, decades=decades, cut=cut)
+    path = Path("out") / f"{file.stem}.png" if out is None else out
+    paths, why = draw_to(lambda path: drawn.figure.savefig(path), path)
+    if not paths:
+        raise SceneError(f"plot: {why}")
+    print_pictures(list(paths), "")
+
+
 def gallery(
     only: Annotated[
         list[str] | None,

@@ -33,10 +33,12 @@ from transport.statistics.estimates import Estimate
 from transport.statistics.findings import Finding, note
 from transport.statistics.quality import Quality
 from transport.units import Unit
-from transport.validation import SceneError, name_hint
+from transport.validation import SceneError, name_hint, optional_packages
 
 if TYPE_CHECKING:
     from os import PathLike
+
+    from matplotlib.axes import Axes
 
     from transport.results.any_reading import AnyReading
     from transport.statistics.estimates import EstimateOrArray
@@ -252,6 +254,23 @@ class Result(Record):
         if self.cost is None or not 0 < error < math.inf:
             raise SceneError(f"result.price: error must be relative, positive and finite, got {error!r}")
         return price_of(self.quantity(name), self.cost, error, self.cost.slopes.get(name, RANDOM_SLOPE))
+
+    def plot(self) -> "list[Axes]":
+        """Draw an overview: each detector's bins, and where the power went (needs matplotlib).
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+            A panel for each of up to eight detectors that have bins along one or two axes, then one of the
+            energy balance with two standard errors. ``[0].figure.savefig("run.png")`` writes the picture.
+
+        Notes
+        -----
+        ``result["name"].plot()`` draws one detector with its errors, ``result.plan.scene.plot()`` the scene.
+        """
+        with optional_packages("plot"):
+            draw = function_for(type(self), "plot")
+        return draw(self)
 
     def save(self, path: "str | PathLike") -> None:
         """Write the result to a file; `tp.load` reads it.

@@ -28,6 +28,7 @@ from transport.units import Unit
 from transport.validation import SceneError, name_hint, optional_packages, short_repr
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
     from matplotlib.axes import Axes
 
@@ -501,7 +502,31 @@ class Tally:
         measure = self.measures[name]()
         return Estimate(np.full(len(self.run), measure.values), self.run, measure.unit, exact=True)
 
-    def plot(self, quantity: str | None = None, ax: Axes | None = None, decades: float | None = None) -> Axes:
+    def to_dataframe(self, *names: str) -> pandas.DataFrame:
+        """Convert quantities with bins to a pandas DataFrame with a row per bin (needs xarray and pandas).
+
+        Parameters
+        ----------
+        *names : str
+            Names of quantities [default: all], as of `to_dataset`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns of `to_dataset`, whose coordinates come first.
+        """
+        return self.to_dataset(*names).to_dataframe().reset_index()
+
+    def plot(
+        self,
+        quantity: str | None = None,
+        ax: Axes | None = None,
+        decades: float | None = None,
+        *,
+        label: str | None = None,
+        cut: bool | float = False,
+        unit: str | None = None,
+    ) -> Axes:
         """Draw a quantity over one or two axes of bins (needs matplotlib).
 
         Parameters
@@ -514,6 +539,13 @@ class Tally:
             standard error].
         decades : float, optional
             Range of a logarithmic scale, below the greatest value [default: a linear scale].
+        label : str, optional
+            Name to write in place of that of the quantity; the unit is added.
+        cut : bool or float, default False
+            A third panel, of a cut through the map: True through the brightest row of bins, a number through
+            the row at that coordinate [SI unit].
+        unit : str, optional
+            Unit to write in place of that of the quantity, such as "lx"; values stay as they are.
 
         Returns
         -------
@@ -534,7 +566,7 @@ class Tally:
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, quantity, ax, decades)
+        return draw(self, quantity, ax, decades, label=label, cut=cut, unit=unit)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

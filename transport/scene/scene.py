@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable
 from os import PathLike
+from typing import TYPE_CHECKING
 
 from transport.renderers import function_for
 from transport.scene.bodies import medium_at
@@ -20,11 +21,15 @@ from transport.validation import (
     as_floats,
     coerce_positive,
     name_hint,
+    optional_packages,
     refuse,
     scene_object,
     set_fields,
     short_repr,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @scene_object
@@ -132,6 +137,68 @@ class Scene(SceneParts):
             If the text is invalid; the message names the place, as in "surfaces[2].material.albedo".
         """
         return function_for(Scene, "from_json")(source)
+
+    def plot(self, plane: str = "xz", at: float | None = None, ax: "Axes | None" = None) -> "Axes":
+        """Draw a plane section: surfaces by material, media, sources and detectors (needs matplotlib).
+
+        Parameters
+        ----------
+        plane : {"xy", "xz", "yz"}, default "xz"
+            Axes of the picture, to the right and upwards.
+        at : float, optional
+            Place of the plane on the third axis [m] [default: 0 if that lies within the scene, else its
+            middle].
+        ax : matplotlib.axes.Axes, optional
+            Where to draw [default: a new figure of pyplot].
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            ``.figure.savefig("scene.png")`` writes the picture.
+
+        Raises
+        ------
+        SceneError
+            If there is no such plane, or without matplotlib.
+
+        Notes
+        -----
+        What the plane does not meet is named in the corner.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> room = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "room")
+        >>> lamp = tp.Source(tp.Sphere(radius=0.1), tp.Lambertian(power=1.0))
+        >>> tp.Scene(lamp, room).plot("xy").get_xlabel()
+        'x  [m]'
+        """
+        with optional_packages("plot"):
+            draw = function_for(type(self), "plot")
+        return draw(self, plane, at, ax)
+
+    def view(self, path: str | PathLike | None = None) -> object:
+        """Show the scene in 3-D: in a window, or as a picture or page (needs PyVista).
+
+        Parameters
+        ----------
+        path : path, optional
+            A .png of the scene, or an .html that turns under the mouse and works offline [default: a window;
+            in a notebook a picture].
+
+        Returns
+        -------
+        pyvista.Plotter or pathlib.Path
+            The window, or the file that was written.
+
+        Raises
+        ------
+        SceneError
+            For another kind of file, and where this machine cannot draw; the message says what to install.
+        """
+        with optional_packages("view"):
+            show = function_for(type(self), "view")
+        return show(self, path)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

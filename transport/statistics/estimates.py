@@ -22,6 +22,7 @@ from transport.units import Unit
 from transport.validation import optional_packages
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
     from matplotlib.axes import Axes
 
@@ -389,7 +390,25 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
             coords |= {name + end: (name, place, about) for end, place in places.items()}
         return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
 
-    def plot(self, ax: Axes | None = None, decades: float | None = None, label: str = "estimate") -> Axes:
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Convert to a pandas DataFrame with a row per bin (needs xarray and pandas).
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns of `to_xarray`: the centres and edges of the bins, `value`, `error` and `doubtful`.
+        """
+        return self.to_xarray().to_dataframe().reset_index()
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        decades: float | None = None,
+        label: str = "estimate",
+        *,
+        cut: bool | float = False,
+        unit: str | None = None,
+    ) -> Axes:
         """Draw the array over its one or two axes (needs matplotlib).
 
         Parameters
@@ -401,6 +420,11 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
             Range of a logarithmic scale, below the greatest value [default: a linear scale].
         label : str, default "estimate"
             Name of the quantity; the unit is added.
+        cut : bool or float, default False
+            A third panel, of a cut through the map: True through the brightest row of bins, a number through
+            the row at that coordinate [SI unit].
+        unit : str, optional
+            Unit to write in place of that of the quantity, such as "lx"; values stay as they are.
 
         Returns
         -------
@@ -414,7 +438,7 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, ax, decades, label)
+        return draw(self, ax, decades, label, cut=cut, unit=unit)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))

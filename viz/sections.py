@@ -1,0 +1,264 @@
+"""`Scene.plot()`: a plane section of a scene, by which its geometry is checked: surfaces by material, media, sources, detectors.
+
+Nothing is simulated, and no shape is approximated: the lines of a raster are crossed with each shape, and a dot is drawn at each crossing.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from transport.geometry.line_crossings import crossings
+from transport.geometry.shape import Cloud, Point, Shape
+from transport.scene.bodies import body_bits_at, scene_bodies, scene_media
+from transport.scene.cameras import PointInstrument
+from transport.scene.media import Vacuum
+from transport.scene.points import PointDetector
+from transport.scene.scene import Scene
+from transport.validation import SceneError, join_names, short_repr
+from transport.viz.scene_parts import frame_of
+from transport.viz.style import INK, MUTED, PALETTE, STYLE
+from transport.viz.wording import as_it_stands
+
+if TYPE_CHECKING:
+    from transport.scene.materials import Material
+
+PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}  # axis to the right, axis upwards, axis across
+RASTER = 500  # lines along the longer side
+SIZE, LEAST = 6.5, 2.0  # inches of the longer side, and at least of the other
+LONGEST = 40  # letters of a material or medium
+LETTER = 0.118  # inches of a letter of the legend
+MARGIN = 0.05  # of the longer side
+MANY = 10  # materials; where there are more, they are drawn by kind
+SMALL = {"font.size": 13, "axes.titlesize": 14, "axes.labelsize": 14, "legend.fontsize": 12}
+MATERIALS = (INK, *PALETTE, "#8c564b", "#7f7f7f", "#bcbd22")  # colours
+LAMP, METER = "#ffbf5e", "#8fd08f"
+MEDIA = ("#ffffff", "#d6e6f4", "#fbe3d0", "#dcefdc", "#efe0f0", "#f5f0c8", "#e3e3e3", "#d0ecec")
+
+
+class Section(NamedTuple):
+    """A raster in a plane: places [m] along both axes, and the place of the plane on the third."""
+
+    axes: tuple[int, int, int]
+    right: np.ndarray
+    up: np.ndarray
+    at: float
+
+    def points(self) -> np.ndarray:
+        """All points of the raster, (n, 3) [m], row by row."""
+        points = np.empty((len(self.up), len(self.right), 3))
+        along, upwards, across = self.axes
+        points[..., along], points[..., upwards], points[..., across] = self.right, self.up[:, None], self.at
+        return points.reshape(-1, 3)
+
+    def crossings(self, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+        """Where the lines of the raster cross a shape, along both axes [m]."""
+        found = []
+        for one, other, places, begins in (
+            (self.axes[0], self.axes[1], self.up, self.right[0]),
+            (self.axes[1], self.axes[0], self.right, self.up[0]),
+        ):
+            origins, directions = np.zeros((len(places), 3)), np.zeros((len(places), 3))
+            origins[:, one], origins[:, other], origins[:, self.axes[2]] = begins, places, self.at
+            directions[:, one] = 1.0
+            distances = crossings(shape, origins, directions).distances
+            row, column = np.nonzero(np.isfinite(distances))
+            along, beside = begins + distances[row, column], places[row]
+            found.append((along, beside) if one == self.axes[0] else (beside, along))
+        x, y = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        is_in = (x >= self.right[0]) & (x <= self.right[-1]) & (y >= self.up[0]) & (y <= self.up[-1])
+        return x[is_in], y[is_in]
+
+
+def plot_section(scene: Scene, plane: str = "xz", at: float | None = None, ax: Axes | None = None) -> Axes:
+    """Draw a plane section of a scene; see `Scene.plot`."""
+    if plane not in PLANES:
+        raise SceneError(f'Scene: plane must be "xy", "xz" or "yz", got {short_repr(plane)}')
+    if ax is not None and not isinstance(ax, Axes):
+        raise SceneError(f"Scene: ax must be Axes of matplotlib, got {short_repr(ax)}; write ax=pyplot.gca()")
+    section = section_of(scene, plane, at)
+    with matplotlib.rc_context(STYLE | SMALL):
+        if ax is None:
+            from matplotlib import pyplot  # a figure that notebooks and windows show
+
+            lengths = np.array([np.ptp(section.right), np.ptp(section.up)])
+            width, height = np.maximum(SIZE * lengths / lengths.max(), LEAST)
+            figure = pyplot.figure(figsize=(width, height + 1.0), layout="constrained")
+            ax = figure.add_subplot()
+            texts = [each.get_text() for each in _draw(scene, plane, section, ax).get_texts()]
+            figure.set_figwidth(width + 0.8 + LETTER * max(map(len, texts), default=0))
+        else:
+            _draw(scene, plane, section, ax)
+    return ax
+
+
+def section_of(scene: Scene, plane: str, at: float | None) -> Section:
+    """The raster of a scene's section."""
+    frame, axes = frame_of(scene), PLANES[plane]
+    low, high = frame.low.copy(), frame.high.copy()
+    margin = MARGIN * max((high - low)[list(axes[:2])].max(), 1e-300)
+    if at is None:
+        middle = 0.5 * (low[axes[2]] + high[axes[2]])
+        at = 0.0 if low[axes[2]] < 0 < high[axes[2]] else middle
+    lengths = [high[axis] - low[axis] + 2 * margin for axis in axes[:2]]
+    step = max(lengths) / RASTER
+    # The lines are shifted by a part of their distance, so that none runs within a wall at a round coordinate.
+    right, up = (
+        low[axis] - margin + step * (0.3183 + np.arange(max(2, round(length / step))))
+        for axis, length in zip(axes[:2], lengths, strict=True)
+    )
+    return Section(axes, right, up, float(at))
+
+
+def _draw(scene: Scene, plane: str, section: Section, ax: Axes) -> Legend:
+    handles, absent = list(_draw_media(scene, section, ax)), []
+    for each in (_draw_surfaces, _draw_sources, _draw_detectors):
+        drawn, missing = each(scene, section, ax)
+        handles += drawn
+        absent += missing
+    ax.set_aspect("equal")
+    ax.grid(visible=False)
+    ax.set_xlim(section.right[0], section.right[-1])
+    ax.set_ylim(section.up[0], section.up[-1])
+    ax.set_xlabel(f"{plane[0]}  [m]")
+    ax.set_ylabel(f"{plane[1]}  [m]")
+    third = ({"x", "y", "z"} - set(plane)).pop()
+    ax.set_title(f"section at {third} = {section.at:.6g} m", loc="left")
+    if absent:
+        words = textwrap.wrap("not in this plane: " + join_names(list(dict.fromkeys(absent)), 8), 44)
+        handles += [Patch(facecolor="none", edgecolor="none", label=as_it_stands(line)) for line in words]
+    legend = ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0)
+    for text in legend.get_texts()[len(handles) - (len(words) if absent else 0) :]:
+        text.set_color(MUTED)
+    return legend
+
+
+def _draw_media(scene: Scene, section: Section, ax: Axes) -> Iterator[Patch]:
+    """Fill media by colour; the vacuum stays white."""
+    media = scene_media(scene)
+    if media == (Vacuum(),):
+        return
+    numbers = medium_numbers(scene, section.points()).reshape(len(section.up), len(section.right))
+    colours = [
+        MEDIA[0] if medium == Vacuum() else MEDIA[1 + k % (len(MEDIA) - 1)] for k, medium in enumerate(media)
+    ]
+    edges = [(each[0], each[-1]) for each in (section.right, section.up)]
+    ax.imshow(
+        numbers, ListedColormap(colours), origin="lower", extent=(*edges[0], *edges[1]), vmin=-0.5,
+        vmax=len(media) - 0.5, interpolation="nearest", zorder=0,
+    )  # fmt: skip
+    for number, medium in enumerate(media):
+        if (numbers == number).any():
+            yield Patch(facecolor=colours[number], edgecolor=MUTED, label=brief(medium))
+
+
+def medium_numbers(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Number of the medium at each point, as in `scene_media`."""
+    bodies, bits, media = scene_bodies(scene), body_bits_at(scene, points), list(scene_media(scene))
+    numbers = np.zeros(len(points), int)
+    for number in reversed(range(len(bodies))):  # inner bodies come first
+        numbers[(bits >> number & 1) != 0] = media.index(bodies[number].medium)
+    return numbers
+
+
+def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
+    """Draw surfaces by their material."""
+    materials = list(dict.fromkeys(surface.material for surface in scene.surfaces))
+    by_kind = len(materials) > MANY
+
+    def key(material: Material) -> str:
+        return type(material).__name__ if by_kind else brief(material)
+
+    colours = {
+        name: MATERIALS[k % len(MATERIALS)] for k, name in enumerate(dict.fromkeys(map(key, materials)))
+    }
+    handles, absent = {}, []
+    for number, surface in enumerate(scene.surfaces):
+        x, y = section.crossings(surface.shape)
+        name = key(surface.material)
+        if len(x) == 0:
+            absent.append(surface.name or f"surfaces[{number}]")
+            continue
+        (dots,) = ax.plot(
+            x, y, linestyle="", marker="s", markersize=2.2, mew=0, color=colours[name], zorder=3
+        )
+        names = handles.setdefault(name, (dots, []))[1]
+        names.append(surface.name or f"surfaces[{number}]")
+    return [
+        _handle(dots, f"{name}: {join_names(names, 3)}") for name, (dots, names) in handles.items()
+    ], absent
+
+
+def brief(thing: object) -> str:
+    """The kind of a material or medium, with the parameters that differ from the default."""
+    told = [
+        f"{each.name}={type(value).__name__ if is_dataclass(value) else short_repr(value)}"
+        for each in fields(thing)
+        if (value := getattr(thing, each.name)) != each.default and each.init
+    ]
+    text = f"{type(thing).__name__}({', '.join(told)})"
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 5]} ...)"
+
+
+def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
+    """Draw sources over their surfaces."""
+    handles, absent = [], []
+    for number, source in enumerate(scene.sources):
+        name = source.shape if isinstance(source.shape, str) else f"sources[{number}]"
+        drawn = _draw_object(scene.shape_of(source), section, ax, LAMP, 9.0, 1)
+        if drawn is None:
+            absent.append(name)
+        else:
+            handles.append(_handle(drawn, f"source {name}: {type(source.emission).__name__}"))
+    return handles[:6], absent
+
+
+def _draw_detectors(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
+    """Draw detectors, and cameras with what they look at."""
+    handles, absent = [], []
+    for detector in scene.detectors:
+        if isinstance(detector, (PointInstrument, PointDetector)):
+            shape: Shape | None = Point(position=detector.position)
+        else:
+            shape = scene.shape_of(detector) if hasattr(detector, "shape") else None
+        drawn = None if shape is None else _draw_object(shape, section, ax, METER, 6.0, 2)
+        if drawn is None:
+            absent.append(detector.name)
+        else:
+            handles.append(_handle(drawn, f"{type(detector).__name__} {detector.name}"))
+    return handles[:8], absent
+
+
+def _draw_object(
+    shape: Shape, section: Section, ax: Axes, colour: str, size: float, order: int
+) -> object | None:
+    """Draw a shape by dots, a point by a disk; None where it is not in the plane."""
+    if isinstance(shape, (Point, Cloud)):
+        along, up, across = (shape.middle[axis] for axis in section.axes)
+        is_near = abs(across - section.at) < 0.02 * max(np.ptp(section.right), np.ptp(section.up))
+        if not (
+            is_near and section.right[0] < along < section.right[-1] and section.up[0] < up < section.up[-1]
+        ):
+            return None
+        return ax.plot([along], [up], "o", color=colour, markersize=9, mec="white", zorder=6)[0]
+    x, y = section.crossings(shape)
+    if len(x) == 0:
+        return None
+    style = {"linestyle": "", "marker": "s", "ms": size, "mew": 0, "color": colour, "zorder": order}
+    return ax.plot(x, y, **style)[0]
+
+
+def _handle(drawn: Line2D, text: str) -> Line2D:
+    """An entry of the legend."""
+    style = {"linestyle": "", "marker": "s", "ms": 9, "mew": 0, "color": drawn.get_color()}
+    return Line2D([], [], label=as_it_stands(text), **style)
