@@ -21,6 +21,10 @@ def run(lamp=LAMP, meter=METER, surfaces=(), side="front", particles=10_000):
 REFUSED = {
     "shapes by place": (lambda: tp.Disk((0, 0, 2), (0, 0, -1), 0.1), "Disk takes keywords only: write Disk(radius=...)"),
     "a name of another program": (lambda: tp.Sphere(diameter=2.0), "unknown parameter diameter=2.0; did you mean 'radius' (half of it)?"),
+    "mu_a of tissue optics": (lambda: tp.Medium(mu_a=1.0), "unknown parameter mu_a=1.0; did you mean 'absorption'?"),
+    "g of tissue optics": (lambda: tp.Medium(scattering=1, g=0.9), "did you mean 'phase' (phase=tp.HenyeyGreenstein(g))?"),
+    "samples per pixel": (lambda: tp.simulate(tp.Scene(LAMP), spp=64), "simulate: unknown parameter spp=64; did you mean 'particles'?"),
+    "nothing like it": (lambda: tp.Disk(radius=1, foo=2), "unknown parameter foo=2; choose from 'center', 'normal'"),
     "degrees for a cone": (lambda: tp.Directions.cone((0, 0, 1), 5), "angles are in radians: write 5 * tp.deg"),
     "degrees for edges": (lambda: run_with(theta=(0, 30, 90)), "angles are in radians: write 90 * tp.deg"),
     "degrees for a turn": (lambda: tp.Directions(phi=(0, 180, 360)), "angles are in radians: write 360 * tp.deg"),
@@ -74,6 +78,25 @@ def test_errors_of_unknown_names_suggest_the_nearest(monkeypatch):
         result["meter"].iradiance  # noqa: B018
     with pytest.raises(AttributeError, match="no attribute 'Lambertan'; did you mean 'Lambertian'"):
         tp.Lambertan  # noqa: B018
+    for name, meant in (
+        ("Lens", "ThinLens"),
+        ("Cube", "Box"),
+        ("Light", "Source"),
+        ("Lambertan", "Lambertian"),
+    ):
+        with pytest.raises(AttributeError, match=f"no attribute '{name}'; did you mean '{meant}'"):
+            getattr(tp, name)
+    with pytest.raises(AttributeError, match=r"no attribute 'foo'; there are \d+ names, such as"):
+        tp.foo  # noqa: B018
+    for name, meant in (
+        ("radiosity", "exitance"),
+        ("exposure", "fluence_rate"),
+        ("illuminance", "irradiance"),
+    ):
+        with pytest.raises(AttributeError, match=f"no quantity '{name}'; did you mean '{meant}'"):
+            getattr(result["meter"], name)
+    with pytest.raises(AttributeError, match="no quantity 'xyz'; choose from 'flux_in'"):
+        result["meter"].xyz  # noqa: B018
     monkeypatch.delattr(tp, "viz", raising=False)
     with pytest.raises(AttributeError, match="no attribute 'viz'; write import transport"):
         tp.viz  # noqa: B018

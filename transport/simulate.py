@@ -19,7 +19,7 @@ from transport.run.run import Run
 from transport.run.settings import RunRequest, Settings, checked_part, checked_threads
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.validation import SceneError
+from transport.validation import SceneError, checked_keywords
 
 if TYPE_CHECKING:
     from transport.io.resuming import Checkpoints
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 TIMED_HISTORIES = 1 << 8, 1 << 12  # of the runs that tell how long learning a guide will take
 
 
+@checked_keywords
 def simulate(
     scene: Scene,
     particles: float | None = None,

@@ -10,25 +10,68 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import functools
+import inspect
 import math
 import reprlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from numbers import Integral, Real
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, cast, dataclass_transform
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from transport.vectors import Vector, unit_vector
 
-_SYNONYMS = {  # name of a parameter in other programs: name here, and a remark
-    "reflectance": ("albedo", ""),
-    "albedo": ("reflectance", ""),
-    "center": ("position", ""),
-    "position": ("center", ""),
-    "diameter": ("radius", " (half of it)"),
+_SYNONYMS: dict[str, tuple[str, ...]] = {  # names of other programs and books, by the names here
+    "absorption": ("mu_a", "mua", "sigma_a", "absorption_coefficient", "kappa"),
+    "scattering": ("mu_s", "mus", "sigma_s", "scattering_coefficient"),
+    "phase": ("g", "anisotropy", "phase_function"),
+    "index": ("n", "ior", "refractive_index", "eta"),
+    "index_inside": ("n", "ior", "int_ior", "refractive_index", "index", "eta"),
+    "index_outside": ("ext_ior",),
+    "albedo": ("reflectance", "reflectivity", "rho", "color", "colour"),
+    "reflectance": ("albedo", "reflectivity", "rho"),
+    "roughness": ("alpha",),
+    "position": ("center", "origin", "location"),
+    "center": ("position", "origin", "centre", "location"),
+    "radius": ("diameter", "r"),
+    "normal": ("direction", "facing"),
+    "power": ("flux", "watts"),
+    "pixels": ("resolution", "film_size"),
+    "field_of_view": ("fov",),
+    "particles": ("spp", "samples", "photons", "n_photons", "histories", "nps", "n_particles", "rays"),
+    "error": ("relative_error", "rtol", "tolerance"),
+    "seconds": ("time", "timeout"),
+    "threads": ("workers", "n_jobs", "processes"),
+    "exitance": ("radiosity", "radiant_exitance", "emittance", "emissive_power"),
+    "irradiance": ("illuminance", "incident_flux", "flux_density"),
+    "radiance": ("luminance", "brightness", "specific_intensity"),
+    "fluence": ("exposure", "radiant_exposure", "dose"),
+    "fluence_rate": ("exposure", "scalar_flux", "actinic_flux", "fluence", "dose"),
+    "flux_in": ("power", "luminous_flux", "current", "power_in"),
+    "ThinLens": ("Lens",),
+    "Box": ("Cube", "Cuboid"),
+    "Sphere": ("Ball",),
+    "Rectangle": ("Square", "Quad", "Patch"),
+    "Disk": ("Circle", "Disc"),
+    "Diffuse": ("Lambert", "Matte", "LambertianMaterial"),
+    "Dielectric": ("Glass",),
+    "Conductor": ("Metal",),
+    "Glossy": ("Rough", "Microfacet", "GGX"),
+    "Detector": ("Sensor", "Tally", "Meter", "Receiver"),
+    "Source": ("Light", "Lamp", "Emitter"),
+    "Point": ("PointLight", "PointSource"),
+    "Beam": ("Sun", "Collimated", "Laser", "DirectionalLight"),
+    "Surface": ("Object", "Wall"),
+    "simulate": ("run", "render", "trace"),
 }
+_REMARKS = {
+    "diameter": " (half of it)",
+    "g": " (phase=tp.HenyeyGreenstein(g))",
+    "anisotropy": " (phase=tp.HenyeyGreenstein(g))",
+}
+MANY_NAMES = 16  # that a message does not list
 
 SIMULATE_PARAMETERS = {  # parameters of `simulate`, not of Scene
     "particles", "error", "seconds", "seed", "batches", "threads", "estimator", "sampling", "tracking",
@@ -84,7 +127,7 @@ def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple,
     for name, value in named.items():
         if name not in names:
             is_for_run = name in SIMULATE_PARAMETERS and cls.__name__ == "Scene"
-            cure = f"write simulate(scene, {name}=...)" if is_for_run else _parameter_hint(name, names)
+            cure = f"write simulate(scene, {name}=...)" if is_for_run else name_hint(name, names)
             raise SceneError(f"{title}: unknown parameter {name}={short_repr(value)}; {cure}")
     # Check the number of positional arguments.
     by_place = [field.name for field in fields if not field.kw_only]
@@ -188,18 +231,37 @@ def optional_packages(subject: str) -> Iterator[None]:
 
 
 def name_hint(word: object, names: Iterable[str]) -> str:
-    """Return a hint for an unknown name: the closest valid one, or all of them if none is close."""
-    names = list(names)
-    near = difflib.get_close_matches(str(word), names, n=1, cutoff=0.5)
-    if near:
-        return f"did you mean {near[0]!r}?"
+    """Return a hint for an unknown name: a synonym, the closest valid one, or the names if they are few."""
+    names, word = list(names), str(word)
+    meant = next((here for here, others in _SYNONYMS.items() if here in names and word in others), None)
+    if meant is not None:
+        return f"did you mean {meant!r}{_REMARKS.get(word, '')}?"
+    lower = {name.lower(): name for name in names}
+    for near in difflib.get_close_matches(word.lower(), lower, n=3, cutoff=0.6):
+        is_alike = difflib.SequenceMatcher(None, word.lower(), near).ratio() >= 0.75
+        if is_alike or (near[:1] == word[:1].lower() and min(len(near), len(word)) > 2):
+            return f"did you mean {lower[near]!r}?"
+    if len(names) > MANY_NAMES:
+        return f"there are {len(names)} names, such as {', '.join(map(repr, names[:3]))}"
     return f"choose from {', '.join(map(repr, names))}" if names else "there is nothing to choose from"
 
 
-def _parameter_hint(word: str, names: list[str]) -> str:
-    """Return a hint for an unknown parameter, also by synonyms of other programs."""
-    meant, note = _SYNONYMS.get(word, (None, ""))
-    return f"did you mean {meant!r}{note}?" if meant in names else name_hint(word, names)
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def checked_keywords(function: F) -> F:
+    """Make a function raise SceneError, with a suggestion, for a keyword that it does not know."""
+    names = list(inspect.signature(function).parameters)
+
+    @functools.wraps(function)
+    def checked(*values: object, **named: object) -> object:
+        for name, value in named.items():
+            if name not in names:
+                hint = name_hint(name, names)
+                raise SceneError(f"{function.__name__}: unknown parameter {name}={short_repr(value)}; {hint}")
+        return function(*values, **named)
+
+    return cast(F, checked)
 
 
 def set_fields(subject: object, **values: object) -> None:

@@ -100,8 +100,9 @@ def plot_result(result: Result) -> list[Axes]:
     """Draw what each detector has bins of, single numbers, and where the power went; see `Result.plot`."""
     from matplotlib import pyplot
 
-    binned = [result[name] for name in result if _has_bins(result[name])]
-    shown, left = binned[:MOST_PANELS], binned[MOST_PANELS:]
+    binned = [reading for name in result if _has_bins(reading := result[name])]
+    shown = [each for each in binned if _is_drawn(each)][:MOST_PANELS]
+    left = [each for each in binned if each not in shown]
     columns = min(max(len(shown), 1), 3)
     rows = -(-len(shown) // columns)
     ends = ends_of(result)[::-1]
@@ -128,14 +129,20 @@ def plot_result(result: Result) -> list[Axes]:
 
 
 def _has_bins(reading: Tally) -> bool:
+    try:
+        return isinstance(reading, SnapshotReading) or bool(main_quantity(reading))
+    except ValueError:
+        return False
+
+
+def _is_drawn(reading: Tally) -> bool:
+    """Whether what it has bins of has one or two axes of them."""
     if isinstance(reading, SnapshotReading):
         return True
     try:
-        chosen = main_quantity(reading)
-        is_line(reading, chosen) or bins_of(reading, chosen)
-    except ValueError:  # no bins, or more than two axes of them
+        return is_line(reading, main_quantity(reading)) or bool(bins_of(reading, main_quantity(reading)))
+    except ValueError:
         return False
-    return True
 
 
 def _plot_balance(result: Result, ends: list[End], ax: Axes) -> None:

@@ -15,7 +15,7 @@ from transport.cli.docs import command_pages
 from transport.cli.options import named_errors, named_values, number, parse_tracking, whole_number
 from transport.cli.output import print_labelled, print_rich, table_of
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
-from transport.verification.experiment import experiment
+from transport.verification.experiment import experiment, experiment_names
 from transport.verification.hard.cases import families
 
 
@@ -23,13 +23,25 @@ def test_version(call):
     assert call("--version").output.split() == ["transport", __version__]
 
 
-def test_bare_command_is_a_menu_of_experiments_grouped_by_question(call, monkeypatch):
+def test_bare_command_is_a_menu_of_all_experiments_on_one_screen(call):
+    lines = call().output.splitlines()
+    assert len(lines) <= 30 and max(map(len, lines)) <= 110
+    assert "start here" in lines[2] and "transport run sun" in lines[3]
+    named = [name for names in commands.GROUPS.values() for name in names]
+    assert sorted(named) == sorted(experiment_names()) and len(commands.GROUPS) == 7  # and the commands
+    told = {word.strip(",") for line in lines for word in line.split()}
+    assert set(named) <= told
+    for name in ("plot", "run", "verify", "docs"):
+        assert name in told
+
+
+def test_experiments_are_listed_by_question(call, monkeypatch):
     asked = {"a": ("Why?", "A = 1"), "b": ("How?", "B = 2"), "c": ("Why?", "C = 3")}
     modules = {name: SimpleNamespace(question=question, law=law) for name, (question, law) in asked.items()}
     monkeypatch.setattr(commands, "experiment_names", lambda: list(modules))
     monkeypatch.setattr(commands, "experiment", modules.__getitem__)
     assert "..." not in call("--help").output.partition("Commands:")[2]  # each command in a line of 80
-    lines = [line.split() for line in call().output.splitlines()]
+    lines = [line.split() for line in call("list").output.splitlines()]
     order = [lines.index(words.split()) for words in ("Why?", "a A = 1", "c C = 3", "How?", "b B = 2")]
     assert order == sorted(order)
     assert json.loads(call("list", "--json").stdout)[1] == {"sim": "b", "question": "How?"}

@@ -223,9 +223,8 @@ def test_what_cannot_be_drawn_is_refused(forward, steady):
         forward["all"].plot("radiance")
     with pytest.raises(ValueError, match="flux_in of 'plain' has no bins"):
         forward["plain"].plot("flux_in")
-    for tally in (steady["dot"], forward["shot"]):
-        with pytest.raises(ValueError, match=f"{tally.name!r} has no quantity with bins"):
-            tally.plot()
+    with pytest.raises(ValueError, match="'dot' has no quantity with bins"):
+        steady["dot"].plot()
 
 
 def test_without_matplotlib_the_command_that_installs_it_is_named(forward, monkeypatch):
@@ -261,3 +260,128 @@ def test_a_misspelt_quantity_is_compared_with_those_that_the_scene_has():
     scene = tp.Scene(lamp, (), tp.VolumeDetector(tp.Box(size=1.0), "box"))
     with pytest.raises(AttributeError, match="did you mean 'fluence_rate'"):
         _ = tp.simulate(scene, particles=100, progress=False)["box"].flence
+
+
+# Plots in one line
+
+
+def test_data_frames_have_a_row_per_bin(steady):
+    pytest.importorskip("pandas")
+    frame = steady["disk"].irradiance.to_dataframe()
+    assert len(frame) == 12 and {"u", "v", "value", "error", "doubtful", "u_low"} <= set(frame.columns)
+    whole = steady["disk"].to_dataframe("irradiance")
+    np.testing.assert_allclose(sorted(whole.irradiance), sorted(frame.value))
+
+
+def test_a_plot_has_a_cut_and_another_unit(steady):
+    ax = steady["disk"].plot("irradiance", cut=True, unit="lx", label="illuminance")
+    words = [each.get_title() for each in ax.figure.axes] + [each.get_ylabel() for each in ax.figure.axes]
+    assert any("illuminance" in each and "lx" in each for each in words)
+    assert len([each for each in ax.figure.axes if each.get_label() != "<colorbar>"]) == 3
+    line = steady["disk"].irradiance.mean("v").plot(unit="lx")
+    assert "lx" in line.get_ylabel()
+    pyplot.close("all")
+
+
+def test_a_run_is_plotted_as_a_whole(forward, steady):
+    panels = forward.plot()
+    titles = [each.get_title() for each in panels]
+    assert titles[:-1] == ["up", "box", "ball", "cloud", "shot"]
+    assert titles[-1].startswith("energy balance of 2 J")
+    assert "not drawn: floor and all" in panels[0].figure.get_supxlabel()
+    bars = [each.get_width() for each in panels[-1].patches]
+    assert sum(bars) == pytest.approx(2.0, rel=1e-9)
+    assert next(each.get_title() for each in steady.plot()) == "disk"
+    pyplot.close("all")
+
+
+def test_a_snapshot_is_drawn_in_phase_space(forward):
+    ax = forward["shot"].plot()
+    ((points,),) = [each.get_lines() for each in [ax]]
+    assert len(points.get_xdata()) == len(forward["shot"])
+    assert "s^{-1}" in ax.get_ylabel()
+    pyplot.close("all")
+
+
+def section(shape, material=tp.Black(), plane="xz", **how):  # noqa: B008
+    lamp = tp.Source(tp.Point(position=(0, 0, 1.5)), tp.Isotropic(power=1.0))
+    scene = tp.Scene(lamp, [tp.Surface(shape, material, "shape")], tp.Detector(tp.Disk(radius=0.2), "meter"))
+    ax = scene.plot(plane, **how)
+    texts = [each.get_text() for each in ax.get_legend().get_texts()]
+    places = [each.get_xydata() for each in ax.get_lines() if each.get_color() == "#1a1a1a"]
+    pyplot.close("all")
+    return texts, (places[0] if places else np.zeros((0, 2)))
+
+
+@pytest.mark.parametrize(
+    ("shape", "distance"),
+    [
+        (tp.Sphere(radius=1.0), lambda x, y: np.hypot(x, y) - 1),
+        (tp.Box(size=2.0), lambda x, y: np.maximum(abs(x), abs(y)) - 1),
+        (tp.Cylinder(radius=1.0, height=2.0), lambda x, y: abs(x) - 1),
+        (tp.Mesh.sphere(radius=1.0), lambda x, y: np.hypot(x, y) - 1),
+        (tp.Rectangle(width=2, height=2), lambda x, y: y),
+    ],
+    ids=["sphere", "box", "cylinder", "mesh", "flat"],
+)
+def test_a_section_lies_on_the_shape(shape, distance):
+    texts, places = section(shape)
+    assert len(places) > 300
+    assert np.abs(distance(*places.T)).max() < (0.1 if isinstance(shape, tp.Mesh) else 1e-9)
+    assert "Black(): shape" in texts and any("meter" in each for each in texts)
+
+
+def test_what_a_section_does_not_meet_is_named():
+    texts, places = section(tp.Sphere(center=(0, 3, 0), radius=0.5), at=0.0)
+    assert "not in this plane: shape" in " ".join(texts) and len(places) == 0
+
+
+def test_media_of_a_section_are_filled():
+    glass = tp.Medium(index=1.5, absorption=1.0)
+    ball = tp.Surface(tp.Sphere(radius=0.5), tp.Dielectric(1.5), "ball", inside=glass)
+    lamp = tp.Source(tp.Point(position=(0, 0, 1.5)), tp.Isotropic(power=1.0))
+    ax = tp.Scene(lamp, [ball]).plot("xy")
+    (image,) = ax.get_images()
+    share = np.mean(np.asarray(image.get_array()) == 1)
+    width, height = np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())
+    assert share * width * height == pytest.approx(np.pi / 4, rel=0.02)
+    assert any(each.get_text().startswith("Medium(absorption=1.0") for each in ax.get_legend().get_texts())
+    pyplot.close("all")
+
+
+def test_a_plane_that_is_none_and_axes_that_are_none_are_refused():
+    scene = tp.Scene(tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0)))
+    with pytest.raises(tp.SceneError, match='plane must be "xy", "xz" or "yz", got \'zx\''):
+        scene.plot("zx")
+    with pytest.raises(tp.SceneError, match="write ax=pyplot"):
+        scene.plot(ax=3)
+    with pytest.raises(tp.SceneError, match=r"must end in \.png or \.html"):
+        scene.view("scene.jpg")
+
+
+def test_without_matplotlib_a_sentence_names_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "transport.viz.sections", raising=False)
+    scene = tp.Scene(tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0)))
+    with pytest.raises(tp.SceneError, match=r"plot: matplotlib is not installed; .*\[plot\]"):
+        scene.plot()
+
+
+def test_files_are_plotted_by_the_command(steady, tmp_path, monkeypatch):
+    from typer.testing import CliRunner
+
+    from transport.cli.commands import app
+
+    monkeypatch.chdir(tmp_path)
+    steady.save("run.npz")
+    (tmp_path / "scene.json").write_text(steady.scene.to_json())
+    for words, made in (
+        (["run.npz"], "out/run.png"),
+        (["run.npz", "--detector", "disk", "--cut", "--out", "disk.png"], "disk.png"),
+        (["scene.json", "--plane", "xy", "--at", "0.01"], "out/scene.png"),
+    ):
+        answer = CliRunner().invoke(app, ["plot", *words])
+        assert answer.exit_code == 0, answer.output
+        assert (tmp_path / made).stat().st_size > 10_000 and made in answer.output
+    answer = CliRunner().invoke(app, ["plot", "run.npz", "--detector", "dsik"])
+    assert answer.exit_code == 2 and "did you mean 'disk'" in answer.output

@@ -112,27 +112,55 @@ def menu(
         print_menu()
 
 
-def print_menu(with_commands: bool = True) -> None:
+GROUPS = {  # of the menu
+    "start here": ("sun", "lambert_disk", "diffuse_box"),
+    "radiance, solid angles, shadows": (
+        "inverse_square", "directions", "flows", "throughput", "view_factors", "penumbra", "wall_distance",
+        "limits",
+    ),
+    "rooms and cavities": ("camera", "furnace", "integrating_sphere"),
+    "glass, lenses, surfaces": ("refraction", "magnifier", "two_panes", "two_elements", "gonioreflectometer"),
+    "fog, tissue, clouds": (
+        "fog", "slab", "half_space", "phase_functions", "point_in_fog", "milk", "cloud", "glow", "dogleg",
+    ),
+    "gases and phase space": ("photon_gas", "pressure", "effusion", "tube", "phase_space"),
+    "what a digit costs": (
+        "cost_disks", "cost_speck", "cost_glint", "cost_enclosure", "cost_fog", "cost_caustic", "cost_mirror",
+    ),
+}  # fmt: skip
+COMMANDS = "run, cost, verify, plot, view, gallery, show, merge, effects, list, docs"
+
+
+def print_menu() -> None:
+    """Print the experiments by group: at first some with the questions that they answer."""
+    print_rich("transport: Monte Carlo transport and radiometry with standard errors", style="bold")
+    for title, names in GROUPS.items():
+        print_rich("")
+        print_rich(title, style="bold")
+        if title == "start here":
+            for name in names:
+                print_labelled(
+                    f"  transport run {name:13}", text_of(experiment(name), "question"), style="cyan"
+                )
+        else:
+            print_rich(f"  {', '.join(names)}")
+    print_rich("")
+    print_rich("commands", style="bold")
+    print_rich(f"  {COMMANDS}")
+    print_rich("  transport list: what each answers; transport run --help: options and examples")
+
+
+def print_list() -> None:
     """Print the experiments grouped by question."""
     groups: dict[str, list[tuple[str, str]]] = {}
     for name in experiment_names():
         module = experiment(name)
         groups.setdefault(text_of(module, "question"), []).append((name, text_of(module, "law")))
-    if with_commands:
-        print_rich("transport: Monte Carlo transport and radiometry with standard errors", style="bold")
-        print_rich("")
     width = max((len(name) for group in groups.values() for name, _ in group), default=0)
     for question, sims in groups.items():
         print_rich(question, style="bold")
         for name, law in sims:
             print_labelled(f"  {name:{width}}  ", law, style="cyan")
-    if with_commands:
-        example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
-        print_rich("")
-        print_rich(
-            f"Start with: transport run {example}. Other commands: view, gallery, list, verify, cost,"
-            " effects; see transport --help"
-        )
 
 
 @app.command()
@@ -259,7 +287,7 @@ def list_(json: Json = False) -> None:
             [{"sim": name, "question": text_of(experiment(name), "question")} for name in experiment_names()]
         )
     else:
-        print_menu(with_commands=False)
+        print_list()
 
 
 @app.command()
