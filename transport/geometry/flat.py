@@ -293,6 +293,11 @@ class Rectangle(FlatShape):
 
     coordinates_cure = "put Detectors on Rectangles that leave out the hole"
 
+    @property
+    def coordinate_names(self) -> tuple[str, str]:
+        """Return the names of the coordinates u and v."""
+        return ("x", "y")
+
     def coordinates(self) -> dict[str, tuple[float, float, str]]:
         """Return the ranges of u and v along the sides [m]; none with a hole."""
         if self.hole is not None:
@@ -447,6 +452,11 @@ class Disk(FlatShape):
     def half_width_along(self, direction: Vector) -> float:
         """Radius [m]: the half width along any unit direction of the plane."""
         return self.radius
+
+    @property
+    def coordinate_names(self) -> tuple[str, str]:
+        """Return the names of the coordinates u and v."""
+        return ("radius", "azimuth")
 
     def coordinates(self) -> dict[str, tuple[float, float, str]]:
         """Return the ranges of the radius [m] and the azimuth [rad]."""

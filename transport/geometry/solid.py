@@ -129,6 +129,11 @@ class Sphere(Revolved):
         """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
         return super().bounds if self.is_zone else self._bounds_around((self.radius,) * 3)
 
+    @property
+    def coordinate_names(self) -> tuple[str, str]:
+        """Return the names of the coordinates u and v."""
+        return ("polar_angle", "azimuth")
+
     def coordinates(self) -> dict[str, tuple[float, float, str]]:
         """Return the ranges of the polar angle and the azimuth [rad]."""
         return {"u": (math.acos(self.mu_max), math.acos(self.mu_min), "rad"), "v": (0.0, 2 * math.pi, "rad")}

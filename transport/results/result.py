@@ -22,6 +22,7 @@ from transport.results.record import RANDOM_SLOPE, Cost, Record
 from transport.results.report import ledger_lines, part_text, price_of, report_of
 from transport.results.tally import Tally
 from transport.results.volumes import VolumeReading
+from transport.scene.bodies import surrounding_medium
 from transport.scene.cameras import Camera, EnvironmentMap
 from transport.scene.detectors import Detector
 from transport.scene.phase_space import PhaseSpace, Snapshot
@@ -308,9 +309,14 @@ class Result(Record):
 
 
 def media_names(plan: Plan) -> dict[int, str]:
-    """Names of the absorbing media by row: the name of the surface whose inside they fill."""
-    names = {}
+    """Names of the absorbing media by row: their own, or that of the surface whose inside they fill."""
+    names: dict[int, str] = {}
+    taken = {surface.name for surface in plan.scene.surfaces}
     for row in plan.absorbing_media:
+        medium = surrounding_medium(plan.scene) if row == 0 else plan.bodies[row - 1].medium
+        if (own := getattr(medium, "name", None)) is not None:
+            names[row] = f"medium {own}" if own in taken else own
+            continue
         if row == 0:
             names[row] = "medium"
             continue
@@ -366,9 +372,10 @@ class Ledger(Mapping[str, Estimate]):
         for index, rows in sorted(plan.rows_of_surfaces.items()):
             name = scene.surfaces[index].name or f"surfaces[{index}]"
             self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)
-        for row, name in media_names(plan).items():
-            column = len(plan.surface_numbers) + row
-            self.absorbed_by[name] = entry([b.absorbed[column] for b in batches])
+        names = media_names(plan)
+        for name in dict.fromkeys(names.values()):  # bodies of one named medium count together
+            columns = [len(plan.surface_numbers) + row for row, other in names.items() if other == name]
+            self.absorbed_by[name] = entry([b.absorbed[columns].sum() for b in batches])
         # Collect the entries; one is exact if nothing in the scene can change it.
         aimed = any(emitter.weighs_births for emitter in plan.emitters)
         is_sure = not (plan.has_acting_surfaces or aimed or plan.has_media)

@@ -249,36 +249,46 @@ class DirectionSphere:
         return angles.reshape([len(bounds) - 1 for bounds in edges.values()])
 
 
+POSITION_NAMES = {"u": ("x", "radius", "height", "polar_angle"), "v": ("y", "azimuth")}
+
+
 @scene_object(kw_only=True)
 class Positions:
     """Bins of position in a shape's own coordinates u and v.
 
-    Give at least one of `u` and `v`.
+    Give at least one of them, as u or v or by the names that they have on the shape, such as
+    ``Positions(radius=10)`` of a Disk.
 
     Parameters
     ----------
-    u : int or sequence of float, default None
+    u, v : int or sequence of float, default None
         Number of equal bins, or increasing edges [m or rad].
-    v : int or sequence of float, default None
-        Number of equal bins, or increasing edges [m or rad].
+    x, y, radius, height, polar_angle, azimuth : int or sequence of float, default None
+        Other names of u (x, radius, height, polar_angle) and v (y, azimuth).
+
+    Raises
+    ------
+    SceneError
+        If no coordinate or one under two names is given; with the detector's shape, if the shape has no
+        coordinate of that name.
 
     Notes
     -----
     ========================== ========================================= =============
     Shape                      u                                         v
     ========================== ========================================= =============
-    Rectangle                  from the centre along e_u [m]             along e_v [m]
+    Rectangle                  x, from the centre along e_u [m]          y, along e_v [m]
     Disk                       radius [m]                                azimuth [rad]
-    Sphere or zone             polar angle from the axis [rad]           azimuth [rad]
+    Sphere or zone             polar_angle from the axis [rad]           azimuth [rad]
     Cylinder, Cone, Paraboloid height along the axis from `center` [m]   azimuth [rad]
     ========================== ========================================= =============
 
-    Azimuth runs from e_u towards e_v. Other shapes have no coordinates.
+    Azimuth runs from e_u towards e_v. Other shapes have no coordinates. Results have the axes u and v.
 
     Examples
     --------
     >>> import transport as tp
-    >>> rings = tp.Positions(u=2)
+    >>> rings = tp.Positions(radius=2)
     >>> rings.edges(tp.Disk(radius=1.0))["u"]  # [m]
     array([0. , 0.5, 1. ])
     >>> rings.areas(tp.Disk(radius=1.0)).round(3)  # [m^2]
@@ -287,10 +297,33 @@ class Positions:
 
     u: OptionalBinsField = None
     v: OptionalBinsField = None
+    x: OptionalBinsField = None
+    y: OptionalBinsField = None
+    radius: OptionalBinsField = None
+    height: OptionalBinsField = None
+    polar_angle: OptionalBinsField = None
+    azimuth: OptionalBinsField = None
 
     def __post_init__(self) -> None:
+        for name, others in POSITION_NAMES.items():
+            given = [each for each in (name, *others) if getattr(self, each) is not None]
+            for each in given:
+                coerce_bins(self, each)
+            values = {each: getattr(self, each) for each in given}
+            if len(set(values.values())) > 1 or len(set(given) - {name}) > 1:
+                refuse(
+                    self,
+                    f"{' and '.join(given)} are one coordinate, got {short_repr(values)}; give one of them",
+                )
+            if given:
+                set_fields(self, **{name: values[given[-1]]})
         _coerce_given_axes(self, "u", "v")
         check_axes_size(self, self)
+
+    def __repr__(self) -> str:
+        axes = ((name, others) for name, others in POSITION_NAMES.items() if getattr(self, name) is not None)
+        called = [next((o for o in others if getattr(self, o) is not None), name) for name, others in axes]
+        return f"Positions({', '.join(f'{name}={getattr(self, name)!r}' for name in called)})"
 
     def edges(self, shape: Shape) -> dict[str, np.ndarray]:
         """Return the edges of each binned axis on a shape.
@@ -331,6 +364,12 @@ class Positions:
             lacks = "has no coordinates" if shape.hole is None else "with a hole has no bins of known area"
             got = f"got {short_repr(shape)}; {shape.coordinates_cure}"
             refuse(self, f"a {type(shape).__name__} {lacks}, {got}")
+        for named, name in zip(shape.coordinate_names, "uv", strict=True):
+            for other in POSITION_NAMES[name]:
+                if other != named and getattr(self, other) is not None:
+                    kind = type(shape).__name__
+                    got = f"{other}={short_repr(getattr(self, other))}"
+                    refuse(self, f"a {kind} has no {other}, got {got}; write {named}=")
         return ranges
 
 

@@ -179,10 +179,11 @@ class Dielectric(Material):
 
     Parameters
     ----------
-    index_inside : float
-        Refractive index inside, positive and finite.
-    index_outside : float, default 1
-        Refractive index outside, positive and finite.
+    index_inside : float, optional
+        Refractive index inside, positive and finite [default: both indices are those of the media on the two
+        sides, which the scene finds].
+    index_outside : float, optional
+        Refractive index outside, positive and finite [default: 1, if index_inside is given].
 
     Raises
     ------
@@ -201,15 +202,26 @@ class Dielectric(Material):
     >>> glass = tp.Dielectric(1.5)
     >>> glass.index_outside
     1.0
+    >>> lamp = tp.Source(tp.Point(position=(0, 0, 2)), tp.Isotropic(power=1.0))
+    >>> water = tp.Medium(index=1.33, absorption=0.1)
+    >>> ball = tp.Surface(tp.Sphere(radius=1.0), tp.Dielectric(), "ball", inside=water)
+    >>> tp.Scene(lamp, ball).surface("ball").material
+    Dielectric(index_inside=1.33, index_outside=1.0)
     """
 
-    index_inside: float
-    index_outside: float = 1.0
+    index_inside: float | None = None
+    index_outside: float | None = None
 
     bounds_media, is_one_sided, is_for_light = True, False, True
     shares = Shares(specular=1.0, refracted=1.0)
 
     def __post_init__(self) -> None:
+        if self.index_inside is None:
+            if self.index_outside is not None:
+                refuse(self, "index_inside missing; give both indices, or none")
+            return
+        if self.index_outside is None:
+            set_fields(self, index_outside=1.0)
         coerce_positive(self, "index_inside", "index_outside")
 
     def row(self) -> MaterialRow:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,8 @@ class Medium:
         light.
     emission : float, default 0
         Emitted power per volume and solid angle [W m^-3 sr^-1], isotropic.
+    name : str, optional
+        Name in the energy balance [default: that of the surface that holds it].
 
     Raises
     ------
@@ -71,17 +73,22 @@ class Medium:
     phase: Phase = field(default_factory=_isotropic)
     index: float = 1.0
     emission: float = 0.0
+    name: str | None = None
 
     def __post_init__(self) -> None:
         coerce_nonnegative(self, "absorption", "scattering", "emission")
         coerce_positive(self, "index")
+        if self.name is not None and not (isinstance(self.name, str) and self.name):
+            refuse(self, f'name must be text, such as "fog", got {short_repr(self.name)}')
         set_fields(self, phase=coerce_phase(self, self.phase))
         if not math.isfinite(self.extinction):
             refuse(self, f"absorption + scattering must be finite, got {self.extinction}; lower one of them")
 
     def __repr__(self) -> str:
         return f"""Medium({
-            ", ".join(nondefault_arguments(self, "absorption", "scattering", "phase", "index", "emission"))
+            ", ".join(
+                nondefault_arguments(self, "absorption", "scattering", "phase", "index", "emission", "name")
+            )
         })"""
 
     @property
@@ -136,6 +143,7 @@ class Vacuum:
 def nondefault_arguments(medium: object, *names: str) -> list[str]:
     """Return the arguments of a medium as source text, without those at their defaults."""
     plain = {"absorption": 0.0, "scattering": 0.0, "phase": _isotropic(), "index": 1.0, "emission": 0.0}
+    plain["name"] = None
     return [f"{name}={getattr(medium, name)!r}" for name in names if getattr(medium, name) != plain[name]]
 
 
@@ -146,11 +154,9 @@ def canonical_medium(medium):
     """
     if not isinstance(medium, Medium):
         return medium
-    if medium == Medium() or (medium.scattering == 0 and medium == Medium(phase=medium.phase)):
+    if replace(medium, name=None, phase=Medium().phase) == Medium():
         return Vacuum()
-    if medium.scattering == 0:
-        return Medium(absorption=medium.absorption, index=medium.index, emission=medium.emission)
-    return medium
+    return replace(medium, phase=Medium().phase) if medium.scattering == 0 else medium
 
 
 # ---- A medium of voxels: coefficients that vary from voxel to voxel of a box.
