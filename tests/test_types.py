@@ -12,6 +12,7 @@ import pytest
 
 from tests import typed_sample
 from tests.test_readme import PAGES, fences
+from transport.cli.docs import CONTINUED
 
 ROOT = Path(__file__).resolve().parents[1]
 BEFORE_WRONG = """\
@@ -74,13 +75,15 @@ def errors(tmp_path_factory) -> dict[str, list[tuple[int, str, str]]]:
 
 
 def blocks() -> dict[str, str]:
-    """The blocks of Python in README and guides that stand by themselves."""
-    return {
-        f"{page.stem}_{place}": text
-        for page in PAGES
-        for place, (language, text) in enumerate(fences(page))
-        if language in ("python", "py") and "import transport" in text
-    }
+    """The blocks of Python in README and guides that stand by themselves, or go on from one another."""
+    found = {}
+    for page in PAGES:
+        texts = [text for language, text in fences(page) if language in ("python", "py")]
+        texts = ["\n".join(texts)] if page.stem in CONTINUED else texts
+        found |= {
+            f"{page.stem}_{place}": text for place, text in enumerate(texts) if "import transport" in text
+        }
+    return found
 
 
 @pytest.mark.slow

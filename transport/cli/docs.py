@@ -140,10 +140,14 @@ PACKAGE = Path(__file__).resolve().parents[1]
 GUIDES = PACKAGE / "guides"
 WIDE_CSS = ".content { width: 56em; }\n"  # code blocks have lines of 100 characters
 REQUIRED_PACKAGES = ("sphinx", "furo", "myst_parser")
-GUIDE_ORDER = (
-    "surfaces", "media", "clocks", "cost", "numbers", "scenes", "saving", "clusters", "commands", "laws",
-    "performance", "extending", "code",
-)  # fmt: skip
+GUIDE_KINDS = {  # pages by kind, as the site lists them
+    "Tutorials": ("room", "tissue", "tube"),
+    "How to": ("howto", "plots", "scenes", "saving", "clusters", "commands"),
+    "Explanations": ("surfaces", "media", "clocks", "cost", "numbers", "laws", "performance"),
+    "Development": ("extending", "code", "glossary"),
+}
+GUIDE_ORDER = tuple(name for names in GUIDE_KINDS.values() for name in names)
+CONTINUED = GUIDE_KINDS["Tutorials"]  # pages whose blocks go on from one another
 
 
 def build_site(out: Path, commands: Any) -> Path:
@@ -205,11 +209,11 @@ def gallery() -> Path | None:
 
 
 def _contents() -> str:
-    guides = [f"guides/{name}" for name in GUIDE_ORDER]
-    names = [f"reference/{page.file}" for page in pages()] + ["reference/commands"]
+    kinds = {kind: [f"guides/{name}" for name in names] for kind, names in GUIDE_KINDS.items()}
+    kinds["Reference"] = [f"reference/{page.file}" for page in pages()] + ["reference/commands"]
     return "".join(
         f"\n\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{chr(10).join(files)}\n```\n"
-        for caption, files in (("Guides", guides), ("Reference", names))
+        for caption, files in kinds.items()
     )
 
 
