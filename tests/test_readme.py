@@ -70,14 +70,17 @@ def test_the_readme_is_one_page():
     assert len(README.read_bytes()) < 7500
     text = re.sub(r"^```.*?^```$", "", README.read_text(encoding="utf-8"), flags=re.M | re.S)
     words = [word for line in text.splitlines() if not line.startswith("|") for word in line.split()]
-    assert 400 < len(words) < 1200
+    assert 300 < len(words) < 700
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [README, GUIDES / "commands.md"], ids=["README", "commands"])
-def test_the_second_command_answers_as_the_page_says(page, call):
+def test_a_command_answers_as_the_page_of_commands_says(call):
     """`transport run sun`: the lines of its block are among what it prints, but for times."""
-    said = next(text for language, text in fences(page) if language == "text" and text.startswith("sun\n"))
+    said = next(
+        text
+        for language, text in fences(GUIDES / "commands.md")
+        if language == "text" and text.startswith("sun\n")
+    )
     printed = [line.rstrip() for line in call("run", "sun", "--no-picture").output.splitlines()]
     lines = [
         line.rstrip()

@@ -150,10 +150,9 @@ def part_text(result) -> str:
 
 def ledger_lines(ledger) -> list[str]:
     """One line per entry of the energy balance; the absorption of each surface follows `absorbed`."""
-    return [
-        f"  {name:11s} {estimate}" if is_part else f"{name:10s} {estimate}"
-        for name, estimate, is_part in printed_entries(ledger)
-    ]
+    entries = [(f"  {name}" if is_part else name, each) for name, each, is_part in printed_entries(ledger)]
+    width = max(10, *(len(name) for name, _ in entries)) if entries else 0
+    return [f"{name:{width}s} {estimate}" for name, estimate in entries]
 
 
 def printed_entries(ledger) -> Iterator[tuple[str, Estimate, bool]]:

@@ -6,9 +6,15 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from transport.geometry.neighbours import touching_boxes
+from transport.geometry.relations import is_within, solids_overlap
+from transport.geometry.solid import Box, Sphere
 from transport.results.diagnostics.empty_detector import no_arrival_warning
 from transport.results.diagnostics.proofs import source_title
 from transport.scene.checks.check_scene import SCENE_CHECKS
+from transport.scene.parts import join_surface_names
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR as FEW
 from transport.statistics.findings import Check
 
@@ -76,7 +82,40 @@ def partial_aims(result: Record) -> Iterator[str]:
             yield f"{result[detector.name].title} sees an aimed source only in the directions of its aim"
 
 
+def crossing_shapes(result: Record) -> Iterator[str]:
+    """Yield a warning about whole boxes and spheres that stand through one another."""
+    scene = result.scene
+    closed = [
+        (number, surface.shape)
+        for number, surface in enumerate(scene.surfaces)
+        if isinstance(surface.shape, (Box, Sphere)) and surface.shape.is_closed
+    ]
+    if len(closed) < 2:
+        return
+    low, high = np.array([shape.bounds for _, shape in closed]).transpose(1, 0, 2)
+    found = [
+        (closed[k][0], closed[other][0])
+        for k, near in enumerate(touching_boxes(low, high))
+        for other in near[near < k].tolist()
+        if _stand_through(closed[k][1], closed[other][1])
+    ]
+    if found:
+        more = f" (and {len(found) - 1} more such pairs)" if len(found) > 1 else ""
+        names = join_surface_names(scene, sorted(found[0]))
+        yield f"{names} stand through one another{more}: move one, or leave it if that is meant"
+
+
+def _stand_through(one: Box | Sphere, other: Box | Sphere) -> bool:
+    return solids_overlap(one, other) and not (is_within(one, other) or is_within(other, one))
+
+
 DIAGNOSTICS = (
+    Check(
+        "crossing shapes",
+        "Whole boxes and spheres that stand through one another.",
+        "Other shapes.",
+        crossing_shapes,
+    ),
     Check(
         "path class",
         f"Light that an estimator finds only by chance and that has fewer than {FEW} scores: via mirrors,"
