@@ -35,6 +35,7 @@ from transport.viz.style import (
     INK,
     MUTED,
     ORANGE,
+    PALETTE,
     POINTS,
     PURPLE,
     SKY,
@@ -534,3 +535,31 @@ def _draw_legend(axes: Axes, place: str) -> None:
         [found[label] for label in order], order, title=ERRORS_SHOWN, title_fontsize="small", columnspacing=1.4,
         handletextpad=0.6, **where,
     )  # fmt: skip
+
+
+def plot_sweep(
+    values: Sequence[float],
+    series: Mapping[str, tuple[Sequence[Estimate], Sequence[float]]],
+    path: str | os.PathLike | None,
+    name: str,
+    title: str | None = None,
+) -> Figure:
+    """Draw quantities against a parameter, a panel each, with two standard errors and the exact values that are known.
+
+    series: estimates and exact values by the quantity's name.
+    """
+    columns = min(len(series), 3)
+    rows = -(-len(series) // columns)
+    with figure((6.2 * columns, 4.6 * rows + 1.0), title, path=path) as page:
+        grid = page.subplots(rows, columns, squeeze=False)
+        for axes, (label, (estimates, exact)) in zip(grid.flat, series.items(), strict=False):
+            value = np.array([each.value for each in estimates])
+            error = np.nan_to_num(np.array([each.error for each in estimates]))
+            axes.errorbar(values, value, 2 * error, fmt="o", color=PALETTE[0], **POINTS, zorder=3)
+            if np.isfinite(exact).any():
+                axes.plot(values, exact, "-", color=INK, lw=1.4, label="exact", zorder=2)
+                axes.legend()
+            axes.set(xlabel=name, ylabel=with_unit("", estimates[0].unit).strip(), title=label)
+        for axes in list(grid.flat)[len(series) :]:
+            axes.remove()
+    return page

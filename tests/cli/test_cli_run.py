@@ -284,3 +284,27 @@ def test_without_matplotlib_one_line_names_the_extra(call, monkeypatch):
     assert "pip install '.[plot]'" in answer.output
     assert "Traceback" not in answer.output
     assert "verdict" in answer.output
+
+
+def test_a_sweep_is_one_table_and_a_picture(call):
+    answer = call("run", "disk.py", "--sweep", "distance=[1,2,4]", "--particles", "2e4", "--out", "swept")
+    assert answer.exit_code == 0, answer.output
+    lines = answer.output.splitlines()
+    (head,) = [line for line in lines if line.startswith("case ")]
+    assert [sum(f"distance={value}" in line for line in lines) for value in (1, 2, 4)] == [1, 1, 1]
+    assert "ledger" not in answer.output and head.split()[:2] == ["case", "quantity"]
+    assert Path("swept/disk_sweep.png").stat().st_size > 10_000 and "disk_sweep.png" in answer.output
+    assert "ledger" in call("run", "disk.py", "--verbose", "--no-picture", "--particles", "2e4").output
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--sweep", "distance=2"], "--sweep takes several values, such as --sweep distance=[1,2,4]"),
+        (["--sweep", "distnace=[1,2]"], "did you mean 'distance'?"),
+        (["--sweep", "distance=[1,2]", "--save", "run.nc"], "--sweep saves no runs"),
+    ],
+)
+def test_a_sweep_of_nothing_is_refused(call, words, said):
+    answer = call("run", "disk.py", *words)
+    assert answer.exit_code == 2 and said in answer.output

@@ -1,6 +1,7 @@
 """The command `transport`: run, list, verify, checks and bench; the other commands are in files by topic."""
 
 import sys
+from itertools import chain, islice
 from pathlib import Path
 from typing import Annotated
 
@@ -31,6 +32,7 @@ from transport.cli.options import (
     number,
     parse_part,
     parse_tracking,
+    swept,
     whole_number,
 )
 from transport.cli.output import (
@@ -47,6 +49,7 @@ from transport.cli.output import (
 from transport.cli.run import (
     checked_experiment,
     draw_experiment,
+    draw_sweep,
     is_complete,
     outcomes_record,
     print_run,
@@ -58,7 +61,12 @@ from transport.cli.verify import verify_hard, verify_laws, verify_long
 from transport.compile.methods import ESTIMATORS, SAMPLINGS
 from transport.results.diagnostics.table import CHECKS
 from transport.validation import SceneError, name_hint
-from transport.verification.experiment import experiment, experiment_names, iterate_outcomes
+from transport.verification.experiment import (
+    experiment,
+    experiment_name,
+    experiment_names,
+    iterate_outcomes,
+)
 
 
 class CommandGroup(TyperGroup):
@@ -213,6 +221,10 @@ def run(
         Path | None, typer.Option(metavar="FOLDER", help="Folder of the picture [default: out]")
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw no picture")] = False,
+    sweep: Annotated[
+        str | None, typer.Option(metavar="NAME=[...]", help="Run the first case for each of these values")
+    ] = None,
+    verbose: Annotated[bool, typer.Option("--verbose", help="A table and the ledger of each case")] = False,
     json: Json = False,
 ) -> None:
     """Run an experiment and compare its estimates with exact values.
@@ -224,6 +236,7 @@ def run(
       transport run inverse_square --set emitter=disk --set widths=5
       transport run cost_disks --error meter.flux_in=1e-4
       transport run cost_disks --particles 1e6 --estimator auto
+      transport run tube --sweep length=[1,2,4,8]
       transport run slab --set tau=20 --tracking roulette=1e-11 --no-picture
       transport run mine.py --seconds 10 --json
       transport run scene.json --particles 1e7
@@ -252,16 +265,30 @@ def run(
     if every is not None and checkpoint is None:
         raise SceneError("--every needs --checkpoint FILE; add it, or leave out --every")
     module = checked_experiment(experiment(sim))
-    pending = iterate_outcomes(module, named_values(set_ or ()), limits, save, overwrite)
+    settings = named_values(set_ or ())
+    if sweep is None:
+        pending = iterate_outcomes(module, settings, limits, save, overwrite)
+    else:
+        name, values = swept(sweep)
+        if save or checkpoint or resume:
+            raise SceneError("--sweep saves no runs; leave out --save, --checkpoint and --resume")
+        runs = (iterate_outcomes(module, {**settings, name: value}, limits) for value in values)
+        pending = chain.from_iterable(islice(outcomes, 1) for outcomes in runs)  # the first case of each
     if json:
         outcomes = list(pending)
         print_json(outcomes_record(module, outcomes))
         wants_picture = out is not None
     else:
-        outcomes = print_run(module, pending)
+        outcomes = print_run(module, pending, verbose)
         wants_picture = out is not None or not sim.endswith(".json")
     if wants_picture and not no_picture and is_complete(outcomes):
-        print_pictures(*draw_experiment(module, outcomes, Path("out") if out is None else out), quiet=json)
+        folder = Path("out") if out is None else out
+        if sweep is None:
+            drawn = draw_experiment(module, outcomes, folder)
+        else:
+            title = experiment_name(module)
+            drawn = draw_sweep(outcomes, name, values, title, folder / f"{title}_sweep.png")
+        print_pictures(*drawn, quiet=json)
     is_saved = report_unsaved(outcomes)
     if resume is not None and save is None and checkpoint is None:
         print_to_stderr(

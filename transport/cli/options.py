@@ -67,6 +67,14 @@ def named_values(texts: Iterable[str]) -> dict[str, object]:
     return _named("--set", texts, _literal)
 
 
+def swept(text: str) -> tuple[str, list[object]]:
+    """Return ("length", [1, 2, 4]) for "length=[1,2,4]".  Raises SceneError for anything else."""
+    ((name, values),) = _named("--sweep", [text], _literal).items()
+    if not isinstance(values, list | tuple) or len(values) < 2:
+        raise SceneError(f"--sweep takes several values, such as --sweep {name}=[1,2,4], got {text!r}")
+    return name, list(values)
+
+
 def named_errors(texts: Iterable[str]) -> dict[str, float] | None:
     """Return {"meter.flux_in": 1e-3} for ["meter.flux_in=1e-3"], and None for no texts."""
     return _named("--error", texts, lambda text: number("--error", text)) or None

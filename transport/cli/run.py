@@ -84,6 +84,29 @@ def draw_experiment(module: ModuleType, outcomes: list[Outcome], folder: Path) -
         return draw_to(partial(module.draw, outcomes), folder / f"{experiment_name(module)}.png")
 
 
+def draw_sweep(
+    outcomes: list[Outcome], name: str, values: list[object], title: str, path: Path
+) -> tuple[list[Path], str]:
+    """Draw each quantity against a parameter; return the path, or an empty list and the reason."""
+    if not all(isinstance(value, int | float) for value in values):
+        return [], f"{name} has no numbers to draw against"
+
+    def draw(path: Path) -> None:
+        from transport.viz.curves import plot_sweep
+
+        series = {
+            row.name: (
+                [outcome[row.name].estimate for outcome in outcomes],
+                [o[row.name].exact for o in outcomes],
+            )
+            for row in outcomes[0].rows
+            if all(row.name in outcome for outcome in outcomes)
+        }
+        plot_sweep(values, series, path, name, title)
+
+    return draw_to(draw, path)
+
+
 def draw_to(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:
     """Call draw(path), which may return several paths; return the paths, or [] and the reason."""
     try:
@@ -102,8 +125,11 @@ def draw_to(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str
 # ---- A run as text.
 
 
-def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
-    """Print law and question, table and ledger of each case when it ends, then verdict, cost and warnings."""
+def print_run(module: ModuleType, pending: Iterable[Outcome], is_verbose: bool = False) -> list[Outcome]:
+    """Print law and question, a table of all cases, then verdict, cost and warnings.
+
+    is_verbose: a table and the ledger of each case when it ends, as of a single case.
+    """
     outcomes = []
     for outcome in pending:
         if not outcomes:
@@ -111,13 +137,15 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
             for label in filter(partial(text_of, module), ("about", "law", "question")):
                 print_labelled(label, text_of(module, label))
         outcomes.append(outcome)
+        if is_verbose:
+            _print_case(outcome)
+    if len(outcomes) == 1 and not is_verbose:
+        _print_case(outcomes[0])
+    elif not is_verbose:
         print_rich("")
-        if outcome.title:
-            print_rich(outcome.title, style="bold cyan")
-        print_rich(case_table(outcome))
-        if outcome.bins:
-            print_labelled("in bins", f"{bins_line(outcome)}; --json lists them")
-        print_labelled("ledger", ledger_line(outcome.result))
+        print_rich(summary_table(outcomes))
+        for line in dict.fromkeys(bins_line(outcome) for outcome in outcomes if outcome.bins):
+            print_labelled("in bins", f"{line}; --json lists them")
     print_rich("")
     is_whole = is_complete(outcomes)
     if verdict := verdict_on(module, outcomes):
@@ -135,6 +163,17 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     return outcomes
 
 
+def _print_case(outcome: Outcome) -> None:
+    """Print the table and the ledger of a case."""
+    print_rich("")
+    if outcome.title:
+        print_rich(outcome.title, style="bold cyan")
+    print_rich(case_table(outcome))
+    if outcome.bins:
+        print_labelled("in bins", f"{bins_line(outcome)}; --json lists them")
+    print_labelled("ledger", ledger_line(outcome.result))
+
+
 def _estimator_lines(outcomes: list[Outcome]) -> Iterator[str]:
     """Yield the estimator of each case, or, if pilots chose for several cases, the cases per estimator."""
     if len(outcomes) == 1 or all(outcome.result.choice is None for outcome in outcomes):
@@ -147,15 +186,31 @@ def _estimator_lines(outcomes: list[Outcome]) -> Iterator[str]:
 
 def case_table(outcome: Outcome) -> Table:
     """Return a table of estimates ± one standard error, with exact values and z if any is known."""
-    is_judged = not all(math.isnan(row.exact) for row in outcome.rows)
+    return _table([outcome], has_cases=False)
 
-    def cells(row: Row) -> Iterator[str | Text]:
+
+def summary_table(outcomes: list[Outcome]) -> Table:
+    """Return one table of the estimates of several cases."""
+    return _table(outcomes, has_cases=True)
+
+
+def _table(outcomes: list[Outcome], has_cases: bool) -> Table:
+    is_judged = not all(math.isnan(row.exact) for outcome in outcomes for row in outcome.rows)
+
+    def cells(case: str, row: Row) -> Iterator[str | Text]:
+        yield from (case,) if has_cases else ()
         yield from (row.name, estimate_cell(row.estimate), unit_cell(row.estimate))
         if is_judged:
             yield from (exact_cell(row.exact, row.estimate), z_cell(z_score(row.estimate, row.exact)))
 
-    heads = ("quantity~", "estimate ± error>", "unit", *(("exact>", "z>") if is_judged else ()))
-    return table_of(heads, map(cells, outcome.rows))
+    judged = ("exact>", "z>") if is_judged else ()
+    heads = (*(("case~",) if has_cases else ()), "quantity~", "estimate ± error>", "unit", *judged)
+    rows = [
+        cells(outcome.title if place == 0 else "", row)
+        for outcome in outcomes
+        for place, row in enumerate(outcome.rows)
+    ]
+    return table_of(heads, rows)
 
 
 def ledger_line(result: Result) -> str:
