@@ -8,7 +8,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -17,21 +17,20 @@ from matplotlib.colors import ListedColormap
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter
 
 from transport.geometry.line_crossings import crossings
 from transport.geometry.shape import Cloud, Point, Shape
 from transport.scene.bodies import body_bits_at, scene_bodies, scene_media
 from transport.scene.cameras import PointInstrument
+from transport.scene.materials import Material
 from transport.scene.media import Vacuum
 from transport.scene.points import PointDetector
 from transport.scene.scene import Scene
 from transport.validation import SceneError, join_names, short_repr
 from transport.viz.scene_parts import frame_of
 from transport.viz.style import INK, MUTED, PALETTE, STYLE
-from transport.viz.wording import as_it_stands
-
-if TYPE_CHECKING:
-    from transport.scene.materials import Material
+from transport.viz.wording import as_it_stands, unit_of_length
 
 PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}  # axis to the right, axis upwards, axis across
 RASTER = 500  # lines along the longer side
@@ -130,10 +129,12 @@ def _draw(scene: Scene, plane: str, section: Section, ax: Axes) -> Legend:
     ax.grid(visible=False)
     ax.set_xlim(section.right[0], section.right[-1])
     ax.set_ylim(section.up[0], section.up[-1])
-    ax.set_xlabel(f"{plane[0]}  [m]")
-    ax.set_ylabel(f"{plane[1]}  [m]")
+    metre, unit = unit_of_length(max(np.ptp(section.right), np.ptp(section.up)))
+    for axis, name in ((ax.xaxis, plane[0]), (ax.yaxis, plane[1])):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / metre:.6g}".replace("-", "−")))
+        axis.set_label_text(f"{name}  [{unit}]")
     third = ({"x", "y", "z"} - set(plane)).pop()
-    ax.set_title(f"section at {third} = {section.at:.6g} m", loc="left")
+    ax.set_title(f"section at {third} = {section.at / metre:.6g} {unit}", loc="left")
     if absent:
         words = textwrap.wrap("not in this plane: " + join_names(list(dict.fromkeys(absent)), 8), 44)
         handles += [Patch(facecolor="none", edgecolor="none", label=as_it_stands(line)) for line in words]
@@ -200,14 +201,20 @@ def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, list
 
 
 def brief(thing: object) -> str:
-    """The kind of a material or medium, with the parameters that differ from the default."""
+    """The kind of a material or medium, with the parameters that differ from the default; of a material without their names."""
     told = [
-        f"{each.name}={type(value).__name__ if is_dataclass(value) else short_repr(value)}"
+        f"{'' if isinstance(thing, Material) else f'{each.name}='}{_short(value)}"
         for each in fields(thing)
         if (value := getattr(thing, each.name)) != each.default and each.init
     ]
     text = f"{type(thing).__name__}({', '.join(told)})"
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 5]} ...)"
+
+
+def _short(value: object) -> str:
+    if is_dataclass(value):
+        return type(value).__name__
+    return f"{value:g}" if isinstance(value, float) else short_repr(value)
 
 
 def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:

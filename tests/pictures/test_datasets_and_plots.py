@@ -345,7 +345,7 @@ def test_media_of_a_section_are_filled():
     share = np.mean(np.asarray(image.get_array()) == 1)
     width, height = np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())
     assert share * width * height == pytest.approx(np.pi / 4, rel=0.02)
-    assert any(each.get_text().startswith("Medium(absorption=1.0") for each in ax.get_legend().get_texts())
+    assert any(each.get_text().startswith("Medium(absorption=1") for each in ax.get_legend().get_texts())
     pyplot.close("all")
 
 
