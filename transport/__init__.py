@@ -105,7 +105,7 @@ register(
         "Result": "transport.viz.plots:plot_result",
     },
 )
-register("view", {"Scene": "transport.viz.scene:view_scene"})
+register("view", {"Scene": "transport.viz.page:view_scene"})
 register("map", {"EstimateArray": "transport.viz.maps:plot_map"})
 register("save", {"Result": "transport.io.runs:save"})
 register("to_dataset", {"Tally": "transport.io.tables:to_dataset"})

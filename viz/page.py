@@ -22,8 +22,9 @@ import numpy as np
 from transport.analysis.tracks import Tracks
 from transport.results.result import Result
 from transport.scene.scene import Scene
-from transport.viz.scene import plot_unrendered
-from transport.viz.screen import without_screen
+from transport.validation import SceneError
+from transport.viz.scene import draw_scene, plot_unrendered
+from transport.viz.screen import NoScreen, has_display, without_screen
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -55,6 +56,25 @@ def scene_page(
             return page(plotter, path, title, caption)
         finally:
             plotter.close()
+
+
+def view_scene(scene: Scene, path: str | os.PathLike | None = None) -> pv.Plotter | Path:
+    """Show a scene in a window, or write a picture or a page; see `Scene.view`."""
+    kind = None if path is None else Path(path).suffix.lower()
+    if kind not in (None, ".png", ".html"):
+        raise SceneError(f"view: path must end in .png or .html, got {str(path)!r}")
+    if kind is None and not has_display():
+        raise SceneError('view: there is no display to open a window on; write scene.view("scene.html")')
+    try:
+        if kind == ".html":
+            return Path(scene_page(scene, path))
+        plotter = draw_scene(scene, path=path, off_screen=kind is not None)
+    except NoScreen as error:
+        raise SceneError(f"view: {error}") from None
+    if kind is not None:
+        return Path(path)
+    plotter.show()
+    return plotter
 
 
 def page(plotter: pv.Plotter, path: str | os.PathLike, title: str, note: str = "") -> str | os.PathLike:

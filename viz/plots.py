@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +14,7 @@ from transport.results.tally import Tally
 from transport.validation import join_names, short_repr
 from transport.viz.maps import bins_of, is_line, main_quantity, plot_map, suited_size
 from transport.viz.power_flow import End, ends_of
-from transport.viz.style import BLUE, MUTED, STYLE, with_unit
+from transport.viz.style import BLUE, MUTED, STYLE, saved, with_unit
 from transport.viz.wording import as_it_stands
 
 LINE = 10.0, 6.4  # inches, of a figure with one axis of bins
@@ -25,12 +27,14 @@ def plot_tally(
     quantity: str | None = None,
     ax: Axes | None = None,
     decades: float | None = None,
+    path: str | os.PathLike | None = None,
     **options: object,
 ) -> Axes:
     """Draw a quantity with bins, by default the one that its kind of detector is made for; see `Tally.plot`."""
     if isinstance(tally, SnapshotReading):
-        return _plot_sample(tally, ax)
-    return _plot(tally, ax, decades, tally.heading, {"quantity": quantity or main_quantity(tally), **options})
+        return saved(_plot_sample(tally, ax), path)
+    chosen = {"quantity": quantity or main_quantity(tally), **options}
+    return saved(_plot(tally, ax, decades, tally.heading, chosen), path)
 
 
 def plot_array(
@@ -38,10 +42,11 @@ def plot_array(
     ax: Axes | None = None,
     decades: float | None = None,
     label: str = "estimate",
+    path: str | os.PathLike | None = None,
     **options: object,
 ) -> Axes:
     """Draw an array over one or two axes; see `EstimateArray.plot`."""
-    return _plot(array, ax, decades, "", {"label": label, **options})
+    return saved(_plot(array, ax, decades, "", {"label": label, **options}), path)
 
 
 def _plot(
@@ -96,7 +101,7 @@ def _plot_sample(sample: SnapshotReading, ax: Axes | None) -> Axes:
 # ---- A whole run
 
 
-def plot_result(result: Result) -> list[Axes]:
+def plot_result(result: Result, path: str | os.PathLike | None = None) -> list[Axes]:
     """Draw what each detector has bins of, single numbers, and where the power went; see `Result.plot`."""
     from matplotlib import pyplot
 
@@ -125,7 +130,7 @@ def plot_result(result: Result) -> list[Axes]:
         if left:
             note += f"; not drawn: {join_names([each.name for each in left], 6)}"
         figure.supxlabel(as_it_stands(note), fontsize=13, color=MUTED, x=0.99, ha="right")
-    return [*panels, balance]
+    return [*panels, saved(balance, path)]
 
 
 def _has_bins(reading: Tally) -> bool:

@@ -20,7 +20,6 @@ from transport.results.result import Result
 from transport.scene.cameras import Camera
 from transport.scene.media import Grid
 from transport.scene.scene import Scene
-from transport.validation import SceneError
 from transport.viz import scene_style as style
 from transport.viz.facets import Bounds, level_lines, segments
 from transport.viz.scene_camera import VIEW_ANGLE, View, view_of
@@ -38,7 +37,7 @@ from transport.viz.scene_parts import (
     large_surfaces,
     parts_of,
 )
-from transport.viz.screen import NoScreen, has_display, require_screen
+from transport.viz.screen import require_screen
 from transport.viz.style import unit_label
 from transport.viz.wording import as_it_stands, lengths_text
 
@@ -120,27 +119,6 @@ def draw_scene(
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         plotter.screenshot(path, return_img=False)
         plotter.close()
-    return plotter
-
-
-def view_scene(scene: Scene, path: str | os.PathLike | None = None) -> pyvista.Plotter | Path:
-    """Show a scene in a window, or write a picture or a page; see `Scene.view`."""
-    kind = None if path is None else Path(path).suffix.lower()
-    if kind not in (None, ".png", ".html"):
-        raise SceneError(f"view: path must end in .png or .html, got {str(path)!r}")
-    if kind is None and not has_display():
-        raise SceneError('view: there is no display to open a window on; write scene.view("scene.html")')
-    try:
-        if kind == ".html":
-            from transport.viz.page import scene_page
-
-            return Path(scene_page(scene, path))
-        plotter = draw_scene(scene, path=path, off_screen=kind is not None)
-    except NoScreen as error:
-        raise SceneError(f"view: {error}") from None
-    if kind is not None:
-        return Path(path)
-    plotter.show()
     return plotter
 
 

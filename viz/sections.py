@@ -5,6 +5,7 @@ Nothing is simulated, and no shape is approximated: the lines of a raster are cr
 
 from __future__ import annotations
 
+import os
 import textwrap
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
@@ -29,7 +30,7 @@ from transport.scene.points import PointDetector
 from transport.scene.scene import Scene
 from transport.validation import SceneError, join_names, short_repr
 from transport.viz.scene_parts import frame_of
-from transport.viz.style import INK, MUTED, PALETTE, STYLE
+from transport.viz.style import INK, MUTED, PALETTE, STYLE, saved
 from transport.viz.wording import as_it_stands, unit_of_length
 
 PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}  # axis to the right, axis upwards, axis across
@@ -79,7 +80,13 @@ class Section(NamedTuple):
         return x[is_in], y[is_in]
 
 
-def plot_section(scene: Scene, plane: str = "xz", at: float | None = None, ax: Axes | None = None) -> Axes:
+def plot_section(
+    scene: Scene,
+    plane: str = "xz",
+    at: float | None = None,
+    ax: Axes | None = None,
+    path: str | os.PathLike | None = None,
+) -> Axes:
     """Draw a plane section of a scene; see `Scene.plot`."""
     if plane not in PLANES:
         raise SceneError(f'Scene: plane must be "xy", "xz" or "yz", got {short_repr(plane)}')
@@ -98,7 +105,7 @@ def plot_section(scene: Scene, plane: str = "xz", at: float | None = None, ax: A
             figure.set_figwidth(width + 0.8 + LETTER * max(map(len, texts), default=0))
         else:
             _draw(scene, plane, section, ax)
-    return ax
+        return saved(ax, path)
 
 
 def section_of(scene: Scene, plane: str, at: float | None) -> Section:

@@ -17,6 +17,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib import patheffects
+from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -114,6 +115,14 @@ def figure(
         else:
             Path(path).parent.mkdir(parents=True, exist_ok=True)
             made.savefig(path)
+
+
+def saved(axes: Axes, path: str | os.PathLike | None) -> Axes:
+    """The axes, after their figure has been written if a path is given."""
+    if path is not None:
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        axes.figure.savefig(path)
+    return axes
 
 
 def unit_label(unit: object) -> str:

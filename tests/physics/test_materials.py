@@ -43,7 +43,7 @@ REFUSALS = {
     # indices
     "index 0": (lambda: tp.Dielectric(0), ["Dielectric: index_inside", "positive", "got 0"]),
     "index of text": (lambda: tp.Dielectric("glass"), ["Dielectric: index_inside", "number", "'glass'"]),
-    "no index": (lambda: tp.Dielectric(), ["Dielectric: index_inside missing"]),
+    "one index": (lambda: tp.Dielectric(index_outside=1.3), ["Dielectric: index_inside missing"]),
     # roughness
     "smooth": (lambda: tp.Glossy(0), ["Glossy: roughness", "above 0", "got 0", "Mirror"]),
     "too rough": (lambda: tp.Glossy(1.01), ["Glossy: roughness", "at most 1", "1.01"]),

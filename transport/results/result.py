@@ -256,22 +256,27 @@ class Result(Record):
             raise SceneError(f"result.price: error must be relative, positive and finite, got {error!r}")
         return price_of(self.quantity(name), self.cost, error, self.cost.slopes.get(name, RANDOM_SLOPE))
 
-    def plot(self) -> "list[Axes]":
+    def plot(self, path: "str | PathLike | None" = None) -> "list[Axes]":
         """Draw an overview: each detector's bins, and where the power went (needs matplotlib).
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write the picture to, such as "run.png" [default: none].
 
         Returns
         -------
         list of matplotlib.axes.Axes
             A panel for each of up to eight detectors that have bins along one or two axes, then one of the
-            energy balance with two standard errors. ``[0].figure.savefig("run.png")`` writes the picture.
+            energy balance with two standard errors.
 
         Notes
         -----
-        ``result["name"].plot()`` draws one detector with its errors, ``result.plan.scene.plot()`` the scene.
+        ``result["name"].plot()`` draws one detector with its errors, ``result.scene.plot()`` the scene.
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self)
+        return draw(self, path)
 
     def save(self, path: "str | PathLike") -> None:
         """Write the result to a file; `tp.load` reads it.

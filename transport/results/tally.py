@@ -28,6 +28,8 @@ from transport.units import Unit
 from transport.validation import SceneError, name_hint, optional_packages, short_repr
 
 if TYPE_CHECKING:
+    from os import PathLike
+
     import pandas
     import xarray
     from matplotlib.axes import Axes
@@ -526,6 +528,7 @@ class Tally:
         label: str | None = None,
         cut: bool | float = False,
         unit: str | None = None,
+        path: str | PathLike | None = None,
     ) -> Axes:
         """Draw a quantity over one or two axes of bins (needs matplotlib).
 
@@ -546,11 +549,13 @@ class Tally:
             the row at that coordinate [SI unit].
         unit : str, optional
             Unit to write in place of that of the quantity, such as "lx"; values stay as they are.
+        path : path, optional
+            File to write the picture to, such as "floor.png" [default: none].
 
         Returns
         -------
         matplotlib.axes.Axes
-            The axes with the values; ``.figure.savefig("floor.png")`` writes the picture.
+            The axes with the values.
 
         Raises
         ------
@@ -566,7 +571,7 @@ class Tally:
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, quantity, ax, decades, label=label, cut=cut, unit=unit)
+        return draw(self, quantity, ax, decades, label=label, cut=cut, unit=unit, path=path)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

@@ -182,8 +182,8 @@ class Dielectric(Material):
     index_inside : float, optional
         Refractive index inside, positive and finite [default: both indices are those of the media on the two
         sides, which the scene finds].
-    index_outside : float, optional
-        Refractive index outside, positive and finite [default: 1, if index_inside is given].
+    index_outside : float, default 1
+        Refractive index outside, positive and finite.
 
     Raises
     ------
@@ -210,18 +210,16 @@ class Dielectric(Material):
     """
 
     index_inside: float | None = None
-    index_outside: float | None = None
+    index_outside: float = 1.0
 
     bounds_media, is_one_sided, is_for_light = True, False, True
     shares = Shares(specular=1.0, refracted=1.0)
 
     def __post_init__(self) -> None:
         if self.index_inside is None:
-            if self.index_outside is not None:
+            if self.index_outside != 1:
                 refuse(self, "index_inside missing; give both indices, or none")
             return
-        if self.index_outside is None:
-            set_fields(self, index_outside=1.0)
         coerce_positive(self, "index_inside", "index_outside")
 
     def row(self) -> MaterialRow:

@@ -143,7 +143,14 @@ class Scene(SceneParts):
         """
         return function_for(Scene, "from_json")(source)
 
-    def plot(self, plane: str = "xz", at: float | None = None, ax: "Axes | None" = None) -> "Axes":
+    def plot(
+        self,
+        plane: str = "xz",
+        at: float | None = None,
+        ax: "Axes | None" = None,
+        *,
+        path: str | PathLike | None = None,
+    ) -> "Axes":
         """Draw a plane section: surfaces by material, media, sources and detectors (needs matplotlib).
 
         Parameters
@@ -155,11 +162,12 @@ class Scene(SceneParts):
             middle].
         ax : matplotlib.axes.Axes, optional
             Where to draw [default: a new figure of pyplot].
+        path : path, optional
+            File to write the picture to, such as "scene.png" [default: none].
 
         Returns
         -------
         matplotlib.axes.Axes
-            ``.figure.savefig("scene.png")`` writes the picture.
 
         Raises
         ------
@@ -180,7 +188,7 @@ class Scene(SceneParts):
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, plane, at, ax)
+        return draw(self, plane, at, ax, path=path)
 
     def view(self, path: str | PathLike | None = None) -> object:
         """Show the scene in 3-D: in a window, or as a picture or page (needs PyVista).

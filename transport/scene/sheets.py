@@ -181,6 +181,8 @@ def members_by_side(sheet: Sheet) -> list[tuple[int, float]]:
     plane, on each side the face of a Box comes first whose inner side it is, of two the smaller one; then
     open surfaces; then faces whose outer side it is, of two the larger one.
     """
+    if not any(map(is_closed_face, sheet.members)):
+        return [(number, 0.0) for number in range(len(sheet.members))]
     sharing = {id(member) for pair in shared_planes(sheet) for member in pair}
     entries: list[tuple[tuple[int, float], int, float]] = []
     for number, member in enumerate(sheet.members):

@@ -22,6 +22,8 @@ from transport.units import Unit
 from transport.validation import optional_packages
 
 if TYPE_CHECKING:
+    from os import PathLike
+
     import pandas
     import xarray
     from matplotlib.axes import Axes
@@ -408,6 +410,7 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
         *,
         cut: bool | float = False,
         unit: str | None = None,
+        path: str | PathLike | None = None,
     ) -> Axes:
         """Draw the array over its one or two axes (needs matplotlib).
 
@@ -425,6 +428,8 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
             the row at that coordinate [SI unit].
         unit : str, optional
             Unit to write in place of that of the quantity, such as "lx"; values stay as they are.
+        path : path, optional
+            File to write the picture to, such as "floor.png" [default: none].
 
         Returns
         -------
@@ -438,7 +443,7 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, ax, decades, label, cut=cut, unit=unit)
+        return draw(self, ax, decades, label, cut=cut, unit=unit, path=path)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))

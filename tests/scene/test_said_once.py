@@ -1,0 +1,135 @@
+"""What is said once: indices by the media, names of media, coordinates by their own names, shapes through one another."""
+
+from __future__ import annotations
+
+import pytest
+
+import transport as tp
+from transport.viz.screen import has_screen
+
+LAMP = tp.Source(tp.Point(position=(0, 0, 5)), tp.Isotropic(power=1.0))
+GLASS = tp.Medium(index=1.5, absorption=0.1, name="glass")
+WATER = tp.Medium(index=1.33, absorption=0.5, name="water")
+
+
+def ball(radius, name, inside, material=tp.Dielectric()):  # noqa: B008
+    return tp.Surface(tp.Sphere(radius=radius), material, name, inside=inside)
+
+
+def test_a_dielectric_takes_its_indices_from_the_media_beside_it():
+    surfaces = [
+        ball(1.0, "outer", GLASS),
+        ball(0.8, "inner", WATER),
+        tp.Surface(tp.Plane(center=(0, 0, -2)), tp.Dielectric(), "sea", back=WATER),
+    ]
+    scene = tp.Scene(LAMP, surfaces)
+    found = {each.name: each.material for each in scene.surfaces}
+    assert found == {
+        "outer": tp.Dielectric(1.5, 1.0), "inner": tp.Dielectric(1.33, 1.5), "sea": tp.Dielectric(1.33, 1.0),
+    }  # fmt: skip
+    assert tp.Scene.from_json(scene.to_json()) == scene
+    said = [
+        *surfaces[:0],
+        ball(1.0, "outer", GLASS, tp.Dielectric(1.5)),
+        ball(0.8, "inner", WATER, tp.Dielectric(1.33, 1.5)),
+    ]
+    assert tp.Scene(LAMP, surfaces[:2]) == tp.Scene(LAMP, said)
+
+
+@pytest.mark.parametrize(
+    ("surfaces", "words"),
+    [
+        ([ball(1.0, "ball", None)], "Surface 'ball': Dielectric.. takes its indices .* got 1 on both sides; name its medium"),
+        ([ball(1.0, "ball", GLASS), tp.Surface(tp.Rectangle(width=4, height=4), tp.Dielectric(), "plate")],
+         "Surface 'plate': Dielectric.. takes its indices .* on one side; write Dielectric"),
+        ([ball(1.0, "ball", GLASS, tp.Dielectric(1.6))], "Surface 'ball': Dielectric.* contradicts the medium inside"),
+    ],
+)  # fmt: skip
+def test_indices_that_nobody_knows_are_refused(surfaces, words):
+    with pytest.raises(tp.SceneError, match=words):
+        tp.Scene(LAMP, surfaces)
+
+
+def test_the_energy_balance_names_media():
+    surfaces = [
+        ball(1.0, "outer", GLASS),
+        ball(0.5, "inner", WATER),
+        tp.Surface(tp.Sphere(center=(3, 0, 0), radius=0.5), tp.Dielectric(), "glass", inside=WATER),
+        tp.Surface(tp.Sphere(center=(-3, 0, 0), radius=0.5), tp.Dielectric(1.2), "other", inside=tp.Medium(index=1.2, absorption=1)),
+    ]  # fmt: skip
+    result = tp.simulate(tp.Scene(LAMP, surfaces), particles=20_000, seed=1, progress=False)
+    parts = result.ledger.absorbed_by
+    assert {"water", "medium glass", "inside other"} <= set(parts) and "inside inner" not in parts
+    assert sum(float(each.value) for each in parts.values()) == pytest.approx(
+        float(result.ledger["absorbed"].value)
+    )
+    lines = str(result.ledger).splitlines()
+    assert (
+        len(
+            {line.index("(") for line in lines if "(" in line and "exact" not in line and "score" not in line}
+        )
+        == 1
+    )
+    with pytest.raises(tp.SceneError, match="Medium: name must be text"):
+        tp.Medium(name=3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "names"),
+    [
+        (tp.Rectangle(width=2, height=1), ("x", "y")),
+        (tp.Disk(radius=1), ("radius", "azimuth")),
+        (tp.Sphere(radius=1), ("polar_angle", "azimuth")),
+        (tp.Cylinder(radius=1, height=2), ("height", "azimuth")),
+    ],
+)
+def test_coordinates_have_names_of_their_own(shape, names):
+    own, plain = tp.Positions(**dict(zip(names, (3, 2), strict=True))), tp.Positions(u=3, v=2)
+    assert [e.tolist() for e in own.edges(shape).values()] == [
+        e.tolist() for e in plain.edges(shape).values()
+    ]
+    assert (
+        repr(own) == f"Positions({names[0]}=3, {names[1]}=2)"
+        and eval(repr(own), {"Positions": tp.Positions}) == own
+    )
+    detector = tp.Detector(shape, "d", positions=own)
+    scene = tp.Scene(LAMP, detectors=detector)
+    assert tp.Scene.from_json(scene.to_json()) == scene
+    wrong = {"x", "radius", "polar_angle", "height"} - {names[0]}
+    for name in wrong:
+        with pytest.raises(
+            tp.SceneError, match=f"a {type(shape).__name__} has no {name}, got {name}=3; write {names[0]}="
+        ):
+            tp.Scene(LAMP, detectors=tp.Detector(shape, "d", positions=tp.Positions(**{name: 3})))
+
+
+def test_one_coordinate_under_two_names_is_refused():
+    for given in ({"u": 3, "x": 4}, {"x": 3, "radius": 3}):
+        with pytest.raises(tp.SceneError, match="are one coordinate"):
+            tp.Positions(**given)
+
+
+@pytest.mark.parametrize(
+    ("shapes", "is_named"),
+    [
+        ((tp.Box(size=2.0), tp.Sphere(center=(1, 0, 0), radius=0.5)), True),
+        ((tp.Box(size=2.0), tp.Box(center=(1, 0.3, 0.2), size=1.0)), True),
+        ((tp.Box(size=2.0), tp.Sphere(radius=0.5)), False),
+        ((tp.Box(size=2.0), tp.Box(center=(2, 0, 0), size=2.0)), False),
+        ((tp.Box(size=2.0), tp.Box(center=(0, 0, -0.5), size=1.0)), False),
+    ],
+)
+def test_shapes_that_stand_through_one_another_are_named(shapes, is_named):
+    surfaces = [tp.Surface(shape, tp.Diffuse(0.5), f"s{k}") for k, shape in enumerate(shapes)]
+    result = tp.simulate(tp.Scene(LAMP, surfaces), particles=100, seed=1, progress=False)
+    assert (
+        any("'s0' and Surface 's1' stand through one another" in each for each in result.warnings) == is_named
+    )
+
+
+def test_a_scene_is_written_as_a_page_and_a_picture(tmp_path):
+    pytest.importorskip("pyvista")
+    scene = tp.Scene(LAMP, tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "box"))
+    assert scene.view(tmp_path / "scene.html").stat().st_size > 10_000
+    if has_screen():
+        assert scene.view(tmp_path / "scene.png").stat().st_size > 5_000
