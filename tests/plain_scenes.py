@@ -258,6 +258,29 @@ def flat_shapes():
     return Scene([*sources, Source(Disk(radius=0.1), LIGHT)], walls, [*meters, Detector(tile, "tile")])
 
 
+def furnished():
+    """Boxes on all kinds of flat surfaces, of which one glows."""
+    grounds = [
+        Plane(center=(0, 0, -1)),
+        Rectangle(center=(-2, 0, 0.1), width=1.5, height=1.5),
+        Rectangle(center=(2, 0, 0.2), width=1.5, height=1.5, hole=Disk(center=(2.3, 0.3, 0.2), radius=0.2)),
+        Disk(center=(0, 2, 0.3), radius=0.8),
+        Triangle(vertices=((-1, -3, 0.4), (1, -3, 0.4), (0, -1, 0.4))),
+    ]
+    boxes = [(0, 0, -1), (-2, 0, 0.1), (2, 0, 0.2), (0, 2, 0.3), (0, -2, 0.4)]
+    walls = [Surface(each, Diffuse(0.6), f"ground {k}") for k, each in enumerate(grounds)]
+    walls += [
+        Surface(Box(center=(x, y, z + 0.25), size=0.5), Diffuse(0.4), f"box {k}")
+        for k, (x, y, z) in enumerate(boxes)
+    ]
+    sources = [
+        Source("ground 1", LIGHT), Source("box 4", LIGHT), Source("ground 3", LIGHT, aim=Sphere(center=(0, 2, 2), radius=0.5)),
+        Source(Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.5), LIGHT),
+    ]  # fmt: skip
+    meters = [Detector(f"ground {k}") for k in range(5)] + [Detector("box 2", side="back")]
+    return Scene(sources, walls, meters)
+
+
 def optics():
     """Every material that bends, splits or scatters light."""
     kinds = [
@@ -365,7 +388,8 @@ def plate():
 SCENES = {
     scene.__name__: scene
     for scene in (
-        room, furnace, gas, flash, vessel, burst, glow, beams, aims, turned_shapes, flat_shapes, optics, meshed
+        room, furnace, gas, flash, vessel, burst, glow, beams, aims, turned_shapes, flat_shapes, furnished, optics,
+        meshed,
     )
 } | media_scenes.MEDIA  # fmt: skip
 TOLD = {

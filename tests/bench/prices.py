@@ -310,6 +310,7 @@ IN_THE_ROOM = (
         "a rectangle with a hole",
         add_surfaces(Surface(Rectangle(width=0.6, height=0.6, hole=Disk(radius=0.2)), DIFFUSE)),
     ),
+    Addition("a box on a wall", add_surfaces(Surface(Box(center=(0.5, 0.5, -0.8), size=0.4), DIFFUSE))),
     Addition("a cylinder", add_surfaces(Surface(Cylinder(radius=0.3, height=0.6), DIFFUSE))),
     Addition("a cone", add_surfaces(Surface(Cone(radius=0.3, height=0.6), DIFFUSE))),
     Addition("a paraboloid", add_surfaces(Surface(Paraboloid(focal_length=0.2, radius=0.3), DIFFUSE))),
