@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
 from typing import NamedTuple
 
 import matplotlib
@@ -22,7 +21,8 @@ from matplotlib.ticker import FuncFormatter
 
 from transport.geometry.line_crossings import crossings
 from transport.geometry.shape import Cloud, Point, Shape
-from transport.scene.bodies import body_bits_at, scene_bodies, scene_media
+from transport.io.html.scenes import constructor_text
+from transport.scene.bodies import media_numbers, scene_media
 from transport.scene.cameras import PointInstrument
 from transport.scene.materials import Material
 from transport.scene.media import Vacuum
@@ -36,6 +36,7 @@ from transport.viz.wording import as_it_stands, unit_of_length
 PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}  # axis to the right, axis upwards, axis across
 RASTER = 500  # lines along the longer side
 SIZE, LEAST = 6.5, 2.0  # inches of the longer side, and at least of the other
+MOST_NAMED = 8  # sources, and detectors, in the legend
 LONGEST = 40  # letters of a material or medium
 LETTER = 0.118  # inches of a letter of the legend
 MARGIN = 0.05  # of the longer side
@@ -156,7 +157,7 @@ def _draw_media(scene: Scene, section: Section, ax: Axes) -> Iterator[Patch]:
     media = scene_media(scene)
     if media == (Vacuum(),):
         return
-    numbers = medium_numbers(scene, section.points()).reshape(len(section.up), len(section.right))
+    numbers = media_numbers(scene, section.points()).reshape(len(section.up), len(section.right))
     colours = [
         MEDIA[0] if medium == Vacuum() else MEDIA[1 + k % (len(MEDIA) - 1)] for k, medium in enumerate(media)
     ]
@@ -168,15 +169,6 @@ def _draw_media(scene: Scene, section: Section, ax: Axes) -> Iterator[Patch]:
     for number, medium in enumerate(media):
         if (numbers == number).any():
             yield Patch(facecolor=colours[number], edgecolor=MUTED, label=brief(medium))
-
-
-def medium_numbers(scene: Scene, points: np.ndarray) -> np.ndarray:
-    """Number of the medium at each point, as in `scene_media`."""
-    bodies, bits, media = scene_bodies(scene), body_bits_at(scene, points), list(scene_media(scene))
-    numbers = np.zeros(len(points), int)
-    for number in reversed(range(len(bodies))):  # inner bodies come first
-        numbers[(bits >> number & 1) != 0] = media.index(bodies[number].medium)
-    return numbers
 
 
 def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
@@ -208,20 +200,9 @@ def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, list
 
 
 def brief(thing: object) -> str:
-    """The kind of a material or medium, with the parameters that differ from the default; of a material without their names."""
-    told = [
-        f"{'' if isinstance(thing, Material) else f'{each.name}='}{_short(value)}"
-        for each in fields(thing)
-        if (value := getattr(thing, each.name)) != each.default and each.init
-    ]
-    text = f"{type(thing).__name__}({', '.join(told)})"
+    """The kind of a material or medium, with the parameters that differ from the default."""
+    text = constructor_text(thing)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 5]} ...)"
-
-
-def _short(value: object) -> str:
-    if is_dataclass(value):
-        return type(value).__name__
-    return f"{value:g}" if isinstance(value, float) else short_repr(value)
 
 
 def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
@@ -234,11 +215,11 @@ def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[
             absent.append(name)
         else:
             handles.append(_handle(drawn, f"source {name}: {type(source.emission).__name__}"))
-    return handles[:6], absent
+    return _few(handles, "sources"), absent
 
 
 def _draw_detectors(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
-    """Draw detectors, and cameras with what they look at."""
+    """Draw detectors over their surfaces, those at a point as a disk."""
     handles, absent = [], []
     for detector in scene.detectors:
         if isinstance(detector, (PointInstrument, PointDetector)):
@@ -250,7 +231,14 @@ def _draw_detectors(scene: Scene, section: Section, ax: Axes) -> tuple[list, lis
             absent.append(detector.name)
         else:
             handles.append(_handle(drawn, f"{type(detector).__name__} {detector.name}"))
-    return handles[:8], absent
+    return _few(handles, "detectors"), absent
+
+
+def _few(handles: list[Line2D], what: str) -> list:
+    """The first entries of the legend, and how many others there are."""
+    more = len(handles) - MOST_NAMED
+    others = [Patch(facecolor="none", edgecolor="none", label=f"and {more} more {what}")] if more > 0 else []
+    return [*handles[:MOST_NAMED], *others]
 
 
 def _draw_object(

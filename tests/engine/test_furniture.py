@@ -155,11 +155,13 @@ def touching_area(box, room):
 
 @pytest.mark.parametrize("estimator", ["analog", "expected", "backward"])
 def test_the_covered_part_of_a_floor_receives_nothing(estimator):
+    """Though the box is lit within. Planted: births beneath it that go on; "backward" then counts what is within."""
     positions = tp.Positions(u=8, v=10)
     floor = tp.Surface(FLOORS["rectangle"], tp.Diffuse(0.0), "floor")
     box = tp.Box(center=(0.5, 0.0, 0.5), size=(1.0, 1.0, 1.0))
+    within = tp.Source(tp.Sphere(center=(0.5, 0, 0.5), radius=0.1), tp.Lambertian(power=10.0))
     scene = tp.Scene(
-        LAMP, [floor, surface(box, "box")], tp.Detector("floor", "on floor", positions=positions)
+        [LAMP, within], [floor, surface(box, "box")], tp.Detector("floor", "on floor", positions=positions)
     )
     irradiance = run(scene, estimator=estimator)["on floor"].irradiance
     covered = irradiance.value[4:6, 4:6]

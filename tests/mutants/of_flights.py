@@ -287,7 +287,7 @@ FAULTS = (
         ("engine/test_furniture::test_radiance_is_the_same_everywhere_in_a_furnished_room",),
     ),
     Fault(
-        "engine/passes/contacts.py",
+        "engine/passes/shared_planes.py",
         "(table.side * cosine <= 0.0) & (lane.hit_sheet != table.sheet)",
         "(table.side * cosine <= 0.0)",
         "of two surfaces in one plane the one that rounding brings nearer",

@@ -29,7 +29,6 @@ def test_a_dielectric_takes_its_indices_from_the_media_beside_it():
     }  # fmt: skip
     assert tp.Scene.from_json(scene.to_json()) == scene
     said = [
-        *surfaces[:0],
         ball(1.0, "outer", GLASS, tp.Dielectric(1.5)),
         ball(0.8, "inner", WATER, tp.Dielectric(1.33, 1.5)),
     ]
@@ -42,6 +41,8 @@ def test_a_dielectric_takes_its_indices_from_the_media_beside_it():
         ([ball(1.0, "ball", None)], "Surface 'ball': Dielectric.. takes its indices .* got 1 on both sides; name its medium"),
         ([ball(1.0, "ball", GLASS), tp.Surface(tp.Rectangle(width=4, height=4), tp.Dielectric(), "plate")],
          "Surface 'plate': Dielectric.. takes its indices .* on one side; write Dielectric"),
+        ([ball(1.0, "ball", GLASS, tp.Mixture({tp.Dielectric(): 0.5, tp.Mirror(): 0.5}))],
+         "Surface 'ball': a Mixture must not hold a Dielectric without indices"),
         ([ball(1.0, "ball", GLASS, tp.Dielectric(1.6))], "Surface 'ball': Dielectric.* contradicts the medium inside"),
     ],
 )  # fmt: skip

@@ -381,7 +381,9 @@ def _time_pass(entry: int, table: int, visits: deque) -> float:
 # every scene needs ends in a full stop.
 EFFECTS = {
     "births.": ("emission", "aims"),
-    "flight and shapes.": ("intersections", "landing", "lanes", "flats", "contacts", "quadrics", "meshes"),
+    "flight and shapes.": (
+        "intersections", "landing", "lanes", "flats", "shared_planes", "quadrics", "meshes",
+    ),
     "counting.": ("detectors", "score_sizes"),
     "finer bins": ("detector_bins",),
     "surfaces": ("surfaces", "optics"),

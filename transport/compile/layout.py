@@ -90,7 +90,7 @@ FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 # s: a point of the sheet. All detectors of a sheet are intersected with the plane through s with normal n,
 # not each with its own plane.
 PLACE = "cx cy cz sx sy sz nx ny nz"
-# side: of the normal on which it acts, 0 for both, where several share part of a plane (passes/contacts.py).
+# side: of the normal on which it acts, 0 for both, where several share a plane (passes/shared_planes.py).
 # half_next, half_last: half sides along the two axes after that of the normal (x, y, z, x ...), where the
 # rectangle is aligned with the axes.
 RECTANGLE = np.dtype(

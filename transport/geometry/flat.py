@@ -293,10 +293,7 @@ class Rectangle(FlatShape):
 
     coordinates_cure = "put Detectors on Rectangles that leave out the hole"
 
-    @property
-    def coordinate_names(self) -> tuple[str, str]:
-        """Return the names of the coordinates u and v."""
-        return ("x", "y")
+    coordinate_names = ("x", "y")  # of u and v
 
     def coordinates(self) -> dict[str, tuple[float, float, str]]:
         """Return the ranges of u and v along the sides [m]; none with a hole."""
@@ -453,10 +450,7 @@ class Disk(FlatShape):
         """Radius [m]: the half width along any unit direction of the plane."""
         return self.radius
 
-    @property
-    def coordinate_names(self) -> tuple[str, str]:
-        """Return the names of the coordinates u and v."""
-        return ("radius", "azimuth")
+    coordinate_names = ("radius", "azimuth")  # of u and v
 
     def coordinates(self) -> dict[str, tuple[float, float, str]]:
         """Return the ranges of the radius [m] and the azimuth [rad]."""

@@ -198,10 +198,7 @@ class Revolved(Shape):
         reach = max(math.hypot(w, profile.radius_at(w)) for w in (profile.low, profile.high))
         return sum(map(abs, profile.origin)) + reach
 
-    @property
-    def coordinate_names(self) -> tuple[str, str]:
-        """Return the names of the coordinates u and v."""
-        return ("height", "azimuth")
+    coordinate_names = ("height", "azimuth")  # of u and v
 
     def coordinates(self) -> dict[str, tuple[float, float, str]]:
         """Return the ranges of the height from the centre [m] and the azimuth [rad]."""

@@ -72,10 +72,7 @@ class Shape:
     # What to write where there are no coordinates for bins of position.
     coordinates_cure = "use a Rectangle, Disk, Sphere, Cylinder, Cone or Paraboloid"
 
-    @property
-    def coordinate_names(self) -> tuple[str, str]:
-        """Return the names of the coordinates u and v."""
-        return ("u", "v")
+    coordinate_names = ("u", "v")  # of u and v
 
     def coordinates(self) -> dict[str, tuple[float, float, str]]:
         """Return the range and the unit of the coordinates u and v of its points; empty if it has none."""

@@ -129,10 +129,7 @@ class Sphere(Revolved):
         """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
         return super().bounds if self.is_zone else self._bounds_around((self.radius,) * 3)
 
-    @property
-    def coordinate_names(self) -> tuple[str, str]:
-        """Return the names of the coordinates u and v."""
-        return ("polar_angle", "azimuth")
+    coordinate_names = ("polar_angle", "azimuth")  # of u and v
 
     def coordinates(self) -> dict[str, tuple[float, float, str]]:
         """Return the ranges of the polar angle and the azimuth [rad]."""

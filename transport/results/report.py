@@ -200,7 +200,7 @@ def method_lines(result) -> list[str]:
     caustics = result.plan.adjoint.caustics if result.plan.adjoint is not None else None
     if caustics is not None:
         walls = f"walls that {join_names(list(map(repr, caustics.views)))} see"
-        share = f"{caustics.share:.3g} of the histories start at lamps"
+        share = f"histories: {caustics.share:.3g} of the histories start at lamps"
         lines.append(f"{share}, for light via specular surfaces and {walls}")
     return lines
 

@@ -263,11 +263,17 @@ def medium_at(scene: SceneParts, position: Vector) -> AnyMedium:
 
 def media_at(scene: SceneParts, positions: np.ndarray) -> list[AnyMedium]:
     """Medium at each of the positions (n, 3) [m]."""
-    bodies, around = scene_bodies(scene), surrounding_medium(scene)
-    return [
-        bodies[(int(bits) & -int(bits)).bit_length() - 1].medium if bits else around
-        for bits in body_bits_at(scene, positions)
-    ]
+    media = scene_media(scene)
+    return [media[number] for number in media_numbers(scene, positions)]
+
+
+def media_numbers(scene: SceneParts, positions: np.ndarray) -> np.ndarray:
+    """Number in `scene_media` of the medium at each of the positions (n, 3) [m]."""
+    bodies, media, bits = scene_bodies(scene), scene_media(scene), body_bits_at(scene, positions)
+    numbers = np.zeros(len(bits), np.int64)
+    for number in reversed(range(len(bodies))):  # inner bodies come first
+        numbers[bits >> number & 1 != 0] = media.index(bodies[number].medium)
+    return numbers
 
 
 # ---- construction of bodies ----

@@ -24,16 +24,26 @@ def with_indices(parts: SceneParts) -> tuple[Surface, ...]:
     Raises SceneError where a surface without them has several media on one side.
     """
     return tuple(
-        replace(surface, material=Dielectric(*_indices(parts, number)))
-        if surface.material == Dielectric()
-        else surface
+        replace(surface, material=Dielectric(*_indices(parts, number))) if lacks_indices(surface) else surface
         for number, surface in enumerate(parts.surfaces)
     )
+
+
+def lacks_indices(surface: Surface) -> bool:
+    """Return whether a surface has a Dielectric without indices."""
+    return surface.material.boundary is not None and surface.material.boundary.index_inside is None
 
 
 def _indices(parts: SceneParts, number: int) -> tuple[float, float]:
     """Return the indices behind a surface and before it."""
     surface, found = parts.surfaces[number], []
+    if surface.material != Dielectric():
+        kind = type(surface.material).__name__
+        cure = "write Dielectric(index inside, index outside) in it"
+        raise SceneError(
+            f"Scene: {surface_name(parts, number)}: a {kind} must not hold a Dielectric without indices,"
+            f" got {short_repr(surface.material)}; {cure}"
+        )
     for side, named in ((-1.0, surface.back), (1.0, surface.front)):
         if named is not None:
             found.append(canonical_medium(named).index)

@@ -9,8 +9,8 @@ from transport.renderers import function_for
 from transport.scene.bodies import medium_at
 from transport.scene.checks.check_scene import check_scene
 from transport.scene.detectors import Detector
-from transport.scene.indices import with_indices
-from transport.scene.materials import AnyMedium, Dielectric, Material, Surface, coerce_medium
+from transport.scene.indices import lacks_indices, with_indices
+from transport.scene.materials import AnyMedium, Material, Surface, coerce_medium
 from transport.scene.media import Grid, Medium, Vacuum
 from transport.scene.parts import DETECTOR_TYPES, AnyDetectorType, SceneParts, has_emission, named_media
 from transport.scene.sides import AnyDetector
@@ -97,7 +97,7 @@ class Scene(SceneParts):
             user.check_shape(self.shape_of(user))
         for user in (*self.sources, *self.detectors):
             user.check_clock(self.duration)
-        if any(surface.material == Dielectric() for surface in self.surfaces):
+        if any(map(lacks_indices, self.surfaces)):
             parts = SceneParts(self.sources, self.surfaces, self.detectors, self.medium, self.duration)
             set_fields(self, surfaces=with_indices(parts))
             self.__dict__.pop("_named", None)  # of the surfaces before

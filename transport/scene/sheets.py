@@ -153,7 +153,7 @@ def _members(scene: SceneParts) -> Iterator[SheetMember]:
 # ---- Surfaces that share part of a plane.
 
 
-def near_pairs(members: list[SheetMember]) -> Iterator[tuple[SheetMember, SheetMember]]:
+def _near_pairs(members: list[SheetMember]) -> Iterator[tuple[SheetMember, SheetMember]]:
     """Yield each member with those before it whose bounding boxes it touches, within rounding."""
     if len(members) < 2:
         return
@@ -166,7 +166,7 @@ def near_pairs(members: list[SheetMember]) -> Iterator[tuple[SheetMember, SheetM
 def shared_planes(sheet: Sheet) -> Iterator[tuple[SheetMember, SheetMember]]:
     """Yield pairs of acting members of a sheet that have more than an edge in common."""
     acting = [member for member in sheet.members if member.surface is not None]
-    yield from ((one, other) for one, other in near_pairs(acting) if overlap(one.shape, other.shape))
+    yield from ((one, other) for one, other in _near_pairs(acting) if overlap(one.shape, other.shape))
 
 
 def is_closed_face(member: SheetMember) -> bool:

@@ -34,9 +34,9 @@ MIN_SIMILAR_BINS = MIN_SCORES_FOR_ERROR  # similar bins from which on their vari
 # 1 / sqrt(MIN_SCORES_FOR_ERROR).
 MIN_DOF = MIN_SCORES_FOR_ERROR / 2
 OWN_DOF = 0.8  # of the degrees of freedom of the batches: enough if there are few batches
-# Of the degrees of freedom of the batches, and 2.2: normal batches hardly ever leave so few, one that has all
-# leaves 2.
-EVEN_DOF = 0.2
+# Degrees of freedom, relative to those of the batches and at least, below which normal batches hardly ever
+# fall; one batch that has all leaves 2.
+EVEN_SHARE, LEAST_EVEN_DOF = 0.2, 2.2
 OUTLIER_CHANCE = 1e-3  # chance of such a large own variance, below which the bin differs from its neighbours
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
@@ -141,7 +141,7 @@ def pooled_errors(
     has_few = _has_few_scores(moments, bins, known.shape, axes, periodic)
     least = min(MIN_DOF, OWN_DOF * (batches - 1))
     # One history of very many scores, which no other bin tells of.
-    is_uneven = (trust < 0.5) & (of_bin < max(2.2, EVEN_DOF * (batches - 1)))
+    is_uneven = (trust < 0.5) & (of_bin < max(LEAST_EVEN_DOF, EVEN_SHARE * (batches - 1)))
     doubtful[bins] = (dof < least) | is_unlike | is_lone | has_few | is_uneven
     return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
 

@@ -102,14 +102,10 @@ def _holds_bounds(face: Shape, shape: Shape) -> bool:
 def _holds_anything(scene: SceneParts, box: Box) -> bool:
     """Return whether a source, a detector or a whole surface lies in a box, and not on its faces alone."""
     shapes = [*(each.shape for each in scene.surfaces), *map(scene.shape_of, (*scene.sources, *scene.meters))]
-    places = [point for shape in shapes if not shape.is_infinite for point in (shape.middle,)]
+    places = [shape.middle for shape in shapes if not shape.is_infinite and shape != box]
     places += [each.position for each in (*scene.points, *scene.instruments)]
-    low, high = np.array(box.bounds)
-    gap = 1e-12 * box.extent
-    inside = [(low + gap < place).all() and (place < high - gap).all() for place in np.array(places)]
-    own = [shape == box for shape in shapes if not shape.is_infinite] + [False] * len(scene.points)
-    own += [False] * len(scene.instruments)
-    return any(is_in and not is_own for is_in, is_own in zip(inside, own, strict=True))
+    (low, high), gap = np.array(box.bounds), 64 * ROUNDING * box.coordinate_scale
+    return any((low + gap < place).all() and (place < high - gap).all() for place in np.array(places))
 
 
 def check_aims(scene: SceneParts) -> None:
