@@ -138,16 +138,20 @@ def _root_context(group):
 
 PACKAGE = Path(__file__).resolve().parents[1]
 GUIDES = PACKAGE / "guides"
-WIDE_CSS = ".content { width: 56em; }\n"  # code blocks have lines of 100 characters
-REQUIRED_PACKAGES = ("sphinx", "furo", "myst_parser")
+SITE_CSS = """\
+.content { width: 56em; }  /* code blocks have lines of 100 characters */
+.sphinx-codeautolink-a:link { text-decoration: underline dotted; text-underline-offset: 0.2em; }
+"""
+REQUIRED_PACKAGES = ("sphinx", "furo", "myst_nb", "sphinx_codeautolink", "latex2mathml")
 GUIDE_KINDS = {  # pages by kind, as the site lists them
     "Tutorials": ("room", "tissue", "tube"),
-    "How to": ("howto", "plots", "scenes", "saving", "clusters", "commands"),
-    "Explanations": ("surfaces", "media", "clocks", "cost", "numbers", "laws", "performance", "gallery"),
-    "Development": ("extending", "code", "glossary"),
+    "How to": ("howto", "plots", "estimators", "scenes", "saving", "clusters", "commands"),
+    "What can be described": ("surfaces", "media", "clocks"),
+    "Explanations": ("numbers", "cost", "laws", "performance", "gallery", "glossary"),
+    "Development": ("extending", "code"),
 }
 GUIDE_ORDER = tuple(name for names in GUIDE_KINDS.values() for name in names)
-CONTINUED = GUIDE_KINDS["Tutorials"]  # pages whose blocks go on from one another
+CONTINUED = (*GUIDE_KINDS["Tutorials"], "gallery")  # pages whose blocks go on from one another
 
 
 def build_site(out: Path, commands: Any) -> Path:
@@ -164,11 +168,19 @@ def build_site(out: Path, commands: Any) -> Path:
         site = Sphinx(
             sources, None, out, sources / "trees", "html", _sphinx_settings(), status=output, warning=warned
         )
-        site.connect("autodoc-skip-member", _is_internal)
         site.build()
     if site.statuscode or warned.getvalue().strip():
         raise SceneError(f"docs: Sphinx reports warnings: {warned.getvalue().strip()}")
     return out / "index.html"
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Connect the handlers below: this module is an extension of Sphinx."""
+    app.connect("autodoc-skip-member", _is_internal)
+    app.connect("autodoc-process-docstring", _without_flags)
+    app.connect("doctree-read", _link_names)
+    app.add_html_math_renderer("mathml", (_write_math, None), (_write_math, None))
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
 def write_sources(folder: Path, commands: Any) -> None:
@@ -185,10 +197,14 @@ def write_sources(folder: Path, commands: Any) -> None:
         text = guide.read_text(encoding="utf-8").replace("](../../viz/gallery/", "](../gallery/")
         (folder / "guides" / guide.name).write_text(_without_missing_pictures(text), encoding="utf-8")
     first = readme().replace("](viz/gallery/", "](gallery/").replace("](transport/guides/", "](guides/")
-    (folder / "index.md").write_text(_without_missing_pictures(first) + _contents(), encoding="utf-8")
+    notebooks = package_folder("sims", "notebooks")
+    for notebook in [] if notebooks is None else sorted(notebooks.glob("*.ipynb")):
+        shutil.copy(notebook, folder / "guides")
+    contents = _contents([path.stem for path in sorted((folder / "guides").glob("*.ipynb"))])
+    (folder / "index.md").write_text(_without_missing_pictures(first) + contents, encoding="utf-8")
     (folder / "looks").mkdir()
-    (folder / "looks" / "wide.css").write_text(WIDE_CSS)
-    pictures = gallery()
+    (folder / "looks" / "site.css").write_text(SITE_CSS)
+    pictures = package_folder("viz", "gallery")
     if pictures is not None:
         shutil.copytree(pictures, folder / "gallery")
 
@@ -201,15 +217,16 @@ def readme() -> str:
     return str(importlib.metadata.metadata("transport").get_payload())
 
 
-def gallery() -> Path | None:
-    """Return the folder of the pictures; None if the package `viz` is not installed with them."""
-    spec = importlib.util.find_spec("transport.viz")
-    folder = Path(spec.origin).parent / "gallery" if spec and spec.origin else None
+def package_folder(package: str, name: str) -> Path | None:
+    """Return a folder of `sims` or `viz`; None if the package is not installed with it."""
+    spec = importlib.util.find_spec(f"transport.{package}")
+    folder = Path(spec.origin).parent / name if spec and spec.origin else None
     return folder if folder is not None and folder.is_dir() else None
 
 
-def _contents() -> str:
+def _contents(notebooks: list[str]) -> str:
     kinds = {kind: [f"guides/{name}" for name in names] for kind, names in GUIDE_KINDS.items()}
+    kinds["Tutorials"] += [f"guides/{name}" for name in notebooks]
     kinds["Reference"] = [f"reference/{page.file}" for page in pages()] + ["reference/commands"]
     return "".join(
         f"\n\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{chr(10).join(files)}\n```\n"
@@ -219,7 +236,7 @@ def _contents() -> str:
 
 def _without_missing_pictures(text: str) -> str:
     """Replace pictures that do not exist by their alternative text."""
-    folder = gallery()
+    folder = package_folder("viz", "gallery")
 
     def kept(found):
         return (
@@ -244,22 +261,75 @@ def _is_internal(app: Any, what: str, name: str, value: Any, skip: bool, options
     return None if "\n---" in inspect.cleandoc(doc) else True
 
 
+def _without_flags(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Cut flags such as `# doctest: +SKIP` off examples: a handler of autodoc-process-docstring."""
+    lines[:] = [re.sub(r"\s*# doctest: .*", "", line) for line in lines]
+
+
+def _link_names(app: Any, doctree: Any) -> None:
+    """Link each public name between backticks, as in `tp.Box(size=2.0)`, to its entry in the reference.
+
+    A handler of Sphinx's event doctree-read.  Blocks of code are linked by the extension sphinx_codeautolink, which
+    also lists at each entry the blocks that use it.
+    """
+    from docutils import nodes
+    from sphinx.addnodes import pending_xref
+
+    for literal in list(doctree.findall(nodes.literal)):
+        name = re.match(r"(?:tp\.)?(\w+)", literal.astext())
+        is_linked = isinstance(literal.parent, pending_xref | nodes.reference)
+        if name and name[1] in transport.__all__ and not is_linked:
+            target = f"transport.{name[1]}" if callable(getattr(transport, name[1])) else name[1]
+            reference = pending_xref(
+                refdomain="py", reftype="obj", reftarget=target, refexplicit=True, refdoc=app.env.docname
+            )
+            literal.replace_self(reference)
+            reference += literal
+
+
+def _write_math(writer: Any, node: Any) -> None:
+    """Write a formula as MathML, which browsers draw without a script or a network."""
+    from docutils.nodes import SkipNode, math_block
+    from latex2mathml.converter import convert
+
+    display = "block" if isinstance(node, math_block) else "inline"
+    writer.body.append(convert(node.astext(), display=display))
+    raise SkipNode
+
+
 def _sphinx_settings() -> dict[str, object]:
+    public = {name: getattr(transport, name) for name in transport.__all__}
     return {
         "project": "transport",
-        "extensions": ["sphinx.ext.autodoc", "sphinx.ext.napoleon", "myst_parser"],
+        "extensions": [
+            "sphinx.ext.autodoc",
+            "sphinx.ext.napoleon",
+            "myst_nb",
+            "sphinx_codeautolink",
+            __name__,
+        ],
+        "myst_enable_extensions": ["dollarmath"],
+        "nb_execution_mode": "off",  # the notebook keeps what it printed and drew
+        "codeautolink_global_preface": "import transport as tp",
+        "codeautolink_autodoc_inject": True,
+        "codeautolink_inventory_map": {  # where a class is defined, and where it is documented
+            f"{value.__module__}.{value.__qualname__}": f"transport.{name}"
+            for name, value in public.items()
+            if isinstance(value, type)
+        },
         "napoleon_google_docstring": False,
         # Render sections as lists: otherwise words of a type such as "shape (n,)" become links, and an entry
         # under Attributes clashes with the member of that name.
         "napoleon_custom_sections": [("Attributes", "params_style")],
         "napoleon_use_param": False,
         "napoleon_use_rtype": False,
+        "html_math_renderer": "mathml",
         "html_theme": "furo",
         "html_title": "transport",
         "html_show_sphinx": False,
         "html_show_copyright": False,
         "html_static_path": ["looks"],
-        "html_css_files": ["wide.css"],
+        "html_css_files": ["site.css"],
         "html_copy_source": False,
         "default_role": "code",
         "autodoc_typehints_format": "short",
