@@ -9,6 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+# Filters of warnings: all fail, but not Matplotlib's use of old names of pyparsing, which a newer Matplotlib does not use.
+WARNINGS_FAIL = "error", r"ignore:.*deprecated:DeprecationWarning:(matplotlib|pyparsing)\."
+
 
 def words(page: Figure) -> str:
     """All that a figure says."""

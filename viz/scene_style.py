@@ -100,6 +100,11 @@ def font() -> str:
     return str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf")
 
 
+def load_mathtext() -> None:
+    """Load VTK's renderer of mathtext. It must precede the first text of a process; pyvista 0.45 does not load it."""
+    import vtkmodules.vtkRenderingMatplotlib  # noqa: F401
+
+
 def type_size(plotter: pyvista.Plotter, size: float, least: int = 5) -> int:
     """Scale a type size for a window of HEIGHT pixels to the plotter's window."""
     return max(least, round(size * min(1.5, plotter.window_size[1] / HEIGHT)))
@@ -112,6 +117,7 @@ def write(
 
     Text that would be cut begins farther left; pieces between BETWEEN go to further lines if one is too short.
     """
+    load_mathtext()
     look = {"font_size": type_size(plotter, size), "color": colour, "font_file": font()}
     actor = plotter.add_text(text, position=place, viewport=True, **look)
     style = actor.GetTextProperty()
@@ -132,6 +138,7 @@ def text_width(plotter: pyvista.Plotter, text: str, size: int) -> float:
     """Return the width of a line of that type size, as a share of the window."""
     from vtkmodules.vtkRenderingCore import vtkTextProperty
 
+    load_mathtext()
     style = vtkTextProperty()
     _set_font(style, size)
     return _width(plotter, style, text)
@@ -178,6 +185,7 @@ def add_bar(
 
     It stands farther left where its marks would be cut.
     """
+    load_mathtext()
     bar = plotter.add_scalar_bar(
         title=title,
         mapper=actor.mapper,

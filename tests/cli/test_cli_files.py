@@ -213,9 +213,13 @@ def scene_run(call, *options, text=LAMP):
 
 
 def lines_of(text):
-    """All lines but those on times, and on the progress of a first compilation, which begin with the hour."""
+    """All lines but those on times, and on the progress of a first compilation, which begin with the hour.
+
+    The rule below a table's heads counts, but not its length: rich before 14.3 draws it one column longer.
+    """
     timed = re.compile(r"cost |next digit |\d{4}-\d\d-\d\d ")
-    return [line.rstrip() for line in text.splitlines() if line.strip() and not timed.match(line)]
+    lines = [line.rstrip() for line in text.splitlines() if line.strip() and not timed.match(line)]
+    return [re.sub("^─+$", "─", line) for line in lines]
 
 
 def test_the_scene_of_the_guide_runs_as_the_guide_says(call):

@@ -361,6 +361,26 @@ def undeclared(imported, *extras):
     )
 
 
+def unbounded(*requirements):
+    """Requirements without a lower bound: the suite could not be run with the oldest versions that they allow."""
+    return [line for line in requirements if not re.match(r"[A-Za-z0-9_.\[\]-]+\s*>=\s*\d", line)]
+
+
+def test_every_requirement_has_a_lower_bound():
+    extras = PROJECT["optional-dependencies"].values()
+    assert unbounded(*PROJECT["dependencies"], *(line for extra in extras for line in extra)) == []
+    assert unbounded("numpy>=2.0", "numpy", "numpy<3", "numpy!=2.1") == ["numpy", "numpy<3", "numpy!=2.1"]
+
+
+def test_a_package_has_one_lower_bound():
+    """Of a package in several extras: `--resolution lowest-direct` would take the highest."""
+    bounds = {}
+    for lines in (PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()):
+        for line in lines:
+            bounds.setdefault(re.match(r"[A-Za-z0-9_.-]+", line)[0], set()).add(line)
+    assert {name: lines for name, lines in bounds.items() if len(lines) > 1} == {}
+
+
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [("transport", ("plot", "viz", "docs", "files", "cluster")), ("sims", ("plot",)), ("viz", ("viz",))],

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.drawing import assert_drawn
+from tests.drawing import WARNINGS_FAIL, assert_drawn
 from transport.analysis.binning import BinsAgainstNoise
 from transport.analysis.cost import CostOfAccuracy
 from transport.analysis.work_precision import MethodCost, Point
@@ -16,7 +16,7 @@ from transport.statistics.convergence import TimeModel, fit_power_law
 from transport.viz.costs import _apart, cost_diagram
 from transport.viz.style import ESTIMATOR_COLOURS, SAMPLING_MARKS, TRACKING_MARKS
 
-pytestmark = pytest.mark.filterwarnings("error")
+pytestmark = pytest.mark.filterwarnings(*WARNINGS_FAIL)
 NAMES = [f"{e}{s}" for e in ("analog", "aimed", "expected") for s in ("", ", stratified", ", sobol")] + [
     "backward"
 ]

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from tests.drawing import assert_drawn, points_of, words
+from tests.drawing import WARNINGS_FAIL, assert_drawn, points_of, words
 from tests.synthetic import EVEN_RUN, estimates, noisy
 from transport.statistics.estimates import EstimateArray
 from transport.viz.curves import Series, in_standard_errors, plot_curves
 from transport.viz.directions import POLAR_ANGLE, polar_curves
 
-pytestmark = pytest.mark.filterwarnings("error")  # such as a layout that collapsed
+pytestmark = pytest.mark.filterwarnings(*WARNINGS_FAIL)  # such as a layout that collapsed
 
 MU = np.linspace(0, 1, 9)
 MEANS = 100 * (MU[1:] + MU[:-1])

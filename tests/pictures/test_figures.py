@@ -11,7 +11,7 @@ import pytest
 from matplotlib.patches import PathPatch
 
 import transport as tp
-from tests.drawing import assert_drawn, words
+from tests.drawing import WARNINGS_FAIL, assert_drawn, words
 from tests.processes import python
 from tests.synthetic import EVEN_RUN, noisy
 from transport.statistics.estimates import Estimate
@@ -21,7 +21,7 @@ from transport.viz.power_flow import PITCH, WHOLE, ends_of, power_flow
 from transport.viz.style import figure, plain, unit_label
 from transport.viz.wording import as_it_stands
 
-pytestmark = pytest.mark.filterwarnings("error")  # such as a layout that collapsed
+pytestmark = pytest.mark.filterwarnings(*WARNINGS_FAIL)  # such as a layout that collapsed
 
 
 @pytest.fixture(scope="module")

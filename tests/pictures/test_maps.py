@@ -12,13 +12,13 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 import transport as tp
-from tests.drawing import assert_drawn, points_of, reading, words
+from tests.drawing import WARNINGS_FAIL, assert_drawn, points_of, reading, words
 from tests.synthetic import EVEN_RUN, estimates
 from transport.statistics.estimates import EstimateArray
 from transport.viz.directions import direction_bins
 from transport.viz.maps import bins_of, draw_values, plot_map, plot_maps, value_norm
 
-pytestmark = pytest.mark.filterwarnings("error")  # such as a layout that collapsed
+pytestmark = pytest.mark.filterwarnings(*WARNINGS_FAIL)  # such as a layout that collapsed
 
 TURN = np.linspace(0, 2 * math.pi, 13)
 MU = np.linspace(0, 1, 9)

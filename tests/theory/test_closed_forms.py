@@ -82,7 +82,7 @@ REFERENCES = {  # value, exact, relative tolerance
     "distance of Earth": (emitters.distance_of_projected_area(RADIUS, EARTH), 1.505e11, 2e-4),
     "distance of Mars": (emitters.distance_of_projected_area(RADIUS, MARS), 2.2797e11, 2e-4),
     "its solid angle": (emitters.sphere_solid_angle(RADIUS, emitters.ASTRONOMICAL_UNIT), 6.78e-5, 1e-3),
-    "irradiance at one unit": (emitters.point_irradiance(emitters.POWER, emitters.ASTRONOMICAL_UNIT), 1390, 1e-3),
+    "irradiance at one unit": (emitters.point_irradiance(emitters.POWER, emitters.ASTRONOMICAL_UNIT), 1390.0, 1e-3),
     "L Omega is P / (4 pi d^2) at the distance of the projected area": (
         EARTH_IRRADIANCE, emitters.point_irradiance(emitters.POWER, emitters.distance_of_projected_area(RADIUS, EARTH)),
     ),
