@@ -6,6 +6,7 @@ import base64
 import json
 import math
 import re
+import time
 import zlib
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 
 import transport as tp
 from tests.browser import CHROMIUM, Browser
-from transport.viz.page import as_html, page
+from transport.viz.page import as_html, page, scene_page
 from transport.viz.screen import has_screen
 
 pv = pytest.importorskip("pyvista")
@@ -66,7 +67,7 @@ def test_a_page_holds_the_area_the_length_and_the_colours_of_what_is_drawn(plott
     assert set(map(tuple, colours[1])) == {(8, 48, 107, 255)}  # the end of the colour map, at 1
     [bar] = told["bars"]
     assert bar["title"] == "E\u2009[W\u2009m<sup>−2</sup>]"
-    assert [label for _, label in bar["labels"]] == [f"10<sup>{k}</sup>" for k in ("−3", "−2", "−1", "0")]
+    assert [label for _, label in bar["labels"]] == ["10⁻³", "0.01", "0.1", "1"]
     np.testing.assert_allclose([place for place, _ in bar["labels"]], [0, 1 / 3, 2 / 3, 1], atol=1e-12)
 
 
@@ -185,8 +186,6 @@ def test_a_browser_draws_the_page_turns_it_and_asks_nothing_of_the_network(plott
 @needs_browser
 @needs_screen
 def test_a_scene_with_its_result_and_tracks_is_drawn_by_a_browser(tmp_path):
-    from transport.viz.page import scene_page
-
     floor = tp.Surface(tp.Rectangle(width=2, height=2), tp.Diffuse(0.5), name="floor")
     lamp = tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=1.0))
     meter = tp.Detector("floor", positions=tp.Positions(u=8, v=8))
@@ -200,6 +199,149 @@ def test_a_scene_with_its_result_and_tracks_is_drawn_by_a_browser(tmp_path):
         assert "W" in browser.value("document.getElementById('bars').textContent")
         assert browser.complaints == []
         assert browser.requests == [path.as_uri()]
+
+
+# Boxes [pixels] of all texts and bars that are seen.
+BOXES = """
+[...document.querySelectorAll("h1, header p, footer, .bar b, .bar div, .bar span, #labels span")]
+  .filter((each) => getComputedStyle(each).visibility === "visible")
+  .map((each) => {
+    const { left, right, top, bottom } = each.getBoundingClientRect();
+    return { words: each.tagName + " " + each.textContent, size: parseFloat(getComputedStyle(each).fontSize),
+             left, right, top, bottom };
+  })
+"""
+SIZES = [(1280, 900), (390, 844)]
+
+
+@pytest.fixture(scope="module")
+def crowded():
+    """A lit floor with twelve detectors of long names over it, its result, and tracks that leave the picture."""
+    turns = 2 * np.pi * np.arange(12) / 12
+    places = [(1.2 * np.cos(turn), 1.2 * np.sin(turn), 0.3 + 0.05 * k) for k, turn in enumerate(turns)]
+    names = [f"illuminance at workplace number {k + 1}" for k in range(12)]
+    shapes = [tp.Rectangle(center=place, width=0.25, height=0.25) for place in places]
+    looks = [tp.Detector(shape, name) for shape, name in zip(shapes, names, strict=True)]
+    floor = tp.Surface(tp.Rectangle(width=4, height=4), tp.Diffuse(0.5), "floor")
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=1.0))
+    cells = tp.VolumeDetector(tp.Box(center=(0, 0, 1), size=(1, 1, 1)), "volume", cells=(4, 4, 4))
+    scene = tp.Scene(lamp, floor, [*looks, cells])
+    return scene, tp.simulate(scene, 100_000, seed=1, threads=1), tp.tracks(scene, 50, seed=1)
+
+
+def shown_at(browser, size, path):
+    """Open a page in a window of that size: one narrower than 500 is a phone's."""
+    is_phone = size[0] < 500
+    look = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": is_phone}
+    browser.ask("Emulation.setDeviceMetricsOverride", **look)
+    browser.ask("Emulation.setTouchEmulationEnabled", enabled=is_phone, maxTouchPoints=2)
+    browser.open(path, "window.drawn > 0")
+
+
+def drawn_again(browser):
+    browser.value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def assert_apart(boxes, size):
+    """No two boxes overlap, none is cut by the window, and all text is legible."""
+    for k, one in enumerate(boxes):
+        assert one["left"] >= 0 and one["right"] <= size[0], one
+        assert one["top"] >= 0 and one["bottom"] <= size[1], one
+        assert one["size"] >= 8, one
+        for other in boxes[:k]:
+            across = min(one["right"], other["right"]) - max(one["left"], other["left"])
+            down = min(one["bottom"], other["bottom"]) - max(one["top"], other["top"])
+            assert min(across, down) <= 0, (one, other)
+
+
+@pytest.mark.slow
+@needs_browser
+@pytest.mark.parametrize("size", SIZES)
+def test_no_text_lies_on_another_or_on_a_bar_and_none_is_cut(size, crowded, tmp_path):
+    title = "A floor: position = front row of the lecture hall, albedo = 0.5, lamp = 2 m"
+    path = scene_page(crowded[0], tmp_path / "scene.html", crowded[1], crowded[2], title)
+    with Browser(tmp_path / "profile") as browser:
+        shown_at(browser, size, path)
+        for turn in range(4):
+            boxes = browser.value(BOXES)
+            words = " ".join(each["words"] for each in boxes)
+            assert sum(each["words"].startswith("DIV") for each in boxes) == 3, words
+            assert words.count("workplace") >= 2
+            assert title in words and "histories" in words and "turn" in words
+            assert_apart(boxes, size)
+            # Nothing of the scene, such as a track, lies outside its own cell.
+            cell = browser.value("document.querySelector('main').getBoundingClientRect().toJSON()")
+            cell = {"words": "scene", "size": 8, **{k: cell[k] for k in ("left", "right", "top", "bottom")}}
+            outside = [
+                each for each in boxes if "workplace" not in each["words"] and "volume" not in each["words"]
+            ]
+            assert_apart([*outside, cell], size)
+            canvas = browser.value("document.querySelector('canvas').getBoundingClientRect().toJSON()")
+            assert all(canvas[k] == cell[k] for k in ("left", "right", "top", "bottom"))
+            middle = (size[0] / 2, size[1] / 2)
+            browser.drag(middle, (middle[0] + 60 + 20 * turn, middle[1] - 20))
+            drawn_again(browser)
+        assert browser.complaints == []
+
+
+@pytest.mark.slow
+@needs_browser
+@pytest.mark.parametrize("size", SIZES)
+def test_the_whole_scene_is_seen(size, tmp_path):
+    """A wide room fills most of the page's width on a phone, and ends before its edges."""
+    room = tp.Surface(tp.Box(size=(4, 2, 1)), tp.Diffuse(0.5), "room")
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    path = scene_page(tp.Scene(lamp, room), tmp_path / "scene.html")
+    with Browser(tmp_path / "profile") as browser:
+        shown_at(browser, size, path)
+        is_drawn = (np.abs(browser.picture().astype(int) - BACKGROUND) > 8).any(axis=2)
+        columns = np.flatnonzero(is_drawn[size[1] // 4 : 3 * size[1] // 4].any(axis=0))
+        assert 2 < columns[0] < columns[-1] < size[0] - 3
+        assert np.ptp(columns) > 0.6 * min(size)
+
+
+@pytest.mark.slow
+@needs_browser
+def test_one_finger_turns_two_zoom_and_a_button_resets(plotter, tmp_path):
+    path = page(plotter, tmp_path / "page.html", "A red square")
+
+    def touch(browser, *ways):
+        """Move fingers from start to end, each given by (x, y, x, y).
+
+        They rest there before they are lifted: a browser makes no click of a tap after a fling.
+        """
+        for share in (0.0, 0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 1.0):
+            points = [
+                {"x": x + share * (to_x - x), "y": y + share * (to_y - y), "id": k}
+                for k, (x, y, to_x, to_y) in enumerate(ways)
+            ]
+            kind = "touchMove" if share else "touchStart"
+            browser.ask("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+            time.sleep(0.02)
+        browser.ask("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        drawn_again(browser)
+
+    def square(browser):
+        reds = (browser.picture() == [255, 0, 0]).all(axis=2)
+        return np.array([reds.any(axis=0).sum(), reds.any(axis=1).sum()])
+
+    with Browser(tmp_path / "profile") as browser:
+        shown_at(browser, (390, 844), path)
+        whole = square(browser)
+        touch(browser, (195, 400, 195, 250))
+        across, down = square(browser) / whole
+        assert across > 0.8 > down
+        button = browser.value("document.querySelector('button').getBoundingClientRect().toJSON()")
+        x, y = (button["left"] + button["right"]) / 2, (button["top"] + button["bottom"]) / 2
+        browser.value("window.clicked = new Promise(done => addEventListener('click', () => done(1))), 0")
+        touch(browser, (x, y, x, y))
+        assert browser.value("clicked") == 1
+        drawn_again(browser)
+        np.testing.assert_array_equal(square(browser), whole)
+        touch(browser, (175, 400, 155, 400), (215, 400, 235, 400))
+        assert (square(browser) / whole)[1] == pytest.approx(2.0, abs=0.2)  # the window cuts its width
+        assert browser.value("document.querySelector('footer').innerText").startswith("one finger: turn")
+        assert browser.complaints == []
 
 
 def test_no_name_ends_the_script_and_labels_stand_at_their_places(tmp_path):

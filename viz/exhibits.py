@@ -89,7 +89,7 @@ def _lobe(result: Result, tracks: Tracks | None, path: Path, note: str) -> objec
 EXHIBITS = (
     Exhibit(
         "room",
-        "A room in space: surfaces coloured by irradiance on a scale of decades, the lamp glowing, fog as a volume, and"
+        "A room in space: surfaces coloured by irradiance on a logarithmic scale, the lamp glowing, fog as a volume, and"
         " the ways of a hundred particles by weight; cells with few hits are grey, so that no colour is mere noise.",
         partial(_solid, "One of each thing"),
         tracks=100,

@@ -295,7 +295,7 @@ def _scale(colour: str, instants: list[Instant]) -> style.Scale:
         return style.Scale(-1.0, 1.0, ((-1.0, "−1"), (0.0, "0"), (1.0, "1")), False)
     weights = np.concatenate([each.heads.weights for each in instants])
     top = weights.max(initial=0.0) or 1.0
-    return style.decades(np.append(weights, [top, top / 10]))
+    return style.logarithmic(np.append(weights, [top, top / 10]))
 
 
 def _add_particles(plotter: pv.Plotter, colour: str, scale: style.Scale, count: int) -> list[object]:

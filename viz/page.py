@@ -24,6 +24,7 @@ from transport.results.result import Result
 from transport.scene.scene import Scene
 from transport.validation import SceneError
 from transport.viz.scene import draw_scene, plot_unrendered
+from transport.viz.scene_style import round_marks
 from transport.viz.screen import NoScreen, has_display, without_screen
 
 if TYPE_CHECKING:
@@ -92,13 +93,15 @@ def page(plotter: pv.Plotter, path: str | os.PathLike, title: str, note: str = "
         Heading, and a smaller line below it.
     """
     actors = list(plotter.renderer.actors.values())
-    pieces = [piece for actor in actors for piece in _pieces(actor)]
+    by_name = {name: list(_pieces(actor)) for name, actor in plotter.renderer.actors.items()}
+    pieces = [piece for found in by_name.values() for piece in found]
     middle, size = _extent(plotter, pieces)
+    framed = [piece["points"] for name, found in by_name.items() if name != "tracks" for piece in found]
     labels = [label for actor in actors for label in _labels(actor)]
     stored = bytearray()
     background = plotter.renderer.background_color
     description = {
-        "camera": _camera(plotter, middle, size),
+        "camera": _camera(plotter, middle, size, framed),
         "background": [*background.float_rgb],
         "bars": [_bar(title, actor) for title, actor in plotter.scalar_bars.items()],
         "labels": [label | {"place": _rounded((label["place"] - middle) / size)} for label in labels],
@@ -258,7 +261,8 @@ def _labels(actor: vtkProp) -> Iterator[dict]:
         data, colour = source.GetInputDataObject(0, 0), _hex(source.GetTextProperty().GetColor())
         texts = data.GetPointData().GetAbstractArray(source.GetLabelArrayName())
         for k in range(data.GetNumberOfPoints()):
-            text = texts.GetValue(k).replace(r"\$", "$")
+            # The number begins a line of its own.
+            text = texts.GetValue(k).replace(r"\$", "$").replace("   ", "\n")
             yield {"place": np.array(data.GetPoint(k)), "words": text, "colour": colour}
 
 
@@ -274,19 +278,30 @@ def _extent(plotter: pv.Plotter, pieces: list[dict]) -> tuple[np.ndarray, float]
     return middle, float(np.linalg.norm(points - middle, axis=1).max()) or 1.0
 
 
-def _camera(plotter: pv.Plotter, middle: np.ndarray, size: float) -> dict[str, object]:
+def _camera(
+    plotter: pv.Plotter, middle: np.ndarray, size: float, framed: list[np.ndarray]
+) -> dict[str, object]:
+    """The camera, in units of the scene's size; "width": the half-width that a narrow page must show.
+
+    That is of the framed points: tracks may end far outside. The centre of VTK's window is not kept: it makes
+    room for bars, which stand beside the scene in a page.
+    """
     if not plotter.renderer.camera_set:
         plotter.renderer.view_isometric()
     camera = plotter.camera
     eye, focus = ((np.array(place) - middle) / size for place in (camera.position, camera.focal_point))
     up, back = np.array(camera.up), (eye - focus) / np.linalg.norm(eye - focus)
     up = up - (up @ back) * back if abs(up @ back) > STEEP * np.linalg.norm(up) else up
+    from_eye = (np.concatenate(framed) - camera.position) if framed else np.zeros((0, 3))
+    depths = np.maximum(-from_eye @ back, 1e-9 * size)
+    across = np.abs(from_eye @ np.cross(up, back)) / np.linalg.norm(np.cross(up, back)) / depths
+    widest = math.tan(math.radians(camera.view_angle) / 2) * plotter.window_size[0] / plotter.window_size[1]
     return {
         "eye": _rounded(eye),
         "focus": _rounded(focus),
         "up": _rounded(up / np.linalg.norm(up)),
         "angle": math.radians(camera.view_angle),
-        "centre": [*camera.GetWindowCenter()],
+        "width": float(min(across.max(initial=0.0), widest)),
     }
 
 
@@ -299,19 +314,13 @@ def _bar(title: str, actor: vtkScalarBarActor) -> dict[str, object]:
     for value in low * (high / low) ** shares if is_log else low + (high - low) * shares:
         table.GetColor(float(value), rgb)
         colours.append(_hex(rgb))
-    # Its own marks, else decades or five numbers.
+    # Its own marks, else round numbers.
     shown = np.log10 if is_log else np.asarray
     first, last = shown([low, high])
-    if count := table.GetNumberOfAnnotatedValues():
-        marks = {table.GetAnnotatedValue(k).ToDouble(): table.GetAnnotation(k) for k in range(count)}
-    elif is_log:
-        decades = range(math.ceil(first - 1e-9), math.floor(last + 1e-9) + 1)
-        marks = {10.0**k: f"$10^{{{k}}}$" for k in decades}
-    else:
-        marks = {float(value): f"{value:.4g}" for value in np.linspace(low, high, 5)}
-    labels = [
-        (float((shown(value) - first) / (last - first)), as_html(text)) for value, text in marks.items()
-    ]
+    own = range(table.GetNumberOfAnnotatedValues())
+    marks = [(table.GetAnnotatedValue(k).ToDouble(), table.GetAnnotation(k)) for k in own]
+    marks = marks or round_marks(low, high, is_log)
+    labels = [(float((shown(value) - first) / (last - first)), as_html(text)) for value, text in marks]
     labels = [(share, text) for share, text in labels if -1e-6 <= share <= 1 + 1e-6]
     return {"title": as_html(title), "colours": colours, "labels": labels}
 

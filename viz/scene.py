@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,6 +60,7 @@ HAZE = (0.10, 0.55)  # opacity of the thinnest and the thickest medium
 MAX_DEPTH = 1.5  # mean optical depth of drawn voxels; denser ones are drawn thinner
 VOXEL_STEPS = 80  # of opacity along a way through voxels
 RIGHT = 0.9  # of the window: names that would end farther right end at their place
+MAX_CHI_SQUARED = 2.0  # per value, of values that agree with their mean
 MAX_NAME = 40  # characters of a detector's name
 FLAT_LOOK = {"lighting": False, "show_scalar_bar": False}
 
@@ -197,6 +199,7 @@ def caption_of(
             f"{part.name} cut through its {'brightest cell' if isinstance(part.shape, Box) else 'middle'}"
             for part in cuts
         ),
+        *(f"{symbol} differs by no more than its errors" for symbol in _uniform(painted)),
         unlike_bar and f"colours {unlike_bar} are not the bar's",
         large and f"not drawn, far larger: {', '.join(large)}",
         medium is not None
@@ -206,13 +209,27 @@ def caption_of(
     return style.BETWEEN.join(piece for piece in pieces if piece)
 
 
+def _uniform(painted: list[Part]) -> Iterator[str]:
+    """Yield the symbol of each bar whose values agree with one value within their errors, by chi squared."""
+    for is_cells in (False, True):
+        paints = [part.paint for part in painted if (part.kind == "cells") == is_cells]
+        columns = [(paint.values[paint.is_known], paint.errors[paint.is_known]) for paint in paints]
+        values, errors = np.concatenate(columns, axis=1) if columns else np.zeros((2, 0))
+        has_error = np.isfinite(errors) & (errors > 0)
+        weights = 1 / errors[has_error] ** 2
+        if len(weights) > 1:
+            mean = np.average(values[has_error], weights=weights)
+            if np.mean((values[has_error] - mean) ** 2 * weights) < MAX_CHI_SQUARED:
+                yield SYMBOLS[paints[0].quantity]
+
+
 def add_parts(plotter: pyvista.Plotter, scene: Scene, parts: list[Part], frame: Frame) -> bool:
     """Draw all parts, distant sources, and colour bars; return whether there are any."""
     painted: dict[bool, tuple[object, Part, style.Scale]] = {}
     for is_cells in (False, True):
         alike = [part for part in parts if (part.kind == "cells") == is_cells]
         values = [part.paint.values[part.paint.is_known] for part in alike if part.paint is not None]
-        scale = style.decades(np.concatenate(values)) if values else None
+        scale = style.logarithmic(np.concatenate(values)) if values else None
         for part in alike:
             _ADDERS[part.kind](plotter, part, parts, scale is not None)
             if part.paint is not None and scale is not None and part.seen_from != NOWHERE:
@@ -521,7 +538,7 @@ def clipped(tracks: Tracks, bounds: Bounds) -> tuple[np.ndarray, np.ndarray]:
 
 def track_colours(lines: pyvista.PolyData) -> tuple[str, style.Scale] | None:
     """Return "weight" with its scale if it varies, else "age" if it does, else None."""
-    for name, scale_of in (("weight", style.decades), ("age", style.linear)):
+    for name, scale_of in (("weight", style.logarithmic), ("age", style.linear)):
         values = lines.cell_data[name]
         positive = values[values > 0]
         if len(positive) and positive.max() > 1.01 * positive.min():

@@ -25,8 +25,10 @@ WALL, STEEL, GLASS = "#59616f", "#aab4c2", "#7fd4e6"
 FOG, GLOWING = "#9fb8d8", "#ffb070"
 GLOW, DETECTOR, TRACK = "#fff1c2", "#56b4e9", "#ffe7a8"
 ON_SURFACES, IN_VOLUMES, ON_TRACKS = "inferno", "Blues_r", "viridis"  # colour maps
+DARK = {"inferno": 0.12, "viridis": 0.3}  # share of a map that is left out: too dark to be seen on the ground
 MAX_DECADES = 6  # of a scale
-FEW_DECADES = 2  # up to so many, a bar has marks at 2 and 5 as well
+MIN_MARKS = 3  # of a bar
+EQUAL = 1e-4  # relative difference up to which values have one colour, in the middle of the scale
 MARGIN = 0.008  # of the window, beside text
 BAR, BAR_SHARE = (
     0.075,
@@ -54,35 +56,55 @@ class Scale(NamedTuple):
         return np.log10(values, out=np.full(np.shape(values), np.nan), where=np.asarray(values) > 0)
 
 
-def decades(values: np.ndarray) -> Scale | None:
-    """Return a logarithmic scale over the whole decades of the positive values, at most the upper six; None without any."""
+def logarithmic(values: np.ndarray) -> Scale | None:
+    """Return a scale over the range of the positive values, at most the upper six decades; None without any."""
     known = values[np.isfinite(values) & (values > 0)]
     if len(known) == 0:
         return None
-    first, last = math.floor(math.log10(known.min()) + 1e-9), math.ceil(math.log10(known.max()) - 1e-9)
-    last = max(last, first + 1)
-    first = max(first, last - MAX_DECADES)
-    marks = [(float(k), _number(1, k)) for k in range(first, last + 1)]
-    if last - first <= FEW_DECADES:
-        marks += [(k + math.log10(m), _number(m, k)) for k in range(first, last) for m in (2, 5)]
-    return Scale(first, last, tuple(sorted(marks)), True)
+    low, high = _apart(float(known.min()), float(known.max()))
+    low = max(low, high / 10.0**MAX_DECADES)
+    marks = tuple((math.log10(value), text) for value, text in round_marks(low, high, is_log=True))
+    return Scale(math.log10(low), math.log10(high), marks, True)
 
 
 def linear(values: np.ndarray) -> Scale | None:
-    """Return a scale from 0 to a round number above the values; None without a positive one."""
-    highest = values[np.isfinite(values)].max(initial=0.0)
-    if highest <= 0:
+    """Return a scale over the range of the values; None without a positive one."""
+    known = values[np.isfinite(values)]
+    if known.max(initial=0.0) <= 0:
         return None
-    unit = 10.0 ** math.floor(math.log10(highest))
-    high = next(k * unit for k in (1, 2, 3, 4, 5, 6, 8, 10) if k * unit >= highest * (1 - 1e-9))
-    return Scale(0.0, high, tuple((share * high, f"{share * high:.3g}") for share in (0, 0.5, 1)), False)
+    low, high = _apart(float(known.min()), float(known.max()))
+    return Scale(low, high, tuple(round_marks(low, high, is_log=False)), False)
 
 
-def _number(m: int, k: int) -> str:
-    """m·10ᵏ, short."""
-    if -2 < k < 4:
-        return f"{m * 10.0**k:g}"
-    return ("" if m == 1 else f"{m}·") + "10" + str(k).translate(SUPERSCRIPTS)
+def _apart(low: float, high: float) -> tuple[float, float]:
+    """Return the ends of a scale: those of the data, or a tenth around values that are all equal."""
+    return (low, high) if high - low > EQUAL * high else (high / 1.1, high * 1.1)
+
+
+def round_marks(low: float, high: float, is_log: bool) -> list[tuple[float, str]]:
+    """Return round numbers from low to high, each with its text.
+
+    They are powers of ten on a long logarithmic scale, 1, 2 and 5 times those on a shorter one, else equal steps.
+    """
+    for factors in ((1,), (1, 2, 5)) if is_log else ():
+        powers = range(math.floor(math.log10(low)), math.floor(math.log10(high) + 1e-9) + 1)
+        values = [m * 10.0**k for k in powers for m in factors]
+        found = [value for value in values if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
+        if len(found) >= MIN_MARKS:
+            return [(value, _number(value)) for value in found]
+    unit = 10.0 ** math.floor(math.log10((high - low) / MIN_MARKS))
+    step = max(m * unit for m in (1, 2, 5) if MIN_MARKS * m * unit <= (high - low) * (1 + 1e-9))
+    counts = range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
+    return [(k * step, _number(k * step)) for k in counts]
+
+
+def _number(value: float) -> str:
+    """Return a round number: 0.02, 5000, or 2·10⁻⁵."""
+    k = math.floor(math.log10(abs(value)) + 1e-9) if value else 0
+    if -3 < k < 4:
+        return f"{value:.8g}".replace("-", "−")
+    factor = f"{value / 10.0**k:.8g}·".replace("-", "−")
+    return ("" if factor == "1·" else factor) + "10" + str(k).translate(SUPERSCRIPTS)
 
 
 def short_estimate(estimate: object) -> str:
@@ -168,9 +190,23 @@ def add_coloured(
     **look: object,
 ) -> object:
     """Draw a mesh whose cells are coloured by values on a scale, grey where they have none; return the actor."""
+    from matplotlib.colors import ListedColormap
+
     mesh.cell_data["shown"] = scale.of(values)
-    look |= {"cmap": colours, "clim": (scale.low, scale.high), "nan_color": UNKNOWN, "lighting": False}
+    look |= {
+        "cmap": ListedColormap(colours_of(colours)),
+        "clim": (scale.low, scale.high),
+        "nan_color": UNKNOWN,
+        "lighting": False,
+    }
     return plotter.add_mesh(mesh, scalars="shown", show_scalar_bar=False, **look)
+
+
+def colours_of(name: str, count: int = 256) -> np.ndarray:
+    """Return the colours (count, 4) of a map of matplotlib from low to high, without its darkest."""
+    from matplotlib import colormaps
+
+    return colormaps[name](np.linspace(DARK.get(name, 0.0), 1, count))
 
 
 def add_bar(

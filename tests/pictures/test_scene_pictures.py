@@ -116,10 +116,10 @@ def test_blocks_and_colours_are_what_was_read_and_few_hits_have_none():
         coloured = [each for each in mappers if "shown" in each.dataset.cell_data]
         assert list(plotter.scalar_bars.keys()) == [r"$E\;[\mathrm{W\,m^{-2}}]$", r"$\mathrm{weight}$"]
         painted, weights = [np.array(each.dataset.cell_data["shown"]) for each in coloured]
-        for values, (low, high) in zip(
-            (painted, weights), (each.scalar_range for each in coloured), strict=True
-        ):
-            assert low == int(low) <= np.nanmin(values) and np.nanmax(values) <= high == int(high)
+        for values, mapper in zip((painted, weights), coloured, strict=True):
+            np.testing.assert_allclose(
+                mapper.scalar_range, (np.nanmin(values), np.nanmax(values)), atol=1e-12
+            )
         plotter.close()
     known = reading.counts.value.ravel() >= 4
     assert 0 < known.sum() < 64
@@ -205,22 +205,60 @@ def test_bins_of_time_are_averaged_over_their_widths():
 
 
 @pytest.mark.parametrize("values, low, high, marks", [
-    ([0.0, 0.02, 30.0, np.nan], -2, 2, ["10⁻²", "0.1", "1", "10", "100"]),
-    ([1372.9, 1373.1], 3, 4, ["1000", "2000", "5000", "10⁴"]),
-    ([3e-5, 4e-5], -5, -4, ["10⁻⁵", "2·10⁻⁵", "5·10⁻⁵", "10⁻⁴"]),
-    ([1e-30, 1.0], -6, 0, None),
+    ([0.0, 0.02, 30.0, np.nan], 0.02, 30, ["0.1", "1", "10"]),
+    ([0.15, 7.0], 0.15, 7, ["0.2", "0.5", "1", "2", "5"]),
+    ([1372.9, 1373.1], 1372.9, 1373.1, ["1372.9", "1372.95", "1373", "1373.05", "1373.1"]),
+    ([3e-5, 4e-5], 3e-5, 4e-5, ["3·10⁻⁵", "3.2·10⁻⁵", "3.4·10⁻⁵", "3.6·10⁻⁵", "3.8·10⁻⁵", "4·10⁻⁵"]),
+    ([1e-30, 1.0], 1e-6, 1, ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1", "1"]),
+    ([5.0, 5.0], 5 / 1.1, 5.5, ["4.6", "4.8", "5", "5.2", "5.4"]),
 ])  # fmt: skip
-def test_scales_end_at_whole_decades_and_mark_each(values, low, high, marks):
-    scale = style.decades(np.array(values))
-    assert (scale.low, scale.high) == (low, high)
-    assert marks is None or [words for _, words in scale.marks] == marks
+def test_logarithmic_scales_have_the_range_of_the_values_and_round_marks(values, low, high, marks):
+    scale = style.logarithmic(np.array(values))
+    np.testing.assert_allclose((scale.low, scale.high), np.log10([low, high]), atol=1e-12)
+    assert [words for _, words in scale.marks] == marks
     np.testing.assert_allclose(scale.of(np.array([0.1, 10.0, 0.0, np.nan])), [-1, 1, np.nan, np.nan])
 
 
-def test_a_linear_scale_reaches_the_largest_value_and_of_nothing_there_is_no_scale():
-    for largest in (1.0, 1.2, 2.5, 7.1, 9.99, 1.01e-8):
-        assert largest <= style.linear(np.array([0.1 * largest, largest])).high <= 2 * largest
-    assert style.decades(np.zeros(3)) is style.linear(np.zeros(3)) is None
+@pytest.mark.parametrize("values, low, high, marks", [
+    ([0.0, 2.5, np.nan], 0, 2.5, ["0", "0.5", "1", "1.5", "2", "2.5"]),
+    ([17.0, 20.5], 17, 20.5, ["17", "18", "19", "20"]),
+    ([1.1e-9, 1.01e-8], 1.1e-9, 1.01e-8, ["2·10⁻⁹", "4·10⁻⁹", "6·10⁻⁹", "8·10⁻⁹", "10⁻⁸"]),
+])  # fmt: skip
+def test_linear_scales_have_the_range_of_the_values_and_round_marks(values, low, high, marks):
+    scale = style.linear(np.array(values))
+    assert (scale.low, scale.high) == (low, high)
+    assert [words for _, words in scale.marks] == marks
+
+
+def test_zeros_have_no_scale():
+    assert style.logarithmic(np.zeros(3)) is style.linear(np.zeros(3)) is None
+
+
+def test_colour_bars_end_at_the_least_and_the_largest_finite_value():
+    scene = room(detectors=FLOOR)
+    result, tracks = tp.simulate(scene, 20_000, seed=1, threads=1), tp.tracks(scene, 30, seed=1)
+    plotter, _ = plot_unrendered(scene, result, tracks)
+    irradiance, hits = result["floor"].irradiance.value, result["floor"].counts.value
+    lines = track_lines(tracks, frame_of(scene, tracks).margins)
+    data = {"E": irradiance[hits >= 4], "weight": lines.cell_data["weight"]}
+    for title, bar in plotter.scalar_bars.items():
+        (values,) = [values for name, values in data.items() if name in title]
+        ends = np.log10([values.min(), values.max()])
+        np.testing.assert_allclose(bar.GetLookupTable().GetRange(), ends, atol=1e-12)
+    assert len(plotter.scalar_bars) == 2
+    plotter.close()
+
+
+@pytest.mark.parametrize("place, is_uniform", [((0, 0, 0), True), ((0, 0, 0.3), False)])
+def test_the_caption_names_colours_that_are_noise(place, is_uniform):
+    """A lamp in the middle of a ball lights it uniformly, one beside the middle does not."""
+    lamp = tp.Source(tp.Point(position=place), tp.Isotropic(power=1.0))
+    look = tp.Detector("ball", side="inside", positions=tp.Positions(u=4, v=8))
+    scene = tp.Scene(lamp, tp.Surface(BALL, tp.Black(), "ball"), look)
+    result = tp.simulate(scene, 40_000, seed=1, threads=1)
+    frame = frame_of(scene)
+    words = caption_of(scene, result, None, parts_of(scene, frame, result), frame)
+    assert ("E differs by no more than its errors" in words) == is_uniform
 
 
 @pytest.mark.parametrize("estimate, short", [
