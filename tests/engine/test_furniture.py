@@ -229,6 +229,16 @@ def test_what_is_not_furniture_is_refused(surfaces, detectors, words):
         tp.Scene(LAMP, surfaces, detectors)
 
 
+def test_a_detector_beyond_the_rim_of_a_round_floor_is_not_between():
+    """It lies on the free part of the bottom of a box, in the square about the disk."""
+    floor = surface(tp.Disk(radius=3), "floor")
+    box = surface(tp.Box(center=(2.6, 2.6, 0.5), size=1), "box")
+    below = tp.Source(tp.Point(position=(2.7, 2.7, -1)), tp.Isotropic(power=1.0))
+    meter = tp.Detector(tp.Disk(center=(2.7, 2.7, 0), radius=0.1), "free", "back")
+    result = run(tp.Scene(below, [floor, box], meter))
+    assert_agrees(result["free"].flux_in, (1 - 1 / math.hypot(1, 0.1)) / 2)
+
+
 def test_passes_of_shared_planes_are_in_no_other_scene():
     apart = [surface(ROOM, "room"), surface(raised(CUPBOARD, 1e-6), "box")]
     together = [surface(ROOM, "room"), surface(CUPBOARD, "box")]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.relations import are_on_one_support, is_within
+from transport.geometry.relations import are_on_one_support, is_within, overlap
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Box
 from transport.scene.bodies import scene_media
@@ -50,7 +50,10 @@ def _check_between(scene: SceneParts, sheet: Sheet, one: SheetMember, other: She
     """Refuse a detector of its own shape between two surfaces that share part of a plane."""
     for member in sheet.members:
         free = [detector for detector in member.detectors if not isinstance(detector.shape, str)]
-        if free and all(_holds_bounds(each.shape, member.shape) for each in (one, other)):
+        if free and all(
+            _holds_bounds(each.shape, member.shape) and overlap(each.shape, member.shape)
+            for each in (one, other)
+        ):
             names = " and ".join(surface_name(scene, each.surface) for each in (one, other))
             refuse(
                 free[0],
