@@ -183,6 +183,26 @@ def test_what_a_covered_surface_emits_is_absorbed_by_what_covers_it():
         assert result["box, back"].flux_in.value == 0
 
 
+def test_a_birth_departs_from_the_surface_that_acts_where_it_is_born():
+    """A cupboard that glows within does not light the floor beneath it; of a lamp that lies half in it, half does.
+
+    Planted: births that count at all surfaces of a shared plane.
+    """
+    box = tp.Surface(tp.Box(center=(0.0, 0.0, 0.5), size=(1.0, 1.0, 1.0)), tp.Black(), "box")
+    floor = tp.Surface(FLOORS["rectangle"], tp.Black(), "floor")
+    glow = tp.Source("box", tp.Lambertian(power=6.0), side="back")
+    half = tp.Source(tp.Rectangle(center=(0.5, 0, 0), width=0.4, height=0.4), tp.Lambertian(power=1.0))
+    within = tp.Source(tp.Disk(radius=0.4), tp.Lambertian(power=1.0))
+    for source, from_floor, from_box in ((glow, 0.0, 6.0), (half, 0.5, 0.5), (within, 0.0, 1.0)):
+        result = run(tp.Scene(source, [floor, box], meters(("floor", "box"))))
+        for name, power in (("floor, front", from_floor), ("box, back", from_box)):
+            if power in (0.0, 1.0, 6.0):
+                assert result[name].flux_out.value == pytest.approx(power, rel=1e-9)
+            else:
+                assert_agrees(result[name].flux_out, power)
+        assert result["floor, back"].flux_out.value == result["box, front"].flux_out.value == 0
+
+
 # ---- refused ----
 
 
@@ -193,6 +213,9 @@ def test_what_a_covered_surface_emits_is_absorbed_by_what_covers_it():
         ([surface(CUPBOARD, "one"), surface(tp.Box(center=(0.5, -0.4, 0.7), size=(1, 0.8, 1.4)), "other")], METER,
          "they stand through one another"),
         ([surface(CUPBOARD, "one"), surface(CUPBOARD, "other")], METER, "they stand through one another"),
+        ([surface(CUPBOARD, "one"), surface(raised(CUPBOARD, 1e-16), "other")], METER, "they stand through one another"),
+        ([surface(CUPBOARD, "one"), surface(tp.Box(center=CUPBOARD.center, size=(1.0, 0.8, 1 - 2**-53)), "other")], METER,
+         "they stand through one another"),
         ([surface(FLOORS["rectangle"], "floor"), tp.Surface(CUPBOARD, tp.Dielectric(1.5), "glass")], METER,
          "is a film of air between them meant"),
         ([surface(FLOORS["rectangle"], "floor"), surface(tp.Rectangle(width=1, height=1), "carpet")], METER,
@@ -204,6 +227,16 @@ def test_what_a_covered_surface_emits_is_absorbed_by_what_covers_it():
 def test_what_is_not_furniture_is_refused(surfaces, detectors, words):
     with pytest.raises(tp.SceneError, match=words):
         tp.Scene(LAMP, surfaces, detectors)
+
+
+def test_a_detector_beyond_the_rim_of_a_round_floor_is_not_between():
+    """It lies on the free part of the bottom of a box, in the square about the disk."""
+    floor = surface(tp.Disk(radius=3), "floor")
+    box = surface(tp.Box(center=(2.6, 2.6, 0.5), size=1), "box")
+    below = tp.Source(tp.Point(position=(2.7, 2.7, -1)), tp.Isotropic(power=1.0))
+    meter = tp.Detector(tp.Disk(center=(2.7, 2.7, 0), radius=0.1), "free", "back")
+    result = run(tp.Scene(below, [floor, box], meter))
+    assert_agrees(result["free"].flux_in, (1 - 1 / math.hypot(1, 0.1)) / 2)
 
 
 def test_passes_of_shared_planes_are_in_no_other_scene():

@@ -301,6 +301,16 @@ FAULTS = (
         ("engine/test_furniture::test_what_a_covered_surface_emits_is_absorbed_by_what_covers_it",),
     ),
     Fault(
+        "engine/stages/births.py",
+        '            first["covers"] |= layout.TAKEN\n',
+        "",
+        "births that count at all surfaces of a shared plane",
+        (
+            "engine/test_furniture::test_a_birth_departs_from_the_surface_that_acts_where_it_is_born",
+            "fuzz/test_furnished::test_a_furnished_room_is_right_by_every_measure",
+        ),
+    ),
+    Fault(
         "scene/checks/check_scene.py",
         "            _check_between(scene, sheet, one, other)\n",
         "",

@@ -15,6 +15,7 @@ from transport.scene.materials import OPTICAL_COLUMNS
 DETECTORS_PER_SHEET = 60
 # Nothing lies in front of the sheet, or behind it; the point lies within rounding of its shape's edge.
 EMPTY_FRONT, EMPTY_BACK, EDGE = 1 << 60, 1 << 61, 1 << 62
+TAKEN = EDGE  # at a birth, where no edge matters: a surface acts there, and those after it do not
 # parts of a lane's words by name: word, first bit, number of bits
 PARTS = {"hit_sheet": ("hit", 0, 24), "surface": ("hit", 24, 24), "material": ("hit", 48, 15)}
 MAX_SHEETS = MAX_SURFACES = (1 << 24) - 1

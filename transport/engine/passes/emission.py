@@ -8,6 +8,7 @@ import math
 from numba import int64
 
 from transport.compile import layout
+from transport.compile.layout import TAKEN
 from transport.engine.bodies import lane_pass
 from transport.engine.passes.flats import distance_from_hole, on_holed, on_triangle
 from transport.engine.passes.intersections import on_disk, on_rectangle
@@ -254,6 +255,13 @@ def move_to_target(lane, table):
 
 
 @device
+def add_covers(lane, covers, is_inside):
+    """Add bits to the hit of a birth within a shape; of shapes that act (bit TAKEN), of the first one."""
+    is_free = (lane.covered & covers & TAKEN) == 0
+    lane.covered |= covers if is_inside & is_free else 0
+
+
+@device
 def from_center(lane, table):
     """Return the place of a lane relative to a shape's center."""
     return lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
@@ -264,7 +272,7 @@ def born_over_rectangle(lane, table):
     """Add the detectors of this rectangle to the hit of births within it."""
     px, py, pz = from_center(lane, table)
     is_inside, _ = on_rectangle(table, px, py, pz, 0.0, False)
-    lane.covered |= table.covers if is_inside else 0
+    add_covers(lane, table.covers, is_inside)
 
 
 @lane_pass(layout.DISK)
@@ -272,7 +280,7 @@ def born_over_disk(lane, table):
     """Add the detectors of this disk to the hit of births within it."""
     px, py, pz = from_center(lane, table)
     is_inside, _ = on_disk(table, px, py, pz, 0.0, False)
-    lane.covered |= table.covers if is_inside else 0
+    add_covers(lane, table.covers, is_inside)
 
 
 @lane_pass(layout.TRIANGLE)
@@ -280,7 +288,7 @@ def born_over_triangle(lane, table):
     """Add the detectors of this triangle to the hit of births within it."""
     px, py, pz = from_center(lane, table)
     is_inside, _ = on_triangle(table, px, py, pz, 0.0)
-    lane.covered |= table.covers if is_inside else 0
+    add_covers(lane, table.covers, is_inside)
 
 
 @lane_pass(layout.HOLED)
@@ -288,20 +296,20 @@ def born_over_holed(lane, table):
     """Add the detectors of this rectangle with a hole to the hit of births within it."""
     px, py, pz = from_center(lane, table)
     is_inside, _ = on_holed(table, px, py, pz, 0.0, False)
-    lane.covered |= table.covers if is_inside else 0
+    add_covers(lane, table.covers, is_inside)
 
 
 @lane_pass(layout.QUADRIC)
 def born_over_quadric(lane, table):
     """Add the detectors of this surface of revolution to the hit of births between its heights."""
     w = (lane.x - table.cx) * table.ax + (lane.y - table.cy) * table.ay + (lane.z - table.cz) * table.az
-    lane.covered |= table.covers if (w >= table.low) & (w <= table.high) else 0
+    add_covers(lane, table.covers, (w >= table.low) & (w <= table.high))
 
 
 @lane_pass(layout.BITS)
 def born_all_over(lane, table):
     """Add the detectors of the emitter's own shape to the hit of all births, despite rounding at its rim."""
-    lane.covered |= table.bits
+    add_covers(lane, table.bits, True)
 
 
 @lane_pass(layout.LEDGER_ROW, sums=to_row_of_table)

@@ -9,6 +9,7 @@ from transport.engine.stages.next_event import rays_from_births
 from transport.engine.stages.quasi_random import GUIDED, quasi_random_steps
 from transport.engine.stages.surfaces import land_on_surface, mark_visits, score_detectors
 
+ON_SIDE = "_on_side"  # how names of passes of surfaces that share a plane end
 DETECTOR_BITS = (1 << layout.DETECTORS_PER_SHEET) - 1
 
 
@@ -60,10 +61,10 @@ def birth_steps(plan, emitter, guide=None, records=False):
             yield step_by_name(called)
     # Next-event estimation, and detectors on the emitting sheet.
     yield from rays_from_births(plan, emitter)
-    on_sheet = [(row, shape) for _, row, shape in plan.members if row["sheet"] == emitter.birth["sheet"]]
-    metered = [(row, shape) for row, shape in on_sheet if row["covers"] & DETECTOR_BITS]
-    if metered and emitter.place[0] != "born_at_point" and plan.adjoint is None:
-        yield from _score_birth(plan, emitter, metered)
+    if emitter.place[0] != "born_at_point" and plan.adjoint is None:
+        beneath = list(_rows_beneath(plan, emitter))
+        if any(row["covers"] & DETECTOR_BITS for row, _ in beneath):
+            yield from _score_birth(plan, emitter, beneath)
 
 
 def _end_covered_births(plan, emitter):
@@ -88,24 +89,43 @@ def _covering_rows(plan, emitter):
 
     Only a surface that a source or detector names can be covered; what emits or counts by itself lies on top.
     """
-    source, on_side = emitter.source, "_on_side"
+    source = emitter.source
     if not isinstance(source.shape, str) or not emitter.shape.is_flat:
         return
     own = next(k for k, each in enumerate(plan.scene.surfaces) if each.name == source.shape)
-    side = -1.0 if source.is_back else 1.0
     for name, row, _ in plan.members:
-        if not name.endswith(on_side) or row["sheet"] != emitter.birth["sheet"]:
-            continue
-        surface = layout.surface_of_hit(row["hit"])
-        along = sum(
-            float(row[axis]) * x for axis, x in zip(("nx", "ny", "nz"), emitter.shape.normal, strict=True)
-        )
-        if row["side"] * side * along >= 0:
+        if row["sheet"] == emitter.birth["sheet"] and _acts_where_emitted(name, row, emitter):
+            surface = layout.surface_of_hit(row["hit"])
             if plan.surface_numbers[surface - 1] == own:
                 return
             covering = row.copy()
             covering["covers"] = 1
-            yield name.removeprefix("meet_").removesuffix(on_side), covering, surface
+            yield name.removeprefix("meet_").removesuffix(ON_SIDE), covering, surface
+
+
+def _acts_where_emitted(name, row, emitter):
+    """Return whether a row is of a surface on a shared plane that acts where a source emits."""
+    if not name.endswith(ON_SIDE):
+        return False
+    normal = (float(row[axis]) for axis in ("nx", "ny", "nz"))
+    along = sum(n * x for n, x in zip(normal, emitter.shape.normal, strict=True))
+    return row["side"] * (-along if emitter.source.is_back else along) >= 0
+
+
+def _rows_beneath(plan, emitter):
+    """Yield row and shape of what a birth may lie on: surfaces in the order of precedence, and detectors.
+
+    Of surfaces that share a plane only those on the side that emits; of these the first at a place counts.
+    """
+    for name, row, shape in plan.members:
+        if row["sheet"] != emitter.birth["sheet"]:
+            continue
+        if _acts_where_emitted(name, row, emitter):
+            first = row.copy()
+            first["covers"] |= layout.TAKEN
+            yield first, shape
+        elif row["covers"] & DETECTOR_BITS and not name.endswith(ON_SIDE):
+            yield row, shape
 
 
 def _time_and_speed(plan, emitter):
@@ -120,12 +140,12 @@ def _time_and_speed(plan, emitter):
         yield step_by_name(each)
 
 
-def _score_birth(plan, emitter, metered):
+def _score_birth(plan, emitter, beneath):
     """Yield the steps that score a birth as a departure at the detectors of its sheet."""
     if emitter.target is not None:
         yield step(emission.move_to_birthplace)
     yield step(emission.hit_birth_sheet, emitter.birth)
-    for row, shape in metered:
+    for row, shape in beneath:
         if shape == emitter.shape or shape.is_closed or shape.is_infinite:
             yield step(emission.born_all_over, layout.row(layout.BITS, bits=row["covers"]))
         else:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.geometry.relations import are_on_one_support, is_within
+from transport.geometry.relations import are_on_one_support, is_within, overlap
 from transport.geometry.shape import ROUNDING, Shape
 from transport.geometry.solid import Box
 from transport.scene.bodies import scene_media
@@ -50,11 +50,14 @@ def _check_between(scene: SceneParts, sheet: Sheet, one: SheetMember, other: She
     """Refuse a detector of its own shape between two surfaces that share part of a plane."""
     for member in sheet.members:
         free = [detector for detector in member.detectors if not isinstance(detector.shape, str)]
-        if free and all(_holds_bounds(each.shape, member.shape) for each in (one, other)):
+        if free and all(
+            _holds_bounds(each.shape, member.shape) and overlap(each.shape, member.shape)
+            for each in (one, other)
+        ):
             names = " and ".join(surface_name(scene, each.surface) for each in (one, other))
             refuse(
                 free[0],
-                f"shape must not lie between {names}, where nothing comes, got {short_repr(member.shape)};"
+                f"shape must not lie between {names}, where nothing comes, got {short_repr(free[0].shape)};"
                 " move it, or raise it by 1e-9 of its size",
             )
 
@@ -81,7 +84,7 @@ def _fault_of_shared_plane(scene: SceneParts, one: SheetMember, other: SheetMemb
         if dot(one.shape.normal, other.shape.normal) < 0:
             return None
         small, large = sorted((one.whole, other.whole), key=lambda box: box.extent)
-        if small != large and is_within(small, large):
+        if is_within(small, large) and not is_within(large, small):  # nor the same within rounding
             return None
         return "they stand through one another: move one, or make them one shape"
     (face,), (flat,) = closed, [member for member in (one, other) if member is not closed[0]]
