@@ -409,8 +409,8 @@ PROBLEMS = {
             Method("raysect", "Pixel, important lamp", partial(raysect_run, "room"), 1_000_000),
             Method(
                 "pyradiance",
-                "rtrace -I -ab 30 -ad 1",
-                partial(radiance_run, "room", options="-ds 0 -ab 30 -aa 0 -ad 1 -as 0 -lr -30 -lw 1e-3"),
+                "rtrace -I -ab 12 -ad 1",
+                partial(radiance_run, "room", options="-ds 0 -ab 12 -aa 0 -ad 1 -as 0 -lr 12 -lw 1e-6"),
                 300_000,
             ),
         ),

@@ -143,7 +143,17 @@ REQUIRED_PACKAGES = ("sphinx", "furo", "myst_parser")
 GUIDE_KINDS = {  # pages by kind, as the site lists them
     "Tutorials": ("room", "tissue", "tube"),
     "How to": ("howto", "plots", "scenes", "saving", "clusters", "commands"),
-    "Explanations": ("surfaces", "media", "clocks", "cost", "numbers", "laws", "performance", "gallery"),
+    "Explanations": (
+        "surfaces",
+        "media",
+        "clocks",
+        "cost",
+        "numbers",
+        "laws",
+        "performance",
+        "peers",
+        "gallery",
+    ),
     "Development": ("extending", "code", "glossary"),
 }
 GUIDE_ORDER = tuple(name for names in GUIDE_KINDS.values() for name in names)
