@@ -147,7 +147,7 @@ GUIDE_KINDS = {  # pages by kind, as the site lists them
     "Tutorials": ("room", "tissue", "tube"),
     "How to": ("howto", "plots", "estimators", "scenes", "saving", "clusters", "commands"),
     "What can be described": ("surfaces", "media", "clocks"),
-    "Explanations": ("numbers", "cost", "laws", "performance", "gallery", "glossary"),
+    "Explanations": ("numbers", "cost", "laws", "performance", "peers", "gallery", "glossary"),
     "Development": ("extending", "code"),
 }
 GUIDE_ORDER = tuple(name for names in GUIDE_KINDS.values() for name in names)
