@@ -94,10 +94,22 @@ def links(page):
     return re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
 
 
+def is_there(page, link):
+    """Whether the file of a link exists and has a heading of its anchor."""
+    name, _, anchor = link.partition("#")
+    target = page.parent / name if name else page
+    return target.exists() and (not anchor or anchor in anchors(target))
+
+
+def anchors(page):
+    """Anchors of the headings of a page, as hosts of code and the site make them."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
 def test_links_and_pictures_are_there():
-    missing = [
-        f"{page.name}: {link}" for page in PAGES for link in links(page) if not (page.parent / link).exists()
-    ]
+    assert is_there(README, "#start") and not is_there(README, "#no-such-heading")
+    missing = [f"{page.name}: {link}" for page in PAGES for link in links(page) if not is_there(page, link)]
     assert missing == [] and len(links(README)) >= 15
 
 

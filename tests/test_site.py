@@ -65,7 +65,7 @@ def test_what_sphinx_reads_is_written(tmp_path):
         lost = [
             link
             for link in re.findall(r"\]\(([^)]+)\)", page.read_text())
-            if not (page.parent / link).exists()
+            if not link.startswith("#") and not (page.parent / link.partition("#")[0]).exists()
         ]
         assert lost == [], file
     assert "transport run sun" in (tmp_path / "reference" / "commands.md").read_text()
@@ -77,17 +77,74 @@ def test_without_sphinx_the_error_names_the_extra(tmp_path, monkeypatch):
         build_site(tmp_path, COMMANDS)
 
 
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The texts of the site's pages by path.
+
+    It takes about 20 s and needs the extra `docs`; .ci/run builds it with the installed command.
+    """
+    pytest.importorskip("sphinx_codeautolink")
+    folder = build_site(tmp_path_factory.mktemp("site"), COMMANDS).parent
+    return {path: path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*.html"))}
+
+
+def page_of(site, name):
+    (text,) = [text for path, text in site.items() if path.as_posix().endswith(f"/{name}.html")]
+    return unescape(text)
+
+
 @pytest.mark.slow
-def test_the_site_is_built_without_a_fault(tmp_path):
-    """About 10 s, and needs the extra `docs`; .ci/run builds it with the installed command."""
-    pytest.importorskip("sphinx")
-    site = build_site(tmp_path, COMMANDS).parent
+def test_the_site_has_every_public_name(site):
     for page in pages():
-        html = unescape((site / "reference" / f"{page.file}.html").read_text())
+        html = page_of(site, f"reference/{page.file}")
         assert all(f'id="transport.{name}"' in html or f'id="{name}"' in html for name in page.names)
-    assert (site / "_images").is_dir()
-    files = (site / "reference" / "files.html").read_text()
+    files = page_of(site, "reference/files")
     assert "Parameters" in files and "Examples" in files and "<strong>path</strong>" in files
+
+
+@pytest.mark.slow
+def test_no_link_of_the_site_is_dead(site):
+    """Every file and every anchor that a page links to, and every picture; nothing comes from a network."""
+    anchors = {path: set(re.findall(r'\bid="([^"]+)"', text)) for path, text in site.items()}
+    dead, found = [], 0
+    for path, text in site.items():
+        for link in map(unescape, re.findall(r'\b(?:href|src)="([^"]+)"', text)):
+            found += 1
+            name, _, anchor = link.partition("#")
+            target = (path.parent / name.partition("?")[0]).resolve() if name else path
+            if re.match(r"[a-z]+:", link):
+                is_dead = re.search(r"\.(js|css|png)$", link) is not None
+            elif target in anchors:
+                is_dead = bool(anchor) and anchor not in anchors[target]
+            else:
+                is_dead = not target.is_file()
+            if is_dead:
+                dead.append(f"{path.name}: {link}")
+    assert found > 1000 and dead == []
+
+
+@pytest.mark.slow
+def test_guides_and_reference_link_to_one_another(site):
+    """Names in the text and in blocks lead to the reference, whose entries list the blocks that use them."""
+    room = page_of(site, "guides/room")
+    assert room.count('href="../reference/shapes.html#transport.Box"') >= 4
+    for name in GUIDE_ORDER:
+        assert 'href="../reference/' in page_of(site, f"guides/{name}").partition("</h1>")[2], name
+    shapes = page_of(site, "reference/shapes")
+    assert 'href="../guides/room.html#describe-the-scene"' in shapes
+
+
+@pytest.mark.slow
+def test_the_notebook_is_a_page_with_its_pictures_and_formulas(site):
+    notebook = page_of(site, "guides/photons_to_pictures")
+    assert notebook.count("<img") >= 3 and "data:image" in notebook
+    assert (
+        notebook.count("<math") > 10
+        and "$"
+        not in re.sub(r"<pre>.*?</pre>", "", notebook, flags=re.S)
+        .partition("<article")[2]
+        .partition("</article>")[0]
+    )
 
 
 def test_what_the_package_asks_of_shapes_and_materials_is_not_for_users():

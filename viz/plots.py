@@ -32,6 +32,11 @@ def plot_tally(
 ) -> Axes:
     """Draw a quantity with bins, by default the one that its kind of detector is made for; see `Tally.plot`."""
     if isinstance(tally, SnapshotReading):
+        unused = {"quantity": quantity, "decades": decades, **options}
+        given = [name for name, value in unused.items() if value is not None and value is not False]
+        if given:
+            cure = "leave it out; plot() draws positions against velocities"
+            raise ValueError(f"plot: {tally.title} has no bins and takes no {join_names(given)}; {cure}")
         return saved(_plot_sample(tally, ax), path)
     chosen = {"quantity": quantity or main_quantity(tally), **options}
     return saved(_plot(tally, ax, decades, tally.heading, chosen), path)

@@ -183,13 +183,10 @@ def mitsuba_run(kind: str, count: int, **integrator) -> Run:
 
 def _find_llvm() -> None:
     """Name the newest LLVM library for Mitsuba, unless one is named."""
-    found = {
-        int(number[1]): path
-        for path in Path("/usr/lib").glob("*/libLLVM*.so*")
-        if (number := re.search(r"(?:LLVM-|so\.)(\d+)", path.name))
-    }
+    known = subprocess.run(["ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
+    found = {int(number): path for number, path in re.findall(r"libLLVM\D*(\d+).* => (\S+)", known)}
     if found:
-        os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(found[max(found)]))
+        os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[max(found)])
 
 
 def _mitsuba_scene(mi, kind: str) -> tuple[Any, tuple, float, tuple, float]:

@@ -262,15 +262,15 @@ def _is_internal(app: Any, what: str, name: str, value: Any, skip: bool, options
 
 
 def _without_flags(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
-    """Cut flags such as `# doctest: +SKIP` off examples: a handler of autodoc-process-docstring."""
+    """Cut the flags of doctest off examples: a handler of Sphinx's event autodoc-process-docstring."""
     lines[:] = [re.sub(r"\s*# doctest: .*", "", line) for line in lines]
 
 
 def _link_names(app: Any, doctree: Any) -> None:
     """Link each public name between backticks, as in `tp.Box(size=2.0)`, to its entry in the reference.
 
-    A handler of Sphinx's event doctree-read.  Blocks of code are linked by the extension sphinx_codeautolink, which
-    also lists at each entry the blocks that use it.
+    A handler of Sphinx's event doctree-read.  The extension sphinx_codeautolink links blocks of code and
+    lists at each entry the blocks that use it.
     """
     from docutils import nodes
     from sphinx.addnodes import pending_xref

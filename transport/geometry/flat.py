@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from transport.geometry.shape import ROUNDING, Rim, Shape
+from transport.geometry.shape import ROUNDING, Rim, Shape, point_text
 from transport.validation import (
     Converted,
     OptionalVectorField,
@@ -290,6 +290,17 @@ class Rectangle(FlatShape):
         """Corners (u, v) in the frame [m], counterclockwise."""
         u, v = self.width / 2, self.height / 2
         return (u, v), (-u, v), (-u, -v), (u, -v)
+
+    def _place(self) -> str:
+        """The corners in space, in words, counterclockwise seen from the front."""
+        e_u, e_v, _ = self.frame
+        scale = self.coordinate_scale
+        points = [
+            tuple(c + u * p + v * q for c, p, q in zip(self.center, e_u, e_v, strict=True))
+            for u, v in self.corners
+        ]
+        points = [tuple(0.0 if abs(x) < ROUNDING * scale else x for x in point) for point in points]
+        return f"corners {', '.join(map(point_text, points))}"
 
     coordinates_cure = "put Detectors on Rectangles that leave out the hole"
 

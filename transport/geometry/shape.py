@@ -126,6 +126,17 @@ class Shape:
         """
         return self._bounds_around(self._reach())
 
+    def __str__(self) -> str:
+        """The parameters, and where the shape is [m]; `repr` alone is valid Python."""
+        if self.is_infinite:
+            return repr(self)
+        return f"{self!r} with {self._place()} [m]"
+
+    def _place(self) -> str:
+        """The bounds of the shape, in words."""
+        low, high = self.bounds
+        return f"bounds {point_text(low)} and {point_text(high)}"
+
     def bounds_corners(self) -> list[Vector]:
         """Return the eight corners [m] of the bounds."""
         return list(product(*zip(*self.bounds, strict=True)))
@@ -246,3 +257,8 @@ class Cloud(Shape):
     def _reach(self) -> Vector:
         """Half extents [m] along the axes."""
         return tuple(MAX_DEVIATION * length for length in self.sigma)
+
+
+def point_text(point: Vector) -> str:
+    """Write a point with six digits: (0.5, -1, 2)."""
+    return f"({', '.join(f'{x + 0.0:.6g}' for x in point)})"

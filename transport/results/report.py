@@ -12,6 +12,7 @@ from transport.compile.methods import ANALOG, Method, detectors_without_next_eve
 from transport.results.footprint import batches_that_fit, bytes_of_batch
 from transport.results.record import RANDOM_SLOPE, Cost, Record
 from transport.statistics.any_estimate import AnyEstimate
+from transport.statistics.axes import POSITION
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.findings import BOUNDED
 from transport.statistics.notation import duration, percent
@@ -90,7 +91,7 @@ def report_of(result) -> str:
     ]
     for detector in result.scene.detectors:
         reading = result[detector.name]
-        lines += ["", reading.heading]
+        lines += ["", reading.heading, *(f"  {line}" for line in bin_lines(reading))]
         for name, quantity in reading.quantities.items():
             lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
         lines += [f"  {line}" for line in price_lines(result, detector.name)]
@@ -98,6 +99,19 @@ def report_of(result) -> str:
     warnings = result.warnings
     lines += [f"warning: {warning}" for warning in warnings] or [error_bar_line(result)]
     return "\n".join(lines)
+
+
+def bin_lines(reading) -> list[str]:
+    """The number of bins of each axis, its range and unit; bins of position by their names on the shape."""
+    found = []
+    for axis in getattr(reading, "axes", ()):
+        name = axis.name
+        if axis.group == POSITION:
+            own = reading.shape.coordinate_names["uv".index(name)]
+            name += f" ({own})" if own != name else ""
+        unit = "" if axis.unit == "1" else f" {axis.unit}"
+        found.append(f"{name} {len(axis)}, {axis.edges[0]:.6g} to {axis.edges[-1]:.6g}{unit}")
+    return [f"bins: {'; '.join(found)}"] if found else []
 
 
 def error_bar_line(result) -> str:
