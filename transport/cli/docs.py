@@ -162,15 +162,14 @@ def build_site(out: Path, commands: Any) -> Path:
     from sphinx.application import Sphinx
 
     with tempfile.TemporaryDirectory() as folder:
-        sources = Path(folder)
+        sources, trees, made = (Path(folder) / name for name in ("sources", "trees", "site/html"))
         write_sources(sources, commands)
         output, warned = io.StringIO(), io.StringIO()
-        site = Sphinx(
-            sources, None, out, sources / "trees", "html", _sphinx_settings(), status=output, warning=warned
-        )
+        site = Sphinx(sources, None, made, trees, "html", _sphinx_settings(), status=output, warning=warned)
         site.build()
-    if site.statuscode or warned.getvalue().strip():
-        raise SceneError(f"docs: Sphinx reports warnings: {warned.getvalue().strip()}")
+        if site.statuscode or warned.getvalue().strip():
+            raise SceneError(f"docs: Sphinx reports warnings: {warned.getvalue().strip()}")
+        shutil.copytree(made, out, dirs_exist_ok=True)
     return out / "index.html"
 
 
@@ -195,18 +194,16 @@ def write_sources(folder: Path, commands: Any) -> None:
     (folder / "reference" / "commands.md").write_text(f"# Commands\n\n{help_texts}", encoding="utf-8")
     for guide in sorted(GUIDES.glob("*.md")):
         text = guide.read_text(encoding="utf-8").replace("](../../viz/gallery/", "](../gallery/")
-        (folder / "guides" / guide.name).write_text(_without_missing_pictures(text), encoding="utf-8")
+        (folder / "guides" / guide.name).write_text(text, encoding="utf-8")
     first = readme().replace("](viz/gallery/", "](gallery/").replace("](transport/guides/", "](guides/")
-    notebooks = package_folder("sims", "notebooks")
-    for notebook in [] if notebooks is None else sorted(notebooks.glob("*.ipynb")):
+    notebooks = sorted(package_folder("sims", "notebooks").glob("*.ipynb"))
+    for notebook in notebooks:
         shutil.copy(notebook, folder / "guides")
-    contents = _contents([path.stem for path in sorted((folder / "guides").glob("*.ipynb"))])
-    (folder / "index.md").write_text(_without_missing_pictures(first) + contents, encoding="utf-8")
+    contents = _contents([notebook.stem for notebook in notebooks])
+    (folder / "index.md").write_text(first + contents, encoding="utf-8")
     (folder / "looks").mkdir()
     (folder / "looks" / "site.css").write_text(SITE_CSS)
-    pictures = package_folder("viz", "gallery")
-    if pictures is not None:
-        shutil.copytree(pictures, folder / "gallery")
+    shutil.copytree(package_folder("viz", "gallery"), folder / "gallery")
 
 
 def readme() -> str:
@@ -217,11 +214,11 @@ def readme() -> str:
     return str(importlib.metadata.metadata("transport").get_payload())
 
 
-def package_folder(package: str, name: str) -> Path | None:
-    """Return a folder of `sims` or `viz`; None if the package is not installed with it."""
+def package_folder(package: str, name: str) -> Path:
+    """Return a folder of data of `sims` or `viz`, without an import of the package."""
     spec = importlib.util.find_spec(f"transport.{package}")
-    folder = Path(spec.origin).parent / name if spec and spec.origin else None
-    return folder if folder is not None and folder.is_dir() else None
+    assert spec is not None and spec.origin is not None
+    return Path(spec.origin).parent / name
 
 
 def _contents(notebooks: list[str]) -> str:
@@ -232,18 +229,6 @@ def _contents(notebooks: list[str]) -> str:
         f"\n\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{chr(10).join(files)}\n```\n"
         for caption, files in kinds.items()
     )
-
-
-def _without_missing_pictures(text: str) -> str:
-    """Replace pictures that do not exist by their alternative text."""
-    folder = package_folder("viz", "gallery")
-
-    def kept(found):
-        return (
-            found[0] if folder is not None and (folder / found["name"]).is_file() else f"({found['words']})"
-        )
-
-    return re.sub(r"!?\[(?P<words>[^\]]*)\]\((?:\.\./)?gallery/(?P<name>[^)]*)\)", kept, text)
 
 
 def _is_internal(app: Any, what: str, name: str, value: Any, skip: bool, options: Any) -> bool | None:
