@@ -31,7 +31,11 @@ LEAST = 1e-9  # of the room's area, of a side that is not covered all over
 def check_room(number: int) -> list[str]:
     """The names of the scores of a room, all of them small.  Raises AssertionError."""
     room, is_backward = furnished(number), number % BACKWARD_EVERY == BACKWARD_EVERY - 1
-    return checked(lambda seed, more: scores(room, SEEDS * (2 * number + seed), more, is_backward))
+
+    def judged(is_backward: bool) -> list[str]:
+        return checked(lambda seed, more: scores(room, SEEDS * (2 * number + seed), more, is_backward))
+
+    return judged(is_backward) or judged(True)  # in some rooms nothing scores often enough forwards
 
 
 def scores(room: Furnished, seed: int, more: int, is_backward: bool) -> Scores:
