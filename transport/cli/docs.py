@@ -141,6 +141,10 @@ GUIDES = PACKAGE / "guides"
 SITE_CSS = """\
 .content { width: 56em; }  /* code blocks have lines of 100 characters */
 .sphinx-codeautolink-a:link { text-decoration: underline dotted; text-underline-offset: 0.2em; }
+@media (max-width: 40em) {  /* pictures stay readable on a phone: they move under the finger */
+  article p:has(> img) { overflow-x: auto; }
+  article p > img { max-width: none; width: 38em; }
+}
 """
 REQUIRED_PACKAGES = ("sphinx", "furo", "myst_nb", "sphinx_codeautolink", "latex2mathml")
 GUIDE_KINDS = {  # pages by kind, as the site lists them
