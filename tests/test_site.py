@@ -9,8 +9,9 @@ import pytest
 import typer
 
 import transport as tp
+from tests.test_readme import fences
 from transport.cli.commands import app
-from transport.cli.docs import GUIDE_ORDER, _is_internal, build_site, pages, write_sources
+from transport.cli.docs import GUIDE_ORDER, GUIDES, _is_internal, build_site, pages, write_sources
 from transport.results.backward import ViewReading
 from transport.results.detectors import Reading
 from transport.results.phase_space import PhaseReading
@@ -129,7 +130,9 @@ def test_guides_and_reference_link_to_one_another(site):
     room = page_of(site, "guides/room")
     assert room.count('href="../reference/shapes.html#transport.Box"') >= 4
     for name in GUIDE_ORDER:
-        assert 'href="../reference/' in page_of(site, f"guides/{name}").partition("</h1>")[2], name
+        if any(language == "python" for language, _ in fences(GUIDES / f"{name}.md")):
+            assert 'href="../reference/' in page_of(site, f"guides/{name}").partition("</h1>")[2], name
+    assert "<code" in (code := page_of(site, "guides/code")) and "runs.html#transport.simulate" not in code
     shapes = page_of(site, "reference/shapes")
     assert 'href="../guides/room.html#describe-the-scene"' in shapes
 

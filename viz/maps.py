@@ -77,10 +77,10 @@ POLAR = ("mu", "theta")
 UPRIGHT = (*POLAR, "v")  # axes that stand upright if they come first
 CELLS = ("z", "y", "x")  # axes of which the middle bin is taken, in this order
 LISTED = ("time", "medium")  # axes that may be lists of places and not bins
-TURN = ("azimuth v", "rad")
+TURN, FROM_POLE = ("azimuth v", "rad"), ("polar angle u", "rad")
 COORDINATES = {  # words and units of u and v on shapes where they are not both metres along sides
     Disk: {"u": ("radius u", "m"), "v": TURN},
-    Sphere: {"u": ("polar angle u", "rad"), "v": TURN},
+    Sphere: {"u": FROM_POLE, "v": TURN},
 }
 OF_REVOLVED = {"u": ("height u along the axis", "m"), "v": TURN}
 WORDS = {
@@ -267,6 +267,7 @@ class Along(NamedTuple):
     """An axis of a map: its name, edges of its bins in `unit`, of which there are `scale` in an SI unit, and its words.
 
     names: what stands at the bins where the axis is a list of instants or of media; they are drawn equally wide.
+    is_from_pole: whether it is a polar angle, which grows downwards.
     """
 
     name: str
@@ -275,6 +276,7 @@ class Along(NamedTuple):
     unit: str
     scale: float = 1.0
     names: tuple[str, ...] = ()
+    is_from_pole: bool = False
 
     @property
     def label(self) -> str:
@@ -513,7 +515,8 @@ def alongs(array: EstimateArray, shape: object = None) -> list[Along]:
             continue
         scale, unit = suited.get(unit, (1.0, unit_label(unit or "1")))
         say = words[name][0] if name in words else WORDS.get(name, axis_symbol(name))
-        found.append(Along(name, array.coords[name] * scale, say, unit, scale))
+        is_from_pole = name == "theta" or words.get(name) is FROM_POLE
+        found.append(Along(name, array.coords[name] * scale, say, unit, scale, is_from_pole=is_from_pole))
     return found
 
 
@@ -530,7 +533,9 @@ def _arranged(chosen: Chosen) -> Bins:
     frame = chosen.frame or _frame(array, shape)
     if frame == PLAN:
         found = direction_bins(array)
-        across = Along("theta", np.degrees(found.theta), WORDS["theta"], "°", 180 / math.pi)
+        across = Along(
+            "theta", np.degrees(found.theta), WORDS["theta"], "°", 180 / math.pi, is_from_pole=True
+        )
         up = Along("phi", np.degrees(found.phi), WORDS["phi"], "°", 180 / math.pi)
         fields = (each.T for each in (found.value, found.error, found.unscored, found.doubtful))
         return Bins(across, up, *fields, array.unit, chosen.label, frame, names[-1] == "phi", array)
@@ -725,7 +730,7 @@ def _furnish_flat(axes: Axes, bins: Bins) -> None:
     from_inside = ", seen from inside" if bins.frame == SKY else ""
     axes.set(xlabel=across.label + from_inside, ylabel=up.label)
     axes.xaxis.set_inverted(bins.frame == SKY and across.name == "phi")
-    axes.yaxis.set_inverted(up.name == "theta" or up.words.startswith("polar angle"))
+    axes.yaxis.set_inverted(up.is_from_pole)
     for axis, along in ((axes.xaxis, across), (axes.yaxis, up)):
         if along.names:
             axis.set_ticks(range(len(along.names)), along.names)

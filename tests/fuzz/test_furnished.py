@@ -110,3 +110,17 @@ def test_lamps_that_change_with_the_gap_are_seen(monkeypatch):
 
     monkeypatch.setattr(type(room), "lit", dimmer)
     assert max(map(abs, dict(furniture._gapped(room, 1, 1)).values())) > agreements.LIMIT
+
+
+def test_lamps_that_change_with_the_estimator_are_seen(monkeypatch):
+    room, run_of = furnished(65), furniture.run_of
+
+    def dimmer(scene, seed, more, estimator):
+        if estimator == "expected":
+            power = 1.1 * scene.sources[0].emission.power
+            sources = [replace(each, emission=tp.Lambertian(power=power)) for each in scene.sources]
+            scene = replace(scene, sources=sources)
+        return run_of(scene, seed, more, estimator=estimator)
+
+    monkeypatch.setattr(furniture, "run_of", dimmer)
+    assert max(map(abs, dict(furniture._expected(room, 1, 1)).values())) > agreements.LIMIT

@@ -149,9 +149,11 @@ SITE_CSS = """\
 REQUIRED_PACKAGES = ("sphinx", "furo", "myst_nb", "sphinx_codeautolink", "latex2mathml")
 GUIDE_KINDS = {  # pages by kind, as the site lists them
     "Tutorials": ("room", "tissue", "tube"),
-    "How to": ("howto", "plots", "estimators", "scenes", "saving", "clusters", "commands"),
-    "What can be described": ("surfaces", "media", "clocks"),
-    "Explanations": ("numbers", "cost", "laws", "performance", "peers", "gallery", "glossary"),
+    "How to": ("howto", "plots", "estimators"),
+    "Explanations": ("numbers", "cost", "peers"),
+    "Reference: scenes": ("surfaces", "media", "clocks"),
+    "Reference: runs and files": ("scenes", "saving", "clusters", "commands"),
+    "Reference: figures and terms": ("gallery", "laws", "performance", "glossary"),
     "Development": ("extending", "code"),
 }
 GUIDE_ORDER = tuple(name for names in GUIDE_KINDS.values() for name in names)
@@ -228,7 +230,7 @@ def package_folder(package: str, name: str) -> Path:
 def _contents(notebooks: list[str]) -> str:
     kinds = {kind: [f"guides/{name}" for name in names] for kind, names in GUIDE_KINDS.items()}
     kinds["Tutorials"] += [f"guides/{name}" for name in notebooks]
-    kinds["Reference"] = [f"reference/{page.file}" for page in pages()] + ["reference/commands"]
+    kinds["Reference: names"] = [f"reference/{page.file}" for page in pages()] + ["reference/commands"]
     return "".join(
         f"\n\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{chr(10).join(files)}\n```\n"
         for caption, files in kinds.items()
@@ -265,7 +267,7 @@ def _link_names(app: Any, doctree: Any) -> None:
     from sphinx.addnodes import pending_xref
 
     for literal in list(doctree.findall(nodes.literal)):
-        name = re.match(r"(?:tp\.)?(\w+)", literal.astext())
+        name = re.match(r"(?:tp\.)?(\w+)(?=\(|$)", literal.astext())
         is_linked = isinstance(literal.parent, pending_xref | nodes.reference)
         if name and name[1] in transport.__all__ and not is_linked:
             target = f"transport.{name[1]}" if callable(getattr(transport, name[1])) else name[1]
