@@ -202,6 +202,7 @@ EXTRAS = {  # optional packages: the extra that installs each
     "pyvista": "viz",
     "vtkmodules": "viz",
     "xarray": "files",
+    "pandas": "files",
     "h5netcdf": "files",
     "distributed": "cluster",
     "sphinx": "docs",

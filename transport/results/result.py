@@ -275,8 +275,7 @@ class Result(Record):
         ``result["name"].plot()`` draws one detector with its errors, ``result.scene.plot()`` the scene.
         """
         with optional_packages("plot"):
-            draw = function_for(type(self), "plot")
-        return draw(self, path)
+            return function_for(type(self), "plot")(self, path)
 
     def save(self, path: "str | PathLike") -> None:
         """Write the result to a file; `tp.load` reads it.

@@ -571,7 +571,7 @@ class Tally:
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, quantity, ax, decades, label=label, cut=cut, unit=unit, path=path)
+            return draw(self, quantity, ax, decades, label=label, cut=cut, unit=unit, path=path)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

@@ -187,8 +187,7 @@ class Scene(SceneParts):
         'x  [m]'
         """
         with optional_packages("plot"):
-            draw = function_for(type(self), "plot")
-        return draw(self, plane, at, ax, path=path)
+            return function_for(type(self), "plot")(self, plane, at, ax, path=path)
 
     def view(self, path: str | PathLike | None = None) -> object:
         """Show the scene in 3-D: in a window, or as a picture or page (needs PyVista).
@@ -210,8 +209,7 @@ class Scene(SceneParts):
             For another kind of file, and where this machine cannot draw; the message says what to install.
         """
         with optional_packages("view"):
-            show = function_for(type(self), "view")
-        return show(self, path)
+            return function_for(type(self), "view")(self, path)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

@@ -443,7 +443,7 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, ax, decades, label, cut=cut, unit=unit, path=path)
+            return draw(self, ax, decades, label, cut=cut, unit=unit, path=path)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
