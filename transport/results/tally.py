@@ -330,7 +330,7 @@ class Tally:
 
     @property
     def bin_sizes(self) -> dict[str, tuple[tuple[str, ...], np.ndarray, str]]:
-        """Sizes of the bins by which its available quantities are divided: axes, values and unit, by name."""
+        """Sizes of the bins that divide its available quantities (axes, values and unit, by name)."""
         found = {}
         for name in {each: None for quantity in self.available for each in self._measures_of(quantity)}:
             measure = self.measures[name]()

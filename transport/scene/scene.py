@@ -328,10 +328,17 @@ class Scene(SceneParts):
             refuse(surface, f"{must} and no media; {cure}, or leave out duration")
 
 
+_ORDER = ("sources", "surfaces", "detectors")
+_LISTS: dict[type, str] = {Source: "sources", Surface: "surfaces"} | dict.fromkeys(
+    DETECTOR_TYPES, "detectors"
+)
+
+
 def _coerce_parts(scene: Scene, name: str, *kinds: type) -> None:
     """The field is a tuple of parts of these kinds; a single part, or any iterable of them, is accepted."""
     value = getattr(scene, name)
-    must = f"{name} must be a list of {' or '.join(kind.__name__ for kind in kinds)} objects"
+    of = "detector" if len(kinds) > 1 else kinds[0].__name__
+    must = f"{name} must be a list of {of} objects"
     if isinstance(value, kinds):
         value = (value,)
     if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
@@ -339,5 +346,10 @@ def _coerce_parts(scene: Scene, name: str, *kinds: type) -> None:
     parts = tuple(value)
     for place, part in enumerate(parts):
         if not isinstance(part, kinds):
-            refuse(scene, f"{must}, got {short_repr(part)} as {name}[{place}]; put it into its own list")
+            own = _LISTS.get(type(part))
+            cure = (
+                f"it belongs into {own}=[...]: the order is {', '.join(_ORDER)}" if own else "make one of it"
+            )
+            got = f"{type(part).__name__} {part.name!r}" if own and part.name else short_repr(part)
+            refuse(scene, f"{must}, got {got} as {name}[{place}]; {cure}")
     set_fields(scene, **{name: parts})
