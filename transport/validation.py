@@ -305,13 +305,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def checked_keywords(function: F) -> F:
     """Make a function raise SceneError, with a suggestion, for a keyword that it does not know."""
-    names = list(inspect.signature(function).parameters)
+    parameters = inspect.signature(function).parameters.values()
+    names = [each.name for each in parameters if each.kind is not each.VAR_POSITIONAL]
 
     @functools.wraps(function)
     def checked(*values: object, **named: object) -> object:
         for name, value in named.items():
             if name not in names:
-                hint = name_hint(name, names)
+                hint = name_hint(name, names) if names else "it takes no keywords"
                 raise SceneError(f"{function.__name__}: unknown parameter {name}={short_repr(value)}; {hint}")
         return function(*values, **named)
 
