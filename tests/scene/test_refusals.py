@@ -258,7 +258,7 @@ SOURCES = {
 
 SCENES = {
     "Scene: sources ... at least one ... none": lambda: tp.Scene([]),
-    "Scene: sources ... Source ... Detector( ... sources[0]": lambda: tp.Scene([tp.Detector("floor")]),
+    "Scene: sources ... Source ... Detector 'floor' ... sources[0]": lambda: tp.Scene([tp.Detector("floor")]),
     "Scene: surfaces ... Source(": lambda: tp.Scene(LAMP, LAMP),
     "Scene: detectors ... Disk( ... detectors[0]": lambda: tp.Scene(LAMP, (), [DISK]),
     "got Detector 'floor' as surfaces[0]; it belongs into detectors=[...]: the order is sources, surfaces, detectors": lambda: tp.Scene(LAMP, [tp.Detector("floor")], [WALL]),

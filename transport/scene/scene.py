@@ -339,7 +339,7 @@ def _coerce_parts(scene: Scene, name: str, *kinds: type) -> None:
     value = getattr(scene, name)
     of = "detector" if len(kinds) > 1 else kinds[0].__name__
     must = f"{name} must be a list of {of} objects"
-    if isinstance(value, kinds):
+    if isinstance(value, tuple(_LISTS)):
         value = (value,)
     if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
         refuse(scene, f"{must}, got {short_repr(value)}")
