@@ -348,8 +348,11 @@ def _coerce_parts(scene: Scene, name: str, *kinds: type) -> None:
         if not isinstance(part, kinds):
             own = _LISTS.get(type(part))
             cure = (
-                f"it belongs into {own}=[...]: the order is {', '.join(_ORDER)}" if own else "make one of it"
+                f"it belongs into {own}=[...]: the order is {', '.join(_ORDER)}"
+                if own
+                else "give each shape its own object"
             )
-            got = f"{type(part).__name__} {part.name!r}" if own and part.name else short_repr(part)
+            label = getattr(part, "name", None) if own else None
+            got = f"{type(part).__name__} {label!r}" if label else short_repr(part)
             refuse(scene, f"{must}, got {got} as {name}[{place}]; {cure}")
     set_fields(scene, **{name: parts})
