@@ -350,7 +350,7 @@ def _coerce_parts(scene: Scene, name: str, *kinds: type) -> None:
             cure = (
                 f"it belongs into {own}=[...]: the order is {', '.join(_ORDER)}"
                 if own
-                else "give each shape its own object"
+                else f"write {kinds[0].__name__}(...)"
             )
             label = getattr(part, "name", None) if own else None
             got = f"{type(part).__name__} {label!r}" if label else short_repr(part)
