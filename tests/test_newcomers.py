@@ -85,11 +85,21 @@ def test_errors_of_unknown_names_suggest_the_nearest(monkeypatch):
         ("Cube", "Box"),
         ("Light", "Source"),
         ("Lambertan", "Lambertian"),
+        ("millimeter", "mm"),
+        ("nanometre", "nm"),
+        ("micron", "um"),
+        ("degrees", "deg"),
+        ("inch", "cm"),
     ):
         with pytest.raises(AttributeError, match=f"no attribute '{name}'; did you mean '{meant}'"):
             getattr(tp, name)
     with pytest.raises(AttributeError, match=r"no attribute 'foo'; there are \d+ names, such as"):
         tp.foo  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'metre'; numbers are in SI units: leave this"):
+        tp.metre  # noqa: B018
+    disc = tp.simulate(tp.Scene(LAMP, tp.Surface(METER, tp.Black(), "disc")), 10, progress=False).ledger
+    with pytest.raises(tp.SceneError, match="absorbed_by has no entry 'desc'; did you mean 'disc'"):
+        disc.absorbed_by["desc"]
     for name, meant in (
         ("radiosity", "exitance"),
         ("exposure", "fluence_rate"),

@@ -13,9 +13,10 @@ import functools
 import inspect
 import math
 import reprlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from numbers import Integral, Real
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, cast, dataclass_transform
 
 import numpy as np
@@ -41,7 +42,9 @@ _SYNONYMS: dict[str, tuple[str, ...]] = {  # names of other programs and books, 
     "pixels": ("resolution", "film_size"),
     "field_of_view": ("fov",),
     "particles": ("spp", "samples", "photons", "n_photons", "histories", "nps", "n_particles", "rays"),
-    "error": ("relative_error", "rtol", "tolerance"),
+    "error": ("relative_error", "rtol", "tolerance", "err", "stderr", "std", "sigma", "sd", "sem"),
+    "value": ("val", "nominal_value"),
+    "unit": ("units",),
     "seconds": ("time", "timeout"),
     "threads": ("workers", "n_jobs", "processes"),
     "exitance": ("radiosity", "radiant_exitance", "emittance", "emissive_power"),
@@ -65,11 +68,45 @@ _SYNONYMS: dict[str, tuple[str, ...]] = {  # names of other programs and books, 
     "Beam": ("Sun", "Collimated", "Laser", "DirectionalLight"),
     "Surface": ("Object", "Wall"),
     "simulate": ("run", "render", "trace"),
+    "km": ("kilometer", "kilometre", "kilometers", "kilometres"),
+    "cm": ("centimeter", "centimetre", "centimeters", "centimetres", "inch", "inches"),
+    "mm": ("millimeter", "millimetre", "millimeters", "millimetres"),
+    "um": ("micrometer", "micrometre", "micrometers", "micrometres", "micron", "microns"),
+    "nm": ("nanometer", "nanometre", "nanometers", "nanometres", "angstrom"),
+    "us": ("microsecond", "microseconds"),
+    "ns": ("nanosecond", "nanoseconds", "ps", "picosecond", "picoseconds"),
+    "deg": ("degree", "degrees"),
+    "arcmin": ("arcminute", "arcminutes"),
+    "arcsec": ("arcsecond", "arcseconds"),
+    "mrad": ("milliradian", "milliradians"),
+    "au": ("AU", "astronomical_unit"),
+}
+_SI_UNITS = {
+    "m",
+    "meter",
+    "metre",
+    "s",
+    "second",
+    "W",
+    "watt",
+    "J",
+    "joule",
+    "rad",
+    "radian",
+    "sr",
+    "kg",
+    "K",
 }
 _REMARKS = {
     "diameter": " (half of it)",
     "g": " (phase=tp.HenyeyGreenstein(g))",
     "anisotropy": " (phase=tp.HenyeyGreenstein(g))",
+    "inch": " (2.54 of it)",
+    "inches": " (2.54 of it)",
+    "angstrom": " (a tenth of it)",
+    "ps": " (a thousandth of it)",
+    "picosecond": " (a thousandth of it)",
+    "picoseconds": " (a thousandth of it)",
 }
 MANY_NAMES = 16  # that a message does not list
 
@@ -202,6 +239,7 @@ EXTRAS = {  # optional packages: the extra that installs each
     "pyvista": "viz",
     "vtkmodules": "viz",
     "xarray": "files",
+    "pandas": "files",
     "h5netcdf": "files",
     "distributed": "cluster",
     "sphinx": "docs",
@@ -236,6 +274,8 @@ def name_hint(word: object, names: Iterable[str]) -> str:
     meant = next((here for here, others in _SYNONYMS.items() if here in names and word in others), None)
     if meant is not None:
         return f"did you mean {meant!r}{_REMARKS.get(word, '')}?"
+    if "speed_of_light" in names and {word, word.removesuffix("s")} & _SI_UNITS:
+        return "numbers are in SI units: leave this factor out"
     lower = {name.lower(): name for name in names}
     for near in difflib.get_close_matches(word.lower(), lower, n=3, cutoff=0.6):
         is_alike = difflib.SequenceMatcher(None, word.lower(), near).ratio() >= 0.75
@@ -246,18 +286,33 @@ def name_hint(word: object, names: Iterable[str]) -> str:
     return f"choose from {', '.join(map(repr, names))}" if names else "there is nothing to choose from"
 
 
+class NamedEntries(dict[str, Any]):
+    """A dict by name that raises SceneError, with the closest name, for an unknown one."""
+
+    def __init__(self, problem: str, entries: Mapping[str, Any] = MappingProxyType({})) -> None:
+        super().__init__(entries)
+        self.problem = problem
+
+    def __missing__(self, name: object) -> NoReturn:
+        raise SceneError(f"{self.problem} {name!r}; {name_hint(name, self)}")
+
+    def __reduce__(self) -> tuple[type, tuple[str, dict[str, Any]]]:
+        return type(self), (self.problem, dict(self))
+
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def checked_keywords(function: F) -> F:
     """Make a function raise SceneError, with a suggestion, for a keyword that it does not know."""
-    names = list(inspect.signature(function).parameters)
+    parameters = inspect.signature(function).parameters.values()
+    names = [each.name for each in parameters if each.kind is not each.VAR_POSITIONAL]
 
     @functools.wraps(function)
     def checked(*values: object, **named: object) -> object:
         for name, value in named.items():
             if name not in names:
-                hint = name_hint(name, names)
+                hint = name_hint(name, names) if names else "it takes no keywords"
                 raise SceneError(f"{function.__name__}: unknown parameter {name}={short_repr(value)}; {hint}")
         return function(*values, **named)
 

@@ -23,6 +23,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, MaxNLocator, NullLocator
 
+from transport.validation import SceneError
+
 Mark = tuple[str, str | tuple]  # marker, line style
 
 # Okabe and Ito 2008, "Color universal design": colour-blind eyes tell them apart.  Their yellow is too pale.
@@ -113,15 +115,22 @@ def figure(
         if path is None:
             made.draw_without_rendering()  # labels take their sizes from these settings when they are first drawn
         else:
-            Path(path).parent.mkdir(parents=True, exist_ok=True)
-            made.savefig(path)
+            save_figure(made, path)
+
+
+def save_figure(made: Figure, path: str | os.PathLike) -> None:
+    """Write a figure to a file, whose folder is made.  Raises SceneError for an unknown ending."""
+    ending, known = Path(path).suffix, made.canvas.get_supported_filetypes()
+    if ending and ending[1:].lower() not in known:
+        raise SceneError(f"plot: path must end in .png, .pdf or .svg, got {str(path)!r}; rename the file")
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    made.savefig(path)
 
 
 def saved(axes: Axes, path: str | os.PathLike | None) -> Axes:
     """The axes, after their figure has been written if a path is given."""
     if path is not None:
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        axes.figure.savefig(path)
+        save_figure(axes.figure, path)
     return axes
 
 

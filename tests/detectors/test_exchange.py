@@ -156,8 +156,13 @@ def test_every_way_of_counting_gives_the_same(start, is_aimed, monkeypatch):
 
 def test_shapes_that_face_away_exchange_nothing():
     a, b = disks(1, 1, 1)
-    for sides in ({"side_a": "back"}, {"side_b": "back"}):
-        assert counted(a, b, particles=1000, **sides).value == 0
+    for name in ("a", "b"):
+        cure = (
+            f'the back of {name} faces away from all of .*; reverse its normal, or write side_{name}="front"'
+        )
+        with pytest.warns(UserWarning, match=cure) as warned:
+            assert counted(a, b, particles=1000, **{f"side_{name}": "back"}).value == 0
+        assert len(warned) == 1
     both = counted(*disks(1, 1, -1), side_a="back", side_b="back")
     assert_agrees(both, view_factors.coaxial_disks(1, 1, 1), FALSE_ALARM)
 

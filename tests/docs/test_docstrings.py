@@ -207,6 +207,18 @@ def test_docstrings_of_the_reference_are_read_as_they_are_meant(faults_of):
 
 
 @pytest.mark.slow
+def test_properties_have_no_colon_in_the_first_line_which_sphinx_takes_for_their_type():
+    wrong = [
+        f"{base.__name__}.{name}: {line}"
+        for base in {each for value in PUBLIC.values() if isinstance(value, type) for each in value.__mro__}
+        for name, member in vars(base).items()
+        if isinstance(member, property | functools.cached_property)
+        and not name.startswith("_")
+        and ": " in (line := (member.__doc__ or "").partition("\n")[0])
+    ]
+    assert wrong == []
+
+
 def test_constants_named_in_comments_and_docstrings_exist():
     texts = {path: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
     faults = {str(path): unknown_constants(text) for path, text in texts.items()}

@@ -357,6 +357,8 @@ def test_a_plane_that_is_none_and_axes_that_are_none_are_refused():
         scene.plot(ax=3)
     with pytest.raises(tp.SceneError, match=r"must end in \.png or \.html"):
         scene.view("scene.jpg")
+    with pytest.raises(tp.SceneError, match=r"plot: path must end in \.png, \.pdf or \.svg, got 'x\.jpgg'"):
+        scene.plot(path="x.jpgg")
 
 
 def test_without_matplotlib_a_sentence_names_the_extra(monkeypatch):

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import transport as tp
 from tests.processes import python
 from transport.cli import show
+from transport.cli.commands import app
 from transport.viz import scene, screen
 
 needs_screen = pytest.mark.skipif(not screen.has_screen(), reason="no OpenGL here")
@@ -49,6 +51,33 @@ with figure((4, 3), "a chart", path="chart.png"):
     pass
 print("CHART")
 """
+
+HIDE = """
+class Hidden:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name.partition(".")[0] in {hidden}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Hidden)
+import transport as tp
+
+disk = tp.Disk(radius=1.0)
+lit = tp.Scene(tp.Source(disk, tp.Lambertian(power=1.0)), detectors=tp.Detector(disk, "disk", directions=tp.Directions(mu=2)))
+result = tp.simulate(lit, particles=100, progress=False)
+for call in {calls}:
+    try:
+        eval(call)
+    except tp.SceneError as refused:
+        print(refused)
+"""
+EXTRAS = {  # packages that are not there: the extra of each call that needs them
+    ("vtkmodules", "pyvista"): ("viz", ["lit.view('x.html')", "lit.view('x.png')"]),
+    ("matplotlib",): ("plot", ["lit.plot()", "result.plot()", "result['disk'].plot()", "result['disk'].radiance.plot()"]),
+    ("xarray",): ("files", ["result['disk'].to_dataset()", "result['disk'].radiance.to_xarray()"]),
+    ("pandas",): ("files", ["result['disk'].to_dataframe()", "result['disk'].radiance.to_dataframe()"]),
+    ("h5netcdf",): ("files", ["result.save('x.nc')"]),
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -184,6 +213,22 @@ def test_with_opengl_the_picture_is_drawn_and_nothing_is_loaded_before(child):
 def test_without_pyvista_the_error_names_the_extra(child):
     done = child("sys.modules['pyvista'] = None\n" + DRAW)
     assert "NO SCREEN" in done.stdout and "pip install '.[viz]'" in done.stdout and "CHART" in done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", EXTRAS)
+def test_what_is_not_installed_is_named_with_its_extra(child, hidden):
+    extra, calls = EXTRAS[hidden]
+    lines = child(HIDE.format(hidden=hidden, calls=calls)).stdout.splitlines()
+    assert len(lines) == len(calls), lines
+    for line in lines:
+        assert "is not installed" in line and f"pip install '.[{extra}]'" in line
+
+
+def test_a_file_that_is_not_there_is_named_before_what_is_not_installed(monkeypatch):
+    monkeypatch.setitem(sys.modules, "transport.viz.screen", None)
+    answer = CliRunner().invoke(app, ["view", "nofile.json", "--html"])
+    assert "nofile.json: cannot be read" in answer.output and "installed" not in answer.output
 
 
 def test_endless_tracks_are_drawn_as_far_as_there_is_room(monkeypatch):

@@ -258,9 +258,11 @@ SOURCES = {
 
 SCENES = {
     "Scene: sources ... at least one ... none": lambda: tp.Scene([]),
-    "Scene: sources ... Source ... Detector( ... sources[0]": lambda: tp.Scene([tp.Detector("floor")]),
+    "Scene: sources ... Source ... Detector 'floor' ... sources[0]": lambda: tp.Scene([tp.Detector("floor")]),
     "Scene: surfaces ... Source(": lambda: tp.Scene(LAMP, LAMP),
     "Scene: detectors ... Disk( ... detectors[0]": lambda: tp.Scene(LAMP, (), [DISK]),
+    "got Detector 'floor' as surfaces[0]; it belongs into detectors=[...]: the order is sources, surfaces, detectors": lambda: tp.Scene(LAMP, [tp.Detector("floor")], [WALL]),
+    "got Surface 'floor' as detectors[0]; it belongs into surfaces=[...]": lambda: tp.Scene(LAMP, detectors=WALL),
     "Scene: sources ... 'lamp'": lambda: tp.Scene("lamp"),
     "Scene: duration ... positive ... -1": lambda: tp.Scene(LAMP, duration=-1),
     "Scene: duration ... Gas ... None ... duration=...": lambda: tp.Scene(GAS),

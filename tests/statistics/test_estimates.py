@@ -1,6 +1,8 @@
 """Estimates and arrays of estimates: what they print and refuse; arithmetic keeps units, correlations and coverage."""
 
+import copy
 import math
+import pickle
 import sys
 
 import numpy as np
@@ -376,6 +378,10 @@ def test_numpy_takes_the_values_but_where_errors_would_be_lost():
     for function, cure in ((np.sum, r"\.sum\(\)"), (np.mean, r"\.mean\(\)"), (np.average, r"\.mean\(\)")):
         with pytest.raises(TypeError, match=cure):
             function(L)
+    for function, cure in ((np.min, "argmin"), (np.nanmax, "argmax"), (lambda e: e.max(), "argmax")):
+        with pytest.raises(TypeError, match=rf"E\[E\.{cure}\(\)\] is the bin .* biased"):
+            function(L)
+    assert L[L.argmin()].value == L.value.min() and L[L.argmax()].value == L.value.max()
     np.testing.assert_array_equal(np.concatenate([L, L]), np.concatenate([L.value, L.value]))
     np.testing.assert_array_equal(np.atleast_2d(L), L.value)
     assert np.allclose(a=L, b=L.value)
@@ -392,6 +398,27 @@ def test_an_array_can_be_plotted():
     axes.stairs(L[:, 1], L.coords["mu"])
     axes.imshow(L)
     axes.bar(range(4), L[:, 2])
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("plot", r"one number has no bins: print it, or give its detector bins, Detector\("),
+        ("mean", "one number has no bins"),
+        ("val", "did you mean 'value'"),
+        ("err", "did you mean 'error'"),
+        ("stderr", "did you mean 'error'"),
+        ("std", "did you mean 'error'"),
+        ("units", "did you mean 'unit'"),
+    ],
+)
+def test_an_unknown_name_of_a_number_is_answered(name, words):
+    number = grid(1)[0, 0]
+    with pytest.raises(AttributeError, match=f"Estimate has no attribute '{name}'; {words}"):
+        getattr(number, name)
+    assert not hasattr(number, name) and not hasattr(number, "_private")
+    for again in (copy.deepcopy(number), pickle.loads(pickle.dumps(number))):
+        assert (again.value, again.error) == (number.value, number.error)
 
 
 def test_an_array_of_one_bin_is_a_number():

@@ -17,7 +17,7 @@ import numpy as np
 
 from transport.statistics.batches import standard_error
 from transport.statistics.estimates import EstimateArray
-from transport.validation import SceneError, name_hint
+from transport.validation import SceneError, checked_keywords, name_hint
 
 SLOPE_POWER, STEP_POWER = 2.0, 1.0  # blur² falls as (number of bins)^-power, for a slope and a step
 MIN_SIGNIFICANCE = 10.0  # blur² must exceed its own noise by this factor before a ratio of two is used
@@ -86,6 +86,7 @@ class BinsAgainstNoise:
         return self.bins[total.index(min(total))]
 
 
+@checked_keywords
 def bins_against_noise(array: EstimateArray, dim: str) -> BinsAgainstNoise:
     """Estimate the blur and noise of fewer bins along an axis from the fine bins of one run.
 

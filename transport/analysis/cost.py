@@ -43,7 +43,7 @@ from transport.scene.tracking import Tracking
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.notation import duration, percent
-from transport.validation import SceneError, name_hint, short_repr
+from transport.validation import SceneError, checked_keywords, name_hint, short_repr
 
 if TYPE_CHECKING:
     from transport.analysis.work_precision import Price
@@ -171,6 +171,7 @@ class CostOfAccuracy:
         return prices_html(self)
 
 
+@checked_keywords
 def cost_of_accuracy(
     scene: Scene,
     quantity: Quantity,

@@ -18,12 +18,13 @@ from transport.scene.scene import Scene
 from transport.scene.sources import Source
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate
-from transport.validation import SceneError, as_floats, short_repr
+from transport.validation import SceneError, as_floats, checked_keywords, short_repr
 from transport.vectors import Vector
 
 SHAPE_NAME = "shape"  # name of the detector
 
 
+@checked_keywords
 def solid_angle(
     shape: Shape, position: Iterable[float], particles: int = 1_000_000, seed: int = 0
 ) -> Estimate:

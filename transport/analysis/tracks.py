@@ -12,7 +12,7 @@ from transport.io.html.pictures import image
 from transport.run.settings import checked_integer, coerce_tracking
 from transport.scene.scene import Scene
 from transport.scene.tracking import Tracking
-from transport.validation import SceneError, short_repr
+from transport.validation import SceneError, checked_keywords, short_repr
 
 FLIGHTS_PER_PARTICLE = 64  # flights per particle for which memory is allocated at first
 MAX_FLIGHTS = 1 << 24  # most flights: 1.4 GB
@@ -103,6 +103,7 @@ class Tracks:
         return before
 
 
+@checked_keywords
 def tracks(
     scene: Scene, particles: int = 300, seed: int = 0, tracking: Tracking | str | None = None
 ) -> Tracks:

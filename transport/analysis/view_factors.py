@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable
 
 import numpy as np
 
-from transport.geometry.relations import are_on_one_support, encloses
+from transport.geometry.relations import are_on_one_support, encloses, is_behind
 from transport.geometry.shape import Shape
 from transport.geometry.solid import Sphere
 from transport.results.result import Result
@@ -15,16 +16,17 @@ from transport.scene.detectors import Detector
 from transport.scene.emissions import Lambertian
 from transport.scene.materials import Black, Surface
 from transport.scene.scene import Scene
-from transport.scene.sides import IS_BACK
+from transport.scene.sides import IS_BACK, OTHER_SIDE
 from transport.scene.sources import Source
 from transport.simulate import simulate
 from transport.statistics.estimates import Estimate
-from transport.validation import SceneError, short_repr
+from transport.validation import SceneError, checked_keywords, short_repr
 
 # Aim at a target if its centre is at least this many bounding radii away from the start's.
 MIN_AIM_DISTANCE = 1.0
 
 
+@checked_keywords
 def view_factor(
     a: Shape,
     b: Shape,
@@ -59,6 +61,11 @@ def view_factor(
     Estimate
         View factor F_ab [1].
 
+    Warns
+    -----
+    UserWarning
+        If a side faces away from the other shape, so that the view factor is 0.
+
     Raises
     ------
     SceneError
@@ -85,9 +92,11 @@ def view_factor(
     <Estimate (0.3824 ± 0.0021), 32 batches>
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "view_factor")
+    _warn_if_facing_away("view_factor", a, b, side_a, side_b)
     return view_factor_from_run(simulate(scene, particles=particles, seed=seed))
 
 
+@checked_keywords
 def etendue(
     a: Shape,
     b: Shape,
@@ -141,6 +150,7 @@ def etendue(
     <Estimate (3.774 ± 0.021) m^2 sr, 32 batches>
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "etendue")
+    _warn_if_facing_away("etendue", a, b, side_a, side_b)
     share = view_factor_from_run(simulate(scene, particles=particles, seed=seed))
     return _scaled(share, math.pi * a.area, "m^2 sr")
 
@@ -212,11 +222,25 @@ def _is_far(start: Shape, target: Shape) -> bool:
     return apart >= MIN_AIM_DISTANCE * target.extent and not touches_ball
 
 
+def _warn_if_facing_away(caller: str, a: Shape, b: Shape, side_a: str, side_b: str) -> None:
+    """Warn where a side of a flat shape faces away from all of the other, unless both lie in one plane."""
+    if a.is_flat and b.is_flat and are_on_one_support(a, b):
+        return
+    for name, shape, side, other in (("a", a, side_a, b), ("b", b, side_b, a)):
+        if is_behind(other, shape, side):
+            away = "all of b" if name == "a" else "all of a"
+            cure = f'reverse its normal, or write side_{name}="{OTHER_SIDE[side]}"'
+            text = f"{caller}: the {side} of {name} faces away from {away}, so that the result is 0; {cure}"
+            warnings.warn(text, UserWarning, stacklevel=4)  # the caller of the checked function
+            return
+
+
 def _check_shape(caller: str, name: str, shape: object) -> None:
     """Raise if a shape has no area, or an infinite one for a."""
     must = f"{caller}: {name} must be a shape with an area, such as Disk(radius=...)"
     if not isinstance(shape, Shape) or not shape.has_area:
-        raise SceneError(f"{must}, got {short_repr(shape)}")
+        cure = "; pass its shape, surface.shape" if isinstance(shape, Surface) else ""
+        raise SceneError(f"{must}, got {short_repr(shape)}{cure}")
     if not math.isfinite(shape.area) and name == "a":
         raise SceneError(
             f"{must}, and of finite area, got {short_repr(shape)}; exchange a and b: A_a F_ab = A_b F_ba"
@@ -235,7 +259,7 @@ def _check_facing(caller: str, shell: Shape, other: Shape, side: str, name: str,
 
 def _as_shapes(caller: str, blockers: object) -> tuple[Shape, ...]:
     """The blockers as a tuple of shapes."""
-    shapes = (blockers,) if isinstance(blockers, Shape) else blockers
+    shapes = (blockers,) if isinstance(blockers, Shape | Surface) else blockers
     if not isinstance(shapes, Iterable) or isinstance(shapes, str):
         raise SceneError(f"{caller}: blockers must be shapes, got {short_repr(blockers)}")
     shapes = tuple(shapes)

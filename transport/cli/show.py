@@ -270,8 +270,8 @@ def view(
       transport view mine.py --case 2 --set albedo=0.9 --vtk --out figures
     """
     folder = Path("out") if out is None and json else out
-    kinds = output_kinds(html, vtk, movie, folder)
     module, settings = checked_experiment(experiment(sim)), named_values(set_ or ())
+    kinds = output_kinds(html, vtk, movie, folder)
     options = whole_number("--particles", particles), tracks, colour, seed, threads
     seen = make_view(module, settings, kinds, case, *options)
     if WINDOW in kinds:
@@ -331,7 +331,7 @@ def plot(
         else:
             drawn = result[detector].plot(quantity, decades=decades, cut=cut)
     path = Path("out") / f"{file.stem}.png" if out is None else out
-    paths, why = draw_to(lambda path: drawn.figure.savefig(path), path)
+    paths, why = draw_to(lambda path: _viz("style").save_figure(drawn.figure, path), path)
     if not paths:
         raise SceneError(f"plot: {why}")
     print_pictures(list(paths), "")

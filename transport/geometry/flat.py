@@ -126,7 +126,7 @@ class FlatShape(Shape):
 
     @property
     def frame(self) -> Frame:
-        """Unit vectors (e_u, e_v, n): e_v is `up` projected onto the plane, e_u = e_v x n.
+        """Unit vectors (e_u, e_v, n), where e_v is `up` projected onto the plane and e_u = e_v x n.
 
         The default `up` is +y, or +z if the normal is parallel to y within 1e-6 rad.
 
@@ -138,7 +138,7 @@ class FlatShape(Shape):
 
     @property
     def cross_section(self) -> float:
-        """Largest projected area [m^2]: the area."""
+        """Largest projected area [m^2], which is the area."""
         return self.area
 
     def projected_area(self, direction: Vector) -> float:
@@ -514,7 +514,7 @@ class FlatPolygon(FlatShape):
 
     @property
     def frame(self) -> Frame:
-        """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
+        """Unit vectors (e_u, e_v, n), with e_u from the first vertex to the second and e_v = n x e_u."""
         e_u = unit_vector(tuple(q - p for p, q in zip(*self.vertices[:2], strict=True)))
         return e_u, local_frame(e_u, self.normal)[0], self.normal
 
@@ -689,7 +689,7 @@ class Plane(FlatShape):
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
-        """Corners [m] of the bounding box: finite only along a normal that is a coordinate axis."""
+        """Corners [m] of the bounding box, finite only along a normal that is a coordinate axis."""
         return _infinite_bounds(self.center, self.normal, 0.0)
 
     @property
@@ -757,7 +757,7 @@ class Slab(Shape):
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
-        """Corners [m] of the bounding box: finite only along a normal that is a coordinate axis."""
+        """Corners [m] of the bounding box, finite only along a normal that is a coordinate axis."""
         return _infinite_bounds(self.center, self.normal, self.thickness / 2)
 
     @property

@@ -94,7 +94,7 @@ class Polygon(FlatPolygon):
 
     @property
     def least_width(self) -> float:
-        """Twice the area over the length of the outline [m]: its share that lies near the sides decides."""
+        """Twice the area over the length of the outline [m], as its share near the sides decides."""
         return 2 * self.area / sum(math.dist(p, q) for p, q in pairwise((*self.vertices, self.vertices[0])))
 
     def inner_sides(self, part: Triangle) -> tuple[bool, bool, bool]:

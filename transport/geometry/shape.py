@@ -61,7 +61,7 @@ class Shape:
 
     @property
     def coordinate_scale(self) -> float:
-        """Sum of absolute coordinates and lengths [m] that define the shape: the scale of its rounding."""
+        """Sum of absolute coordinates and lengths [m] that define the shape, the scale of its rounding."""
         return sum(map(abs, self.middle)) + self.extent
 
     @property
@@ -158,7 +158,7 @@ class Shape:
 
     @property
     def mean_chord(self) -> float:
-        """Mean chord of the volume within in isotropic light [m]: 4 volumes per area (Cauchy)."""
+        """Mean chord of the volume within in isotropic light [m], 4 volumes per area (Cauchy)."""
         return 4 * self.volume / self.area
 
     def _check_size(self, *names: str) -> None:
@@ -251,7 +251,7 @@ class Cloud(Shape):
 
     @property
     def volume(self) -> float:
-        """Effective volume (2 pi)^(3/2) sigma_x sigma_y sigma_z [m^3]: number over density at the centre."""
+        """Effective volume [m^3], the number over the density at the centre."""
         return (2 * math.pi) ** 1.5 * math.prod(self.sigma)
 
     def _reach(self) -> Vector:

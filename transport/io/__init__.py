@@ -5,10 +5,13 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
+from transport.validation import checked_keywords
+
 if TYPE_CHECKING:
     from transport.results.result import Result
 
 
+@checked_keywords
 def load(path: str | PathLike) -> Result:
     """Load a saved run, bit for bit as `simulate` returned it.
 
@@ -57,6 +60,7 @@ def load(path: str | PathLike) -> Result:
     return load(path)
 
 
+@checked_keywords
 def merge(*runs: Result | str | PathLike) -> Result:
     """Merge runs of the same scene into one result with the batches of all of them.
 

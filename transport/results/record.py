@@ -78,7 +78,7 @@ class Cost:
 
     @property
     def next_digit(self) -> float:
-        """Seconds for a tenth of the error: 100 times the particles, or fewer if the slope is steeper.
+        """Seconds for a tenth of the error, by 100 times the particles, or fewer if the slope is steeper.
 
         Returns
         -------

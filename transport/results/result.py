@@ -34,7 +34,7 @@ from transport.statistics.estimates import Estimate
 from transport.statistics.findings import Finding, note
 from transport.statistics.quality import Quality
 from transport.units import Unit
-from transport.validation import SceneError, name_hint, optional_packages
+from transport.validation import NamedEntries, SceneError, name_hint, optional_packages
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -180,7 +180,7 @@ class Result(Record):
 
     @property
     def ledger(self) -> "Ledger":
-        """The energy balance: where all emitted power went; for a backward run, where its histories went.
+        """The energy balance, where all emitted power went (of a backward run, where its histories went).
 
         Returns
         -------
@@ -208,7 +208,7 @@ class Result(Record):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Findings of the run, then on the totals of each detector: what may be missing, and notes.
+        """Findings of the run, then on the totals of each detector (what may be missing, and notes).
 
         Returns
         -------
@@ -275,8 +275,7 @@ class Result(Record):
         ``result["name"].plot()`` draws one detector with its errors, ``result.scene.plot()`` the scene.
         """
         with optional_packages("plot"):
-            draw = function_for(type(self), "plot")
-        return draw(self, path)
+            return function_for(type(self), "plot")(self, path)
 
     def save(self, path: "str | PathLike") -> None:
         """Write the result to a file; `tp.load` reads it.
@@ -373,7 +372,7 @@ class Ledger(Mapping[str, Estimate]):
         emitted = math.fsum(emitter.amount for emitter in plan.emitters)
         share = emitted / plan.unit
         # Collect the absorbed weight of each surface and of each absorbing medium.
-        self.absorbed_by: dict[str, Estimate] = {}
+        self.absorbed_by: dict[str, Estimate] = NamedEntries("ledger.absorbed_by has no entry")
         for index, rows in sorted(plan.rows_of_surfaces.items()):
             name = scene.surfaces[index].name or f"surfaces[{index}]"
             self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)

@@ -330,7 +330,7 @@ class Tally:
 
     @property
     def bin_sizes(self) -> dict[str, tuple[tuple[str, ...], np.ndarray, str]]:
-        """Sizes of the bins by which its available quantities are divided: axes, values and unit, by name."""
+        """Sizes of the bins that divide its available quantities (axes, values and unit, by name)."""
         found = {}
         for name in {each: None for quantity in self.available for each in self._measures_of(quantity)}:
             measure = self.measures[name]()
@@ -571,7 +571,7 @@ class Tally:
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, quantity, ax, decades, label=label, cut=cut, unit=unit, path=path)
+            return draw(self, quantity, ax, decades, label=label, cut=cut, unit=unit, path=path)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)

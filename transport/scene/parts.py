@@ -40,7 +40,7 @@ class SceneParts:
 
     @property
     def measured_in(self) -> str:
-        """Unit of the emission of all sources: "watts" or "particles"; media that emit do so in watts.
+        """Unit of the emission of all sources, "watts" or "particles"; media that emit do so in watts.
 
         Returns
         -------
@@ -68,7 +68,7 @@ class SceneParts:
 
     @cached_property
     def meters(self) -> tuple[Detector, ...]:
-        """The detectors on shapes and surfaces: those of class Detector.
+        """The detectors on shapes and surfaces, those of class Detector.
 
         Returns
         -------
@@ -118,7 +118,7 @@ class SceneParts:
 
     @cached_property
     def instruments(self) -> tuple[PointInstrument, ...]:
-        """The detectors that only backward histories reach: each Camera and EnvironmentMap.
+        """The detectors that only backward histories reach, each Camera and EnvironmentMap.
 
         Returns
         -------

@@ -187,8 +187,7 @@ class Scene(SceneParts):
         'x  [m]'
         """
         with optional_packages("plot"):
-            draw = function_for(type(self), "plot")
-        return draw(self, plane, at, ax, path=path)
+            return function_for(type(self), "plot")(self, plane, at, ax, path=path)
 
     def view(self, path: str | PathLike | None = None) -> object:
         """Show the scene in 3-D: in a window, or as a picture or page (needs PyVista).
@@ -210,8 +209,7 @@ class Scene(SceneParts):
             For another kind of file, and where this machine cannot draw; the message says what to install.
         """
         with optional_packages("view"):
-            show = function_for(type(self), "view")
-        return show(self, path)
+            return function_for(type(self), "view")(self, path)
 
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)
@@ -330,16 +328,31 @@ class Scene(SceneParts):
             refuse(surface, f"{must} and no media; {cure}, or leave out duration")
 
 
+_ORDER = ("sources", "surfaces", "detectors")
+_LISTS: dict[type, str] = {Source: "sources", Surface: "surfaces"} | dict.fromkeys(
+    DETECTOR_TYPES, "detectors"
+)
+
+
 def _coerce_parts(scene: Scene, name: str, *kinds: type) -> None:
     """The field is a tuple of parts of these kinds; a single part, or any iterable of them, is accepted."""
     value = getattr(scene, name)
-    must = f"{name} must be a list of {' or '.join(kind.__name__ for kind in kinds)} objects"
-    if isinstance(value, kinds):
+    of = "detector" if len(kinds) > 1 else kinds[0].__name__
+    must = f"{name} must be a list of {of} objects"
+    if isinstance(value, tuple(_LISTS)):
         value = (value,)
     if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
         refuse(scene, f"{must}, got {short_repr(value)}")
     parts = tuple(value)
     for place, part in enumerate(parts):
         if not isinstance(part, kinds):
-            refuse(scene, f"{must}, got {short_repr(part)} as {name}[{place}]; put it into its own list")
+            own = _LISTS.get(type(part))
+            cure = (
+                f"it belongs into {own}=[...]: the order is {', '.join(_ORDER)}"
+                if own
+                else f"write {kinds[0].__name__}(...)"
+            )
+            label = getattr(part, "name", None) if own else None
+            got = f"{type(part).__name__} {label!r}" if label else short_repr(part)
+            refuse(scene, f"{must}, got {got} as {name}[{place}]; {cure}")
     set_fields(scene, **{name: parts})

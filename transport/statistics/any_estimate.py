@@ -87,7 +87,7 @@ class AnyEstimate(Generic[Number, Reason]):
 
     @property
     def error(self) -> Number:
-        """One standard error [unit]: 0 if exact, nan if it cannot be known (see `reason`).
+        """One standard error [unit], 0 if exact and nan if it cannot be known (see `reason`).
 
         Returns
         -------
@@ -194,7 +194,7 @@ class AnyEstimate(Generic[Number, Reason]):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Findings: contributions to this number that the run may have missed, the worst first.
+        """Findings of contributions to this number that the run may have missed, the worst first.
 
         Returns
         -------
@@ -208,7 +208,7 @@ class AnyEstimate(Generic[Number, Reason]):
 
     @property
     def verdict(self) -> Any:
-        """Verdict on the error: "sound", "bounded" or "doubtful".
+        """Verdict on the error, "sound", "bounded" or "doubtful".
 
         Returns
         -------

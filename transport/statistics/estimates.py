@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, overload
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from transport.statistics.notation import estimate_text, split_format
 from transport.statistics.pooling import Pooled
 from transport.statistics.replicates import Batches, Replicates
 from transport.units import Unit
-from transport.validation import optional_packages
+from transport.validation import name_hint, optional_packages
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -32,6 +32,20 @@ __all__ = ["Batches", "Estimate", "EstimateArray", "EstimateOrArray"]
 
 _METHODS_WITH_ERRORS = dict.fromkeys((np.sum, np.nansum), "sum")
 _METHODS_WITH_ERRORS |= dict.fromkeys((np.mean, np.nanmean, np.average), "mean")
+_EXTREMES = dict.fromkeys((np.min, np.nanmin), "argmin") | dict.fromkeys((np.max, np.nanmax), "argmax")
+_BIN_MEMBERS = (
+    "plot",
+    "sum",
+    "mean",
+    "min",
+    "max",
+    "argmin",
+    "argmax",
+    "shape",
+    "dims",
+    "to_xarray",
+    "to_dataframe",
+)
 
 
 Other = TypeVar("Other", bound=AnyEstimate[Any, Any])
@@ -124,6 +138,19 @@ class Estimate(AnyEstimate[float, str | None]):
 
     def __repr__(self) -> str:
         return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
+
+    if not TYPE_CHECKING:  # type checkers would accept any name
+
+        def __getattr__(self, name: str):
+            """Raise AttributeError with the closest name, or say that a single number has no bins."""
+            if name.startswith("_"):
+                raise AttributeError(f"Estimate has no attribute {name!r}")
+            names = [each for each in dir(type(self)) if not each.startswith("_")]
+            cure = name_hint(name, [*names, "unit"])
+            if name in _BIN_MEMBERS:
+                bins = "Detector(..., positions=...) or directions=..."
+                cure = f"one number has no bins: print it, or give its detector bins, {bins}"
+            raise AttributeError(f"Estimate has no attribute {name!r}; {cure}")
 
     @property
     def _whole(self) -> Estimate:
@@ -282,6 +309,8 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
                 f"numpy.{function.__name__} would lose the errors; use .{method}() or .{method}(dim),"
                 f" or numpy.{function.__name__}(estimates.value)"
             )
+        if function in _EXTREMES:
+            raise TypeError(_refused_extreme(f"numpy.{function.__name__}", _EXTREMES[function]))
         return function(*_values_of(args), **_values_of(kwargs))
 
     def __float__(self) -> float:
@@ -368,6 +397,80 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
         bins = [self.shape[self.dims.index(name)] for name in self._axes(dim, "mean")]
         return self.sum(dim) / math.prod(bins)
 
+    def argmin(self) -> tuple[int, ...]:
+        """Index of the bin that reads lowest.
+
+        Returns
+        -------
+        tuple of int
+            ``array[array.argmin()]`` is that bin, with its error.  Bins of value nan are left out.
+
+        Raises
+        ------
+        ValueError
+            If all values are nan.
+
+        Notes
+        -----
+        The lowest of many noisy bins is biased low, by about one standard error or more where many bins are
+        alike: chance has picked a bin that reads too low.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import transport as tp
+        >>> from transport.statistics.replicates import Batches
+        >>> counts = np.array([[3.0, 1.0, 2.0], [3.1, 1.1, 2.1]])
+        >>> edges = {"x": np.array([0.0, 1.0, 2.0, 3.0])}
+        >>> array = tp.EstimateArray(counts, Batches(np.full(2, 5)), "W", ("x",), edges)
+        >>> array.argmin()
+        (1,)
+        >>> print(array[array.argmin()])
+        (1.05 ± 0.05) W
+        """
+        return self._index_of(np.nanargmin)
+
+    def argmax(self) -> tuple[int, ...]:
+        """Index of the bin that reads highest.
+
+        Returns
+        -------
+        tuple of int
+            ``array[array.argmax()]`` is that bin, with its error.  Bins of value nan are left out.
+
+        Raises
+        ------
+        ValueError
+            If all values are nan.
+
+        Notes
+        -----
+        The highest of many noisy bins is biased high, as the lowest is low (see `argmin`).
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import transport as tp
+        >>> from transport.statistics.replicates import Batches
+        >>> counts = np.array([[3.0, 1.0, 2.0], [3.1, 1.1, 2.1]])
+        >>> edges = {"x": np.array([0.0, 1.0, 2.0, 3.0])}
+        >>> array = tp.EstimateArray(counts, Batches(np.full(2, 5)), "W", ("x",), edges)
+        >>> array.argmax()
+        (0,)
+        """
+        return self._index_of(np.nanargmax)
+
+    def _index_of(self, find: Callable[[np.ndarray], np.intp]) -> tuple[int, ...]:
+        return tuple(map(int, np.unravel_index(find(np.asarray(self.value)), self.shape)))
+
+    if not TYPE_CHECKING:
+
+        def min(self, *_: object, **__: object) -> NoReturn:
+            raise TypeError(_refused_extreme(".min()", "argmin"))
+
+        def max(self, *_: object, **__: object) -> NoReturn:
+            raise TypeError(_refused_extreme(".max()", "argmax"))
+
     def to_xarray(self) -> xarray.Dataset:
         """Convert to an xarray Dataset (needs xarray).
 
@@ -443,7 +546,7 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
         """
         with optional_packages("plot"):
             draw = function_for(type(self), "plot")
-        return draw(self, ax, decades, label, cut=cut, unit=unit, path=path)
+            return draw(self, ax, decades, label, cut=cut, unit=unit, path=path)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
@@ -502,6 +605,15 @@ if TYPE_CHECKING:
     EstimateOrArray = EstimateAndArray | Any  # accepted where either class is; an unknown name is an error
 else:
     EstimateOrArray = Estimate | EstimateArray
+
+
+def _refused_extreme(call: str, method: str) -> str:
+    """Message that refuses an extreme over bins, with the method that finds its bin."""
+    least = "lowest" if method == "argmin" else "highest"
+    return (
+        f"{call} would lose the error; E[E.{method}()] is the bin that reads {least}, biased by about one"
+        f" error where many bins are alike, and numpy.{method[3:]}(E.value) its bare value"
+    )
 
 
 def coerce_unit(unit: Unit | str) -> Unit:

@@ -37,12 +37,9 @@ def check_supports(scene: SceneParts) -> None:
     """Refuse two acting surfaces at one place of a sheet, but for opaque ones of which a Box is one."""
     for sheet in scene_sheets(scene):
         for one, other in shared_planes(sheet):
-            if (cure := _fault_of_shared_plane(scene, one, other)) is not None:
-                raise SceneError(
-                    f"Scene: {surface_name(scene, other.surface)} and"
-                    f" {surface_name(scene, one.surface)} overlap on one {_support_name(one.shape)};"
-                    f" {cure}"
-                )
+            if (fault := _fault_of_shared_plane(scene, one, other)) is not None:
+                names = f"{surface_name(scene, other.surface)} and {surface_name(scene, one.surface)}"
+                raise SceneError(f"Scene: {names} {fault}")
             _check_between(scene, sheet, one, other)
 
 
@@ -63,35 +60,39 @@ def _check_between(scene: SceneParts, sheet: Sheet, one: SheetMember, other: She
 
 
 def _fault_of_shared_plane(scene: SceneParts, one: SheetMember, other: SheetMember) -> str | None:
-    """Return what to do about two surfaces that share part of a plane; None where one acts on each side."""
+    """Return the fault of two surfaces that share part of a plane; None where one acts on each side."""
+    overlap_there = f"overlap on one {_support_name(one.shape)};"
     materials = [member.surface.material for member in (one, other)]
     if all(material.boundary for material in materials):
         return (
-            "define the common face once, as a Plane, Disk or Rectangle with"
+            f"{overlap_there} define the common face once, as a Plane, Disk or Rectangle with"
             " Dielectric(index behind, index in front), and make the bodies Transparent()"
             " there; a gap would be a film of air"
         )
     apart = "let them share an edge only, leave a gap of 1e-9 of their size, or leave one out"
     if any(material.is_transmissive for material in materials):
         return (
-            "is a film of air between them meant, leave a gap of 1e-9 of their size; is it contact, build the"
-            " clear body of open surfaces without this face"
+            f"{overlap_there} is a film of air between them meant, leave a gap of 1e-9 of their size;"
+            " is it contact, build the clear body of open surfaces without this face"
         )
     closed = [member for member in (one, other) if is_closed_face(member)]
     if not closed:
-        return f"{apart}; a whole Box may stand on another surface"
+        return f"{overlap_there} {apart}; a whole Box may stand on another surface"
     if len(closed) == 2:
         if dot(one.shape.normal, other.shape.normal) < 0:
             return None
         small, large = sorted((one.whole, other.whole), key=lambda box: box.extent)
         if is_within(small, large) and not is_within(large, small):  # nor the same within rounding
             return None
-        return "they stand through one another: move one, or make them one shape"
+        return "stand through one another, with faces on one plane; move one, or make them one shape"
     (face,), (flat,) = closed, [member for member in (one, other) if member is not closed[0]]
     if flat.shape.is_infinite or not _holds_bounds(face.shape, flat.shape):
         return None
     if _holds_anything(scene, face.whole):
-        return "inside a Box its own face acts, which hides the other surface: raise that by 1e-9 of its size"
+        return (
+            f"{overlap_there} inside a Box its own face acts, which hides the other surface:"
+            " raise that by 1e-9 of its size"
+        )
     return None
 
 
