@@ -349,6 +349,7 @@ def test_a_run_without_a_score_is_not_sound_and_warns():
     (warning,) = result.warnings
     words = "detector 'speck' and volume detector 'volume' have no score in 1000 particles: unknown, not 0."
     assert warning.startswith(words)
+    assert "or move the detector: it may lie outside of the room or within a solid" in warning
 
 
 def test_equal_batches_are_bounded_and_an_exact_number_is_sound():

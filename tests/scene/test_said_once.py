@@ -128,6 +128,56 @@ def test_shapes_that_stand_through_one_another_are_named(shapes, is_named):
     )
 
 
+PANEL = {"width": 1.0, "height": 0.4}
+ROOM, TUBE = tp.Box(size=2.0), tp.Cylinder(radius=1.0, height=2.0)
+SCREEN = tp.Rectangle(normal=(1, 0, 0), width=0.3, height=0.3)
+
+
+@pytest.mark.parametrize(
+    ("lamp", "wall", "is_named"),
+    [
+        (tp.Rectangle(center=(0.9, 0, 0.5), **PANEL), ROOM, True),
+        (tp.Rectangle(center=(0.5, 0, 0.5), **PANEL), ROOM, False),  # touches the wall with its edge
+        (tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), **PANEL), ROOM, False),  # on the ceiling
+        (tp.Rectangle(center=(0, 0, -1), width=3, height=3), ROOM, False),  # the walls stand on it
+        (tp.Rectangle(width=1, height=1), SCREEN, True),  # the screen stands within the lamp
+        (tp.Rectangle(width=1, height=1, hole=tp.Rectangle(width=0.4, height=0.4)), SCREEN, False),
+        (tp.Disk(radius=0.5), tp.Plane(center=(0.1, 0, 0), normal=(1, 0, 1)), True),
+        (tp.Disk(center=(0, 0, -1), radius=1.0), TUBE, False),  # closes the tube
+        (tp.Disk(center=(0, 0, -1), radius=1.5), TUBE, False),
+        (tp.Disk(radius=1.5), TUBE, True),
+        (tp.Sphere(center=(1, 0, 0), radius=0.1), ROOM, True),
+        (tp.Sphere(center=(0.9, 0, 0), radius=0.1), ROOM, False),  # touches the wall
+        (tp.Sphere(center=(1, 0, 0), radius=0.1), tp.Sphere(radius=1.0), True),
+        (tp.Sphere(radius=1.0), ROOM, False),
+        (tp.Box(center=(0, 0, 0.9), size=(0.2, 0.2, 0.2)), ROOM, False),  # hangs on the ceiling
+        (tp.Box(center=(0, 0, 1), size=(0.2, 0.2, 0.2)), ROOM, True),
+    ],
+)
+def test_a_lamp_through_an_opaque_wall_is_named(lamp, wall, is_named):
+    source = tp.Source(lamp, tp.Lambertian(power=40.0))
+    walls = [tp.Surface(wall, tp.Diffuse(0.5), "wall")]
+    result = tp.simulate(tp.Scene(source, walls), particles=100, seed=1, progress=False)
+    words = "sources[0] passes through the opaque Surface 'wall': a part of its power is emitted behind"
+    assert any(words in each for each in result.warnings) == is_named
+
+
+@pytest.mark.parametrize(
+    ("lamp", "material"),
+    [
+        (tp.Source(tp.Rectangle(center=(0.9, 0, 0), **PANEL), tp.Lambertian(power=1.0)), tp.Transparent()),
+        (tp.Source("wall", tp.Lambertian(power=1.0), side="inside"), tp.Diffuse(0.5)),
+        (tp.Source(tp.Box(center=(1, 0, 0), size=0.5), tp.Isotropic(power=1.0)), tp.Diffuse(0.5)),
+    ],
+    ids=["clear wall", "the wall itself", "volume"],
+)
+def test_a_source_that_may_stand_in_a_wall_is_not_named(lamp, material):
+    meter = tp.Detector(tp.Disk(center=(1, 0, 0), radius=0.5), "meter")
+    scene = tp.Scene(lamp, [tp.Surface(ROOM, material, "wall")], meter)
+    result = tp.simulate(scene, particles=100, seed=1, progress=False)
+    assert not any("passes through" in each for each in result.warnings)
+
+
 def test_a_scene_is_written_as_a_page_and_a_picture(tmp_path):
     pytest.importorskip("pyvista")
     scene = tp.Scene(LAMP, tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "box"))

@@ -80,6 +80,7 @@ if TYPE_CHECKING:
 SCORE_LIMITED = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores arrive
 WEIGHT_IN, WEIGHT_OUT = Reading.main  # scores of the two sides
 MAX_UNCERTAIN_BINS = 0.05  # share of the scored bins that may have too few scores without a warning
+MOVE_IT = ", or move the detector: it may lie outside of the room or within a solid"
 
 
 class Diagnosis:
@@ -171,7 +172,7 @@ class Diagnosis:
         if (reason := next(missing, None)) is not None:
             yield doubtful(reason.name, f"{what}; {reason.what}", cure=reason.cure)
         elif not self.cannot_arrive:
-            yield doubtful(UNKNOWN, what, cure=self.more)
+            yield doubtful(UNKNOWN, what, cure=f"{self.more}{MOVE_IT}")
 
     # ---- the worst findings ----
 

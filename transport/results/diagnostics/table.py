@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.geometry.neighbours import touching_boxes
+from transport.geometry.piercing import passes_through
 from transport.geometry.relations import is_within, solids_overlap
 from transport.geometry.solid import Box, Sphere
 from transport.results.diagnostics.empty_detector import no_arrival_warning
 from transport.results.diagnostics.proofs import source_title
 from transport.scene.checks.check_scene import SCENE_CHECKS
-from transport.scene.parts import join_surface_names
+from transport.scene.parts import join_surface_names, surface_name
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR as FEW
 from transport.statistics.findings import Check
 
@@ -105,6 +106,33 @@ def crossing_shapes(result: Record) -> Iterator[str]:
         yield f"{names} stand through one another{more}: move one, or leave it if that is meant"
 
 
+def crossing_sources(result: Record) -> Iterator[str]:
+    """Yield a warning about sources that pass through an opaque surface."""
+    scene = result.scene
+    walls = [surface for surface in scene.surfaces if not surface.material.is_transmissive]
+    if not walls:
+        return
+    low, high = np.array([surface.shape.bounds for surface in walls]).transpose(1, 0, 2)
+    found = []
+    for source in scene.sources:
+        if isinstance(source.shape, str) or not source.emission.has_side:
+            continue
+        first, last = source.shape.bounds
+        near = np.flatnonzero(((low <= last) & (first <= high)).all(axis=1)).tolist()
+        if (
+            wall := next((walls[k] for k in near if passes_through(source.shape, walls[k].shape)), None)
+        ) is not None:
+            found.append(
+                f"{source_title(scene, source)} passes through the opaque {surface_name(scene, wall)}"
+            )
+    if found:
+        more = f" (and {len(found) - 1} more such sources)" if len(found) > 1 else ""
+        yield (
+            f"{found[0]}{more}: a part of its power is emitted behind that surface. Move the source or make"
+            " it smaller, or leave it if that is meant"
+        )
+
+
 def _stand_through(one: Box | Sphere, other: Box | Sphere) -> bool:
     return solids_overlap(one, other) and not (is_within(one, other) or is_within(other, one))
 
@@ -115,6 +143,13 @@ DIAGNOSTICS = (
         "Whole boxes and spheres that stand through one another.",
         "Other shapes.",
         crossing_shapes,
+    ),
+    Check(
+        "crossing sources",
+        "Sources of a surface's shape that pass through an opaque surface.",
+        "Sources that are meshes or infinite, and a wall so small that it lies between the lines drawn on the"
+        " source.",
+        crossing_sources,
     ),
     Check(
         "path class",
