@@ -164,7 +164,8 @@ def plot_map(
     (where there is no map of errors, in the map of values).  A plan of directions is seen from in front of the
     surface, as is the map of the same surface by place; a sky is seen from inside, so that azimuth grows to the left.
     The brightest row is that of the greatest value less its standard error, so that one large score of a rare
-    particle does not decide; of equal rows the one nearest the middle is taken, of equal azimuths the first.
+    particle does not decide; of rows within two standard errors of it the one with the greatest mean is taken, of
+    equal ones the one nearest the middle is taken, of equal azimuths the first.
     """
     if ax is not None and (path is not None or title or note):
         raise ValueError("plot_map: path, title and note are of a new figure; leave them out with ax=")
@@ -881,13 +882,19 @@ def _row_at(bins: Bins, place: float) -> int | None:
 
 
 def _brightest_row(bins: Bins) -> int:
+    """The row of greatest mean, of those with a bin within two standard errors of the brightest."""
     # Take one standard error off, so that a bin with a single large score does not win.
     sure = bins.value - bins.error
     if not np.isfinite(sure).any():
         sure = bins.value
-    peaks = np.where(np.isfinite(sure), sure, -np.inf).max(axis=1)
-    start = 0 if bins.is_round else len(peaks) // 2
-    return min(np.flatnonzero(peaks == peaks.max()).tolist(), key=lambda row: abs(row - start))
+    sure = np.where(np.isfinite(sure), sure, -np.inf)
+    top = np.unravel_index(sure.argmax(), sure.shape)
+    slack = 2 * np.nan_to_num(bins.error[top])
+    rows = np.flatnonzero(sure.max(axis=1) >= sure[top] - slack)
+    start = 0 if bins.is_round else len(sure) // 2
+    means = np.nan_to_num(bins.value[rows]).mean(axis=1)
+    best = rows[np.isclose(means, means.max(), rtol=1e-9, atol=0)]
+    return min(best.tolist(), key=lambda row: abs(row - start))
 
 
 def _mark(axes: Axes, bins: Bins, sides: Sequence[Side]) -> None:

@@ -139,6 +139,9 @@ def spots(bright, shape=None, error=0.02):
         pytest.param({}, 0.02, 2, id="nowhere"),
         pytest.param({(0, 1): (9.0, 0.02)} | {(u, 3): (2.0, 0.02) for u in range(4)}, 0.02, 1, id="a small spot"),
         pytest.param({(0, 4): (9.0, 0.95), (1, 1): (2.0, 0.02)}, 0.02, 1, id="beside a single large score"),
+        pytest.param(
+            {(0, 1): (9.0, 0.1)} | {(u, 3): (8.5, 0.1) for u in range(4)}, 0.02, 3, id="a structure in noise"
+        ),
         pytest.param({(2, 4): (9.0, 0.0)}, 0.0, 4, id="without any known error"),
     ],
 )  # fmt: skip
