@@ -37,13 +37,16 @@ PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}  # axis to the righ
 RASTER = 500  # lines along the longer side
 SIZE, LEAST = 6.5, 2.0  # inches of the longer side, and at least of the other
 MOST_NAMED = 8  # sources, and detectors, in the legend
-LONGEST = 40  # letters of a material or medium
-LETTER = 0.118  # inches of a letter of the legend
+WIDEST, MOST_LINES = 44, 4  # letters of a line of the legend, and lines of a material or medium
+LETTER = 0.122  # inches of a letter of the legend
 MARGIN = 0.05  # of the longer side
 MANY = 10  # materials; where there are more, they are drawn by kind
 SMALL = {"font.size": 13, "axes.titlesize": 14, "axes.labelsize": 14, "legend.fontsize": 12}
 MATERIALS = (INK, *PALETTE, "#8c564b", "#7f7f7f", "#bcbd22")  # colours
-LAMP, METER = "#ffbf5e", "#8fd08f"
+LAMP = "#ffbf5e"
+METERS = ("#8fd08f", "#7cc6c9", "#c9d96f", "#a9b8ea")  # colours of detectors, in turn
+STEEP = 0.3  # sine of the angle between a normal and the line of sight, below which no arrow is drawn
+ARROW = 0.07  # of the longer side, along the side that a source emits from or a detector counts at
 MEDIA = ("#ffffff", "#d6e6f4", "#fbe3d0", "#dcefdc", "#efe0f0", "#f5f0c8", "#e3e3e3", "#d0ecec")
 
 
@@ -103,7 +106,8 @@ def plot_section(
             figure = pyplot.figure(figsize=(width, height + 1.0), layout="constrained")
             ax = figure.add_subplot()
             texts = [each.get_text() for each in _draw(scene, plane, section, ax).get_texts()]
-            figure.set_figwidth(width + 0.8 + LETTER * max(map(len, texts), default=0))
+            letters = max((len(line) for text in texts for line in text.split("\n")), default=0)
+            figure.set_figwidth(width + 1.0 + LETTER * letters)
         else:
             _draw(scene, plane, section, ax)
         return saved(ax, path)
@@ -128,7 +132,7 @@ def section_of(scene: Scene, plane: str, at: float | None) -> Section:
 
 
 def _draw(scene: Scene, plane: str, section: Section, ax: Axes) -> Legend:
-    handles, absent = list(_draw_media(scene, section, ax)), []
+    handles, absent, words = list(_draw_media(scene, section, ax)), [], []
     for each in (_draw_surfaces, _draw_sources, _draw_detectors):
         drawn, missing = each(scene, section, ax)
         handles += drawn
@@ -144,10 +148,10 @@ def _draw(scene: Scene, plane: str, section: Section, ax: Axes) -> Legend:
     third = ({"x", "y", "z"} - set(plane)).pop()
     ax.set_title(f"section at {third} = {section.at / metre:.6g} {unit}", loc="left")
     if absent:
-        words = textwrap.wrap("not in this plane: " + join_names(list(dict.fromkeys(absent)), 8), 44)
+        words = textwrap.wrap("not in this plane: " + join_names(list(dict.fromkeys(absent)), 8), WIDEST)
         handles += [Patch(facecolor="none", edgecolor="none", label=as_it_stands(line)) for line in words]
     legend = ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0)
-    for text in legend.get_texts()[len(handles) - (len(words) if absent else 0) :]:
+    for text in legend.get_texts()[len(handles) - len(words) :]:
         text.set_color(MUTED)
     return legend
 
@@ -176,33 +180,34 @@ def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, list
     materials = list(dict.fromkeys(surface.material for surface in scene.surfaces))
     by_kind = len(materials) > MANY
 
-    def key(material: Material) -> str:
-        return type(material).__name__ if by_kind else brief(material)
+    def key(material: Material) -> object:
+        return type(material) if by_kind else material
 
     colours = {
-        name: MATERIALS[k % len(MATERIALS)] for k, name in enumerate(dict.fromkeys(map(key, materials)))
+        kind: MATERIALS[k % len(MATERIALS)] for k, kind in enumerate(dict.fromkeys(map(key, materials)))
     }
     handles, absent = {}, []
     for number, surface in enumerate(scene.surfaces):
         x, y = section.crossings(surface.shape)
-        name = key(surface.material)
+        kind = key(surface.material)
         if len(x) == 0:
             absent.append(surface.name or f"surfaces[{number}]")
             continue
         (dots,) = ax.plot(
-            x, y, linestyle="", marker="s", markersize=2.2, mew=0, color=colours[name], zorder=3
+            x, y, linestyle="", marker="s", markersize=2.2, mew=0, color=colours[kind], zorder=3
         )
-        names = handles.setdefault(name, (dots, []))[1]
+        names = handles.setdefault(kind, (dots, []))[1]
         names.append(surface.name or f"surfaces[{number}]")
     return [
-        _handle(dots, f"{name}: {join_names(names, 3)}") for name, (dots, names) in handles.items()
+        _handle(dots, f"{kind.__name__ if isinstance(kind, type) else brief(kind)}: {join_names(names, 3)}")
+        for kind, (dots, names) in handles.items()
     ], absent
 
 
 def brief(thing: object) -> str:
-    """The kind of a material or medium, with the parameters that differ from the default."""
-    text = constructor_text(thing)
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 5]} ...)"
+    """The name of a medium; else the kind of a material or medium, with the parameters that differ from the default."""
+    lines = textwrap.wrap(getattr(thing, "name", None) or constructor_text(thing), WIDEST)
+    return "\n".join(lines[:MOST_LINES]) + " ..." * (len(lines) > MOST_LINES)
 
 
 def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
@@ -210,10 +215,12 @@ def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[
     handles, absent = [], []
     for number, source in enumerate(scene.sources):
         name = source.shape if isinstance(source.shape, str) else f"sources[{number}]"
-        drawn = _draw_object(scene.shape_of(source), section, ax, LAMP, 9.0, 1)
+        shape = scene.shape_of(source)
+        drawn = _draw_object(shape, section, ax, LAMP, 9.0, 1)
         if drawn is None:
             absent.append(name)
         else:
+            _draw_arrow(drawn, shape, source.side, section, ax)
             handles.append(_handle(drawn, f"source {name}: {type(source.emission).__name__}"))
     return _few(handles, "sources"), absent
 
@@ -226,10 +233,12 @@ def _draw_detectors(scene: Scene, section: Section, ax: Axes) -> tuple[list, lis
             shape: Shape | None = Point(position=detector.position)
         else:
             shape = scene.shape_of(detector) if hasattr(detector, "shape") else None
-        drawn = None if shape is None else _draw_object(shape, section, ax, METER, 6.0, 2)
+        colour = METERS[len(handles) % len(METERS)]
+        drawn = None if shape is None else _draw_object(shape, section, ax, colour, 6.0, 2)
         if drawn is None:
             absent.append(detector.name)
         else:
+            _draw_arrow(drawn, shape, getattr(detector, "side", None), section, ax)
             handles.append(_handle(drawn, f"{type(detector).__name__} {detector.name}"))
     return _few(handles, "detectors"), absent
 
@@ -258,6 +267,19 @@ def _draw_object(
         return None
     style = {"linestyle": "", "marker": "s", "ms": size, "mew": 0, "color": colour, "zorder": order}
     return ax.plot(x, y, **style)[0]
+
+
+def _draw_arrow(drawn: Line2D, shape: Shape, side: str | None, section: Section, ax: Axes) -> None:
+    """Draw an arrow from the middle of a flat shape to the side that it emits from or counts at."""
+    if not shape.is_flat or side is None:
+        return
+    sign = 1.0 if side in ("front", "outside") else -1.0
+    along, up = (sign * shape.normal[axis] for axis in section.axes[:2])
+    length = ARROW * max(np.ptp(section.right), np.ptp(section.up))
+    x, y = (float(np.mean(places)) for places in drawn.get_data())
+    if np.hypot(along, up) > STEEP:
+        style = {"arrowstyle": "-|>", "color": drawn.get_color(), "lw": 2, "mutation_scale": 16}
+        ax.annotate("", (x + length * along, y + length * up), (x, y), arrowprops=style, zorder=5)
 
 
 def _handle(drawn: Line2D, text: str) -> Line2D:

@@ -370,7 +370,7 @@ def test_layers_of_unlike_index_end_in_a_vacuum_that_is_named(is_empty_below):
         )
         for z in range(4)
     ]
-    assert "below the last one say `back=Vacuum()`" in SAID
+    assert "Below the last layer say `back=Vacuum()`" in SAID
     if is_empty_below:
         assert run(tp.Scene(BEAM, planes)).ledger["lost"].value == 0
     else:
@@ -378,7 +378,7 @@ def test_layers_of_unlike_index_end_in_a_vacuum_that_is_named(is_empty_below):
 
 
 def test_the_guide_names_the_largest_number_of_bodies_and_the_cure():
-    assert f"At most {MAX_BODIES} bodies" in SAID
+    assert f"at most {MAX_BODIES} bodies" in SAID
     layers = [
         tp.Surface(tp.Slab(center=(0, 0, -z), thickness=1), tp.Transparent(), inside=tp.Medium(0.1 * z))
         for z in range(1, MAX_BODIES + 2)

@@ -349,6 +349,43 @@ def test_media_of_a_section_are_filled():
     pyplot.close("all")
 
 
+def legend_of(ax):
+    return [each.get_text() for each in ax.get_legend().get_texts()]
+
+
+def test_the_legend_of_a_section_keeps_materials_apart_and_names_media():
+    """Materials that differ after many letters have a line and a colour each; numbers are written whole."""
+    mixtures = [
+        tp.Mixture({tp.Diffuse(0.5): 0.5, tp.Mirror(0.25): 0.25, tp.Glossy(0.3, a): 0.25}) for a in (0.1, 0.9)
+    ]
+    plates = [
+        tp.Surface(tp.Rectangle(center=(0, 0, k), width=1, height=1), mixture, f"plate {k}")
+        for k, mixture in enumerate(mixtures)
+    ]
+    ball = tp.Sphere(center=(0, 0, 3), radius=0.5)
+    lamp = tp.Source(tp.Point(position=(0, 0, 1.5)), tp.Isotropic(power=1.0))
+    for name in ("dermis", None):
+        tissue = tp.Medium(absorption=50.0, scattering=15000.0, name=name)
+        ax = tp.Scene(lamp, [*plates, tp.Surface(ball, tp.Transparent(), "ball", inside=tissue)]).plot("xz")
+        texts = legend_of(ax)
+        assert sum("Mixture" in text for text in texts) == 2
+        assert ("dermis" if name else "Medium(absorption=50, scattering=15000)") in texts
+        pyplot.close("all")
+
+
+@pytest.mark.parametrize(("side", "sign"), [("front", 1), ("back", -1)])
+def test_arrows_of_a_section_show_where_sources_emit_and_detectors_count(side, sign):
+    """The source looks down; the detector up, or down with its back."""
+    lamp = tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=1.0))
+    meter = tp.Detector(tp.Disk(center=(0.5, 0, 0), radius=0.2), "meter", side=side)
+    ax = tp.Scene(lamp, detectors=meter).plot("xz")
+    rises = [each.xy[1] - each.xyann[1] for each in ax.texts if each.arrow_patch is not None]
+    assert [np.sign(rise) for rise in rises] == [-1, sign]
+    ax = tp.Scene(lamp, detectors=meter).plot("xy", at=0)
+    assert [each for each in ax.texts if each.arrow_patch is not None] == []
+    pyplot.close("all")
+
+
 def test_a_plane_that_is_none_and_axes_that_are_none_are_refused():
     scene = tp.Scene(tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0)))
     with pytest.raises(tp.SceneError, match='plane must be "xy", "xz" or "yz", got \'zx\''):
