@@ -359,3 +359,17 @@ def test_a_browser_draws_it_in_both_themes_and_asks_nothing_of_the_network(tmp_p
             assert 0.02 < np.mean(np.abs(picture - back).max(axis=2) > 100) < 0.5
         assert browser.complaints == []
         assert all(address.startswith(("file:", "data:", "about:")) for address in browser.requests)
+
+
+def test_positions_on_a_sphere_are_in_degrees_and_on_a_rectangle_in_metres():
+    ball, plate = tp.Sphere(radius=1.0), tp.Rectangle(center=(0, 0, 2), width=2, height=1)
+    lamp = tp.Source(tp.Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=1), tp.Lambertian(power=1.0))
+    meters = [
+        tp.Detector(ball, "ball", positions=tp.Positions(polar_angle=3, azimuth=2)),
+        tp.Detector(plate, "plate", positions=tp.Positions(x=4)),
+    ]
+    result = tp.simulate(tp.Scene(lamp, detectors=meters), 1000, seed=1, progress=False)
+    page = result["ball"].irradiance._repr_html_()
+    assert "u [°]" in page and "60 … 120" in page and "180 … 360" in page
+    page = result["plate"].irradiance._repr_html_()
+    assert "u [m]" in page and "−1 … −0.5" in page

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,27 +32,24 @@ if TYPE_CHECKING:
 # ---- Labels of axes and positions of bins, in a few words.
 
 
-def axis_label(name: str) -> str:
+def axis_label(name: str, units: Mapping[str, str]) -> str:
     """The label of an axis, with its unit if it has one: "φ [°]", "time [s]"."""
-    unit = "°" if _is_angle(name) else axis_unit(name, {}) or "1"
+    unit = axis_unit(name, units) or "1"
+    unit = "°" if unit == "rad" else unit
     return plain_typeset(axis_symbol(name)) + (f" [{plain_typeset(unit)}]" if unit != "1" else "")
 
 
-def position_text(name: str, place: float) -> str:
-    """A position on the axis as a number; angles in degrees."""
-    number = math.degrees(place) if _is_angle(name) else float(place)
+def position_text(place: float, unit: str) -> str:
+    """A position on an axis as a number; angles in degrees."""
+    number = math.degrees(place) if unit == "rad" else float(place)
     return plain_typeset(f"{number + 0.0:.4g}")
 
 
-def _is_angle(name: str) -> bool:
-    return axis_unit(name, {}) == "rad"
-
-
-def bin_range_text(name: str, edges: np.ndarray, number: int, bins: int) -> str:
+def bin_range_text(edges: np.ndarray, unit: str, number: int, bins: int) -> str:
     """The range of a bin, "0.5 … 0.6", or its instant."""
     if len(edges) == bins:
-        return position_text(name, edges[number])
-    return f"{position_text(name, edges[number])} … {position_text(name, edges[number + 1])}"
+        return position_text(edges[number], unit)
+    return f"{position_text(edges[number], unit)} … {position_text(edges[number + 1], unit)}"
 
 
 # ---- Estimates and arrays.
@@ -94,7 +92,7 @@ def _largest_slice(array: EstimateArray) -> tuple[EstimateArray | None, str]:
     place = np.unravel_index(np.argmax(np.where(np.isfinite(value), value, -np.inf)), value.shape)
     index = tuple(slice(None) if axis in kept else int(place[axis]) for axis in range(len(array.shape)))
     where = [
-        f"{axis_label(array.dims[axis])} is {_bin_label(array, axis, int(place[axis]))}"
+        f"{axis_label(array.dims[axis], array.axis_units)} is {_bin_label(array, axis, int(place[axis]))}"
         for axis in left
         if array.shape[axis] > 1
     ]
@@ -107,7 +105,10 @@ def _bins_table(cut: EstimateArray | None) -> str:
         return ""
     is_long = cut.value.size > MAX_LISTED_BINS and len(cut.dims) > 1
     chosen = _notable_bins(cut) if is_long else [("", place) for place in _evenly_spaced_bins(cut)]
-    heads = [*([""] if chosen and chosen[0][0] else []), *(f">{axis_label(name)}" for name in cut.dims)]
+    heads = [
+        *([""] if chosen and chosen[0][0] else []),
+        *(f">{axis_label(name, cut.axis_units)}" for name in cut.dims),
+    ]
     rows = []
     for word, flat in chosen:
         place = tuple(int(k) for k in np.unravel_index(flat, cut.shape))
@@ -143,7 +144,9 @@ def _notable_bins(cut: EstimateArray) -> list[tuple[str, int]]:
 
 
 def _bin_label(array: EstimateArray, axis: int, number: int) -> str:
-    return bin_range_text(array.dims[axis], array.coords[array.dims[axis]], number, array.shape[axis])
+    name = array.dims[axis]
+    unit = axis_unit(name, array.axis_units)
+    return bin_range_text(array.coords[name], unit, number, array.shape[axis])
 
 
 # ---- The reading of a detector in a notebook: a row per quantity, and a picture of the main one.
