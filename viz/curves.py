@@ -554,10 +554,10 @@ def plot_sweep(
         grid = page.subplots(rows, columns, squeeze=False)
         for axes, (label, (estimates, exact)) in zip(grid.flat, series.items(), strict=False):
             value = np.array([each.value for each in estimates])
-            error = np.nan_to_num(np.array([each.error for each in estimates]))
-            axes.errorbar(values, value, 2 * error, fmt="o", color=PALETTE[0], **POINTS, zorder=3)
-            if np.isfinite(exact).any():
-                axes.plot(values, exact, "-", color=INK, lw=1.4, label="exact", zorder=2)
+            error = np.array([each.error for each in estimates])
+            draw_points(axes, np.asarray(values, dtype=float), value, error)
+            if np.isfinite(exact).any():  # marks, because a line between the values would not be exact
+                axes.plot(values, exact, "_", color=INK, ms=26, mew=2.2, label="exact", zorder=2)
                 axes.legend()
             axes.set(xlabel=name, ylabel=with_unit("", estimates[0].unit).strip(), title=label)
         for axes in list(grid.flat)[len(series) :]:

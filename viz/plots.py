@@ -163,5 +163,5 @@ def _plot_balance(result: Result, ends: list[End], ax: Axes) -> None:
     ax.set_yticks(range(len(ends)), [end.words for end in ends])
     emitted = result.ledger["emitted"]
     ax.set_xlabel(with_unit("where it went", emitted.unit))
-    ax.set_title(as_it_stands(f"energy balance of {emitted.value:.4g} {emitted.unit}"))
+    ax.set_title(as_it_stands(f"energy balance of {emitted.value:.4g} {emitted.unit}".removesuffix(" 1")))
     ax.grid(visible=False, axis="y")

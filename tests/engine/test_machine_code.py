@@ -36,7 +36,7 @@ SCALAR_REASONS = {
         "clamp_inside_edge", "set_speed_by_quantile", "set_speed_by_stepped_quantile",
         "emit_from_drifting_gas", "sample_wall_speed", "land_on_facet", "scatter_into_lobe",
         "end_lost_particles_of_many", "find_medium_of_many", "choose_phase", "choose_segment_of_table",
-        "limit_by_clock_in_media", "redirect_next_event_rays", "find_phase_of_flights", "find_phase_at_collisions",
+        "limit_by_clock_in_media", "time_arrival_in_media", "redirect_next_event_rays", "find_phase_of_flights", "find_phase_at_collisions",
         "set_collision_paths_in_grid", "scale_by_grid_scattering", "turn_into_second_leg",
         "note_first_interaction", "note_first_wall", "weigh_flights_to_lamps",
     ),
@@ -67,7 +67,7 @@ SCALAR_REASONS = {
         "born_on_paraboloid",
     ),
     "moves a few lanes": (
-        "resume_flights",
+        "resume_flights", "resolve_box_edges",
     ),
     "descends a hierarchy of boxes, ray by ray": (
         "meet_mesh", "cover_mesh",
