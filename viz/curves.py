@@ -35,7 +35,6 @@ from transport.viz.style import (
     INK,
     MUTED,
     ORANGE,
-    PALETTE,
     POINTS,
     PURPLE,
     SKY,
