@@ -550,3 +550,16 @@ def test_what_belongs_to_a_new_figure_is_refused_in_given_axes(result):
         plot_map(result["floor"], frame="round")
     with pytest.raises(ValueError, match="a Tally or EstimateArray is drawn, got Result"):
         plot_map(result)
+
+
+@pytest.mark.parametrize(("shape", "is_inverted"), [
+    (tp.Sphere(radius=1.0), True), (tp.Cylinder(radius=1.0, height=2.0), False),
+    (tp.Rectangle(width=1.0, height=1.0), False),
+])  # fmt: skip
+def test_a_map_of_a_ball_has_its_pole_on_top(shape, is_inverted):
+    """Polar angles grow downwards; heights and lengths upwards."""
+    lamp = tp.Source(tp.Point(position=(0, 0, 3)), tp.Isotropic(power=1.0))
+    meter = tp.Detector(shape, "meter", positions=tp.Positions(u=3, v=4))
+    result = tp.simulate(tp.Scene(lamp, detectors=meter), 1000, seed=1, progress=False)
+    axes = plot_map(result["meter"]).axes[0]
+    assert axes.yaxis_inverted() == is_inverted
