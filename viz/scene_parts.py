@@ -203,8 +203,8 @@ def frame_of(scene: Scene, tracks: Tracks | None = None, whole: bool = False) ->
     """
     shapes = [surface.shape for surface in scene.surfaces]
     shapes += [shape for each in scene.detectors if (shape := _shape_of(scene, each)) is not None]
-    near = _without_bodies([_corners(shape) for shape in shapes])
     lit = [_corners(scene.shape_of(source)) for source in scene.sources]
+    near = _without_bodies([_corners(shape) for shape in shapes], lit)
     every, distant = _union(near + lit), {}
     if near and not whole and every is not None:
         small = _union(near)
@@ -250,11 +250,20 @@ def _diagonal(corners: np.ndarray) -> float:
     return float(np.linalg.norm(np.nan_to_num(corners[1] - corners[0])))
 
 
-def _without_bodies(corners: list[np.ndarray]) -> list[np.ndarray]:
-    """Leave out those that are ENDLESS times larger than the rest, which they surround."""
+def _without_bodies(corners: list[np.ndarray], lit: list[np.ndarray]) -> list[np.ndarray]:
+    """Leave out those that are ENDLESS times larger than all the rest within or near them, with the sources there.
+
+    A planet is left out beside a detector on its ground, a room with a lamp and a small detector is not.
+    """
     left = sorted(corners, key=_diagonal)
     while len(left) > 1:
-        rest = _union(left[:-1])
+        (low, high), middles = left[-1], [each.mean(axis=0) for each in lit]
+        within = [
+            each
+            for each, middle in zip(lit, middles, strict=True)
+            if not ((middle < low) | (middle > high)).any()
+        ]
+        rest = _union(left[:-1] + within)
         if rest is None or not 0 < ENDLESS * _diagonal(rest) < _diagonal(left[-1]):
             break
         left.pop()

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -29,12 +30,19 @@ from transport.scene.media import Vacuum
 from transport.scene.points import PointDetector
 from transport.scene.scene import Scene
 from transport.validation import SceneError, join_names, short_repr
+from transport.viz.facets import Bounds, facets_of
 from transport.viz.scene_parts import frame_of
 from transport.viz.style import INK, MUTED, PALETTE, STYLE, saved
 from transport.viz.wording import as_it_stands, unit_of_length
 
 PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}  # axis to the right, axis upwards, axis across
 RASTER = 500  # lines along the longer side
+SHIFT = 0.3183  # of the lines, in their distance, so that none runs within a wall at a round coordinate
+FEW = 16  # lines through a shape, at least
+NEAR = 0.02  # of the longer side: distance from the plane up to which a point is drawn
+TOUCHING = 1e-9  # of the longer side: distance up to which a shape is in the plane
+INSET = 1e-6  # of a shape that touches the plane: how far within it is crossed
+PALE = 0.55  # of white in the colour of areas within the plane
 SIZE, LEAST = 6.5, 2.0  # inches of the longer side, and at least of the other
 MOST_NAMED = 8  # sources, and detectors, in the legend
 WIDEST, MOST_LINES = 44, 4  # letters of a line of the legend, and lines of a material or medium
@@ -65,23 +73,55 @@ class Section(NamedTuple):
         points[..., along], points[..., upwards], points[..., across] = self.right, self.up[:, None], self.at
         return points.reshape(-1, 3)
 
+    @property
+    def size(self) -> float:
+        """Its longer side [m]."""
+        return max(np.ptp(self.right), np.ptp(self.up))
+
+    @property
+    def bounds(self) -> Bounds:
+        """Corners (3,) [m] of a box around what is shown, as deep as it is wide."""
+        low, high = np.full(3, self.at - self.size), np.full(3, self.at + self.size)
+        for axis, places in zip(self.axes[:2], (self.right, self.up), strict=True):
+            low[axis], high[axis] = places[0], places[-1]
+        return low, high
+
+    def meets(self, shape: Shape) -> bool:
+        """Whether the plane passes through or touches the shape's bounds; of a point or cloud, whether it is near."""
+        if isinstance(shape, (Point, Cloud)):
+            return abs(shape.middle[self.axes[2]] - self.at) < NEAR * self.size
+        low, high = (corner[self.axes[2]] for corner in shape.bounds)
+        return bool(low - TOUCHING * self.size <= self.at <= high + TOUCHING * self.size)
+
+    def holds(self, shape: Shape) -> bool:
+        """Whether a flat shape lies within the plane."""
+        low, high = (corner[self.axes[2]] for corner in shape.bounds)
+        return shape.is_flat and high - low <= TOUCHING * self.size and self.meets(shape)
+
     def crossings(self, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
-        """Where the lines of the raster cross a shape, along both axes [m]."""
+        """Where the lines of the raster, and some more through a small shape, cross a shape, along both axes [m]."""
+        low, high = (np.array(corner) for corner in shape.bounds)
+        inset = INSET * (high - low)[self.axes[2]]
+        at = self.at  # just within a shape whose face lies in the plane
+        if self.meets(shape) and np.isfinite(inset):
+            at = np.clip(at, low[self.axes[2]] + inset, high[self.axes[2]] - inset)
         found = []
         for one, other, places, begins in (
             (self.axes[0], self.axes[1], self.up, self.right[0]),
             (self.axes[1], self.axes[0], self.right, self.up[0]),
         ):
+            if (width := high[other] - low[other]) < FEW * (places[1] - places[0]):
+                more = low[other] + width * (SHIFT + np.arange(FEW)) / FEW
+                places = np.append(places, more[(more > places[0]) & (more < places[-1])])
             origins, directions = np.zeros((len(places), 3)), np.zeros((len(places), 3))
-            origins[:, one], origins[:, other], origins[:, self.axes[2]] = begins, places, self.at
+            origins[:, one], origins[:, other], origins[:, self.axes[2]] = begins, places, at
             directions[:, one] = 1.0
             distances = crossings(shape, origins, directions).distances
             row, column = np.nonzero(np.isfinite(distances))
             along, beside = begins + distances[row, column], places[row]
             found.append((along, beside) if one == self.axes[0] else (beside, along))
         x, y = (np.concatenate(parts) for parts in zip(*found, strict=True))
-        is_in = (x >= self.right[0]) & (x <= self.right[-1]) & (y >= self.up[0]) & (y <= self.up[-1])
-        return x[is_in], y[is_in]
+        return x, y
 
 
 def plot_section(
@@ -123,33 +163,36 @@ def section_of(scene: Scene, plane: str, at: float | None) -> Section:
         at = 0.0 if low[axes[2]] < 0 < high[axes[2]] else middle
     lengths = [high[axis] - low[axis] + 2 * margin for axis in axes[:2]]
     step = max(lengths) / RASTER
-    # The lines are shifted by a part of their distance, so that none runs within a wall at a round coordinate.
     right, up = (
-        low[axis] - margin + step * (0.3183 + np.arange(max(2, round(length / step))))
+        low[axis] - margin + step * (SHIFT + np.arange(max(2, round(length / step))))
         for axis, length in zip(axes[:2], lengths, strict=True)
     )
     return Section(axes, right, up, float(at))
 
 
 def _draw(scene: Scene, plane: str, section: Section, ax: Axes) -> Legend:
-    handles, absent, words = list(_draw_media(scene, section, ax)), [], []
+    handles, missing = list(_draw_media(scene, section, ax)), {}
     for each in (_draw_surfaces, _draw_sources, _draw_detectors):
-        drawn, missing = each(scene, section, ax)
+        drawn, left_out = each(scene, section, ax)
         handles += drawn
-        absent += missing
+        missing |= left_out
+    elsewhere = [name for name, shape in missing.items() if not section.meets(shape)]
+    beyond = [name for name in missing if name not in elsewhere]
     ax.set_aspect("equal")
     ax.grid(visible=False)
     ax.set_xlim(section.right[0], section.right[-1])
     ax.set_ylim(section.up[0], section.up[-1])
-    metre, unit = unit_of_length(max(np.ptp(section.right), np.ptp(section.up)))
+    metre, unit = unit_of_length(section.size)
     for axis, name in ((ax.xaxis, plane[0]), (ax.yaxis, plane[1])):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / metre:.6g}".replace("-", "−")))
         axis.set_label_text(f"{name}  [{unit}]")
     third = ({"x", "y", "z"} - set(plane)).pop()
     ax.set_title(f"section at {third} = {section.at / metre:.6g} {unit}", loc="left")
-    if absent:
-        words = textwrap.wrap("not in this plane: " + join_names(list(dict.fromkeys(absent)), 8), WIDEST)
-        handles += [Patch(facecolor="none", edgecolor="none", label=as_it_stands(line)) for line in words]
+    words = []
+    for where, names in (("not in this plane", elsewhere), ("outside this picture", beyond)):
+        if names:
+            words += textwrap.wrap(f"{where}: {join_names(names, 8)}", WIDEST)
+    handles += [Patch(facecolor="none", edgecolor="none", label=as_it_stands(line)) for line in words]
     legend = ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0)
     for text in legend.get_texts()[len(handles) - len(words) :]:
         text.set_color(MUTED)
@@ -175,8 +218,8 @@ def _draw_media(scene: Scene, section: Section, ax: Axes) -> Iterator[Patch]:
             yield Patch(facecolor=colours[number], edgecolor=MUTED, label=brief(medium))
 
 
-def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
-    """Draw surfaces by their material."""
+def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, dict[str, Shape]]:
+    """Draw surfaces by their material; return entries of the legend, and what is not seen."""
     materials = list(dict.fromkeys(surface.material for surface in scene.surfaces))
     by_kind = len(materials) > MANY
 
@@ -186,22 +229,20 @@ def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, list
     colours = {
         kind: MATERIALS[k % len(MATERIALS)] for k, kind in enumerate(dict.fromkeys(map(key, materials)))
     }
-    handles, absent = {}, []
+    names, missing = {}, {}
     for number, surface in enumerate(scene.surfaces):
-        x, y = section.crossings(surface.shape)
-        kind = key(surface.material)
-        if len(x) == 0:
-            absent.append(surface.name or f"surfaces[{number}]")
-            continue
-        (dots,) = ax.plot(
-            x, y, linestyle="", marker="s", markersize=2.2, mew=0, color=colours[kind], zorder=3
-        )
-        names = handles.setdefault(kind, (dots, []))[1]
-        names.append(surface.name or f"surfaces[{number}]")
+        name, kind = surface.name or f"surfaces[{number}]", key(surface.material)
+        if _draw_shape(surface.shape, section, ax, colours[kind], 2.2, 3) is None:
+            missing[name] = surface.shape
+        else:
+            names.setdefault(kind, []).append(name)
     return [
-        _handle(dots, f"{kind.__name__ if isinstance(kind, type) else brief(kind)}: {join_names(names, 3)}")
-        for kind, (dots, names) in handles.items()
-    ], absent
+        _handle(
+            colours[kind],
+            f"{kind.__name__ if isinstance(kind, type) else brief(kind)}: {join_names(several, 3)}",
+        )
+        for kind, several in names.items()
+    ], missing
 
 
 def brief(thing: object) -> str:
@@ -210,37 +251,39 @@ def brief(thing: object) -> str:
     return "\n".join(lines[:MOST_LINES]) + " ..." * (len(lines) > MOST_LINES)
 
 
-def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
+def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, dict[str, Shape]]:
     """Draw sources over their surfaces."""
-    handles, absent = [], []
+    handles, missing = [], {}
     for number, source in enumerate(scene.sources):
         name = source.shape if isinstance(source.shape, str) else f"sources[{number}]"
         shape = scene.shape_of(source)
-        drawn = _draw_object(shape, section, ax, LAMP, 9.0, 1)
-        if drawn is None:
-            absent.append(name)
+        places = _draw_shape(shape, section, ax, LAMP, 9.0, 1)
+        if places is None:
+            missing[name] = shape
         else:
-            _draw_arrow(drawn, shape, source.side, section, ax)
-            handles.append(_handle(drawn, f"source {name}: {type(source.emission).__name__}"))
-    return _few(handles, "sources"), absent
+            _draw_arrow(places, LAMP, shape, source.side, section, ax)
+            handles.append(_handle(LAMP, f"source {name}: {type(source.emission).__name__}"))
+    return _few(handles, "sources"), missing
 
 
-def _draw_detectors(scene: Scene, section: Section, ax: Axes) -> tuple[list, list[str]]:
-    """Draw detectors over their surfaces, those at a point as a disk."""
-    handles, absent = [], []
+def _draw_detectors(scene: Scene, section: Section, ax: Axes) -> tuple[list, dict[str, Shape]]:
+    """Draw detectors over their surfaces, those at a point as a disk; a snapshot has no place."""
+    handles, missing = [], {}
     for detector in scene.detectors:
         if isinstance(detector, (PointInstrument, PointDetector)):
-            shape: Shape | None = Point(position=detector.position)
+            shape: Shape = Point(position=detector.position)
+        elif hasattr(detector, "shape"):
+            shape = scene.shape_of(detector)
         else:
-            shape = scene.shape_of(detector) if hasattr(detector, "shape") else None
+            continue
         colour = METERS[len(handles) % len(METERS)]
-        drawn = None if shape is None else _draw_object(shape, section, ax, colour, 6.0, 2)
-        if drawn is None:
-            absent.append(detector.name)
+        places = _draw_shape(shape, section, ax, colour, 6.0, 2)
+        if places is None:
+            missing[detector.name] = shape
         else:
-            _draw_arrow(drawn, shape, getattr(detector, "side", None), section, ax)
-            handles.append(_handle(drawn, f"{type(detector).__name__} {detector.name}"))
-    return _few(handles, "detectors"), absent
+            _draw_arrow(places, colour, shape, getattr(detector, "side", None), section, ax)
+            handles.append(_handle(colour, f"{type(detector).__name__} {detector.name}"))
+    return _few(handles, "detectors"), missing
 
 
 def _few(handles: list[Line2D], what: str) -> list:
@@ -250,39 +293,53 @@ def _few(handles: list[Line2D], what: str) -> list:
     return [*handles[:MOST_NAMED], *others]
 
 
-def _draw_object(
+def _draw_shape(
     shape: Shape, section: Section, ax: Axes, colour: str, size: float, order: int
-) -> object | None:
-    """Draw a shape by dots, a point by a disk; None where it is not in the plane."""
+) -> np.ndarray | None:
+    """Draw a shape by dots of a size, a flat one within the plane by its area, a point by a disk.
+
+    Return the places (n, 2) [m]; None where nothing is seen.
+    """
+    is_area = section.holds(shape)
     if isinstance(shape, (Point, Cloud)):
-        along, up, across = (shape.middle[axis] for axis in section.axes)
-        is_near = abs(across - section.at) < 0.02 * max(np.ptp(section.right), np.ptp(section.up))
-        if not (
-            is_near and section.right[0] < along < section.right[-1] and section.up[0] < up < section.up[-1]
-        ):
-            return None
-        return ax.plot([along], [up], "o", color=colour, markersize=9, mec="white", zorder=6)[0]
-    x, y = section.crossings(shape)
-    if len(x) == 0:
+        places = np.array(shape.middle)[None, list(section.axes[:2])]
+        places = places if section.meets(shape) else places[:0]
+        style = {"marker": "o", "ms": 9, "mec": "white", "zorder": 6}
+    elif is_area:
+        facets = facets_of(shape, None, section.bounds)
+        areas = facets.points[facets.faces][..., section.axes[:2]]
+        places = areas.reshape(-1, 2)
+    else:
+        places = np.stack(section.crossings(shape), axis=-1)
+        style = {"marker": "s", "ms": size, "mew": 0, "zorder": order}
+    low, high = (corner[list(section.axes[:2])] for corner in section.bounds)
+    seen = places[((low <= places) & (places <= high)).all(axis=1)]
+    if is_area and ((places.min(axis=0) < high) & (places.max(axis=0) > low)).all():
+        pale = PALE + (1 - PALE) * np.array(to_rgb(colour))
+        ax.add_collection(PolyCollection(areas, facecolor=pale, edgecolor=pale, zorder=0.1 * order))
+        return places
+    if len(seen) == 0:
         return None
-    style = {"linestyle": "", "marker": "s", "ms": size, "mew": 0, "color": colour, "zorder": order}
-    return ax.plot(x, y, **style)[0]
+    ax.plot(*seen.T, linestyle="", color=colour, **style)
+    return seen
 
 
-def _draw_arrow(drawn: Line2D, shape: Shape, side: str | None, section: Section, ax: Axes) -> None:
+def _draw_arrow(
+    places: np.ndarray, colour: str, shape: Shape, side: str | None, section: Section, ax: Axes
+) -> None:
     """Draw an arrow from the middle of a flat shape to the side that it emits from or counts at."""
     if not shape.is_flat or side is None:
         return
     sign = 1.0 if side in ("front", "outside") else -1.0
     along, up = (sign * shape.normal[axis] for axis in section.axes[:2])
-    length = ARROW * max(np.ptp(section.right), np.ptp(section.up))
-    x, y = (float(np.mean(places)) for places in drawn.get_data())
+    length = ARROW * section.size
+    x, y = places.mean(axis=0)
     if np.hypot(along, up) > STEEP:
-        style = {"arrowstyle": "-|>", "color": drawn.get_color(), "lw": 2, "mutation_scale": 16}
+        style = {"arrowstyle": "-|>", "color": colour, "lw": 2, "mutation_scale": 16}
         ax.annotate("", (x + length * along, y + length * up), (x, y), arrowprops=style, zorder=5)
 
 
-def _handle(drawn: Line2D, text: str) -> Line2D:
+def _handle(colour: str, text: str) -> Line2D:
     """An entry of the legend."""
-    style = {"linestyle": "", "marker": "s", "ms": 9, "mew": 0, "color": drawn.get_color()}
+    style = {"linestyle": "", "marker": "s", "ms": 9, "mew": 0, "color": colour}
     return Line2D([], [], label=as_it_stands(text), **style)

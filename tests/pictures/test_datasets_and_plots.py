@@ -336,6 +336,46 @@ def test_what_a_section_does_not_meet_is_named():
     assert "not in this plane: shape" in " ".join(texts) and len(places) == 0
 
 
+ROOM = tp.Surface(tp.Box(center=(0, 0, 1.5), size=(6, 4, 3)), tp.Diffuse(0.7), "room")
+CEILING_LAMP = tp.Source(tp.Disk(center=(0, 0, 2.9), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=1.0))
+
+
+def test_a_small_detector_and_a_thin_film_are_drawn_in_the_room_about_them():
+    """A diode below a thousandth of the room neither shrinks the picture to itself nor is lost in the raster."""
+    film = tp.Surface(tp.Box(center=(-1, 0, 1), size=(0.5, 0.5, 1e-6)), tp.Black(), "film")
+    diode = tp.Detector(tp.Disk(center=(0.5, 0, 1.0), radius=1e-3), "diode")
+    ax = tp.Scene(CEILING_LAMP, [ROOM, film], diode).plot("xz")
+    assert np.ptp(ax.get_xlim()) > 6
+    texts = " ".join(legend_of(ax))
+    assert "Black(): film" in texts and "Detector diode" in texts and "not in" not in texts
+    pyplot.close("all")
+
+
+@pytest.mark.parametrize("at", [0.0, 0.7, 3.0])
+def test_what_lies_in_the_plane_of_a_section_is_drawn(at):
+    """The area of a table at 0.7 m; at 0 and 3 m the edges of the room's floor and ceiling."""
+    desk = tp.Rectangle(center=(1, 0, 0.7), normal=(0, 0, 1), width=1.2, height=0.8)
+    ax = tp.Scene(CEILING_LAMP, [ROOM, tp.Surface(desk, tp.Black(), "table")]).plot("xy", at=at)
+    ((right, up),) = [
+        each.get_data() for each in ax.get_lines() if each.get_color() == "#1a1a1a" and each.get_zorder() == 3
+    ]
+    assert np.abs(np.maximum(np.abs(right) / 3, np.abs(up) / 2) - 1).max() < 1e-9
+    areas = [each.get_datalim(ax.transData).bounds for each in ax.collections]
+    assert areas == ([pytest.approx((0.4, -0.4, 1.2, 0.8))] if at == 0.7 else [])
+    assert ("not in this plane: table" in " ".join(legend_of(ax))) == (at != 0.7)
+    pyplot.close("all")
+
+
+def test_what_is_far_larger_than_a_section_is_said_to_be_outside_it():
+    earth = tp.Surface(tp.Sphere(center=(0, 0, -6.4e6), radius=6.4e6), tp.Diffuse(0.3), "earth")
+    meter = tp.Detector(tp.Disk(center=(0, 0, 1.0), radius=0.2), "meter")
+    lamp = tp.Source(tp.Point(position=(0, 0, 1.5)), tp.Isotropic(power=1.0))
+    ax = tp.Scene(lamp, [earth], meter).plot("xz")
+    assert np.ptp(ax.get_ylim()) < 10
+    assert "outside this picture: earth" in " ".join(legend_of(ax))
+    pyplot.close("all")
+
+
 def test_media_of_a_section_are_filled():
     glass = tp.Medium(index=1.5, absorption=1.0)
     ball = tp.Surface(tp.Sphere(radius=0.5), tp.Dielectric(1.5), "ball", inside=glass)
