@@ -297,6 +297,8 @@ def test_a_sun_is_left_out_beside_a_square_metre():
     near = tp.Source(tp.Disk(radius=0.5), GLOW)
     small = tp.Detector(tp.Disk(center=(0, 0, 2), radius=1e-3), "meter")
     assert frame_of(tp.Scene(near, detectors=small)).distant == {}
+    hall = tp.Surface(tp.Box(size=6), tp.Diffuse(0.5))
+    assert frame_of(tp.Scene(near, hall, small)).size == pytest.approx(6 * math.sqrt(3))
 
 
 def test_an_infinite_ground_is_cut_and_a_point_alone_has_some_room():
