@@ -244,6 +244,7 @@ def add_bar(
     bar.SetBarRatio(BAR_SHARE)
     style = bar.GetAnnotationTextProperty()
     _set_font(style, type_size(plotter, 16, LEGIBLE))
+    style.SetVerticalJustificationToCentered()  # newer VTKs put it above its mark by default
     style.SetColor(*(int(TEXT[k : k + 2], 16) / 255 for k in (1, 3, 5)))
     widest = max(_width(plotter, style, text) for _, text in scale.marks)
     room = 1 - MARGIN - widest - TICK / plotter.window_size[0] - BAR_SHARE * BAR
