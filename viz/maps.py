@@ -87,6 +87,7 @@ WORDS = {
     "theta": "polar angle θ", "phi": "azimuth φ", "mu": "cosine μ",
     "vx": "velocity vₓ", "vy": "velocity v_y", "vz": "velocity v_z",
 }  # fmt: skip
+POLES = {"local": "in front", "world": "+z"}  # where θ = 0 is, by the frame of a detector's directions
 NO_BINS: Mapping[str, int] = MappingProxyType({})
 
 Data = Tally | EstimateArray
@@ -161,8 +162,9 @@ def plot_map(
     Notes
     -----
     Bins without a known error are hatched on grey in the map of errors, those with a doubtful one above their colour
-    (where there is no map of errors, in the map of values).  A plan of directions is seen from in front of the
-    surface, as is the map of the same surface by place; a sky is seen from inside, so that azimuth grows to the left.
+    (where there is no map of errors, in the map of values).  In a plan of directions azimuth grows anticlockwise: it is seen
+    from θ = 0, which is in front of the detector's side or, in the world's frame, at +z.  A sky is seen from inside, so
+    that azimuth grows to the left.
     The brightest row is that of the greatest value less its standard error, so that one large score of a rare
     particle does not decide; of rows within two standard errors of it the one with the greatest mean is taken, of
     equal ones the one nearest the middle is taken, of equal azimuths the first.
@@ -294,7 +296,8 @@ class Along(NamedTuple):
 class Bins:
     """Bins over two coordinates as a map shows them; all fields are (up, across).
 
-    On a disk and in a plan of directions `across` is the distance from the middle, and `up` the azimuth.
+    On a disk and in a plan of directions `across` is the distance from the middle, and `up` the azimuth;
+    pole: where directions with θ = 0 are, in words.
     """
 
     across: Along
@@ -308,6 +311,7 @@ class Bins:
     frame: str
     is_transposed: bool
     source: EstimateArray
+    pole: str
 
     @property
     def is_round(self) -> bool:
@@ -387,6 +391,7 @@ class Chosen(NamedTuple):
     label: str
     shape: object
     frame: str | None
+    pole: str
     listed: str | None = None
 
     @property
@@ -405,7 +410,7 @@ def _chosen(
     data: Data, quantity: str | None, at: Mapping[str, int], label: str | None, frame: str | None
 ) -> Chosen:
     """The bins to draw: one of the axes that `at` names, of three axes of cells, and of axes with a single bin."""
-    shape, is_of_flight = None, False
+    shape = None
     if frame not in (None, *FRAMES):
         raise ValueError(f"plot: frame must be one of {', '.join(FRAMES)}, got {frame!r}")
     if isinstance(data, EstimateArray):
@@ -417,8 +422,7 @@ def _chosen(
         name = quantity or main_quantity(data)
         array, whose = data.named(name), f"{name} of {data.name!r}"
         label = label or name.replace("_", " ")
-        is_of_flight = isinstance(data, VolumeReading)  # its bins are not of where particles come from
-        shape = None if is_of_flight else getattr(data, "shape", None)
+        shape = None if isinstance(data, VolumeReading) else getattr(data, "shape", None)
         if isinstance(data, ViewReading):
             frame = frame or (SKY if "theta" in array.dims else IMAGE)
         if not isinstance(array, EstimateArray):
@@ -449,9 +453,9 @@ def _chosen(
     shown = array[index]
     if not isinstance(shown, EstimateArray):
         raise ValueError(f"plot: {whose} at {dict(at)} is one bin, {shown}; leave an axis out of at=")
-    if is_of_flight and frame is None and {"theta", "phi"} <= set(shown.dims):
-        frame = FLAT if array.coords["theta"].max() > math.pi / 2 + 1e-9 else None
-    return Chosen(shown, index, array.shape, label, shape, frame, listed)
+    directions = getattr(getattr(data, "detector", None), "directions", None)
+    pole = POLES.get(getattr(directions, "frame", ""), "θ = 0")  # an array does not know its frame
+    return Chosen(shown, index, array.shape, label, shape, frame, pole, listed)
 
 
 def _place_words(array: EstimateArray, name: str, place: int) -> str:
@@ -539,14 +543,15 @@ def _arranged(chosen: Chosen) -> Bins:
         )
         up = Along("phi", np.degrees(found.phi), WORDS["phi"], "°", 180 / math.pi)
         fields = (each.T for each in (found.value, found.error, found.unscored, found.doubtful))
-        return Bins(across, up, *fields, array.unit, chosen.label, frame, names[-1] == "phi", array)
+        is_transposed = names[-1] == "phi"
+        return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array, chosen.pole)
     first, second = alongs(array, shape)
     is_unrolled = shape is not None and bool(_words_of(shape)) and frame == FLAT
     is_transposed = not (is_unrolled and names == ("u", "v")) and names[0] not in UPRIGHT
     up, across = (second, first) if is_transposed else (first, second)
     fields = (array.value, array.error, array.reason == "no score", array.is_doubtful)
     fields = (each.T if is_transposed else each for each in fields)
-    return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array)
+    return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array, chosen.pole)
 
 
 def _frame(array: EstimateArray, shape: object) -> str:
@@ -728,9 +733,9 @@ def _furnish_flat(axes: Axes, bins: Bins) -> None:
     if bins.frame == IMAGE:
         axes.set(xticks=[], yticks=[], aspect="equal")
         return
-    from_inside = ", seen from inside" if bins.frame == SKY else ""
-    axes.set(xlabel=across.label + from_inside, ylabel=up.label)
-    axes.xaxis.set_inverted(bins.frame == SKY and across.name == "phi")
+    is_sky = bins.frame == SKY and across.name == "phi" and up.name in POLAR
+    axes.set(xlabel=across.label + ", seen from inside" * is_sky, ylabel=up.label)
+    axes.xaxis.set_inverted(is_sky)
     axes.yaxis.set_inverted(up.is_from_pole)
     for axis, along in ((axes.xaxis, across), (axes.yaxis, up)):
         if along.names:
@@ -767,7 +772,7 @@ def _furnish_plan(axes: Axes, bins: Bins) -> None:
     axes.text(x, y, f"θ = {rim:.3g}°", ha="left", va="bottom")
     if has_spokes:
         corner = {"color": MUTED, "fontsize": "small", "ha": "left", "va": "bottom"}
-        axes.text(-1.15 * rim, -1.15 * rim, "seen from\nin front", **corner)
+        axes.text(-1.15 * rim, -1.15 * rim, f"seen from\n{bins.pole}", **corner)
 
 
 def _rings(rim: float) -> list[float]:

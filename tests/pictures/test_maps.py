@@ -352,7 +352,7 @@ def test_a_plan_of_directions_is_drawn_with_units(tmp_path, polar, edges, law):
         assert part in said, part
     assert ("no score" in said) == np.isnan(L.error).any()
     if edges[-1] > 1.5 or polar == "mu":
-        assert {"30°", "60°", "θ = 90°", "seen from\nin front"} <= {
+        assert {"30°", "60°", "θ = 90°", "seen from\nθ = 0"} <= {
             text.get_text() for text in page.axes[0].texts
         }
 
@@ -490,6 +490,58 @@ def test_a_lamp_at_the_side_of_u_is_on_the_right_of_a_floors_plans_by_place_and_
     assert by_place.argmax() > 5
     mesh = mesh_of(drawn(found["directions"], quantity="radiance"))
     assert brightest(mesh)[0] > 20
+
+
+HEMISPHERE, ALL, TURNS = (0.0, 0.7, 1.5), (0.0, 1.5, math.pi), 8  # polar angles [rad], bins of azimuth
+FLOOR, BALL = tp.Rectangle(width=2.0, height=2.0), tp.Sphere(radius=0.3)
+AXIS = {"phi": TURNS, "axis": (1, 0, 0)}
+SEEN_FROM = {  # detector, and frame of the map: where the map claims to be seen from
+    "a side": (tp.Detector(FLOOR, "d", directions=tp.Directions(theta=HEMISPHERE, phi=TURNS)), None, "seen from\nin front"),
+    "a side by mu": (tp.Detector(FLOOR, "d", directions=tp.Directions(mu=3, phi=TURNS)), None, "seen from\nin front"),
+    "a back": (tp.Detector(FLOOR, "d", side="back", directions=tp.Directions(theta=3, phi=TURNS)), None, "seen from\nin front"),
+    "a curved side": (tp.Detector(BALL, "d", directions=tp.Directions(theta=3, phi=TURNS)), None, "seen from\nin front"),
+    "a side, without azimuth": (tp.Detector(FLOOR, "d", directions=tp.Directions(theta=3)), "plan", ""),
+    "a side as a sky": (tp.Detector(FLOOR, "d", directions=tp.Directions(theta=3, phi=TURNS)), "sky", ", seen from inside"),
+    "the world above": (tp.Detector(BALL, "d", directions=tp.Directions(theta=HEMISPHERE, phi=TURNS, frame="world")), None, "seen from\n+z"),
+    "the world above by mu": (tp.Detector(BALL, "d", directions=tp.Directions(mu=(0, 0.5, 1), phi=TURNS, frame="world")), None, "seen from\n+z"),
+    "the world": (tp.Detector(BALL, "d", directions=tp.Directions(theta=ALL, phi=TURNS, frame="world")), None, ", seen from inside"),
+    "the world by mu": (tp.Detector(BALL, "d", directions=tp.Directions(mu=4, phi=TURNS, frame="world")), None, ""),
+    "the world, flat": (tp.Detector(BALL, "d", directions=tp.Directions(theta=ALL, phi=TURNS, frame="world")), "flat", ""),
+    "flights": (tp.VolumeDetector(BALL, "d", directions=tp.Directions.sphere(mu=4, phi=TURNS)), None, ""),
+    "flights as a sky": (tp.VolumeDetector(BALL, "d", directions=tp.Directions.sphere(mu=4, phi=TURNS)), "sky", ", seen from inside"),
+    "flights upwards": (tp.VolumeDetector(BALL, "d", directions=tp.Directions.sphere(mu=(0, 0.5, 1), phi=TURNS)), None, "seen from\nθ = 0"),
+    "flights along x": (tp.VolumeDetector(BALL, "d", directions=tp.Directions.sphere(mu=(0, 0.5, 1), **AXIS)), None, "seen from\nθ = 0"),
+    "places": (tp.Detector(FLOOR, "d", positions=tp.Positions(x=3, y=4)), None, ""),
+    "places as a sky": (tp.Detector(FLOOR, "d", positions=tp.Positions(x=3, y=4)), "sky", ""),
+    "a disk": (tp.Detector(tp.Disk(radius=1), "d", positions=tp.Positions(radius=3, azimuth=4)), None, ""),
+    "places and azimuths as a sky": (tp.Detector(FLOOR, "d", positions=tp.Positions(x=3), directions=tp.Directions(phi=TURNS)), "sky", ""),
+    "cells": (tp.VolumeDetector(tp.Box(size=1.0), "d", cells=(3, 4, 1)), None, ""),
+    "a map of all directions": (tp.EnvironmentMap(name="d", position=(0, 0, 0.5), theta=4, phi=TURNS), None, ", seen from inside"),
+    "a map of all directions above": (tp.EnvironmentMap(name="d", position=(0, 0, 0.5), theta=HEMISPHERE, phi=TURNS), "plan", "seen from\nθ = 0"),
+    "a camera": (tp.Camera(name="d", position=(0, 0, 0.5), direction=(0, 1, 1), field_of_view=1.0, pixels=(4, 3)), None, ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("detector", "frame", "claim"), SEEN_FROM.values(), ids=SEEN_FROM)
+def test_a_map_claims_to_be_seen_from_where_it_is_or_from_nowhere(detector, frame, claim):
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=1.0), tp.Lambertian(radiance=1.0))
+    found = simulated([lamp], [detector], particles=500)["d"]
+    has_directions = getattr(detector, "directions", None) is not None
+    axes = drawn(found, frame=frame, **({"quantity": "radiance"} if has_directions else {}))
+    said = [axes.get_xlabel(), axes.get_ylabel(), *(text.get_text() for text in axes.texts)]
+    claims = [
+        each[each.index(word) :] for each in said for word in (", seen from", "seen from\n") if word in each
+    ]
+    assert claims == ([claim] if claim else [])
+    assert axes.xaxis_inverted() == (claim == ", seen from inside")
+
+
+def test_an_array_by_direction_claims_no_frame():
+    """It does not know whether its directions are those of a side or of the world."""
+    bins = tp.Directions(theta=HEMISPHERE, phi=TURNS, frame="world")
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=1.0), tp.Lambertian(radiance=1.0))
+    array = simulated([lamp], [tp.Detector(BALL, "d", directions=bins)], particles=500)["d"].radiance
+    assert "seen from\nθ = 0" in [text.get_text() for text in drawn(array).texts]
 
 
 def test_a_lamp_above_a_ball_lights_the_top_of_its_map():
