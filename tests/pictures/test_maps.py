@@ -16,7 +16,7 @@ from tests.drawing import WARNINGS_FAIL, assert_drawn, points_of, reading, words
 from tests.synthetic import EVEN_RUN, estimates
 from transport.statistics.estimates import EstimateArray
 from transport.viz.directions import direction_bins
-from transport.viz.maps import bins_of, draw_values, plot_map, plot_maps, value_norm
+from transport.viz.maps import alongs, bins_of, draw_values, main_quantity, plot_map, plot_maps, value_norm
 
 pytestmark = pytest.mark.filterwarnings(*WARNINGS_FAIL)  # such as a layout that collapsed
 
@@ -490,6 +490,29 @@ def test_a_lamp_at_the_side_of_u_is_on_the_right_of_a_floors_plans_by_place_and_
     assert by_place.argmax() > 5
     mesh = mesh_of(drawn(found["directions"], quantity="radiance"))
     assert brightest(mesh)[0] > 20
+
+
+BOTH, TUBE = {"u": 3, "v": 4}, {"radius": 0.5, "height": 1.0}
+LABELS = {  # detector, and what its map calls its axes, in their order
+    "rectangle": (tp.Detector(tp.Rectangle(width=2, height=1), "d", positions=tp.Positions(x=3, y=4)), ["u [m]", "v [m]"]),
+    "disk": (tp.Detector(tp.Disk(radius=1), "d", positions=tp.Positions(**BOTH)), ["radius u [m]", "azimuth v [°]"]),
+    "sphere": (tp.Detector(tp.Sphere(radius=1), "d", positions=tp.Positions(**BOTH)), ["polar angle u [°]", "azimuth v [°]"]),
+    "cylinder": (tp.Detector(tp.Cylinder(**TUBE), "d", positions=tp.Positions(**BOTH)), ["height u along the axis [m]", "azimuth v [°]"]),
+    "cone": (tp.Detector(tp.Cone(**TUBE), "d", positions=tp.Positions(**BOTH)), ["height u along the axis [m]", "azimuth v [°]"]),
+    "directions": (tp.Detector(tp.Disk(radius=1), "d", directions=tp.Directions(theta=3, phi=4)), ["polar angle θ [°]", "azimuth φ [°]"]),
+    "flights": (tp.VolumeDetector(tp.Sphere(radius=1), "d", directions=tp.Directions.sphere(mu=3, phi=4)), ["cosine μ", "azimuth φ [°]"]),
+    "cells": (tp.VolumeDetector(tp.Box(size=1.0), "d", cells=(3, 4, 1)), ["x [m]", "y [m]", "z [m]"]),
+    "rings": (tp.VolumeDetector(tp.Cylinder(**TUBE), "d", cells=(3, 4)), ["r [m]", "z [m]"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("detector", "labels"), LABELS.values(), ids=LABELS)
+def test_axes_are_called_by_what_they_are_on_their_shape(detector, labels):
+    lamp = tp.Source(tp.Point(position=(0, 0, 3)), tp.Isotropic(power=1.0))
+    found = simulated([lamp], [detector], particles=100)["d"]
+    shape = found.shape if isinstance(detector, tp.Detector) else None
+    array = found.named("radiance" if detector.directions is not None else main_quantity(found))
+    assert [each.label for each in alongs(array, shape)] == labels
 
 
 HEMISPHERE, ALL, TURNS = (0.0, 0.7, 1.5), (0.0, 1.5, math.pi), 8  # polar angles [rad], bins of azimuth

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from transport.geometry.shape import Shape
+from transport.statistics.axes import SHAPE_COORDINATES
 from transport.validation import (
     Bins,
     BinsParameter,
@@ -252,7 +253,9 @@ class DirectionSphere:
         return angles.reshape([len(bounds) - 1 for bounds in edges.values()])
 
 
-POSITION_NAMES = {"u": ("x", "radius", "height", "polar_angle"), "v": ("y", "azimuth")}
+POSITION_NAMES = {
+    axis: tuple(name for name, each in SHAPE_COORDINATES.items() if each.column == axis) for axis in "uv"
+}
 SYNONYMS = tuple(name for names in POSITION_NAMES.values() for name in names)
 
 
