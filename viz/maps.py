@@ -156,9 +156,9 @@ def plot_map(
     Notes
     -----
     Bins without a known error are hatched on grey in the map of errors, those with a doubtful one above their colour
-    (where there is no map of errors, in the map of values).  In a plan of directions azimuth grows anticlockwise: it is seen
-    from θ = 0, which is in front of the detector's side or, in the world's frame, at +z.  A sky is seen from inside, so
-    that azimuth grows to the left.
+    (where there is no map of errors, in the map of values).
+    In a plan of directions azimuth grows anticlockwise: it is seen from θ = 0, which is in front of the
+    detector's side or, in the world's frame, at +z.  A sky is seen from inside, so that azimuth grows to the left.
     The brightest row is that of the greatest value less its standard error, so that one large score of a rare
     particle does not decide; of rows within two standard errors of it the one with the greatest mean is taken, of
     equal ones the one nearest the middle is taken, of equal azimuths the first.

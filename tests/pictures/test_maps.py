@@ -492,17 +492,24 @@ def test_a_lamp_at_the_side_of_u_is_on_the_right_of_a_floors_plans_by_place_and_
     assert brightest(mesh)[0] > 20
 
 
-BOTH, TUBE = {"u": 3, "v": 4}, {"radius": 0.5, "height": 1.0}
+BOTH, TUBE = tp.Positions(u=3, v=4), {"radius": 0.5, "height": 1.0}
+METER, CELLS, WAYS, SPHERE = tp.Detector, tp.VolumeDetector, tp.Directions, tp.Directions.sphere
+ROUND, ALONG = "azimuth v [°]", "height u along the axis [m]"
 LABELS = {  # detector, and what its map calls its axes, in their order
-    "rectangle": (tp.Detector(tp.Rectangle(width=2, height=1), "d", positions=tp.Positions(x=3, y=4)), ["u [m]", "v [m]"]),
-    "disk": (tp.Detector(tp.Disk(radius=1), "d", positions=tp.Positions(**BOTH)), ["radius u [m]", "azimuth v [°]"]),
-    "sphere": (tp.Detector(tp.Sphere(radius=1), "d", positions=tp.Positions(**BOTH)), ["polar angle u [°]", "azimuth v [°]"]),
-    "cylinder": (tp.Detector(tp.Cylinder(**TUBE), "d", positions=tp.Positions(**BOTH)), ["height u along the axis [m]", "azimuth v [°]"]),
-    "cone": (tp.Detector(tp.Cone(**TUBE), "d", positions=tp.Positions(**BOTH)), ["height u along the axis [m]", "azimuth v [°]"]),
-    "directions": (tp.Detector(tp.Disk(radius=1), "d", directions=tp.Directions(theta=3, phi=4)), ["polar angle θ [°]", "azimuth φ [°]"]),
-    "flights": (tp.VolumeDetector(tp.Sphere(radius=1), "d", directions=tp.Directions.sphere(mu=3, phi=4)), ["cosine μ", "azimuth φ [°]"]),
-    "cells": (tp.VolumeDetector(tp.Box(size=1.0), "d", cells=(3, 4, 1)), ["x [m]", "y [m]", "z [m]"]),
-    "rings": (tp.VolumeDetector(tp.Cylinder(**TUBE), "d", cells=(3, 4)), ["r [m]", "z [m]"]),
+    "rectangle": (METER(tp.Rectangle(width=2, height=1), "d", positions=BOTH), ["u [m]", "v [m]"]),
+    "disk": (METER(tp.Disk(radius=1), "d", positions=BOTH), ["radius u [m]", ROUND]),
+    "sphere": (METER(tp.Sphere(radius=1), "d", positions=BOTH), ["polar angle u [°]", ROUND]),
+    "cylinder": (METER(tp.Cylinder(**TUBE), "d", positions=BOTH), [ALONG, ROUND]),
+    "cone": (METER(tp.Cone(**TUBE), "d", positions=BOTH), [ALONG, ROUND]),
+    "directions": (
+        METER(tp.Disk(radius=1), "d", directions=WAYS(theta=3, phi=4)),
+        ["polar angle θ [°]", "azimuth φ [°]"],
+    ),
+    "flights": (
+        CELLS(tp.Sphere(radius=1), "d", directions=SPHERE(mu=3, phi=4)), ["cosine μ", "azimuth φ [°]"]
+    ),
+    "cells": (CELLS(tp.Box(size=1.0), "d", cells=(3, 4, 1)), ["x [m]", "y [m]", "z [m]"]),
+    "rings": (CELLS(tp.Cylinder(**TUBE), "d", cells=(3, 4)), ["r [m]", "z [m]"]),
 }  # fmt: skip
 
 
@@ -515,34 +522,63 @@ def test_axes_are_called_by_what_they_are_on_their_shape(detector, labels):
     assert [each.label for each in alongs(array, shape)] == labels
 
 
-HEMISPHERE, ALL, TURNS = (0.0, 0.7, 1.5), (0.0, 1.5, math.pi), 8  # polar angles [rad], bins of azimuth
+HEMISPHERE, ALL = (0.0, 0.7, 1.5), (0.0, 1.5, math.pi)  # polar angles [rad]
+ABOVE, TURNS = (0.0, 0.5, 1.0), 8  # cosines, bins of azimuth
 FLOOR, BALL = tp.Rectangle(width=2.0, height=2.0), tp.Sphere(radius=0.3)
-AXIS = {"phi": TURNS, "axis": (1, 0, 0)}
+IN_FRONT, FROM_Z, FROM_POLE = "seen from\nin front", "seen from\n+z", "seen from\nθ = 0"
+INSIDE, NONE = ", seen from inside", ""
+
+
+def of_side(shape=FLOOR, side="front", **bins):
+    return METER(shape, "d", side, directions=WAYS(**bins))
+
+
+def of_world(**bins):
+    return METER(BALL, "d", directions=WAYS(frame="world", phi=TURNS, **bins))
+
+
+def of_flights(**bins):
+    return CELLS(BALL, "d", directions=SPHERE(phi=TURNS, **bins))
+
+
+def of_places(**bins):
+    return METER(FLOOR, "d", positions=tp.Positions(**bins))
+
+
+def of_sky(theta):
+    return tp.EnvironmentMap(name="d", position=(0, 0, 0.5), theta=theta, phi=TURNS)
+
+
+MIXED = METER(FLOOR, "d", positions=tp.Positions(x=3), directions=WAYS(phi=TURNS))
+DISK = METER(tp.Disk(radius=1), "d", positions=tp.Positions(radius=3, azimuth=4))
+CAMERA = tp.Camera(
+    name="d", position=(0, 0, 0.5), direction=(0, 1, 1), field_of_view=1.0, pixels=(4, 3)
+)  # fmt: skip
 SEEN_FROM = {  # detector, and frame of the map: where the map claims to be seen from
-    "a side": (tp.Detector(FLOOR, "d", directions=tp.Directions(theta=HEMISPHERE, phi=TURNS)), None, "seen from\nin front"),
-    "a side by mu": (tp.Detector(FLOOR, "d", directions=tp.Directions(mu=3, phi=TURNS)), None, "seen from\nin front"),
-    "a back": (tp.Detector(FLOOR, "d", side="back", directions=tp.Directions(theta=3, phi=TURNS)), None, "seen from\nin front"),
-    "a curved side": (tp.Detector(BALL, "d", directions=tp.Directions(theta=3, phi=TURNS)), None, "seen from\nin front"),
-    "a side, without azimuth": (tp.Detector(FLOOR, "d", directions=tp.Directions(theta=3)), "plan", ""),
-    "a side as a sky": (tp.Detector(FLOOR, "d", directions=tp.Directions(theta=3, phi=TURNS)), "sky", ", seen from inside"),
-    "the world above": (tp.Detector(BALL, "d", directions=tp.Directions(theta=HEMISPHERE, phi=TURNS, frame="world")), None, "seen from\n+z"),
-    "the world above by mu": (tp.Detector(BALL, "d", directions=tp.Directions(mu=(0, 0.5, 1), phi=TURNS, frame="world")), None, "seen from\n+z"),
-    "the world": (tp.Detector(BALL, "d", directions=tp.Directions(theta=ALL, phi=TURNS, frame="world")), None, ", seen from inside"),
-    "the world by mu": (tp.Detector(BALL, "d", directions=tp.Directions(mu=4, phi=TURNS, frame="world")), None, ""),
-    "the world, flat": (tp.Detector(BALL, "d", directions=tp.Directions(theta=ALL, phi=TURNS, frame="world")), "flat", ""),
-    "flights": (tp.VolumeDetector(BALL, "d", directions=tp.Directions.sphere(mu=4, phi=TURNS)), None, ""),
-    "flights as a sky": (tp.VolumeDetector(BALL, "d", directions=tp.Directions.sphere(mu=4, phi=TURNS)), "sky", ", seen from inside"),
-    "flights upwards": (tp.VolumeDetector(BALL, "d", directions=tp.Directions.sphere(mu=(0, 0.5, 1), phi=TURNS)), None, "seen from\nθ = 0"),
-    "flights along x": (tp.VolumeDetector(BALL, "d", directions=tp.Directions.sphere(mu=(0, 0.5, 1), **AXIS)), None, "seen from\nθ = 0"),
-    "places": (tp.Detector(FLOOR, "d", positions=tp.Positions(x=3, y=4)), None, ""),
-    "places as a sky": (tp.Detector(FLOOR, "d", positions=tp.Positions(x=3, y=4)), "sky", ""),
-    "a disk": (tp.Detector(tp.Disk(radius=1), "d", positions=tp.Positions(radius=3, azimuth=4)), None, ""),
-    "places and azimuths as a sky": (tp.Detector(FLOOR, "d", positions=tp.Positions(x=3), directions=tp.Directions(phi=TURNS)), "sky", ""),
-    "cells": (tp.VolumeDetector(tp.Box(size=1.0), "d", cells=(3, 4, 1)), None, ""),
-    "a map of all directions": (tp.EnvironmentMap(name="d", position=(0, 0, 0.5), theta=4, phi=TURNS), None, ", seen from inside"),
-    "a map of all directions above": (tp.EnvironmentMap(name="d", position=(0, 0, 0.5), theta=HEMISPHERE, phi=TURNS), "plan", "seen from\nθ = 0"),
-    "a camera": (tp.Camera(name="d", position=(0, 0, 0.5), direction=(0, 1, 1), field_of_view=1.0, pixels=(4, 3)), None, ""),
-}  # fmt: skip
+    "a side": (of_side(theta=HEMISPHERE, phi=TURNS), None, IN_FRONT),
+    "a side by mu": (of_side(mu=3, phi=TURNS), None, IN_FRONT),
+    "a back": (of_side(side="back", theta=3, phi=TURNS), None, IN_FRONT),
+    "a curved side": (of_side(BALL, theta=3, phi=TURNS), None, IN_FRONT),
+    "a side, without azimuth": (of_side(theta=3), "plan", NONE),
+    "a side as a sky": (of_side(theta=3, phi=TURNS), "sky", INSIDE),
+    "the world above": (of_world(theta=HEMISPHERE), None, FROM_Z),
+    "the world above by mu": (of_world(mu=ABOVE), None, FROM_Z),
+    "the world": (of_world(theta=ALL), None, INSIDE),
+    "the world by mu": (of_world(mu=4), None, NONE),
+    "the world, flat": (of_world(theta=ALL), "flat", NONE),
+    "flights": (of_flights(mu=4), None, NONE),
+    "flights as a sky": (of_flights(mu=4), "sky", INSIDE),
+    "flights upwards": (of_flights(mu=ABOVE), None, FROM_POLE),
+    "flights along x": (of_flights(mu=ABOVE, axis=(1, 0, 0)), None, FROM_POLE),
+    "places": (of_places(x=3, y=4), None, NONE),
+    "places as a sky": (of_places(x=3, y=4), "sky", NONE),
+    "a disk": (DISK, None, NONE),
+    "places and azimuths as a sky": (MIXED, "sky", NONE),
+    "cells": (CELLS(tp.Box(size=1.0), "d", cells=(3, 4, 1)), None, NONE),
+    "a map of all directions": (of_sky(4), None, INSIDE),
+    "a map of all directions above": (of_sky(HEMISPHERE), "plan", FROM_POLE),
+    "a camera": (CAMERA, None, NONE),
+}
 
 
 @pytest.mark.parametrize(("detector", "frame", "claim"), SEEN_FROM.values(), ids=SEEN_FROM)

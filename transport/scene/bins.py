@@ -347,9 +347,8 @@ class Positions:
             coerce_bins(self, name)
             bins, called = getattr(self, name), name
             values = {each: as_bins(self, each, given[each]) for each in others if _is_given(given[each])}
-            if replaced is not None and bins == getattr(
-                replaced, name
-            ):  # carried over, unless a synonym is new
+            # Carry over what `dataclasses.replace` leaves, unless a synonym is new.
+            if replaced is not None and bins == getattr(replaced, name):
                 called = replaced._names[place]
                 bins = None if any(given[each] is None for each in others) else bins
             elif bins is not None:
