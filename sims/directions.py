@@ -280,12 +280,11 @@ def draw_radiance(outcomes: list[Outcome], **out: object) -> None:
     """The directions of the cosine law over cosθ dω: the same radiance up to the horizon."""
     from transport.viz.maps import plot_map
 
-    seen = outcomes[0].result["leaving"].radiance_out
-    level = outcomes[0].result.ledger["emitted"].value / (math.pi * outcomes[0].result["leaving"].area)
+    seen = outcomes[0].result["leaving"]
+    level = outcomes[0].result.ledger["emitted"].value / (math.pi * seen.area)
     title = "The cosine law, divided by cosθ dω: the same radiance in all directions"
-    plot_map(
-        seen, label="radiance L", exact=lambda theta, phi: level + 0 * theta, cut=True, title=title, **out
-    )
+    words = {"quantity": "radiance_out", "label": "radiance L", "title": title}
+    plot_map(seen, exact=lambda theta, phi: level + 0 * theta, cut=True, **words, **out)
 
 
 draw = figures(

@@ -267,7 +267,7 @@ def draw_map(outcomes: list[Outcome], **out: object) -> None:
     """The disk as the meter off its axis sees it: L within an oval, 0 beside it, and how well that is known."""
     from transport.viz.maps import plot_map
 
-    of, seen = outcomes[0].given, outcomes[0].result["map"].radiance
+    of, seen = outcomes[0].given, outcomes[0].result["map"]
     offset, distance = of["offset"], of["distance"]
 
     def exact_radiance(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
@@ -277,7 +277,7 @@ def draw_map(outcomes: list[Outcome], **out: object) -> None:
 
     out["note"] = provenance(outcomes[:1])
     title = f"A Lambert disk seen from {distance:g} m above it and {offset:g} m off its axis"
-    plot_map(seen, label="radiance L", exact=exact_radiance, cut=0.0, title=title, **out)
+    plot_map(seen, quantity="radiance", label="radiance L", exact=exact_radiance, cut=0.0, title=title, **out)
 
 
 @curves_figure(

@@ -15,6 +15,7 @@ import math
 import reprlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import InitVar
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, cast, dataclass_transform
@@ -144,7 +145,7 @@ def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
     if cls is None:
         return functools.partial(scene_object, kw_only=kw_only)
     made = dataclasses.dataclass(frozen=True, kw_only=kw_only)(cls)
-    init, fields = made.__init__, [field for field in dataclasses.fields(made) if field.init]
+    init, fields = made.__init__, parameters_of(made)
 
     @functools.wraps(init)
     def checked_init(self, *values, **named):
@@ -155,6 +156,12 @@ def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
     if made.__module__.startswith("transport."):
         SCENE_OBJECTS[made.__name__] = made
     return made
+
+
+def parameters_of(cls: type) -> list[dataclasses.Field]:
+    """Return the parameters of a dataclass, including those that are no fields (InitVar)."""
+    _, *names = inspect.signature(cls.__init__).parameters
+    return [cls.__dataclass_fields__[name] for name in names]
 
 
 def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple, named: dict) -> None:
@@ -453,6 +460,7 @@ if TYPE_CHECKING:
     class ConvertedAs(Converted[Given, Kept], Generic[Given, Kept, Written]):
         """A field that accepts Given, stores Kept and is Written to the JSON file of a scene."""
 
+    BinsParameter = InitVar[int | Iterable[float] | None]
 else:
 
     class Converted:
@@ -462,6 +470,7 @@ else:
             return types[-1]
 
     ConvertedAs = Converted
+    BinsParameter = InitVar[Bins | None]  # a parameter that is no field
 
 
 VectorField = Converted[Iterable[float], Vector]

@@ -19,6 +19,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +46,7 @@ from transport.viz.style import (
     tick_log,
     with_unit,
 )
+from transport.viz.wording import as_it_stands
 
 Curve = Callable[[np.ndarray], ArrayLike] | tuple[ArrayLike, ArrayLike]  # a function of an array x, or (x, y)
 
@@ -62,6 +64,7 @@ UNNAMED = "simulated"  # label of a series without one
 LONG_LABEL = (
     20  # characters; with longer labels the entries of a legend above its panel stand one below another
 )
+NOTE_WIDTH = 55  # characters of a note below each panel of a sweep
 MOST_INSIDE = 4  # entries of a legend in the panel; more stand beside it
 
 
@@ -540,16 +543,18 @@ def plot_sweep(
     values: Sequence[float],
     series: Mapping[str, tuple[Sequence[Estimate], Sequence[float]]],
     path: str | os.PathLike | None,
-    name: str,
+    xlabel: str,
     title: str | None = None,
+    note: str | None = None,
 ) -> Figure:
     """Draw quantities against a parameter, a panel each, with two standard errors and the exact values that are known.
 
-    series: estimates and exact values by the quantity's name.
+    series: estimates and exact values by the quantity's name;  xlabel: of the parameter, with its unit.
     """
     columns = min(len(series), 3)
     rows = -(-len(series) // columns)
-    with figure((6.2 * columns, 4.6 * rows + 1.0), title, path=path) as page:
+    note = as_it_stands(fill(note, NOTE_WIDTH * columns)) if note else None
+    with figure((6.2 * columns, 4.6 * rows + 1.0), title, note, path) as page:
         grid = page.subplots(rows, columns, squeeze=False)
         for axes, (label, (estimates, exact)) in zip(grid.flat, series.items(), strict=False):
             value = np.array([each.value for each in estimates])
@@ -558,7 +563,7 @@ def plot_sweep(
             if np.isfinite(exact).any():  # marks, because a line between the values would not be exact
                 axes.plot(values, exact, "_", color=INK, ms=26, mew=2.2, label="exact", zorder=2)
                 axes.legend()
-            axes.set(xlabel=name, ylabel=with_unit("", estimates[0].unit).strip(), title=label)
+            axes.set(xlabel=xlabel, ylabel=with_unit("", estimates[0].unit).strip(), title=label)
         for axes in list(grid.flat)[len(series) :]:
             axes.remove()
     return page

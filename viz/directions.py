@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from transport import EstimateArray
+from transport.statistics.axes import POLAR_AXES, axis_words
 from transport.viz.curves import FINE, Series
 
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of theta and phi [rad]
 
-POLAR_ANGLE = "polar angle θ  [°]"
+POLAR_ANGLE = f"{axis_words('theta')}  [°]"
 SPREAD = 0.6  # of a bin, over which the points of several curves stand side by side
 POLAR, AZIMUTHAL = 512, 32  # points a bin for its mean: a jump inside the bin is met to 1/512 of its height
 
@@ -68,7 +69,7 @@ def direction_bins(radiance: EstimateArray) -> DirectionBins:
 
     Raises ValueError for other axes, and for directions beyond the horizon of a hemisphere.
     """
-    polar = next((name for name in ("mu", "theta") if name in radiance.dims), None)
+    polar = next((name for name in POLAR_AXES if name in radiance.dims), None)
     if polar is None or not set(radiance.dims) <= {polar, "phi"}:
         cure = "of other axes take one bin, such as radiance[3]"
         raise ValueError(

@@ -32,12 +32,18 @@ from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from transport import EstimateArray
-from transport.geometry.flat import Disk, Rectangle
-from transport.geometry.solid import Sphere
+from transport.geometry.flat import Disk
 from transport.results.backward import ViewReading
 from transport.results.tally import Tally
 from transport.results.volumes import VolumeReading
-from transport.statistics.axes import axis_symbol, axis_unit
+from transport.statistics.axes import (
+    AXES_OF_PLACES,
+    POLAR_AXES,
+    axis_coordinate,
+    axis_symbol,
+    axis_unit,
+    axis_words,
+)
 from transport.validation import short_repr
 from transport.viz.curves import TRUSTED, Series, plot_curves
 from transport.viz.directions import POLAR_ANGLE, Radiance, direction_bins, polar_series
@@ -73,20 +79,9 @@ LABELLED = math.radians(56)  # azimuth at which rings carry their angle, between
 COMPASS = ((0, "left", "center"), (90, "center", "bottom"), (180, "right", "center"), (270, "center", "top"))
 
 FRAMES = FLAT, DISK, PLAN, SKY, IMAGE = "flat", "disk", "plan", "sky", "image"  # how a map lies
-POLAR = ("mu", "theta")
-UPRIGHT = (*POLAR, "v")  # axes that stand upright if they come first
+UPRIGHT = (*POLAR_AXES, "v")  # axes that stand upright if they come first
 CELLS = ("z", "y", "x")  # axes of which the middle bin is taken, in this order
-LISTED = ("time", "medium")  # axes that may be lists of places and not bins
-TURN, FROM_POLE = ("azimuth v", "rad"), ("polar angle u", "rad")
-COORDINATES = {  # words and units of u and v on shapes where they are not both metres along sides
-    Disk: {"u": ("radius u", "m"), "v": TURN},
-    Sphere: {"u": FROM_POLE, "v": TURN},
-}
-OF_REVOLVED = {"u": ("height u along the axis", "m"), "v": TURN}
-WORDS = {
-    "theta": "polar angle θ", "phi": "azimuth φ", "mu": "cosine μ",
-    "vx": "velocity vₓ", "vy": "velocity v_y", "vz": "velocity v_z",
-}  # fmt: skip
+POLES = {"local": "in front", "world": "+z"}  # where θ = 0 is, by the frame of a detector's directions
 NO_BINS: Mapping[str, int] = MappingProxyType({})
 
 Data = Tally | EstimateArray
@@ -161,8 +156,9 @@ def plot_map(
     Notes
     -----
     Bins without a known error are hatched on grey in the map of errors, those with a doubtful one above their colour
-    (where there is no map of errors, in the map of values).  A plan of directions is seen from in front of the
-    surface, as is the map of the same surface by place; a sky is seen from inside, so that azimuth grows to the left.
+    (where there is no map of errors, in the map of values).
+    In a plan of directions azimuth grows anticlockwise: it is seen from θ = 0, which is in front of the
+    detector's side or, in the world's frame, at +z.  A sky is seen from inside, so that azimuth grows to the left.
     The brightest row is that of the greatest value less its standard error, so that one large score of a rare
     particle does not decide; of rows within two standard errors of it the one with the greatest mean is taken, of
     equal ones the one nearest the middle is taken, of equal azimuths the first.
@@ -294,7 +290,8 @@ class Along(NamedTuple):
 class Bins:
     """Bins over two coordinates as a map shows them; all fields are (up, across).
 
-    On a disk and in a plan of directions `across` is the distance from the middle, and `up` the azimuth.
+    On a disk and in a plan of directions `across` is the distance from the middle, and `up` the azimuth;
+    pole: where directions with θ = 0 are, in words.
     """
 
     across: Along
@@ -308,6 +305,7 @@ class Bins:
     frame: str
     is_transposed: bool
     source: EstimateArray
+    pole: str
 
     @property
     def is_round(self) -> bool:
@@ -387,6 +385,7 @@ class Chosen(NamedTuple):
     label: str
     shape: object
     frame: str | None
+    pole: str
     listed: str | None = None
 
     @property
@@ -405,7 +404,7 @@ def _chosen(
     data: Data, quantity: str | None, at: Mapping[str, int], label: str | None, frame: str | None
 ) -> Chosen:
     """The bins to draw: one of the axes that `at` names, of three axes of cells, and of axes with a single bin."""
-    shape, is_of_flight = None, False
+    shape = None
     if frame not in (None, *FRAMES):
         raise ValueError(f"plot: frame must be one of {', '.join(FRAMES)}, got {frame!r}")
     if isinstance(data, EstimateArray):
@@ -417,8 +416,7 @@ def _chosen(
         name = quantity or main_quantity(data)
         array, whose = data.named(name), f"{name} of {data.name!r}"
         label = label or name.replace("_", " ")
-        is_of_flight = isinstance(data, VolumeReading)  # its bins are not of where particles come from
-        shape = None if is_of_flight else getattr(data, "shape", None)
+        shape = None if isinstance(data, VolumeReading) else getattr(data, "shape", None)
         if isinstance(data, ViewReading):
             frame = frame or (SKY if "theta" in array.dims else IMAGE)
         if not isinstance(array, EstimateArray):
@@ -449,9 +447,9 @@ def _chosen(
     shown = array[index]
     if not isinstance(shown, EstimateArray):
         raise ValueError(f"plot: {whose} at {dict(at)} is one bin, {shown}; leave an axis out of at=")
-    if is_of_flight and frame is None and {"theta", "phi"} <= set(shown.dims):
-        frame = FLAT if array.coords["theta"].max() > math.pi / 2 + 1e-9 else None
-    return Chosen(shown, index, array.shape, label, shape, frame, listed)
+    directions = getattr(getattr(data, "detector", None), "directions", None)
+    pole = POLES.get(getattr(directions, "frame", ""), "θ = 0")  # an array does not know its frame
+    return Chosen(shown, index, array.shape, label, shape, frame, pole, listed)
 
 
 def _place_words(array: EstimateArray, name: str, place: int) -> str:
@@ -478,7 +476,7 @@ def main_quantity(tally: Tally) -> str:
 
 def _is_list(array: EstimateArray, name: str) -> bool:
     """Whether an axis is a list, of instants or of media, and no bins."""
-    return name in LISTED and len(array.coords[name]) == array.shape[array.dims.index(name)]
+    return name in AXES_OF_PLACES and len(array.coords[name]) == array.shape[array.dims.index(name)]
 
 
 def _by_instants(array: EstimateArray, listed: str) -> dict[str, EstimateArray]:
@@ -499,12 +497,9 @@ def _names(array: EstimateArray, listed: str) -> tuple[str, ...]:
 
 def alongs(array: EstimateArray, shape: object = None) -> list[Along]:
     """The axes of an array with angles in degrees, and all lengths in the unit of the longest."""
-    words = _words_of(shape)
-    units = {
-        name: words[name][1] if name in words else axis_unit(name, array.axis_units) for name in array.dims
-    }
-    if shape is not None:
-        units = {name: unit or "m" for name, unit in units.items()}
+    names_of_shape = _coordinate_names(shape)
+    given = {} if shape is None else {name: unit for name, (_, _, unit) in shape.coordinates().items()}
+    units = {name: axis_unit(name, given | array.axis_units) for name in array.dims}
     lengths = [np.abs(array.coords[name]).max() for name in array.dims if units[name] == "m"]
     metre, length = unit_of_length(max(lengths, default=1.0))
     suited = {"m": (1 / metre, length), "rad": (180 / math.pi, "°")}
@@ -515,17 +510,15 @@ def alongs(array: EstimateArray, shape: object = None) -> list[Along]:
             found.append(Along(name, np.arange(len(names) + 1) - 0.5, "", "", names=names))
             continue
         scale, unit = suited.get(unit, (1.0, unit_label(unit or "1")))
-        say = words[name][0] if name in words else WORDS.get(name, axis_symbol(name))
-        is_from_pole = name == "theta" or words.get(name) is FROM_POLE
+        say, coordinate = axis_words(name, names_of_shape), axis_coordinate(name, names_of_shape)
+        is_from_pole = coordinate is not None and coordinate.is_from_pole
         found.append(Along(name, array.coords[name] * scale, say, unit, scale, is_from_pole=is_from_pole))
     return found
 
 
-def _words_of(shape: object) -> Mapping[str, tuple[str, str]]:
-    """Words and units of u and v on a disk or a curved shape; nothing where they are lengths along sides."""
-    if shape is None or isinstance(shape, Rectangle) or not shape.coordinates():
-        return {}
-    return next((words for kind, words in COORDINATES.items() if isinstance(shape, kind)), OF_REVOLVED)
+def _coordinate_names(shape: object) -> tuple[str, ...]:
+    """What a shape calls u and v."""
+    return ("u", "v") if shape is None else shape.coordinate_names
 
 
 def _arranged(chosen: Chosen) -> Bins:
@@ -535,24 +528,25 @@ def _arranged(chosen: Chosen) -> Bins:
     if frame == PLAN:
         found = direction_bins(array)
         across = Along(
-            "theta", np.degrees(found.theta), WORDS["theta"], "°", 180 / math.pi, is_from_pole=True
+            "theta", np.degrees(found.theta), axis_words("theta"), "°", 180 / math.pi, is_from_pole=True
         )
-        up = Along("phi", np.degrees(found.phi), WORDS["phi"], "°", 180 / math.pi)
+        up = Along("phi", np.degrees(found.phi), axis_words("phi"), "°", 180 / math.pi)
         fields = (each.T for each in (found.value, found.error, found.unscored, found.doubtful))
-        return Bins(across, up, *fields, array.unit, chosen.label, frame, names[-1] == "phi", array)
+        is_transposed = names[-1] == "phi"
+        return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array, chosen.pole)
     first, second = alongs(array, shape)
-    is_unrolled = shape is not None and bool(_words_of(shape)) and frame == FLAT
+    is_unrolled = "azimuth" in _coordinate_names(shape) and frame == FLAT
     is_transposed = not (is_unrolled and names == ("u", "v")) and names[0] not in UPRIGHT
     up, across = (second, first) if is_transposed else (first, second)
     fields = (array.value, array.error, array.reason == "no score", array.is_doubtful)
     fields = (each.T if is_transposed else each for each in fields)
-    return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array)
+    return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array, chosen.pole)
 
 
 def _frame(array: EstimateArray, shape: object) -> str:
     names = array.dims
     if set(names) == {"theta", "phi"} or set(names) == {"mu", "phi"}:
-        polar = names[0] if names[0] in POLAR else names[1]
+        polar = names[0] if names[0] in POLAR_AXES else names[1]
         edges = array.coords[polar]
         theta = np.arccos(np.clip(edges, -1, 1)) if polar == "mu" else edges
         if theta.max() <= math.pi / 2 + 1e-9:
@@ -728,9 +722,9 @@ def _furnish_flat(axes: Axes, bins: Bins) -> None:
     if bins.frame == IMAGE:
         axes.set(xticks=[], yticks=[], aspect="equal")
         return
-    from_inside = ", seen from inside" if bins.frame == SKY else ""
-    axes.set(xlabel=across.label + from_inside, ylabel=up.label)
-    axes.xaxis.set_inverted(bins.frame == SKY and across.name == "phi")
+    is_sky = bins.frame == SKY and across.name == "phi" and up.name in POLAR_AXES
+    axes.set(xlabel=across.label + ", seen from inside" * is_sky, ylabel=up.label)
+    axes.xaxis.set_inverted(is_sky)
     axes.yaxis.set_inverted(up.is_from_pole)
     for axis, along in ((axes.xaxis, across), (axes.yaxis, up)):
         if along.names:
@@ -767,7 +761,7 @@ def _furnish_plan(axes: Axes, bins: Bins) -> None:
     axes.text(x, y, f"θ = {rim:.3g}°", ha="left", va="bottom")
     if has_spokes:
         corner = {"color": MUTED, "fontsize": "small", "ha": "left", "va": "bottom"}
-        axes.text(-1.15 * rim, -1.15 * rim, "seen from\nin front", **corner)
+        axes.text(-1.15 * rim, -1.15 * rim, f"seen from\n{bins.pole}", **corner)
 
 
 def _rings(rim: float) -> list[float]:
@@ -949,7 +943,7 @@ def _side_label(bins: Bins, side: Side) -> str:
         return bins.up.names[side.row]
     low, high = bins.up.edges[side.row : side.row + 2]
     if bins.is_round:
-        return f"{bins.up.words.split()[-1]} = {low:.4g}° to {high:.4g}°".replace("-", "−")
+        return f"{axis_symbol(bins.up.name)} = {low:.4g}° to {high:.4g}°".replace("-", "−")
     unit = "" if bins.up.unit == "°" else " "
     return f"at {bins.up.words} = {bins.up.middles[side.row]:.3g}{unit}{bins.up.unit}".replace("-", "−")
 
@@ -974,7 +968,7 @@ def _plot_line(
     if along.names:
         x, label = along.middles, ""
         if along.name == "time":
-            x, label = array.coords["time"], "time [s]"
+            x, label = array.coords["time"], f"{axis_words('time')} [{axis_unit('time', {})}]"
     expected = None if exact is None else chosen.taken(np.asarray(exact, dtype=float))
     series = {chosen.label: Series(x, array, expected=expected)}
     words = {"xlabel": label, "ylabel": chosen.label, "steps": True, "log_y": decades is not None}

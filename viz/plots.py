@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from transport import EstimateArray, Result
 from transport.results.phase_space import SnapshotReading
 from transport.results.tally import Tally
+from transport.statistics.axes import axis_unit, axis_words
 from transport.validation import join_names, short_repr
 from transport.viz.maps import bins_of, is_line, main_quantity, plot_map, suited_size
 from transport.viz.power_flow import End, ends_of
@@ -98,7 +99,9 @@ def _plot_sample(sample: SnapshotReading, ax: Axes | None) -> Axes:
         ax.plot(
             sample.positions[:, axis], sample.velocities[:, axis], ".", ms=3, mew=0, color=BLUE, alpha=0.5
         )
-        ax.set(xlabel=with_unit("xyz"[axis], "m"), ylabel=with_unit(f"v{'xyz'[axis]}", "m s^-1"))
+        along, velocity = "xyz"[axis], f"v{'xyz'[axis]}"
+        labels = [with_unit(axis_words(name), axis_unit(name, {})) for name in (along, velocity)]
+        ax.set(xlabel=labels[0], ylabel=labels[1])
         ax.set_title(as_it_stands(sample.heading))
     return ax
 

@@ -23,7 +23,7 @@ from transport.results.result import Result
 from transport.scene.detectors import Detector
 from transport.scene.media import Grid
 from transport.scene.scene import Scene
-from transport.statistics.axes import POSITION
+from transport.statistics.axes import POSITION, SPEED, TIME, axis_unit
 from transport.statistics.chunked import over_batches
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.validation import SceneError
@@ -36,6 +36,7 @@ from transport.viz.facets import (
     half_box,
     outline,
 )
+from transport.viz.wording import raised
 
 if TYPE_CHECKING:
     import pyvista
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 FRONT, BACK, NOWHERE = "front", "back", "nowhere"
 SYMBOLS = {"irradiance": "E", "exitance": "M", "fluence_rate": "φ"}  # of the quantities that are painted
 MIN_HITS = 4  # of a cell that has a colour; below, it is grey
-SPAN_UNITS = {"time": "s", "speed": "m/s"}  # axes that a detector may cover in part
+SPANS = (TIME, SPEED)  # axes that a detector may cover in part
 INNER_SHARE = 0.97  # of a wall's facets that must have the whole scene on one side
 FLATNESS = 1e-6  # of the scene's size: distance up to which a point is on a plane
 SAMPLED_FACETS = 300  # of a wall, to find its inner side
@@ -113,8 +114,9 @@ def _limits(detector: object, estimate: Estimate | EstimateArray, duration: floa
     found = [f"{name}={limit!r}" for name, limit in limits.items() if limit not in (None, (0, math.inf))]
     for name, edges in estimate.coords.items():
         is_whole = name == "time" and edges[0] == 0 and edges[-1] == duration
-        if name in SPAN_UNITS and not is_whole:
-            found.append(f"{name} {edges[0]:.3g} to {edges[-1]:.3g} {SPAN_UNITS[name]}")
+        if name in SPANS and not is_whole:
+            unit = raised(axis_unit(name, estimate.axis_units))
+            found.append(f"{name} {edges[0]:.3g} to {edges[-1]:.3g} {unit}")
     return ", ".join(found) or None
 
 

@@ -6,11 +6,14 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from tests.own_experiments import CASES, EXPERIMENT
 from tests.processes import ROOT, python
+from transport.verification.experiment import parameter_unit
+from transport.viz import curves
 
 
 def record_of(call, *arguments):
@@ -293,6 +296,81 @@ def test_a_sweep_is_one_table_and_a_picture(call):
     assert "ledger" not in answer.output and head.split()[:2] == ["case", "quantity"]
     assert Path("swept/disk_sweep.png").stat().st_size > 10_000 and "disk_sweep.png" in answer.output
     assert "ledger" in call("run", "disk.py", "--verbose", "--no-picture", "--particles", "2e4").output
+
+
+DOCUMENTED = EXPERIMENT.replace(
+    "radius=0.5):\n    meter =",
+    'radius=0.5):\n    """A disk.  radius [m];  distance: to it, on its axis [m]."""\n    meter =',
+)
+NAMED_BY_VALUE = """
+def measure(result):
+    found = {"irradiance": result["meter"].irradiance}
+    return found | {f"E at {result.scene.detectors[0].shape.center[2]:g} m": result["meter"].irradiance}
+"""
+NONE_IN_COMMON = NAMED_BY_VALUE.replace('"irradiance": result["meter"].irradiance}', "}")
+
+
+@pytest.fixture
+def sweep_of(call, monkeypatch):
+    """What a sweep over distances of an experiment prints, and its figures."""
+    drawn = []
+
+    def sweep(text, *words):
+        Path("own.py").write_text(text, encoding="utf-8")
+        monkeypatch.setattr(curves, "plot_sweep", lambda *given: drawn.append(plot_sweep(*given)))
+        return call("run", "own.py", "--sweep", "distance=[1,2]", "--particles", "1e3", *words), drawn
+
+    plot_sweep = curves.plot_sweep
+    return sweep
+
+
+@pytest.mark.parametrize(
+    ("text", "label"), [(EXPERIMENT, "distance"), (DOCUMENTED, r"distance  [$\mathrm{m}$]")]
+)
+def test_a_sweep_is_drawn_with_the_unit_that_the_experiment_gives(sweep_of, text, label):
+    answer, (figure,) = sweep_of(text)
+    assert answer.exit_code == 0, answer.output
+    assert [axes.get_xlabel() for axes in figure.axes] == [label]
+    assert "leaves out" not in answer.output and not figure.get_supxlabel()
+
+
+@pytest.mark.parametrize("words", [(), ("--json", "--out", "swept")], ids=["text", "json"])
+def test_a_sweep_names_the_quantities_that_it_leaves_out(sweep_of, words):
+    answer, (figure,) = sweep_of(EXPERIMENT + NAMED_BY_VALUE, *words)
+    said = "Only some values of distance have 'E at 1 m' and 'E at 2 m', which the picture leaves out."
+    assert answer.exit_code == 0 and said in " ".join(answer.stderr.split())
+    assert [axes.get_title() for axes in figure.axes] == ["irradiance"]
+    assert " ".join(figure.get_supxlabel().split()) == said
+    assert max(map(len, figure.get_supxlabel().splitlines())) < 60
+
+
+def test_a_sweep_whose_quantities_have_no_name_in_common_has_no_picture(sweep_of):
+    answer, drawn = sweep_of(EXPERIMENT + NONE_IN_COMMON)
+    assert answer.exit_code == 0 and not drawn
+    assert "no picture: no quantity has the same name at all values of distance" in " ".join(
+        answer.stderr.split()
+    )
+
+
+@pytest.mark.parametrize(
+    ("doc", "unit"),
+    [
+        ("radius [m];  power [W]", "m"),
+        ("power [W];  radius: of the ball, a\n    round one [m];", "m"),
+        ("length: over the radius [m]", "1"),
+        ("radius: over the length;  length [m]", "1"),
+        ("radius: of it. Lengths are in [m]", "1"),
+        ("inner_radius [m]", "1"),
+        ("distance: in units of `radius` [m]", "1"),
+        ("", "1"),
+    ],
+)
+def test_the_unit_of_a_parameter_is_that_behind_its_name_or_none(doc, unit):
+    def scene(radius):
+        pass
+
+    scene.__doc__ = doc
+    assert parameter_unit(SimpleNamespace(scene=scene), "radius") == unit
 
 
 @pytest.mark.parametrize(

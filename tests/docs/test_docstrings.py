@@ -19,6 +19,7 @@ import pytest
 
 import transport as tp
 from transport.cli.docs import RETURNED_CLASSES
+from transport.validation import parameters_of
 
 PACKAGE = Path(tp.__file__).parent
 RETURNED = ("Result",)  # made by the library alone: documents Attributes instead of Parameters
@@ -53,9 +54,9 @@ def sections(value):
 
 
 def parameters(value):
-    """The parameters of a function or class; of a dataclass its init fields."""
+    """The parameters of a function or class; of a dataclass also those that are no fields."""
     if isinstance(value, type) and dataclasses.is_dataclass(value):
-        return [field.name for field in dataclasses.fields(value) if field.init]
+        return [field.name for field in parameters_of(value)]
     return [name for name in inspect.signature(value).parameters if not name.startswith("_")]
 
 

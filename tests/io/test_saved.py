@@ -245,6 +245,18 @@ def test_overlapping_or_unlike_runs_are_refused_by_name(tmp_path):
     assert "at most 9 parts" in refusal(tp.simulate, SMALL, particles=9, part=(1, 40))
 
 
+def test_runs_of_a_scene_with_other_names_of_the_same_bins_are_merged_and_resumed(tmp_path):
+    plain, own = (
+        dataclasses.replace(SMALL, detectors=tp.Detector(tp.Disk(radius=1), "meter", positions=positions))
+        for positions in (tp.Positions(u=2, v=3), tp.Positions(radius=2, azimuth=3))
+    )
+    one, other = (tp.simulate(scene, particles=1_000, seed=k) for k, scene in enumerate((plain, own)))
+    assert tp.merge(one, other)["meter"].irradiance.dims == ("u", "v")
+    other.save(tmp_path / "run.nc")
+    for scene, saved in ((own, one), (plain, other), (plain, tmp_path / "run.nc")):
+        assert tp.simulate(scene, particles=2_000, resume=saved).particles == 2_000
+
+
 def test_aimed_runs_go_on_with_the_scene_that_was_given(tmp_path):
     whole, path = small(4_000, estimator="aimed"), tmp_path / "run.nc"
     whole.save(path)

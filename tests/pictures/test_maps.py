@@ -16,7 +16,7 @@ from tests.drawing import WARNINGS_FAIL, assert_drawn, points_of, reading, words
 from tests.synthetic import EVEN_RUN, estimates
 from transport.statistics.estimates import EstimateArray
 from transport.viz.directions import direction_bins
-from transport.viz.maps import bins_of, draw_values, plot_map, plot_maps, value_norm
+from transport.viz.maps import alongs, bins_of, draw_values, main_quantity, plot_map, plot_maps, value_norm
 
 pytestmark = pytest.mark.filterwarnings(*WARNINGS_FAIL)  # such as a layout that collapsed
 
@@ -352,7 +352,7 @@ def test_a_plan_of_directions_is_drawn_with_units(tmp_path, polar, edges, law):
         assert part in said, part
     assert ("no score" in said) == np.isnan(L.error).any()
     if edges[-1] > 1.5 or polar == "mu":
-        assert {"30°", "60°", "θ = 90°", "seen from\nin front"} <= {
+        assert {"30°", "60°", "θ = 90°", "seen from\nθ = 0"} <= {
             text.get_text() for text in page.axes[0].texts
         }
 
@@ -490,6 +490,117 @@ def test_a_lamp_at_the_side_of_u_is_on_the_right_of_a_floors_plans_by_place_and_
     assert by_place.argmax() > 5
     mesh = mesh_of(drawn(found["directions"], quantity="radiance"))
     assert brightest(mesh)[0] > 20
+
+
+BOTH, TUBE = tp.Positions(u=3, v=4), {"radius": 0.5, "height": 1.0}
+METER, CELLS, WAYS, SPHERE = tp.Detector, tp.VolumeDetector, tp.Directions, tp.Directions.sphere
+ROUND, ALONG = "azimuth v [°]", "height u along the axis [m]"
+LABELS = {  # detector, and what its map calls its axes, in their order
+    "rectangle": (METER(tp.Rectangle(width=2, height=1), "d", positions=BOTH), ["u [m]", "v [m]"]),
+    "disk": (METER(tp.Disk(radius=1), "d", positions=BOTH), ["radius u [m]", ROUND]),
+    "sphere": (METER(tp.Sphere(radius=1), "d", positions=BOTH), ["polar angle u [°]", ROUND]),
+    "cylinder": (METER(tp.Cylinder(**TUBE), "d", positions=BOTH), [ALONG, ROUND]),
+    "cone": (METER(tp.Cone(**TUBE), "d", positions=BOTH), [ALONG, ROUND]),
+    "directions": (
+        METER(tp.Disk(radius=1), "d", directions=WAYS(theta=3, phi=4)),
+        ["polar angle θ [°]", "azimuth φ [°]"],
+    ),
+    "flights": (
+        CELLS(tp.Sphere(radius=1), "d", directions=SPHERE(mu=3, phi=4)), ["cosine μ", "azimuth φ [°]"]
+    ),
+    "cells": (CELLS(tp.Box(size=1.0), "d", cells=(3, 4, 1)), ["x [m]", "y [m]", "z [m]"]),
+    "rings": (CELLS(tp.Cylinder(**TUBE), "d", cells=(3, 4)), ["r [m]", "z [m]"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("detector", "labels"), LABELS.values(), ids=LABELS)
+def test_axes_are_called_by_what_they_are_on_their_shape(detector, labels):
+    lamp = tp.Source(tp.Point(position=(0, 0, 3)), tp.Isotropic(power=1.0))
+    found = simulated([lamp], [detector], particles=100)["d"]
+    shape = found.shape if isinstance(detector, tp.Detector) else None
+    array = found.named("radiance" if detector.directions is not None else main_quantity(found))
+    assert [each.label for each in alongs(array, shape)] == labels
+
+
+HEMISPHERE, ALL = (0.0, 0.7, 1.5), (0.0, 1.5, math.pi)  # polar angles [rad]
+ABOVE, TURNS = (0.0, 0.5, 1.0), 8  # cosines, bins of azimuth
+FLOOR, BALL = tp.Rectangle(width=2.0, height=2.0), tp.Sphere(radius=0.3)
+IN_FRONT, FROM_Z, FROM_POLE = "seen from\nin front", "seen from\n+z", "seen from\nθ = 0"
+INSIDE, NONE = ", seen from inside", ""
+
+
+def of_side(shape=FLOOR, side="front", **bins):
+    return METER(shape, "d", side, directions=WAYS(**bins))
+
+
+def of_world(**bins):
+    return METER(BALL, "d", directions=WAYS(frame="world", phi=TURNS, **bins))
+
+
+def of_flights(**bins):
+    return CELLS(BALL, "d", directions=SPHERE(phi=TURNS, **bins))
+
+
+def of_places(**bins):
+    return METER(FLOOR, "d", positions=tp.Positions(**bins))
+
+
+def of_sky(theta):
+    return tp.EnvironmentMap(name="d", position=(0, 0, 0.5), theta=theta, phi=TURNS)
+
+
+MIXED = METER(FLOOR, "d", positions=tp.Positions(x=3), directions=WAYS(phi=TURNS))
+DISK = METER(tp.Disk(radius=1), "d", positions=tp.Positions(radius=3, azimuth=4))
+CAMERA = tp.Camera(
+    name="d", position=(0, 0, 0.5), direction=(0, 1, 1), field_of_view=1.0, pixels=(4, 3)
+)  # fmt: skip
+SEEN_FROM = {  # detector, and frame of the map: where the map claims to be seen from
+    "a side": (of_side(theta=HEMISPHERE, phi=TURNS), None, IN_FRONT),
+    "a side by mu": (of_side(mu=3, phi=TURNS), None, IN_FRONT),
+    "a back": (of_side(side="back", theta=3, phi=TURNS), None, IN_FRONT),
+    "a curved side": (of_side(BALL, theta=3, phi=TURNS), None, IN_FRONT),
+    "a side, without azimuth": (of_side(theta=3), "plan", NONE),
+    "a side as a sky": (of_side(theta=3, phi=TURNS), "sky", INSIDE),
+    "the world above": (of_world(theta=HEMISPHERE), None, FROM_Z),
+    "the world above by mu": (of_world(mu=ABOVE), None, FROM_Z),
+    "the world": (of_world(theta=ALL), None, INSIDE),
+    "the world by mu": (of_world(mu=4), None, NONE),
+    "the world, flat": (of_world(theta=ALL), "flat", NONE),
+    "flights": (of_flights(mu=4), None, NONE),
+    "flights as a sky": (of_flights(mu=4), "sky", INSIDE),
+    "flights upwards": (of_flights(mu=ABOVE), None, FROM_POLE),
+    "flights along x": (of_flights(mu=ABOVE, axis=(1, 0, 0)), None, FROM_POLE),
+    "places": (of_places(x=3, y=4), None, NONE),
+    "places as a sky": (of_places(x=3, y=4), "sky", NONE),
+    "a disk": (DISK, None, NONE),
+    "places and azimuths as a sky": (MIXED, "sky", NONE),
+    "cells": (CELLS(tp.Box(size=1.0), "d", cells=(3, 4, 1)), None, NONE),
+    "a map of all directions": (of_sky(4), None, INSIDE),
+    "a map of all directions above": (of_sky(HEMISPHERE), "plan", FROM_POLE),
+    "a camera": (CAMERA, None, NONE),
+}
+
+
+@pytest.mark.parametrize(("detector", "frame", "claim"), SEEN_FROM.values(), ids=SEEN_FROM)
+def test_a_map_claims_to_be_seen_from_where_it_is_or_from_nowhere(detector, frame, claim):
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=1.0), tp.Lambertian(radiance=1.0))
+    found = simulated([lamp], [detector], particles=500)["d"]
+    has_directions = getattr(detector, "directions", None) is not None
+    axes = drawn(found, frame=frame, **({"quantity": "radiance"} if has_directions else {}))
+    said = [axes.get_xlabel(), axes.get_ylabel(), *(text.get_text() for text in axes.texts)]
+    claims = [
+        each[each.index(word) :] for each in said for word in (", seen from", "seen from\n") if word in each
+    ]
+    assert claims == ([claim] if claim else [])
+    assert axes.xaxis_inverted() == (claim == ", seen from inside")
+
+
+def test_an_array_by_direction_claims_no_frame():
+    """It does not know whether its directions are those of a side or of the world."""
+    bins = tp.Directions(theta=HEMISPHERE, phi=TURNS, frame="world")
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=1.0), tp.Lambertian(radiance=1.0))
+    array = simulated([lamp], [tp.Detector(BALL, "d", directions=bins)], particles=500)["d"].radiance
+    assert "seen from\nθ = 0" in [text.get_text() for text in drawn(array).texts]
 
 
 def test_a_lamp_above_a_ball_lights_the_top_of_its_map():

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
+
+import jsonschema
 import pytest
 
 import transport as tp
+from transport.io.json.codec import fields_to_json
+from transport.io.json.differences import differences
+from transport.io.json.schema import schema
 from transport.viz.screen import has_screen
 
 LAMP = tp.Source(tp.Point(position=(0, 0, 5)), tp.Isotropic(power=1.0))
@@ -102,6 +109,63 @@ def test_coordinates_have_names_of_their_own(shape, names):
             tp.SceneError, match=f"a {type(shape).__name__} has no {name}, got {name}=3; write {names[0]}="
         ):
             tp.Scene(LAMP, detectors=tp.Detector(shape, "d", positions=tp.Positions(**{name: 3})))
+
+
+SPELLINGS = [("x", "y"), ("radius", "azimuth"), ("height", "azimuth"), ("polar_angle", "azimuth")]
+
+
+@pytest.mark.parametrize("names", SPELLINGS, ids=map("-".join, SPELLINGS))
+@pytest.mark.parametrize("bins", [(2, 3), ((0.0, 0.1, 0.2), 3), (2, None), (None, (0.1, 0.2))], ids=str)
+def test_positions_are_equal_by_whatever_names(names, bins):
+    own, plain = tp.Positions(**dict(zip(names, bins, strict=True))), tp.Positions(u=bins[0], v=bins[1])
+    assert own == plain and hash(own) == hash(plain) and differences(own, plain) == []
+    assert (own.u, own.v) == bins
+    written = fields_to_json(own)
+    assert written == fields_to_json(plain) and set(written) <= {"type", "u", "v"}
+    assert own != tp.Positions(**dict(zip(names, (2, 4), strict=True)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "called"),
+    [
+        ({}, "x=2, y=3"),
+        ({"x": 5}, "x=5, y=3"),
+        ({"u": 5}, "u=5, y=3"),
+        ({"radius": 5, "v": (0, 1)}, "radius=5, v=(0.0, 1.0)"),
+        ({"y": [0, 1]}, "x=2, y=(0.0, 1.0)"),
+        ({"u": None}, "y=3"),
+        ({"y": None}, "x=2"),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("is_plain", [False, True])
+def test_positions_are_replaced_by_any_name(changes, called, is_plain):
+    before = tp.Positions(u=2, v=3) if is_plain else tp.Positions(x=2, y=3)
+    after = replace(before, **changes)
+    assert after == eval(f"tp.Positions({called})", {"tp": tp})
+    assert is_plain or repr(after) == f"Positions({called})"
+
+
+def test_two_names_of_a_replaced_coordinate_are_refused():
+    for given in ({"u": 5, "x": 6}, {"x": 5, "radius": 6}):
+        with pytest.raises(tp.SceneError, match="are one coordinate"):
+            replace(tp.Positions(x=2, y=3), **given)
+
+
+def test_a_file_with_both_names_of_a_coordinate_is_read():
+    """As files were written before."""
+    scene = tp.Scene(
+        LAMP, detectors=tp.Detector(tp.Disk(radius=1), "d", positions=tp.Positions(radius=3, azimuth=2))
+    )
+    plain, old = '"u": 3, "v": 2', '"u": 3, "v": 2, "radius": 3, "azimuth": 2'
+    text = scene.to_json()
+    assert text.count(plain) == 1
+    for names in (plain, old, '"radius": 3, "azimuth": 2'):
+        data = text.replace(plain, names)
+        assert tp.Scene.from_json(data) == scene
+        jsonschema.validate(json.loads(data), schema())
+    with pytest.raises(tp.SceneError, match="are one coordinate"):
+        tp.Scene.from_json(text.replace(plain, '"u": 3, "radius": 4'))
 
 
 def test_one_coordinate_under_two_names_is_refused():

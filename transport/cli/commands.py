@@ -286,8 +286,8 @@ def run(
         if sweep is None:
             drawn = draw_experiment(module, outcomes, folder)
         else:
-            title = experiment_name(module)
-            drawn = draw_sweep(outcomes, name, values, title, folder / f"{title}_sweep.png")
+            path = folder / f"{experiment_name(module)}_sweep.png"
+            drawn = draw_sweep(module, outcomes, name, values, path)
         print_pictures(*drawn, quiet=json)
     is_saved = report_unsaved(outcomes)
     if resume is not None and save is None and checkpoint is None:

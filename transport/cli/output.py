@@ -125,12 +125,15 @@ def print_to_stderr(line: str, style: str = "yellow") -> None:
     console(stderr=True).print(Text(line, style=style), soft_wrap=True)
 
 
-def print_pictures(paths: list[Path], why: str, quiet: bool = False) -> None:
-    """Print the paths of figures unless quiet, or the reason why there are none to standard error."""
+def print_pictures(paths: list[Path], note: str, quiet: bool = False) -> None:
+    """Print the paths of figures unless quiet, and to standard error a note, or why there are no figures."""
     if not paths:
-        print_to_stderr(f"no picture: {why}")
-    elif not quiet:
+        print_to_stderr(f"no picture: {note}")
+        return
+    if not quiet:
         print_labelled("picture", ", ".join(str(path).replace(" ", NO_BREAK_SPACE) for path in paths))
+    if note:
+        print_to_stderr(note)
 
 
 # ---- Tables and their cells.

@@ -29,12 +29,13 @@ from transport.results.report import cost_lines, method_lines, tracking_lines
 from transport.results.result import Result
 from transport.scene.scene import Scene
 from transport.statistics.estimates import Estimate, EstimateArray
-from transport.validation import SceneError, missing_package
+from transport.validation import SceneError, join_names, missing_package
 from transport.verification.experiment import (
     Outcome,
     Row,
     attribute_errors,
     experiment_name,
+    parameter_unit,
     run_settings_of,
 )
 
@@ -85,26 +86,35 @@ def draw_experiment(module: ModuleType, outcomes: list[Outcome], folder: Path) -
 
 
 def draw_sweep(
-    outcomes: list[Outcome], name: str, values: list[object], title: str, path: Path
+    module: ModuleType, outcomes: list[Outcome], name: str, values: list[object], path: Path
 ) -> tuple[list[Path], str]:
-    """Draw each quantity against a parameter; return the path, or an empty list and the reason."""
+    """Draw each quantity against a parameter.
+
+    Returns the path and which quantities are left out, or an empty list and the reason.
+    """
     if not all(isinstance(value, int | float) for value in values):
         return [], f"{name} has no numbers to draw against"
+    names = dict.fromkeys(row.name for outcome in outcomes for row in outcome.rows)
+    common = [each for each in names if all(each in outcome for outcome in outcomes)]
+    others = join_names([repr(each) for each in names if each not in common], most=2)
+    if not common:
+        return [], f"no quantity has the same name at all values of {name}"
+    left_out = f"Only some values of {name} have {others}, which the picture leaves out." if others else ""
 
     def draw(path: Path) -> None:
         from transport.viz.curves import plot_sweep
+        from transport.viz.style import with_unit
 
+        rows = {each: [outcome[each] for outcome in outcomes] for each in common}
         series = {
-            row.name: (
-                [outcome[row.name].estimate for outcome in outcomes],
-                [o[row.name].exact for o in outcomes],
-            )
-            for row in outcomes[0].rows
-            if all(row.name in outcome for outcome in outcomes)
+            each: ([row.estimate for row in found], [row.exact for row in found])
+            for each, found in rows.items()
         }
-        plot_sweep(values, series, path, name, title)
+        xlabel = with_unit(name, parameter_unit(module, name))
+        plot_sweep(values, series, path, xlabel, experiment_name(module), left_out)
 
-    return draw_to(draw, path)
+    paths, why = draw_to(draw, path)
+    return paths, why or left_out
 
 
 def draw_to(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:

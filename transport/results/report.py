@@ -12,7 +12,7 @@ from transport.compile.methods import ANALOG, Method, detectors_without_next_eve
 from transport.results.footprint import batches_that_fit, bytes_of_batch
 from transport.results.record import RANDOM_SLOPE, Cost, Record
 from transport.statistics.any_estimate import AnyEstimate
-from transport.statistics.axes import POSITION
+from transport.statistics.axes import POSITION, name_on_shape
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.statistics.findings import BOUNDED
 from transport.statistics.notation import duration, percent
@@ -107,7 +107,7 @@ def bin_lines(reading) -> list[str]:
     for axis in getattr(reading, "axes", ()):
         name = axis.name
         if axis.group == POSITION:
-            own = reading.shape.coordinate_names["uv".index(name)]
+            own = name_on_shape(name, reading.shape.coordinate_names)
             name += f" ({own})" if own != name else ""
         unit = "" if axis.unit == "1" else f" {axis.unit}"
         found.append(f"{name} {len(axis)}, {axis.edges[0]:.6g} to {axis.edges[-1]:.6g}{unit}")

@@ -1,13 +1,17 @@
 """Bins of directions, positions, times and speeds: their edges, sizes and checks."""
 
 import math
+from dataclasses import field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from transport.geometry.shape import Shape
+from transport.statistics.axes import SHAPE_COORDINATES
 from transport.validation import (
     Bins,
+    BinsParameter,
     OptionalBinsField,
     VectorField,
     as_float,
@@ -249,7 +253,34 @@ class DirectionSphere:
         return angles.reshape([len(bounds) - 1 for bounds in edges.values()])
 
 
-POSITION_NAMES = {"u": ("x", "radius", "height", "polar_angle"), "v": ("y", "azimuth")}
+POSITION_NAMES = {
+    axis: tuple(name for name, each in SHAPE_COORDINATES.items() if each.column == axis) for axis in "uv"
+}
+SYNONYMS = tuple(name for names in POSITION_NAMES.values() for name in names)
+
+
+class _Unchanged:
+    """What a synonym of a coordinate reads as: the bins are stored once, as `u` and `v`.
+
+    `dataclasses.replace` passes it on for each synonym that it was not given.
+    """
+
+    def __init__(self, positions: "Positions") -> None:
+        self.positions = positions
+
+    def __repr__(self) -> str:
+        return f"<another name of u or v of {self.positions!r}>"
+
+
+class _Synonym:
+    """Another name of a coordinate, for the constructor only; None where it is not given."""
+
+    def __get__(self, positions: "Positions | None", owner: type) -> _Unchanged | None:
+        return None if positions is None else _Unchanged(positions)
+
+
+def _synonym() -> Any:
+    return _Synonym()
 
 
 @scene_object(kw_only=True)
@@ -263,8 +294,10 @@ class Positions:
     ----------
     u, v : int or sequence of float, default None
         Number of equal bins, or increasing edges [m or rad].
-    x, y, radius, height, polar_angle, azimuth : int or sequence of float, default None
-        Other names of u (x, radius, height, polar_angle) and v (y, azimuth).
+    x, radius, height, polar_angle : int or sequence of float, default None
+        Other names of u. Positions with equal bins are equal, whatever the names.
+    y, azimuth : int or sequence of float, default None
+        Other names of v.
 
     Raises
     ------
@@ -283,7 +316,8 @@ class Positions:
     Cylinder, Cone, Paraboloid height along the axis from `center` [m]   azimuth [rad]
     ========================== ========================================= =============
 
-    Azimuth runs from e_u towards e_v. Other shapes have no coordinates. Results have the axes u and v.
+    Azimuth runs from e_u towards e_v. Other shapes have no coordinates. The bins are read as
+    `u` and `v`, and results have the axes u and v, by whichever name the bins were given.
 
     Examples
     --------
@@ -297,33 +331,44 @@ class Positions:
 
     u: OptionalBinsField = None
     v: OptionalBinsField = None
-    x: OptionalBinsField = None
-    y: OptionalBinsField = None
-    radius: OptionalBinsField = None
-    height: OptionalBinsField = None
-    polar_angle: OptionalBinsField = None
-    azimuth: OptionalBinsField = None
+    x: BinsParameter = _synonym()
+    radius: BinsParameter = _synonym()
+    height: BinsParameter = _synonym()
+    polar_angle: BinsParameter = _synonym()
+    y: BinsParameter = _synonym()
+    azimuth: BinsParameter = _synonym()
+    _names: tuple[str, ...] = field(init=False, compare=False)  # those of u and v as they were given
 
-    def __post_init__(self) -> None:
-        for name, others in POSITION_NAMES.items():
-            given = [each for each in (name, *others) if getattr(self, each) is not None]
-            for each in given:
-                coerce_bins(self, each)
-            values = {each: getattr(self, each) for each in given}
-            if len(set(values.values())) > 1 or len(set(given) - {name}) > 1:
+    def __post_init__(self, *synonyms: object) -> None:
+        given = dict(zip(SYNONYMS, synonyms, strict=True))
+        replaced = next((each.positions for each in synonyms if isinstance(each, _Unchanged)), None)
+        names = []
+        for place, (name, others) in enumerate(POSITION_NAMES.items()):
+            coerce_bins(self, name)
+            bins, called = getattr(self, name), name
+            values = {each: as_bins(self, each, given[each]) for each in others if _is_given(given[each])}
+            # Carry over what `dataclasses.replace` leaves, unless a synonym is new.
+            if replaced is not None and bins == getattr(replaced, name):
+                called = replaced._names[place]
+                bins = None if any(given[each] is None for each in others) else bins
+            elif bins is not None:
+                values = {name: bins} | values
+            if len(set(values.values())) > 1 or len(values.keys() - {name}) > 1:
                 refuse(
                     self,
-                    f"{' and '.join(given)} are one coordinate, got {short_repr(values)}; give one of them",
+                    f"{' and '.join(values)} are one coordinate, got {short_repr(values)}; give one of them",
                 )
-            if given:
-                set_fields(self, **{name: values[given[-1]]})
+            if values:
+                called, bins = list(values.items())[-1]
+            set_fields(self, **{name: bins})
+            names.append(called)
+        set_fields(self, _names=tuple(names))
         _coerce_given_axes(self, "u", "v")
         check_axes_size(self, self)
 
     def __repr__(self) -> str:
-        axes = ((name, others) for name, others in POSITION_NAMES.items() if getattr(self, name) is not None)
-        called = [next((o for o in others if getattr(self, o) is not None), name) for name, others in axes]
-        return f"Positions({', '.join(f'{name}={getattr(self, name)!r}' for name in called)})"
+        named = zip(self._names, (self.u, self.v), strict=True)
+        return f"Positions({', '.join(f'{name}={bins!r}' for name, bins in named if bins is not None)})"
 
     def edges(self, shape: Shape) -> dict[str, np.ndarray]:
         """Return the edges of each binned axis on a shape.
@@ -364,13 +409,15 @@ class Positions:
             lacks = "has no coordinates" if shape.hole is None else "with a hole has no bins of known area"
             got = f"got {short_repr(shape)}; {shape.coordinates_cure}"
             refuse(self, f"a {type(shape).__name__} {lacks}, {got}")
-        for named, name in zip(shape.coordinate_names, "uv", strict=True):
-            for other in POSITION_NAMES[name]:
-                if other != named and getattr(self, other) is not None:
-                    kind = type(shape).__name__
-                    got = f"{other}={short_repr(getattr(self, other))}"
-                    refuse(self, f"a {kind} has no {other}, got {got}; write {named}=")
+        for own, name, called in zip(shape.coordinate_names, "uv", self._names, strict=True):
+            if called not in (name, own):
+                kind, got = type(shape).__name__, f"{called}={short_repr(getattr(self, name))}"
+                refuse(self, f"a {kind} has no {called}, got {got}; write {own}=")
         return ranges
+
+
+def _is_given(value: object) -> bool:
+    return value is not None and not isinstance(value, _Unchanged)
 
 
 def _extend_phi_range(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:
@@ -412,7 +459,16 @@ def _check_cosine_widths(subject: object, edges: dict[str, np.ndarray]) -> None:
 
 
 def coerce_bins(subject: object, name: str, least: float = -math.inf, may_count: bool = True) -> None:
-    """Convert a field to None, a tuple of increasing edges, or a number of bins.
+    """Convert a field to None, a tuple of increasing edges, or a number of bins; as `as_bins`."""
+    value = getattr(subject, name)
+    if value is not None:
+        set_fields(subject, **{name: as_bins(subject, name, value, least, may_count)})
+
+
+def as_bins(
+    subject: object, name: str, value: object, least: float = -math.inf, may_count: bool = True
+) -> Bins:
+    """Return a tuple of increasing edges, or a number of bins; raise SceneError for anything else.
 
     Parameters
     ----------
@@ -421,9 +477,6 @@ def coerce_bins(subject: object, name: str, least: float = -math.inf, may_count:
     may_count : bool
         Whether a number of bins is allowed, because their range is known.
     """
-    value = getattr(subject, name)
-    if value is None:
-        return
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     bins = int(value) if is_whole_number(value) and may_count else as_floats(value)
@@ -438,7 +491,7 @@ def coerce_bins(subject: object, name: str, least: float = -math.inf, may_count:
         refuse(subject, f"{name} must be {must}, got {short_repr(value)}{cure}")
     if not isinstance(bins, int) and bins[0] < least:
         refuse(subject, f"{name} edges must be {least:g} or above, got {short_repr(value)}")
-    set_fields(subject, **{name: bins})
+    return bins
 
 
 def check_axes_size(subject: object, *axes: object) -> None:

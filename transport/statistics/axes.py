@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,8 @@ class Coordinate:
     group: the group of its axes;  unit: SI unit, "" where it depends on the shape (lengths or angles);
     column: prefix of its columns in the engine's tables;  is_falling: whether the engine's coordinate falls
     where this one rises, so that rows lie in the opposite order (the engine bins cosines for theta);
-    symbol: in labels, its name if it is "".
+    symbol: in short labels, its name if it is "";  words: in long labels, its symbol if they are "";
+    is_from_pole: whether it is an angle from a pole, which pictures have on top.
     """
 
     group: str
@@ -27,6 +28,8 @@ class Coordinate:
     column: str
     is_falling: bool = False
     symbol: str = ""
+    words: str = ""
+    is_from_pole: bool = False
 
 
 # Every coordinate that can be binned. A new kind of axis is a new line.
@@ -36,23 +39,43 @@ COORDINATES = {
     "speed": Coordinate(SPEED, "m s^-1", "speed"),
     "u": Coordinate(POSITION, "", "u"),
     "v": Coordinate(POSITION, "", "v"),
-    "mu": Coordinate(DIRECTION, "1", "mu", symbol="μ"),
-    "theta": Coordinate(DIRECTION, "rad", "mu", is_falling=True, symbol="θ"),
-    "phi": Coordinate(DIRECTION, "rad", "turn", symbol="φ"),
+    "mu": Coordinate(DIRECTION, "1", "mu", symbol="μ", words="cosine μ"),
+    "theta": Coordinate(
+        DIRECTION, "rad", "mu", is_falling=True, symbol="θ", words="polar angle θ", is_from_pole=True
+    ),
+    "phi": Coordinate(DIRECTION, "rad", "turn", symbol="φ", words="azimuth φ"),
     "x": Coordinate(CELL, "m", "x"),
     "y": Coordinate(CELL, "m", "y"),
     "z": Coordinate(CELL, "m", "z"),
     "r": Coordinate(CELL, "m", "r"),
-    "vx": Coordinate(PHASE, "m s^-1", "vx"),
-    "vy": Coordinate(PHASE, "m s^-1", "vy"),
-    "vz": Coordinate(PHASE, "m s^-1", "vz"),
+    "vx": Coordinate(PHASE, "m s^-1", "vx", words="velocity vₓ"),
+    "vy": Coordinate(PHASE, "m s^-1", "vy", words="velocity v_y"),
+    "vz": Coordinate(PHASE, "m s^-1", "vz", words="velocity v_z"),
 }
 
 
-AXES_OF_PLACES = (
-    "time",
-    "medium",
-)  # axes that may be lists, such as instants, and not bins
+# What the axes u and v (`column`) are on shapes, by the names that the shapes give their coordinates.
+SHAPE_COORDINATES = {
+    "x": Coordinate(POSITION, "", "u"),
+    "radius": Coordinate(POSITION, "", "u", words="radius u"),
+    "height": Coordinate(POSITION, "", "u", words="height u along the axis"),
+    "polar_angle": Coordinate(POSITION, "", "u", words="polar angle u", is_from_pole=True),
+    "y": Coordinate(POSITION, "", "v"),
+    "azimuth": Coordinate(POSITION, "", "v", words="azimuth v"),
+}
+POLAR_AXES = ("mu", "theta")
+AXES_OF_PLACES = ("time", "medium")  # axes that may be lists, such as instants, and not bins
+
+
+def name_on_shape(name: str, names: Sequence[str] = ("u", "v")) -> str:
+    """Return the name of an axis on a shape that calls its coordinates u and v by these names."""
+    return names["uv".index(name)] if name in ("u", "v") else name
+
+
+def axis_coordinate(name: str, names: Sequence[str] = ("u", "v")) -> Coordinate | None:
+    """Return the coordinate of an axis, on a shape with coordinates of these names; None if unknown."""
+    own = SHAPE_COORDINATES.get(name_on_shape(name, names)) if name in ("u", "v") else None
+    return own or COORDINATES.get(name)
 
 
 def axis_unit(name: str, units: Mapping[str, str]) -> str:
@@ -61,8 +84,20 @@ def axis_unit(name: str, units: Mapping[str, str]) -> str:
 
 
 def axis_symbol(name: str) -> str:
-    """Return what a label calls an axis."""
+    """Return what a short label calls an axis."""
     return (COORDINATES[name].symbol if name in COORDINATES else "") or name
+
+
+def axis_words(name: str, names: Sequence[str] = ("u", "v")) -> str:
+    """Return what a long label calls an axis, on a shape with coordinates of these names.
+
+    Examples
+    --------
+    >>> axis_words("phi"), axis_words("u"), axis_words("u", ("radius", "azimuth"))
+    ('azimuth φ', 'u', 'radius u')
+    """
+    coordinate = axis_coordinate(name, names)
+    return (coordinate.words if coordinate else "") or axis_symbol(name)
 
 
 def axis_places(edges: np.ndarray, bins: int) -> dict[str, np.ndarray]:

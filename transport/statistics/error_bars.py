@@ -10,12 +10,15 @@ from functools import reduce
 
 import numpy as np
 
+from transport.statistics.axes import CELL, COORDINATES, DIRECTION, PHASE, POSITION
 from transport.statistics.batches import MIN_SCORES_FOR_ERROR, standard_error, welch_dof
 from transport.statistics.chunked import empty_memmap, release_pages
 from transport.statistics.pooling import Pooled, covers_circle, pooled_errors
 from transport.statistics.replicates import Replicates
 
-POOLED_AXES = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # position, direction
+POOLED_AXES = tuple(
+    name for name, each in COORDINATES.items() if each.group in (POSITION, DIRECTION, CELL, PHASE)
+)
 
 
 def error_bars_of(

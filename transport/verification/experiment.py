@@ -25,6 +25,7 @@ import importlib.util
 import inspect
 import math
 import pkgutil
+import re
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -190,6 +191,16 @@ def defaults_of(function: Callable[..., object]) -> dict[str, object]:
     """Default values of a function's parameters."""
     known = inspect.signature(function).parameters.values()
     return {each.name: each.default for each in known if each.default is not inspect.Parameter.empty}
+
+
+def parameter_unit(module: ModuleType, name: str) -> str:
+    """Unit of a parameter of an experiment's `scene`, as its docstring gives it; "1" if it gives none.
+
+    Docstrings give it as "radius [m]" or "radius: of the ball [m]".
+    """
+    text = " ".join((inspect.getdoc(module.scene) or "").split())
+    found = re.search(rf"(?:^|[;.] ){re.escape(name)}(?:: [^;.\[]*)? \[([^\]]+)\]", text)
+    return found[1] if found else "1"
 
 
 def scene_of(module: ModuleType, parameters: dict[str, object], settings: dict[str, object]) -> Scene:

@@ -22,6 +22,7 @@ import numpy as np
 from transport.geometry.mesh import Mesh
 from transport.io.json.differences import are_identical
 from transport.io.json.text import check_characters, field_path, raise_at, value_text
+from transport.scene.bins import SYNONYMS, Positions
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.materials import Surface
@@ -32,7 +33,7 @@ from transport.scene.speeds import Maxwellian, SpeedTable
 from transport.scene.volumes import VolumeDetector
 from transport.statistics.chunked import MIN_FREE, available_memory, size_text
 from transport.units import speed_of_light
-from transport.validation import SCENE_OBJECTS, SceneError, as_float, name_hint, short_repr
+from transport.validation import SCENE_OBJECTS, SceneError, as_float, name_hint, parameters_of, short_repr
 
 # ---- The types of objects in a scene, by their names in a file, and their fields.
 
@@ -59,7 +60,10 @@ class Field(NamedTuple):
 @functools.cache
 def fields_of(kind: type) -> tuple[Field, ...]:
     """Return the parameters of a type, without derived attributes."""
-    hints = typing.get_type_hints(kind)
+    hints = {
+        name: hint.type if isinstance(hint, dataclasses.InitVar) else hint
+        for name, hint in typing.get_type_hints(kind).items()
+    }
     return tuple(
         Field(
             field.name,
@@ -68,14 +72,15 @@ def fields_of(kind: type) -> tuple[Field, ...]:
             np.ndarray in (hints[field.name], *typing.get_args(hints[field.name]))
             or (kind, field.name) == (Tabulated, "density"),  # stored as a function
         )
-        for field in dataclasses.fields(kind)
-        if field.init
+        for field in parameters_of(kind)
     )
 
 
 def derived_fields(part: object) -> tuple[str, ...]:
     """Return the names of the fields that have the same value if omitted: they follow from the others."""
     match part:
+        case Positions():
+            return SYNONYMS
         case Surface():
             return ("front", "back") if part.shape.is_closed else ("outside", "inside")
         case Maxwellian(temperature=float()):
