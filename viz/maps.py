@@ -165,6 +165,12 @@ def plot_map(
     """
     if ax is not None and (path is not None or title or note):
         raise ValueError("plot_map: path, title and note are of a new figure; leave them out with ax=")
+    for name, text in (("label", label), ("unit", unit)):
+        if text is not None and not (isinstance(text, str) and text):
+            raise ValueError(f"plot: {name} must be words, got {short_repr(text)}; leave {name} out")
+    if not isinstance(cut, bool | int | float) or cut != cut:
+        what = "True, for the brightest row of bins, or the coordinate of a row"
+        raise ValueError(f"plot: cut must be {what}, got {short_repr(cut)}")
     chosen = _chosen(data, quantity, at, label, frame)
     if chosen.listed:
         if ax is not None or exact is not None or cut is not False or norm is not None:
@@ -177,6 +183,9 @@ def plot_map(
         panels = _by_instants(chosen.array, chosen.listed)
         return plot_maps(panels, path, label=chosen.label, decades=decades, title=title, note=note)
     if chosen.is_line:
+        if cut is not False or norm is not None:
+            given = "cut" if cut is not False else "norm"
+            raise ValueError(f"plot: one axis of bins is drawn as a curve without {given}; leave {given} out")
         where = ax if ax is None or isinstance(ax, Axes) else ax[0]
         return _plot_line(chosen, path, where, exact, decades, title, note, unit)
     bins = _arranged(chosen)
@@ -571,9 +580,14 @@ def value_norm(bins: Bins | Iterable[Bins], decades: float | None = None) -> Nor
 
     Raises ValueError for decades of negative values, and for decades that are not above 0.
     """
-    _check_decades(decades)
     bins = [bins] if isinstance(bins, Bins) else list(bins)
     value, error = (np.concatenate([getattr(b, name).ravel() for b in bins]) for name in ("value", "error"))
+    return scale_of(value, error, decades)
+
+
+def scale_of(value: np.ndarray, error: np.ndarray, decades: float | None) -> Normalize:
+    """The scale of values with their errors; see `value_norm`."""
+    _check_decades(decades)
     trusted = value[error <= TRUSTED * np.abs(value)]
     shown = trusted if trusted.size else value[np.isfinite(value)]
     low, high = min(0.0, shown.min(initial=0.0)), shown.max(initial=0.0)
@@ -962,8 +976,8 @@ def _plot_line(
     unit: str | None,
 ) -> Figure | Axes:
     """Bins along one axis as steps with points; a list of instants as points, of media by their names."""
-    _check_decades(decades)
     array, (along,) = chosen.array, alongs(chosen.array, chosen.shape)
+    norm = scale_of(array.value, array.error, decades)
     x, label = along.edges, along.label
     if along.names:
         x, label = along.middles, ""
@@ -971,7 +985,8 @@ def _plot_line(
             x, label = array.coords["time"], f"{axis_words('time')} [{axis_unit('time', {})}]"
     expected = None if exact is None else chosen.taken(np.asarray(exact, dtype=float))
     series = {chosen.label: Series(x, array, expected=expected)}
-    words = {"xlabel": label, "ylabel": chosen.label, "steps": True, "log_y": decades is not None}
+    is_log = isinstance(norm, LogNorm) and bool((array.value > 0).any())
+    words = {"xlabel": label, "ylabel": chosen.label, "steps": True, "log_y": is_log}
     made = plot_curves(series, path if ax is None else None, ax=ax, title=title, note=note, **words)
     axes = made if ax is not None else made.axes[0]
     if unit is not None:
@@ -981,8 +996,9 @@ def _plot_line(
         axes.set_xlim(along.edges[[0, -1]])
     elif not along.names:
         axes.xaxis.set_major_locator(FewTicks(along.unit == "°"))
-    if decades is not None:
-        top = array.value[array.error <= TRUSTED * np.abs(array.value)].max(initial=0.0)
-        top = top or np.nanmax(array.value, initial=0.0) or 1.0
-        axes.set_ylim(top * 10.0**-decades, max(1.5 * top, axes.get_ylim()[1]))
+    if is_log:
+        axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
+        if count := int((array.value == 0).sum()):
+            style = {"transform": axes.transAxes, "fontsize": "small", "color": MUTED}
+            axes.text(0.01, 0.01, f"not drawn: {count} of {array.value.size} bins, which are 0", **style)
     return made

@@ -12,10 +12,10 @@ from transport import EstimateArray, Result
 from transport.results.phase_space import SnapshotReading
 from transport.results.tally import Tally
 from transport.statistics.axes import axis_unit, axis_words
-from transport.validation import join_names, short_repr
+from transport.validation import join_names
 from transport.viz.maps import bins_of, is_line, main_quantity, plot_map, suited_size
 from transport.viz.power_flow import End, ends_of
-from transport.viz.style import BLUE, MUTED, STYLE, saved, with_unit
+from transport.viz.style import BLUE, MUTED, STYLE, check_axes, saved, with_unit
 from transport.viz.wording import as_it_stands
 
 LINE = 10.0, 6.4  # inches, of a figure with one axis of bins
@@ -62,7 +62,7 @@ def _plot(
     title: str,
     options: dict[str, object],
 ) -> Axes:
-    _check_axes(ax)
+    check_axes(ax)
     if ax is not None:
         return plot_map(data, ax=ax, decades=decades, **options)
     from matplotlib import pyplot  # a figure that notebooks and windows show
@@ -81,14 +81,9 @@ def _plot(
     return drawn
 
 
-def _check_axes(ax: object) -> None:
-    if ax is not None and not isinstance(ax, Axes):
-        raise ValueError(f"plot: ax must be Axes of matplotlib, got {short_repr(ax)}; write ax=pyplot.gca()")
-
-
 def _plot_sample(sample: SnapshotReading, ax: Axes | None) -> Axes:
     """Particles of a snapshot in phase space: the coordinate that spreads most, and its velocity."""
-    _check_axes(ax)
+    check_axes(ax)
     spread = np.ptp(sample.positions, axis=0) if len(sample) else np.zeros(3)
     axis = int(np.argmax(spread))
     with matplotlib.rc_context(STYLE | SMALL):

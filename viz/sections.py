@@ -5,9 +5,11 @@ Nothing is simulated, and no shape is approximated: the lines of a raster are cr
 
 from __future__ import annotations
 
+import math
 import os
 import textwrap
 from collections.abc import Iterator
+from numbers import Real
 from typing import NamedTuple
 
 import matplotlib
@@ -32,7 +34,7 @@ from transport.scene.scene import Scene
 from transport.validation import SceneError, join_names, short_repr
 from transport.viz.facets import Bounds, facets_of
 from transport.viz.scene_parts import frame_of
-from transport.viz.style import INK, MUTED, PALETTE, STYLE, saved
+from transport.viz.style import INK, MUTED, PALETTE, STYLE, check_axes, saved
 from transport.viz.wording import as_it_stands, unit_of_length
 
 PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}  # axis to the right, axis upwards, axis across
@@ -134,8 +136,9 @@ def plot_section(
     """Draw a plane section of a scene; see `Scene.plot`."""
     if plane not in PLANES:
         raise SceneError(f'Scene: plane must be "xy", "xz" or "yz", got {short_repr(plane)}')
-    if ax is not None and not isinstance(ax, Axes):
-        raise SceneError(f"Scene: ax must be Axes of matplotlib, got {short_repr(ax)}; write ax=pyplot.gca()")
+    check_axes(ax)
+    if at is not None and not (isinstance(at, Real) and math.isfinite(at)):
+        raise SceneError(f"Scene: at must be a finite number [m], got {short_repr(at)}")
     section = section_of(scene, plane, at)
     with matplotlib.rc_context(STYLE | SMALL):
         if ax is None:

@@ -23,7 +23,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, MaxNLocator, NullLocator
 
-from transport.validation import SceneError
+from transport.validation import SceneError, short_repr
 
 Mark = tuple[str, str | tuple]  # marker, line style
 
@@ -125,6 +125,16 @@ def save_figure(made: Figure, path: str | os.PathLike) -> None:
         raise SceneError(f"plot: path must end in .png, .pdf or .svg, got {str(path)!r}; rename the file")
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     made.savefig(path)
+
+
+def check_axes(ax: object) -> None:
+    """Raise SceneError for what a picture cannot be drawn in; None is allowed."""
+    if ax is None:
+        return
+    if not isinstance(ax, Axes):
+        raise SceneError(f"plot: ax must be Axes of matplotlib, got {short_repr(ax)}; write ax=pyplot.gca()")
+    if ax.name != "rectilinear":
+        raise SceneError(f"plot: ax must have straight axes, got {ax.name} ones; leave the projection out")
 
 
 def saved(axes: Axes, path: str | os.PathLike | None) -> Axes:

@@ -379,8 +379,13 @@ def test_the_unit_of_a_parameter_is_that_behind_its_name_or_none(doc, unit):
         (["--sweep", "distance=2"], "--sweep takes several values, such as --sweep distance=[1,2,4]"),
         (["--sweep", "distnace=[1,2]"], "did you mean 'distance'?"),
         (["--sweep", "distance=[1,2]", "--save", "run.nc"], "--sweep saves no runs"),
+        (
+            ["--sweep", "distance=[1,2]", "--sweep", "radius=[1,2]"],
+            "takes one parameter, got distance=[1,2] and radius=[1,2]",
+        ),
+        (["--sweep", "distance=[1,2]", "--set", "distance=3"], "leave out --set distance=3"),
     ],
 )
-def test_a_sweep_of_nothing_is_refused(call, words, said):
+def test_a_sweep_that_means_nothing_or_two_things_is_refused(call, words, said):
     answer = call("run", "disk.py", *words)
     assert answer.exit_code == 2 and said in answer.output

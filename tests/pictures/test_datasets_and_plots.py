@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 
 import matplotlib
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 
 import transport as tp
+from tests.drawing import words
+from tests.synthetic import estimates
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
@@ -283,6 +286,39 @@ def test_a_plot_has_a_cut_and_another_unit(steady):
     pyplot.close("all")
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"cut": True}, "drawn as a curve without cut"),
+        ({"cut": "x"}, "the coordinate of a row, got 'x'"),
+        ({"cut": None}, "the coordinate of a row, got None"),
+        ({"cut": math.nan}, "the coordinate of a row, got nan"),
+        ({"label": 3}, "label must be words, got 3"),
+        ({"unit": ""}, "unit must be words, got ''"),
+        ({"ax": "polar"}, "straight axes, got polar ones"),
+    ],
+)
+def test_an_option_that_a_curve_cannot_use_is_refused(steady, options, said):
+    line = steady["disk"].irradiance.mean("v")
+    if "ax" in options:
+        options = {"ax": pyplot.figure().add_subplot(projection=options["ax"])}
+    with pytest.raises(ValueError, match=said):
+        line.plot(**options)
+    pyplot.close("all")
+
+
+def test_a_logarithmic_scale_says_what_it_leaves_out():
+    """Bins of 0 are counted, negative ones refused; where all are 0 the scale is linear."""
+    x = [0.0, 1.0, 2.0, 3.0]
+    axes = estimates([1.0, 0.0, 3.0], ("x",), (x,)).plot(decades=2)
+    assert "not drawn: 1 of 3 bins, which are 0" in words(axes.figure)
+    assert estimates([0.0, 0.0, 0.0], ("x",), (x,)).plot(decades=2).get_yscale() == "linear"
+    with pytest.raises(ValueError, match="no place for -1; leave decades out"):
+        estimates([-1.0, 2.0, 3.0], ("x",), (x,)).plot(decades=2)
+    assert estimates([1e-300, 2e-300, 3e-300], ("x",), (x,)).plot(decades=2).get_yscale() == "log"
+    pyplot.close("all")
+
+
 def test_a_run_is_plotted_as_a_whole(forward, steady):
     panels = forward.plot()
     titles = [each.get_title() for each in panels]
@@ -432,6 +468,9 @@ def test_a_plane_that_is_none_and_axes_that_are_none_are_refused():
         scene.plot("zx")
     with pytest.raises(tp.SceneError, match="write ax=pyplot"):
         scene.plot(ax=3)
+    for at in (math.nan, math.inf, "a"):
+        with pytest.raises(tp.SceneError, match="at must be a finite number"):
+            scene.plot(at=at)
     with pytest.raises(tp.SceneError, match=r"must end in \.png or \.html"):
         scene.view("scene.jpg")
     with pytest.raises(tp.SceneError, match=r"plot: path must end in \.png, \.pdf or \.svg, got 'x\.jpgg'"):
@@ -454,13 +493,22 @@ def test_files_are_plotted_by_the_command(steady, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     steady.save("run.npz")
     (tmp_path / "scene.json").write_text(steady.scene.to_json())
-    for words, made in (
+    for options, made in (
         (["run.npz"], "out/run.png"),
         (["run.npz", "--detector", "disk", "--cut", "--out", "disk.png"], "disk.png"),
         (["scene.json", "--plane", "xy", "--at", "0.01"], "out/scene.png"),
     ):
-        answer = CliRunner().invoke(app, ["plot", *words])
+        answer = CliRunner().invoke(app, ["plot", *options])
         assert answer.exit_code == 0, answer.output
         assert (tmp_path / made).stat().st_size > 10_000 and made in answer.output
     answer = CliRunner().invoke(app, ["plot", "run.npz", "--detector", "dsik"])
     assert answer.exit_code == 2 and "did you mean 'disk'" in answer.output
+    for options, said in (
+        (["run.npz", "--cut"], "add --detector NAME"),
+        (["run.npz", "--decades", "0.5"], "add --detector NAME"),
+        (["run.npz", "--plane", "xy"], "run.npz is a run; give a scene, .json"),
+        (["scene.json", "--detector", "disk"], "scene.json is a scene; give a saved run"),
+    ):
+        answer = CliRunner().invoke(app, ["plot", *options])
+        assert answer.exit_code == 2 and f"{options[1]} has no use here" in answer.output
+        assert said in answer.output

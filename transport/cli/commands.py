@@ -222,7 +222,8 @@ def run(
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw no picture")] = False,
     sweep: Annotated[
-        str | None, typer.Option(metavar="NAME=[...]", help="Run the first case for each of these values")
+        list[str] | None,
+        typer.Option(metavar="NAME=[...]", help="Run the first case for each of these values"),
     ] = None,
     verbose: Annotated[bool, typer.Option("--verbose", help="A table and the ledger of each case")] = False,
     json: Json = False,
@@ -266,10 +267,10 @@ def run(
         raise SceneError("--every needs --checkpoint FILE; add it, or leave out --every")
     module = checked_experiment(experiment(sim))
     settings = named_values(set_ or ())
-    if sweep is None:
+    if not sweep:
         pending = iterate_outcomes(module, settings, limits, save, overwrite)
     else:
-        name, values = swept(sweep)
+        name, values = swept(sweep, settings)
         if save or checkpoint or resume:
             raise SceneError("--sweep saves no runs; leave out --save, --checkpoint and --resume")
         runs = (iterate_outcomes(module, {**settings, name: value}, limits) for value in values)
@@ -283,7 +284,7 @@ def run(
         wants_picture = out is not None or not sim.endswith(".json")
     if wants_picture and not no_picture and is_complete(outcomes):
         folder = Path("out") if out is None else out
-        if sweep is None:
+        if not sweep:
             drawn = draw_experiment(module, outcomes, folder)
         else:
             path = folder / f"{experiment_name(module)}_sweep.png"

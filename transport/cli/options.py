@@ -1,7 +1,7 @@
 """Arguments and options that several commands share."""
 
 import ast
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -67,9 +67,17 @@ def named_values(texts: Iterable[str]) -> dict[str, object]:
     return _named("--set", texts, _literal)
 
 
-def swept(text: str) -> tuple[str, list[object]]:
-    """Return ("length", [1, 2, 4]) for "length=[1,2,4]".  Raises SceneError for anything else."""
-    ((name, values),) = _named("--sweep", [text], _literal).items()
+def swept(texts: Sequence[str], settings: Mapping[str, object]) -> tuple[str, list[object]]:
+    """Return ("length", [1, 2, 4]) for ["length=[1,2,4]"].
+
+    Raises SceneError for anything else, for several parameters, and for one that is set.
+    """
+    if len(texts) > 1:
+        raise SceneError(f"--sweep takes one parameter, got {' and '.join(texts)}; run one after the other")
+    (text,) = texts
+    ((name, values),) = _named("--sweep", texts, _literal).items()
+    if name in settings:
+        raise SceneError(f"--sweep and --set both give {name}; leave out --set {name}={settings[name]!r}")
     if not isinstance(values, list | tuple) or len(values) < 2:
         raise SceneError(f"--sweep takes several values, such as --sweep {name}=[1,2,4], got {text!r}")
     return name, list(values)
@@ -136,14 +144,14 @@ def _named(option: str, texts: Iterable[str], read: Callable[[str], object]) -> 
 
 def _literal(text: str) -> object:
     try:
-        return ast.literal_eval(_NonFinite().visit(ast.parse(text, mode="eval")))
+        return ast.literal_eval(_Words().visit(ast.parse(text, mode="eval")))
     except (ValueError, SyntaxError):
         return text
 
 
-class _NonFinite(ast.NodeTransformer):
-    """Replaces the names nan and inf by numbers, for which Python has no literals."""
+class _Words(ast.NodeTransformer):
+    """Reads nan and inf, for which Python has no literals, as numbers, and other words as they stand."""
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Return the float of the names `nan` and `inf`; leave other names unchanged."""
-        return ast.Constant(float(node.id)) if node.id in ("nan", "inf") else node
+        """Return the number or the word as a literal."""
+        return ast.Constant(float(node.id) if node.id in ("nan", "inf") else node.id)

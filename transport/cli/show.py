@@ -299,7 +299,9 @@ def plot(
         float | None, typer.Option(metavar="N", help="Logarithmic scale over so many decades")
     ] = None,
     cut: Annotated[bool, typer.Option("--cut", help="A cut through the brightest row of bins, too")] = False,
-    plane: Annotated[str, typer.Option(metavar="xz", help="Section of a scene: xy, xz or yz")] = "xz",
+    plane: Annotated[
+        str | None, typer.Option(metavar="PLANE", help="Section of a scene: xy, xz or yz [default: xz]")
+    ] = None,
     at: Annotated[
         float | None, typer.Option(metavar="METRES", help="Place of the section on the third axis")
     ] = None,
@@ -315,13 +317,22 @@ def plot(
       transport plot run.nc --detector floor --cut
       transport plot scene.json --plane yz --at 0.5 --out scene.png
     """
+    is_scene = file.suffix == ".json"
+    given = {"--detector": detector, "--quantity": quantity, "--decades": decades, "--cut": cut or None}
+    sections = {"--plane": plane, "--at": at}
+    if is_scene:
+        _refuse_options(given, f"{file} is a scene; give a saved run, .nc or .npz")
+    else:
+        _refuse_options(sections, f"{file} is a run; give a scene, .json")
+        if detector is None:
+            _refuse_options(given, "it belongs to the bins of one detector; add --detector NAME")
     with optional_packages("plot"):
         import matplotlib
     matplotlib.use("Agg")  # files alone are drawn
-    if file.suffix == ".json":
+    if is_scene:
         from transport.scene.scene import Scene
 
-        drawn = Scene.from_json(file).plot(plane, at)
+        drawn = Scene.from_json(file).plot(plane or "xz", at)
     else:
         from transport.io import load
 
@@ -335,6 +346,12 @@ def plot(
     if not paths:
         raise SceneError(f"plot: {why}")
     print_pictures(list(paths), "")
+
+
+def _refuse_options(options: dict[str, object], why: str) -> None:
+    for name, value in options.items():
+        if value is not None:
+            raise SceneError(f"plot: {name} has no use here: {why}")
 
 
 def gallery(
