@@ -160,6 +160,11 @@ def _plot_balance(result: Result, ends: list[End], ax: Axes) -> None:
     ax.barh(range(len(ends)), values, xerr=errors, color=[end.colour for end in ends], alpha=0.7, capsize=4)
     ax.set_yticks(range(len(ends)), [end.words for end in ends])
     emitted = result.ledger["emitted"]
-    ax.set_xlabel(with_unit("where it went", emitted.unit))
-    ax.set_title(as_it_stands(f"energy balance of {emitted.value:.4g} {emitted.unit}".removesuffix(" 1")))
+    if result.plan.adjoint is None:
+        title = f"energy balance of {emitted.value:.4g} {emitted.unit}".removesuffix(" 1")
+        label = with_unit("where it went", emitted.unit)
+    else:
+        title, label = "histories, traced backwards", "share that ended there"
+    ax.set_xlabel(label)
+    ax.set_title(as_it_stands(title))
     ax.grid(visible=False, axis="y")

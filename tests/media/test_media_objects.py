@@ -430,3 +430,37 @@ def test_events_are_scatterings_too():
     assert sum(fluxes) == pytest.approx(result["all"].flux_in.value, rel=1e-12)
     assert "scatterings" in refusal(lambda: tp.Detector(below, "m", events=-1))
     assert "scattered" in tp.Detector.__doc__
+
+
+def balls(*media):
+    """Balls in a row, named "b0", "b1", ..., each with a medium, in the light of a lamp."""
+    lamp = tp.Source(tp.Point(position=(0, 0, 2)), tp.Isotropic(power=1.0))
+    walls = [
+        tp.Surface(tp.Sphere(center=(2 * k, 0, 0), radius=0.5), tp.Transparent(), f"b{k}", inside=medium)
+        for k, medium in enumerate(media)
+    ]
+    return tp.Scene(lamp, walls, medium=tp.Medium(absorption=0.1))
+
+
+def test_media_that_differ_have_names_that_differ():
+    tissue = tp.Medium(absorption=1.0, name="tissue")
+    assert len(balls(tissue, tissue).surfaces) == 2
+    with pytest.raises(tp.SceneError, match="media that differ must not have one name, got 'tissue' twice"):
+        balls(tissue, tp.Medium(absorption=2.0, name="tissue"))
+
+
+def test_a_medium_named_like_an_entry_of_the_balance_has_one_of_its_own():
+    """ "inside b1" is what the balance calls the medium without a name in the second ball, "medium" the one around."""
+    media = (tp.Medium(absorption=1.0, name="inside b1"), tp.Medium(absorption=2.0))
+    ledger = tp.simulate(balls(*media), 1000, seed=1, progress=False).ledger
+    assert list(ledger.absorbed_by)[-3:] == ["medium", "medium inside b1", "inside b1"]
+    assert ledger["absorbed"].value == pytest.approx(sum(each.value for each in ledger.absorbed_by.values()))
+
+
+def test_a_surface_that_cannot_absorb_surely_absorbs_nothing():
+    lamp = tp.Source(tp.Point(position=(0, 0, 2)), tp.Isotropic(power=1.0))
+    ball = tp.Surface(tp.Sphere(radius=0.5), tp.Dielectric(1.5), "ball")
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=2, height=2), tp.Diffuse(0.5), "floor")
+    ledger = tp.simulate(tp.Scene(lamp, [ball, floor]), 1000, seed=1, progress=False).ledger
+    assert ledger.absorbed_by["ball"].exact and "by ball" not in str(ledger)
+    assert not ledger.absorbed_by["floor"].exact

@@ -274,6 +274,14 @@ def test_data_frames_have_a_row_per_bin(steady):
     assert len(frame) == 12 and {"u", "v", "value", "error", "doubtful", "u_low"} <= set(frame.columns)
     whole = steady["disk"].to_dataframe("irradiance")
     np.testing.assert_allclose(sorted(whole.irradiance), sorted(frame.value))
+    assert len(steady["dot"].to_dataframe()) == 1
+
+
+def test_columns_of_a_frame_do_not_depend_on_the_noise(steady):
+    """Few histories leave doubtful bins, many leave none."""
+    few = tp.simulate(steady.scene, 100, seed=1, progress=False)
+    columns = [list(run["disk"].to_dataframe("irradiance")) for run in (few, steady)]
+    assert columns[0] == columns[1] and "irradiance_doubtful" in columns[0]
 
 
 def test_a_plot_has_a_cut_and_another_unit(steady):
@@ -319,11 +327,12 @@ def test_a_logarithmic_scale_says_what_it_leaves_out():
     pyplot.close("all")
 
 
-def test_a_run_is_plotted_as_a_whole(forward, steady):
+def test_a_run_is_plotted_as_a_whole(forward, backward, steady):
     panels = forward.plot()
     titles = [each.get_title() for each in panels]
     assert titles[:-1] == ["up", "box", "ball", "cloud", "shot"]
     assert titles[-1].startswith("energy balance of 2 J")
+    assert backward.plot()[-1].get_title() == "histories, traced backwards"
     assert "not drawn: floor and all" in panels[0].figure.get_supxlabel()
     bars = [each.get_width() for each in panels[-1].patches]
     assert sum(bars) == pytest.approx(2.0, rel=1e-9)

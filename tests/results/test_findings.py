@@ -290,7 +290,7 @@ def test_merged_resumed_and_saved_runs_keep_findings(tmp_path):
         assert json.loads(attributes["findings"])[0]["what"] == UNSEEN
         for name in ("flux_in", "irradiance"):
             assert whole["m"].quantities[name].is_doubtful and saved[f"{name}_doubtful"][()] == 1
-        assert not whole.ledger["escaped"].is_doubtful and "escaped_doubtful" not in stored.variables
+        assert not whole.ledger["escaped"].is_doubtful and stored["escaped_doubtful"][()] == 0
 
 
 # ---- light that is missed, and light that cannot be ----

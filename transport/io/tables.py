@@ -150,9 +150,9 @@ def _with_error(
         findings = json.dumps([each.record() for each in quantity.findings])
         judged = {"verdict": quantity.verdict, "findings": findings}
     yield name, Variable(dims, np.asarray(quantity.value), units | judged)
-    if is_judged and np.any(doubtful := quantity.is_doubtful):
+    if is_judged:
         words = {"units": "1", "long_name": f"whether the error of {units['long_name']} is doubtful"}
-        yield f"{name}_doubtful", Variable(dims, np.asarray(doubtful, dtype=np.int8), words)
+        yield f"{name}_doubtful", Variable(dims, np.asarray(quantity.is_doubtful, dtype=np.int8), words)
     units = units | {"long_name": f"standard error of {units['long_name']}"}
     yield f"{name}_error", Variable(dims, np.asarray(quantity.error), units)
 

@@ -315,7 +315,8 @@ class Result(Record):
 def media_names(plan: Plan) -> dict[int, str]:
     """Names of the absorbing media by row: their own, or that of the surface whose inside they fill."""
     names: dict[int, str] = {}
-    taken = {surface.name for surface in plan.scene.surfaces}
+    walls = [surface.name or f"surfaces[{k}]" for k, surface in enumerate(plan.scene.surfaces)]
+    taken = {"medium", *walls, *(f"inside {wall}" for wall in walls)}
     for row in plan.absorbing_media:
         medium = surrounding_medium(plan.scene) if row == 0 else plan.bodies[row - 1].medium
         if (own := getattr(medium, "name", None)) is not None:
@@ -324,9 +325,7 @@ def media_names(plan: Plan) -> dict[int, str]:
         if row == 0:
             names[row] = "medium"
             continue
-        number = plan.bodies[row - 1].surfaces[0]
-        name = plan.scene.surfaces[number].name
-        names[row] = f"inside {name or f'surfaces[{number}]'}"
+        names[row] = f"inside {walls[plan.bodies[row - 1].surfaces[0]]}"
     return names
 
 
@@ -374,8 +373,10 @@ class Ledger(Mapping[str, Estimate]):
         # Collect the absorbed weight of each surface and of each absorbing medium.
         self.absorbed_by: dict[str, Estimate] = NamedEntries("ledger.absorbed_by has no entry")
         for index, rows in sorted(plan.rows_of_surfaces.items()):
-            name = scene.surfaces[index].name or f"surfaces[{index}]"
-            self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)
+            surface = scene.surfaces[index]
+            absorbed = [b.absorbed[rows].sum() for b in batches]
+            is_never = not surface.material.absorbs and not any(absorbed)
+            self.absorbed_by[surface.name or f"surfaces[{index}]"] = entry(absorbed, is_never)
         names = media_names(plan)
         for name in dict.fromkeys(names.values()):  # bodies of one named medium count together
             columns = [len(plan.surface_numbers) + row for row, other in names.items() if other == name]

@@ -353,10 +353,11 @@ class Tally:
         Returns
         -------
         xarray.Dataset
-            Variables <name> and <name>_error with units, and <name>_doubtful where a bin is doubtful, as in a
-            saved run.  Coordinates are the centres of the bins, <axis>_low and <axis>_high for their edges,
-            and the sizes of bins by which quantities are divided, such as bin_area or
-            bin_projected_solid_angle: a sum of a density times these sizes is its integral.
+            Variables <name> and <name>_error with units, and <name>_doubtful (0 or 1), as in a saved
+            run; where bins are too many for memory, none is judged.  Coordinates are the centres of the
+            bins, <axis>_low and <axis>_high for their edges, and the sizes of bins by which quantities are
+            divided, such as bin_area or bin_projected_solid_angle: a sum of a density times these sizes is
+            its integral.
 
         Examples
         --------
@@ -505,7 +506,7 @@ class Tally:
         return Estimate(np.full(len(self.run), measure.values), self.run, measure.unit, exact=True)
 
     def to_dataframe(self, *names: str) -> pandas.DataFrame:
-        """Convert quantities with bins to a pandas DataFrame with a row per bin (needs xarray and pandas).
+        """Convert quantities to a pandas DataFrame with a row per bin (needs xarray and pandas).
 
         Parameters
         ----------
@@ -517,7 +518,10 @@ class Tally:
         pandas.DataFrame
             Columns of `to_dataset`, whose coordinates come first.
         """
-        return self.to_dataset(*names).to_dataframe().reset_index()
+        data = self.to_dataset(*names)
+        if not data.dims:
+            return data.expand_dims("row").to_dataframe().reset_index(drop=True)
+        return data.to_dataframe().reset_index()
 
     def plot(
         self,
@@ -584,6 +588,8 @@ class Tally:
             raise AttributeError(f"{self.title} has no quantity {name!r}; {self._cure(name)}")
 
     def _cure(self, name: str) -> str:
+        if name == "to_xarray":
+            return "write to_dataset()"
         return name_hint(name, self.available)
 
 

@@ -267,6 +267,15 @@ class Scene(SceneParts):
                     kinds = Counter(type(part).__name__ for part in parts if part.name == name)
                     got = " and ".join(f"{n} {kind}{'s' if n > 1 else ''}" for kind, n in kinds.items())
                     refuse(self, f"name must be unique, got {got} {name!r}; give each its own name=")
+        named: dict[str, object] = {}
+        for medium in (
+            self.medium,
+            *(side for wall in self.surfaces for side in (wall.inside, wall.outside)),
+        ):
+            name = getattr(medium, "name", None)
+            if name is not None and named.setdefault(name, medium) != medium:
+                cure = "give each its own name="
+                refuse(self, f"media that differ must not have one name, got {name!r} twice; {cure}")
         names = {surface.name for surface in self.surfaces}
         for part in self.detectors:
             if part.name in names and not self._detects_surface_of_same_name(part):
