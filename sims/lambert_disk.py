@@ -61,7 +61,7 @@ law = (
     " (Bala 2009, Cornell CS 6620; Foote 1915; Akenine-Möller, Haines, Hoffman 2008, eq. 7.6)"
 )
 question = "What reaches a meter from a diffuse disk, and does its radiance depend on the distance?"
-particles = 1_000_000
+particles = 2_000_000
 
 METER = 5e-4  # m, radius of the meter
 LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins

@@ -375,7 +375,8 @@ def bins_of(
     """The two axes of bins that `plot_map` draws of the same arguments.  Raises ValueError if they are not two."""
     chosen = _chosen(data, quantity, at, label, frame)
     if chosen.listed or chosen.is_line:
-        cure = f"take one {chosen.listed}" if chosen.listed else "use plot_curves"
+        example = "[" + ":, " * chosen.array.dims.index(chosen.listed) + "0].plot()" if chosen.listed else ""
+        cure = f"take one {chosen.listed}, as in {example}" if chosen.listed else "use plot_curves"
         raise ValueError(f"plot: a map has two axes of bins, got {chosen.array.dims}; {cure}")
     return _arranged(chosen)
 

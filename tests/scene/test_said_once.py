@@ -46,6 +46,8 @@ def test_a_dielectric_takes_its_indices_from_the_media_beside_it():
     ("surfaces", "words"),
     [
         ([ball(1.0, "ball", None)], "Surface 'ball': Dielectric.. takes its indices .* got 1 on both sides; name its medium"),
+        ([ball(1.0, "ball", tp.Medium(absorption=1.0))], "got 1 on both sides; give its medium an index, such as index=1.5"),
+        ([ball(1.0, "ball", tp.Medium(absorption=1.0), tp.Dielectric(1.5))], "Medium.absorption=1.0. of index 1, .*; give that medium index=1.5"),
         ([ball(1.0, "ball", GLASS), tp.Surface(tp.Rectangle(width=4, height=4), tp.Dielectric(), "plate")],
          "Surface 'plate': Dielectric.. takes its indices .* on one side; write Dielectric"),
         ([ball(1.0, "ball", GLASS, tp.Mixture({tp.Dielectric(): 0.5, tp.Mirror(): 0.5}))],

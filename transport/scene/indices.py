@@ -9,7 +9,7 @@ import numpy as np
 
 from transport.scene.bodies import media_at
 from transport.scene.materials import AnyMedium, Dielectric, Surface
-from transport.scene.media import canonical_medium
+from transport.scene.media import Vacuum, canonical_medium
 from transport.scene.parts import SceneParts, surface_name
 from transport.validation import SceneError, join_names, short_repr
 
@@ -55,7 +55,9 @@ def _indices(parts: SceneParts, number: int) -> tuple[float, float]:
             _refuse(parts, number, f"{texts} on one side; write Dielectric(index inside, index outside)")
         found.append(indices.pop())
     if found[0] == found[1]:
+        has_medium = any(side not in (None, Vacuum()) for side in (surface.back, surface.front))
         cure = "name its medium, inside=Medium(index=1.5), or write Dielectric(1.5)"
+        cure = "give its medium an index, such as index=1.5" if has_medium else cure
         _refuse(parts, number, f"{found[0]:g} on both sides; {cure}")
     return found[0], found[1]
 

@@ -23,7 +23,7 @@ from transport.geometry.line_crossings import (
 )
 from transport.scene.bodies import Body, bits_of_bodies_at, bodies_on_sides, body_solid, surrounding_medium
 from transport.scene.materials import AnyMedium, Surface
-from transport.scene.media import canonical_medium
+from transport.scene.media import Vacuum, canonical_medium
 from transport.scene.parts import surface_name
 from transport.validation import SceneError, short_repr
 
@@ -126,8 +126,12 @@ def _check_index(scene: SceneParts, crossed: InterfaceCrossing, media: list[AnyM
         is_inside = there[0] != glass.index_inside
         medium, index = (inside, glass.index_inside) if is_inside else (outside, glass.index_outside)
         side = _side_name(scene, number, not is_inside)
-        named = "Vacuum()" if index == 1 else f"Medium(index={index:g})"
-        cure = f"name the medium there, {side}={named}, or write {words}"
+        surface = scene.surfaces[number]
+        own = surface.back if is_inside else surface.front
+        written = "Vacuum()" if index == 1 else f"Medium(index={index:g})"
+        cure = f"name the medium there, {side}={written}"
+        cure = f"give that medium index={index:g}" if own not in (None, Vacuum()) and index != 1 else cure
+        cure += "" if there == (1, 1) else f", or write {words}"
         raise SceneError(
             f"Scene: {surface_name(scene, number)}: {short_repr(glass)} contradicts the medium {side},"
             f" {short_repr(medium)} of index {medium.index:g}, at ({where}); {cure}"
