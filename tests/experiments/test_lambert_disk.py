@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import transport as tp
@@ -99,3 +100,15 @@ def test_one_setting_for_all_cases_is_no_contradiction():
     for settings in ({"distance": 0.0}, {"distance": 0.1}, {"offset": 0.2}, {"radius": 0.01}, {"tilt": 0.3}):
         outcomes = run_experiment(lambert_disk, settings, particles=1000, seed=1)
         assert {"power"} < {row.name for row in outcomes[0].rows} or settings != {"distance": 0.0}
+
+
+@pytest.mark.parametrize("parameters", [each for each in lambert_disk.cases() if "offset" in each])
+def test_a_map_of_the_disk_has_no_bins_that_its_rim_barely_reaches(parameters):
+    """A rim on an edge of bins leaves a few scores in the next bins, and a warning that no reader expects."""
+    offset, distance, radius = parameters["offset"], parameters["distance"], RADIUS
+    theta = np.linspace(0, 90, lambert_disk.MAP.theta + 1)
+    for place in (offset - radius, offset + radius):
+        rim = math.degrees(math.atan(abs(place) / distance))
+        assert rim == 0 or np.abs(theta - rim).min() > 0.1 * theta[1]
+    outcomes = [run_experiment(lambert_disk, parameters, seed=seed)[0] for seed in (0, 3, 5)]
+    assert [warning for outcome in outcomes for warning in outcome.warnings] == []
