@@ -197,6 +197,7 @@ def test_shapes_that_stand_through_one_another_are_named(shapes, is_named):
 PANEL = {"width": 1.0, "height": 0.4}
 ROOM, TUBE = tp.Box(size=2.0), tp.Cylinder(radius=1.0, height=2.0)
 SCREEN = tp.Rectangle(normal=(1, 0, 0), width=0.3, height=0.3)
+BALL_OF_FACETS = tp.Mesh.sphere(radius=0.5, triangles=180)
 
 
 @pytest.mark.parametrize(
@@ -218,6 +219,12 @@ SCREEN = tp.Rectangle(normal=(1, 0, 0), width=0.3, height=0.3)
         (tp.Sphere(radius=1.0), ROOM, False),
         (tp.Box(center=(0, 0, 0.9), size=(0.2, 0.2, 0.2)), ROOM, False),  # hangs on the ceiling
         (tp.Box(center=(0, 0, 1), size=(0.2, 0.2, 0.2)), ROOM, True),
+        (tp.Mesh.sphere(center=(0.91, 0, 0), radius=0.1), ROOM, True),  # 1 % of it is behind the wall
+        (tp.Mesh.sphere(center=(0.9, 0, 0), radius=0.1), ROOM, False),
+        (BALL_OF_FACETS, BALL_OF_FACETS.moved((0.03, 0.05, 0.1)), True),
+        (BALL_OF_FACETS, BALL_OF_FACETS, False),  # lies on the wall
+        (BALL_OF_FACETS, tp.Sphere(radius=0.5), False),  # touches the wall with its vertices
+        (BALL_OF_FACETS, tp.Rectangle(center=(0, 0, 0.47), width=1, height=1), True),
     ],
 )
 def test_a_lamp_through_an_opaque_wall_is_named(lamp, wall, is_named):

@@ -147,8 +147,8 @@ DIAGNOSTICS = (
     Check(
         "crossing sources",
         "Sources of a surface's shape that pass through an opaque surface.",
-        "Sources that are meshes or infinite, and a wall so small that it lies between the lines drawn on the"
-        " source.",
+        "Sources that are infinite or meshes of very many facets, and a wall so small that it lies between"
+        " the lines drawn on the source.",
         crossing_sources,
     ),
     Check(
