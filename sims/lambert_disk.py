@@ -61,13 +61,11 @@ law = (
     " (Bala 2009, Cornell CS 6620; Foote 1915; Akenine-Möller, Haines, Hoffman 2008, eq. 7.6)"
 )
 question = "What reaches a meter from a diffuse disk, and does its radiance depend on the distance?"
-particles = 2_000_000
+particles = 1_000_000
 
 METER = 5e-4  # m, radius of the meter
 LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins
-MAP = tp.Directions(
-    theta=31, phi=48
-)  # of the hemisphere, for the picture; the rim, at 45°, lies within a bin
+MAP = tp.Directions(theta=31, phi=48)  # of the hemisphere, for the picture; the rim lies within a bin, not on an edge
 INSIDE = 4  # bins within the disk's cone
 READINGS = ("parallel", "turned", "three ways", "ball")
 RAY, CONE = math.radians(30), math.radians(25)  # of the three ways: the ray's angle, and half that of dω
