@@ -165,9 +165,7 @@ def plot_map(
     """
     if ax is not None and (path is not None or title or note):
         raise ValueError("plot_map: path, title and note are of a new figure; leave them out with ax=")
-    for name, text in (("label", label), ("unit", unit)):
-        if text is not None and not (isinstance(text, str) and text):
-            raise ValueError(f"plot: {name} must be words, got {short_repr(text)}; leave {name} out")
+    _check_words("unit", unit)
     if not isinstance(cut, bool | int | float) or cut != cut:
         what = "True, for the brightest row of bins, or the coordinate of a row"
         raise ValueError(f"plot: cut must be {what}, got {short_repr(cut)}")
@@ -415,6 +413,7 @@ def _chosen(
 ) -> Chosen:
     """The bins to draw: one of the axes that `at` names, of three axes of cells, and of axes with a single bin."""
     shape = None
+    _check_words("label", label)
     if frame not in (None, *FRAMES):
         raise ValueError(f"plot: frame must be one of {', '.join(FRAMES)}, got {frame!r}")
     if isinstance(data, EstimateArray):
@@ -460,6 +459,11 @@ def _chosen(
     directions = getattr(getattr(data, "detector", None), "directions", None)
     pole = POLES.get(getattr(directions, "frame", ""), "θ = 0")  # an array does not know its frame
     return Chosen(shown, index, array.shape, label, shape, frame, pole, listed)
+
+
+def _check_words(name: str, text: object) -> None:
+    if text is not None and not (isinstance(text, str) and text):
+        raise ValueError(f"plot: {name} must be words, got {short_repr(text)}; leave {name} out")
 
 
 def _place_words(array: EstimateArray, name: str, place: int) -> str:
@@ -868,6 +872,9 @@ def _sides(bins: Bins, cut: bool | float) -> list[Side]:
     """The row of a cut; of a round map the azimuth, and the opposite one where there is one."""
     up, row = bins.up, _brightest_row(bins) if cut is True else None
     if row is None:
+        if bins.is_round and abs(cut) > 2 * math.pi:
+            must = f"an azimuth of -2π to 2π [rad], got {cut!r}; write math.radians({cut!r}) for degrees"
+            raise ValueError(f"plot: cut must be {must}")
         row = _row_at(bins, cut * up.scale)
         if row is None:
             low, high = up.edges[[0, -1]] / up.scale
@@ -891,17 +898,18 @@ def _row_at(bins: Bins, place: float) -> int | None:
 
 
 def _brightest_row(bins: Bins) -> int:
-    """The row of greatest mean, of those with a bin within two standard errors of the brightest."""
+    """The row of greatest mean amount, of those with a bin within two standard errors of the brightest."""
     # Take one standard error off, so that a bin with a single large score does not win.
-    sure = bins.value - bins.error
+    amount = np.abs(bins.value)
+    sure = amount - bins.error
     if not np.isfinite(sure).any():
-        sure = bins.value
+        sure = amount
     sure = np.where(np.isfinite(sure), sure, -np.inf)
     top = np.unravel_index(sure.argmax(), sure.shape)
     slack = 2 * np.nan_to_num(bins.error[top])
     rows = np.flatnonzero(sure.max(axis=1) >= sure[top] - slack)
     start = 0 if bins.is_round else len(sure) // 2
-    means = np.nan_to_num(bins.value[rows]).mean(axis=1)
+    means = np.nan_to_num(amount[rows]).mean(axis=1)
     best = rows[np.isclose(means, means.max(), rtol=1e-9, atol=0)]
     return min(best.tolist(), key=lambda row: abs(row - start))
 
@@ -931,10 +939,18 @@ def _draw_cut(
     axes.set_ylabel(with_unit(bins.label, bins.unit))
     if is_log:
         axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
+        _say_hidden(axes, bins.value[[side.row for side in sides]], norm)
     axes.xaxis.set_major_locator(FewTicks(bins.across.unit == "°"))
     if bins.is_round:
         axes.set_xlim(np.array([-1, 1]) * bins.across.edges[-1])
         axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{abs(x):g}"))
+
+
+def _say_hidden(axes: Axes, value: np.ndarray, norm: Normalize) -> None:
+    """Write how many bins lie below a logarithmic scale."""
+    if count := np.count_nonzero(value < norm.vmin):
+        style = {"transform": axes.transAxes, "fontsize": "small", "color": MUTED}
+        axes.text(0.01, 0.01, f"not drawn: {count} of {value.size} bins, below the scale", **style)
 
 
 def _cut_series(bins: Bins, side: Side, exact: np.ndarray | Radiance | None) -> Series:
@@ -999,7 +1015,5 @@ def _plot_line(
         axes.xaxis.set_major_locator(FewTicks(along.unit == "°"))
     if is_log:
         axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
-        if count := int((array.value == 0).sum()):
-            style = {"transform": axes.transAxes, "fontsize": "small", "color": MUTED}
-            axes.text(0.01, 0.01, f"not drawn: {count} of {array.value.size} bins, which are 0", **style)
+        _say_hidden(axes, array.value, norm)
     return made

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 
 import matplotlib
@@ -64,6 +65,9 @@ def _plot(
 ) -> Axes:
     check_axes(ax)
     if ax is not None:
+        if options.get("cut", False) is not False:
+            cure = "leave ax out, or give plot_map of transport.viz three Axes"
+            raise ValueError(f"plot: ax has no room for a cut beside the map; {cure}")
         return plot_map(data, ax=ax, decades=decades, **options)
     from matplotlib import pyplot  # a figure that notebooks and windows show
 
@@ -86,13 +90,14 @@ def _plot_sample(sample: SnapshotReading, ax: Axes | None) -> Axes:
     check_axes(ax)
     spread = np.ptp(sample.positions, axis=0) if len(sample) else np.zeros(3)
     axis = int(np.argmax(spread))
+    size = float(np.clip(60 / math.sqrt(max(len(sample), 1)), 3, 12))  # few are seen, many not blurred
     with matplotlib.rc_context(STYLE | SMALL):
         if ax is None:
             from matplotlib import pyplot
 
             _, ax = pyplot.subplots(figsize=LINE, layout="constrained")
         ax.plot(
-            sample.positions[:, axis], sample.velocities[:, axis], ".", ms=3, mew=0, color=BLUE, alpha=0.5
+            sample.positions[:, axis], sample.velocities[:, axis], ".", ms=size, mew=0, color=BLUE, alpha=0.5
         )
         along, velocity = "xyz"[axis], f"v{'xyz'[axis]}"
         labels = [with_unit(axis_words(name), axis_unit(name, {})) for name in (along, velocity)]
@@ -130,8 +135,11 @@ def plot_result(result: Result, path: str | os.PathLike | None = None) -> list[A
         balance = figure.add_subplot(grid[1].subgridspec(1, 1)[0])
         _plot_balance(result, ends, balance)
         note = f"{result.particles:.3g} particles, {result.plan.method.title}"
-        if left:
-            note += f"; not drawn: {join_names([each.name for each in left], 6)}"
+        for why, those in (
+            ("take axes away to draw", [each for each in left if not _is_drawn(each)]),
+            (f"more than {MOST_PANELS} detectors, draw alone", [each for each in left if _is_drawn(each)]),
+        ):
+            note += f"; {why} {join_names([each.name for each in those], 6)}" if those else ""
         figure.supxlabel(as_it_stands(note), fontsize=13, color=MUTED, x=0.99, ha="right")
     return [*panels, saved(balance, path)]
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from transport.analysis.tracks import Tracks
 from transport.geometry.flat import Plane
-from transport.geometry.shape import Point, Shape
+from transport.geometry.shape import Cloud, Point, Shape
 from transport.geometry.solid import Box
 from transport.results.result import Result
 from transport.scene.detectors import Detector
@@ -28,6 +28,7 @@ from transport.statistics.chunked import over_batches
 from transport.statistics.estimates import Estimate, EstimateArray
 from transport.validation import SceneError
 from transport.viz.facets import (
+    CLOUD_SIGMAS,
     Bounds,
     Facets,
     as_polydata,
@@ -48,8 +49,8 @@ SPANS = (TIME, SPEED)  # axes that a detector may cover in part
 INNER_SHARE = 0.97  # of a wall's facets that must have the whole scene on one side
 FLATNESS = 1e-6  # of the scene's size: distance up to which a point is on a plane
 SAMPLED_FACETS = 300  # of a wall, to find its inner side
-FAR = 25.0  # ratio of all to the rest above which distant sources are left out of the picture
-ENDLESS = 300.0  # ratio to the rest above which a body is cut like an infinite one
+DOT = 25.0  # ratio of all to a source far away, above which it would be a dot
+ENDLESS = 300.0  # ratio to the rest above which a body is cut, and a distant source left out
 MARGIN = 0.3  # of the frame's diagonal: how far outside it tracks are drawn
 BROAD = 0.8  # of the frame's longest side: least width of an infinite plane
 MEAN_PATHS = 4.0  # size of the picture of a point alone in a medium
@@ -204,14 +205,14 @@ def frame_of(scene: Scene, tracks: Tracks | None = None, whole: bool = False) ->
     Sources so far away that the rest, or they themselves, would be dots are left out unless `whole`.
     """
     shapes = [surface.shape for surface in scene.surfaces]
-    shapes += [shape for each in scene.detectors if (shape := _shape_of(scene, each)) is not None]
+    shapes += [shape for each in scene.detectors if (shape := shape_of(scene, each)) is not None]
     lit = [_corners(scene.shape_of(source)) for source in scene.sources]
     near = _without_bodies([_corners(shape) for shape in shapes], lit)
     every, distant = _union(near + lit), {}
     if near and not whole and every is not None:
         small = _union(near)
-        are_dots = all(_diagonal(each) * FAR < _diagonal(every) for each in lit)
-        if 0 < _diagonal(small) * FAR < _diagonal(every) and (scene.surfaces or are_dots):
+        are_dots = all(_diagonal(each) * DOT < _diagonal(every) for each in lit)
+        if 0 < _diagonal(small) * ENDLESS < _diagonal(every) and (scene.surfaces or are_dots):
             margin = 0.5 * _diagonal(small)
             is_out = [((each[0] < small[0] - margin) | (each[1] > small[1] + margin)).any() for each in lit]
             distant = {k: lit[k].mean(axis=0) for k in np.flatnonzero(is_out)}
@@ -221,22 +222,27 @@ def frame_of(scene: Scene, tracks: Tracks | None = None, whole: bool = False) ->
     endless = np.zeros(3, dtype=bool)
     for shape in shapes:
         endless |= np.isinf(np.array(shape.bounds)).all(axis=0)
-    if endless.any() and not endless.all():
+    if endless.any():
         more = np.where(endless, np.maximum(BROAD * (high - low).max() - (high - low), 0.0) / 2, 0.0)
         low, high = low - more, high + more
     return Frame(low, high, distant)
 
 
-def _shape_of(scene: Scene, detector: object) -> Shape | None:
-    """The shape of a detector, a point for a camera; None for a snapshot, which has none."""
+def shape_of(scene: Scene, detector: object) -> Shape | None:
+    """The shape of a detector, a point for a camera; None for what covers all of space, as a snapshot does."""
     if hasattr(detector, "position"):
         return Point(position=detector.position)
-    return scene.shape_of(detector) if hasattr(detector, "shape") else None
+    return scene.shape_of(detector) if hasattr(detector, "shape") else getattr(detector, "within", None)
 
 
 def _corners(shape: Shape) -> np.ndarray:
-    """Lower and upper corner (2, 3) [m], nan where infinite."""
+    """Lower and upper corner (2, 3) [m], nan where infinite; of a tilted plane its centre, of a cloud most of it."""
     corners = np.array(shape.bounds, dtype=float)
+    if isinstance(shape, Cloud):
+        reach = CLOUD_SIGMAS * np.array(shape.sigma)
+        corners = np.array([shape.center - reach, shape.center + reach])
+    if not np.isfinite(corners).any():
+        corners = np.tile(shape.middle, (2, 1))
     return np.where(np.isfinite(corners), corners, np.nan)
 
 
@@ -485,7 +491,7 @@ def _detectors(scene: Scene, frame: Frame, read: dict[str, Paint]) -> Iterator[P
     """One part for all detectors at one place; those on surfaces are outlines only."""
     placed: dict[Shape, list[object]] = {}
     for detector in scene.detectors:
-        if (shape := _shape_of(scene, detector)) is not None:
+        if (shape := shape_of(scene, detector)) is not None:
             placed.setdefault(shape, []).append(detector)
     solid = {surface.shape for surface in scene.surfaces}
     for shape, several in placed.items():

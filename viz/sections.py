@@ -15,25 +15,23 @@ from typing import NamedTuple
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter
 
 from transport.geometry.line_crossings import crossings
 from transport.geometry.shape import Cloud, Point, Shape
 from transport.io.html.scenes import constructor_text
 from transport.scene.bodies import media_numbers, scene_media
-from transport.scene.cameras import PointInstrument
 from transport.scene.materials import Material
 from transport.scene.media import Vacuum
-from transport.scene.points import PointDetector
 from transport.scene.scene import Scene
 from transport.validation import SceneError, join_names, short_repr
-from transport.viz.facets import Bounds, facets_of
-from transport.viz.scene_parts import frame_of
+from transport.viz.facets import CLOUD_SIGMAS, Bounds, facets_of
+from transport.viz.scene_parts import frame_of, shape_of
 from transport.viz.style import INK, MUTED, PALETTE, STYLE, check_axes, saved
 from transport.viz.wording import as_it_stands, unit_of_length
 
@@ -44,6 +42,7 @@ FEW = 16  # lines through a shape, at least
 NEAR = 0.02  # of the longer side: distance from the plane up to which a point is drawn
 TOUCHING = 1e-9  # of the longer side: distance up to which a shape is in the plane
 INSET = 1e-6  # of a shape that touches the plane: how far within it is crossed
+SMALLEST = 0.01  # of the longer side: areas that are less are marked by a dot
 PALE = 0.55  # of white in the colour of areas within the plane
 SIZE, LEAST = 6.5, 2.0  # inches of the longer side, and at least of the other
 MOST_NAMED = 8  # sources, and detectors, in the legend
@@ -89,10 +88,13 @@ class Section(NamedTuple):
         return low, high
 
     def meets(self, shape: Shape) -> bool:
-        """Whether the plane passes through or touches the shape's bounds; of a point or cloud, whether it is near."""
-        if isinstance(shape, (Point, Cloud)):
-            return abs(shape.middle[self.axes[2]] - self.at) < NEAR * self.size
-        low, high = (corner[self.axes[2]] for corner in shape.bounds)
+        """Whether the plane passes through or touches the shape's bounds; of a point, whether it is near."""
+        across = self.axes[2]
+        if isinstance(shape, Point):
+            return abs(shape.middle[across] - self.at) < NEAR * self.size
+        if isinstance(shape, Cloud):
+            return abs(shape.middle[across] - self.at) < CLOUD_SIGMAS * shape.sigma[across]
+        low, high = (corner[across] for corner in shape.bounds)
         return bool(low - TOUCHING * self.size <= self.at <= high + TOUCHING * self.size)
 
     def holds(self, shape: Shape) -> bool:
@@ -192,7 +194,7 @@ def _draw(scene: Scene, plane: str, section: Section, ax: Axes) -> Legend:
     third = ({"x", "y", "z"} - set(plane)).pop()
     ax.set_title(f"section at {third} = {section.at / metre:.6g} {unit}", loc="left")
     words = []
-    for where, names in (("not in this plane", elsewhere), ("outside this picture", beyond)):
+    for where, names in (("not in this plane", elsewhere), ("in this plane, but not drawn", beyond)):
         if names:
             words += textwrap.wrap(f"{where}: {join_names(names, 8)}", WIDEST)
     handles += [Patch(facecolor="none", edgecolor="none", label=as_it_stands(line)) for line in words]
@@ -216,9 +218,15 @@ def _draw_media(scene: Scene, section: Section, ax: Axes) -> Iterator[Patch]:
         numbers, ListedColormap(colours), origin="lower", extent=(*edges[0], *edges[1]), vmin=-0.5,
         vmax=len(media) - 0.5, interpolation="nearest", zorder=0,
     )  # fmt: skip
+    texts: list[str] = []
     for number, medium in enumerate(media):
         if (numbers == number).any():
-            yield Patch(facecolor=colours[number], edgecolor=MUTED, label=brief(medium))
+            text = brief(medium)
+            texts.append(text)
+            again = (
+                f" ({texts.count(text)})" if texts.count(text) > 1 else ""
+            )  # they differ in what is not written
+            yield Patch(facecolor=colours[number], edgecolor=MUTED, label=text + again)
 
 
 def _draw_surfaces(scene: Scene, section: Section, ax: Axes) -> tuple[list, dict[str, Shape]]:
@@ -260,7 +268,7 @@ def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, dict[
     for number, source in enumerate(scene.sources):
         name = source.shape if isinstance(source.shape, str) else f"sources[{number}]"
         shape = scene.shape_of(source)
-        places = _draw_shape(shape, section, ax, LAMP, 9.0, 1)
+        places = _draw_shape(shape, section, ax, LAMP, 9.0, 1, "\\\\")
         if places is None:
             missing[name] = shape
         else:
@@ -270,17 +278,14 @@ def _draw_sources(scene: Scene, section: Section, ax: Axes) -> tuple[list, dict[
 
 
 def _draw_detectors(scene: Scene, section: Section, ax: Axes) -> tuple[list, dict[str, Shape]]:
-    """Draw detectors over their surfaces, those at a point as a disk; a snapshot has no place."""
+    """Draw detectors over their surfaces, those at a point as a disk; what covers all of space has no place."""
     handles, missing = [], {}
     for detector in scene.detectors:
-        if isinstance(detector, (PointInstrument, PointDetector)):
-            shape: Shape = Point(position=detector.position)
-        elif hasattr(detector, "shape"):
-            shape = scene.shape_of(detector)
-        else:
+        shape = shape_of(scene, detector)
+        if shape is None:
             continue
         colour = METERS[len(handles) % len(METERS)]
-        places = _draw_shape(shape, section, ax, colour, 6.0, 2)
+        places = _draw_shape(shape, section, ax, colour, 6.0, 2, "//")
         if places is None:
             missing[detector.name] = shape
         else:
@@ -297,34 +302,56 @@ def _few(handles: list[Line2D], what: str) -> list:
 
 
 def _draw_shape(
-    shape: Shape, section: Section, ax: Axes, colour: str, size: float, order: int
+    shape: Shape, section: Section, ax: Axes, colour: str, size: float, order: int, hatch: str | None = None
 ) -> np.ndarray | None:
-    """Draw a shape by dots of a size, a flat one within the plane by its area, a point by a disk.
+    """Draw a shape by dots of a size, a flat one within the plane and a cloud by their area, a point by a disk.
 
     Return the places (n, 2) [m]; None where nothing is seen.
     """
-    is_area = section.holds(shape)
-    if isinstance(shape, (Point, Cloud)):
-        places = np.array(shape.middle)[None, list(section.axes[:2])]
-        places = places if section.meets(shape) else places[:0]
-        style = {"marker": "o", "ms": 9, "mec": "white", "zorder": 6}
-    elif is_area:
-        facets = facets_of(shape, None, section.bounds)
-        areas = facets.points[facets.faces][..., section.axes[:2]]
+    axes = list(section.axes[:2])
+    low, high = (corner[axes] for corner in section.bounds)
+    style = {"linestyle": "", "marker": "s", "ms": size, "mew": 0, "color": colour, "zorder": order}
+    if not section.meets(shape):
+        return None
+    if isinstance(shape, Point):
+        places = np.array(shape.middle)[None, axes]
+        style |= {"marker": "o", "ms": 9, "mew": 1, "mec": "white", "zorder": 6}
+    elif isinstance(shape, Cloud) or section.holds(shape):
+        areas = _areas(shape, section)
         places = areas.reshape(-1, 2)
+        if not ((places.min(axis=0) < high) & (places.max(axis=0) > low)).all():
+            return None
+        if hatch is None:
+            pale = PALE + (1 - PALE) * np.array(to_rgb(colour))
+            look = {"facecolor": pale, "edgecolor": pale, "lw": 0.5, "zorder": 0.1}
+        else:  # above the area of a surface, which is seen through it
+            look = {"facecolor": "none", "edgecolor": colour, "lw": 0, "hatch": hatch, "zorder": 0.2}
+        outline = Path.make_compound_path(*(Path(corners, closed=False) for corners in areas))
+        with matplotlib.rc_context({"hatch.color": colour, "hatch.linewidth": 2.0}):
+            ax.add_patch(PathPatch(outline, **look))
+        if np.ptp(places, axis=0).max() < SMALLEST * section.size:
+            ax.plot(*places.mean(axis=0), **style)
+        return places
     else:
         places = np.stack(section.crossings(shape), axis=-1)
-        style = {"marker": "s", "ms": size, "mew": 0, "zorder": order}
-    low, high = (corner[list(section.axes[:2])] for corner in section.bounds)
-    seen = places[((low <= places) & (places <= high)).all(axis=1)]
-    if is_area and ((places.min(axis=0) < high) & (places.max(axis=0) > low)).all():
-        pale = PALE + (1 - PALE) * np.array(to_rgb(colour))
-        ax.add_collection(PolyCollection(areas, facecolor=pale, edgecolor=pale, zorder=0.1 * order))
-        return places
-    if len(seen) == 0:
+    places = places[((low <= places) & (places <= high)).all(axis=1)]
+    if len(places) == 0:
         return None
-    ax.plot(*seen.T, linestyle="", color=colour, **style)
-    return seen
+    ax.plot(*places.T, **style)
+    return places
+
+
+def _areas(shape: Shape, section: Section) -> np.ndarray:
+    """Polygons (n, corners, 2) [m] of a flat shape within the plane, and of most of a cloud where the plane cuts it."""
+    axes = list(section.axes[:2])
+    if isinstance(shape, Cloud):
+        across = section.axes[2]
+        height = (section.at - shape.middle[across]) / (CLOUD_SIGMAS * shape.sigma[across])
+        turns = np.linspace(0, 2 * math.pi, 180)
+        rim = np.stack([np.cos(turns), np.sin(turns)], axis=-1) * math.sqrt(1 - height**2)
+        return (np.array(shape.middle)[axes] + CLOUD_SIGMAS * np.array(shape.sigma)[axes] * rim)[None]
+    facets = facets_of(shape, None, section.bounds)
+    return facets.points[facets.faces][..., axes]
 
 
 def _draw_arrow(

@@ -9,6 +9,7 @@ Figures are made without pyplot, so that no state is shared and no display is ne
 from __future__ import annotations
 
 import os
+import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -151,7 +152,8 @@ def unit_label(unit: object) -> str:
     """
     if str(unit) == "1":
         return ""
-    factors = (_power(*factor.partition("^")[::2]) for factor in str(unit).split())
+    text = re.sub(r"([%#&_{}])", r"\\\1", str(unit).replace("\\", ""))  # as they stand in mathtext
+    factors = (_power(*factor.partition("^")[::2]) for factor in text.split())
     return r"$\mathrm{" + r"\,".join(factors) + "}$"
 
 

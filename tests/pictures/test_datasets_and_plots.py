@@ -315,11 +315,25 @@ def test_an_option_that_a_curve_cannot_use_is_refused(steady, options, said):
     pyplot.close("all")
 
 
+def test_a_cut_that_a_map_has_no_place_for_is_refused(steady):
+    with pytest.raises(ValueError, match="ax has no room for a cut"):
+        steady["disk"].plot("irradiance", cut=True, ax=pyplot.figure().gca())
+    with pytest.raises(ValueError, match=r"azimuth of -2π to 2π .*write math.radians.90. for degrees"):
+        steady["disk"].plot("irradiance", cut=90)
+    pyplot.close("all")
+
+
+@pytest.mark.parametrize("unit", ["%", "#", r"a_b{c}\d"])
+def test_a_unit_is_written_as_it_stands(steady, unit, tmp_path):
+    steady["disk"].plot("irradiance", unit=unit, path=tmp_path / "unit.png")
+    pyplot.close("all")
+
+
 def test_a_logarithmic_scale_says_what_it_leaves_out():
-    """Bins of 0 are counted, negative ones refused; where all are 0 the scale is linear."""
+    """Bins below it are counted, negative ones refused; where all are 0 the scale is linear."""
     x = [0.0, 1.0, 2.0, 3.0]
-    axes = estimates([1.0, 0.0, 3.0], ("x",), (x,)).plot(decades=2)
-    assert "not drawn: 1 of 3 bins, which are 0" in words(axes.figure)
+    axes = estimates([0.01, 0.0, 3.0], ("x",), (x,)).plot(decades=2)
+    assert "not drawn: 2 of 3 bins, below the scale" in words(axes.figure)
     assert estimates([0.0, 0.0, 0.0], ("x",), (x,)).plot(decades=2).get_yscale() == "linear"
     with pytest.raises(ValueError, match="no place for -1; leave decades out"):
         estimates([-1.0, 2.0, 3.0], ("x",), (x,)).plot(decades=2)
@@ -405,19 +419,54 @@ def test_what_lies_in_the_plane_of_a_section_is_drawn(at):
         each.get_data() for each in ax.get_lines() if each.get_color() == "#1a1a1a" and each.get_zorder() == 3
     ]
     assert np.abs(np.maximum(np.abs(right) / 3, np.abs(up) / 2) - 1).max() < 1e-9
-    areas = [each.get_datalim(ax.transData).bounds for each in ax.collections]
+    areas = [each.get_path().get_extents().bounds for each in ax.patches]
     assert areas == ([pytest.approx((0.4, -0.4, 1.2, 0.8))] if at == 0.7 else [])
     assert ("not in this plane: table" in " ".join(legend_of(ax))) == (at != 0.7)
     pyplot.close("all")
 
 
-def test_what_is_far_larger_than_a_section_is_said_to_be_outside_it():
+def test_what_is_far_larger_than_a_section_is_said_not_to_be_drawn():
     earth = tp.Surface(tp.Sphere(center=(0, 0, -6.4e6), radius=6.4e6), tp.Diffuse(0.3), "earth")
     meter = tp.Detector(tp.Disk(center=(0, 0, 1.0), radius=0.2), "meter")
     lamp = tp.Source(tp.Point(position=(0, 0, 1.5)), tp.Isotropic(power=1.0))
     ax = tp.Scene(lamp, [earth], meter).plot("xz")
     assert np.ptp(ax.get_ylim()) < 10
-    assert "outside this picture: earth" in " ".join(legend_of(ax))
+    assert "in this plane, but not drawn: earth" in " ".join(legend_of(ax))
+    pyplot.close("all")
+
+
+def test_a_detector_and_a_source_in_the_plane_of_a_surface_are_seen_on_it():
+    floor = tp.Surface(tp.Rectangle(width=4, height=3), tp.Diffuse(0.7), "floor")
+    meter = tp.Detector(tp.Disk(center=(-1, 0, 0), radius=0.5), "meter")
+    ax = tp.Scene(tp.Source("floor", tp.Lambertian(power=1.0)), floor, meter).plot("xy", at=0)
+    surface, source, detector = sorted(ax.patches, key=lambda each: each.get_zorder())
+    assert surface.get_facecolor()[3] == 1 and surface.get_hatch() is None
+    assert {source.get_hatch(), detector.get_hatch()} == {"\\\\", "//"}
+    assert source.get_facecolor()[3] == detector.get_facecolor()[3] == 0
+    pyplot.close("all")
+
+
+def test_a_section_through_tilted_planes_is_as_broad_as_high():
+    """Nothing but their centres says how much of them is to be seen."""
+    planes = [
+        tp.Surface(tp.Plane(), tp.Diffuse(0.5), "flat"),
+        tp.Surface(tp.Plane(center=(0, 0, -2), normal=(0.3, 0, 1)), tp.Diffuse(0.5), "tilted"),
+    ]
+    beam = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), power=1.0))
+    ax = tp.Scene(beam, planes).plot("xz")
+    assert 0.5 < np.ptp(ax.get_xlim()) / np.ptp(ax.get_ylim()) < 2
+    assert "flat and tilted" in " ".join(legend_of(ax))
+    pyplot.close("all")
+
+
+def test_most_of_a_cloud_is_drawn_where_the_plane_cuts_it():
+    cloud = tp.Source(tp.Cloud(sigma=1.0), tp.Gas(number=1e6, speed=100.0))
+    walls = tp.Surface(tp.Box(size=10.0), tp.Diffuse(0.5), "walls")
+    scene = tp.Scene(cloud, walls, tp.Snapshot(1e-3, particles=10), duration=1e-2)
+    (drawn,) = scene.plot("xy", at=1.0).patches
+    np.testing.assert_allclose(drawn.get_path().get_extents().bounds[2:], 2 * math.sqrt(3), rtol=1e-3)
+    at_rim = scene.plot("xy", at=2.5)
+    assert "not in this plane: sources[0]" in " ".join(legend_of(at_rim)) and not at_rim.patches
     pyplot.close("all")
 
 

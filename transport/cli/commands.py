@@ -271,8 +271,8 @@ def run(
         pending = iterate_outcomes(module, settings, limits, save, overwrite)
     else:
         name, values = swept(sweep, settings)
-        if save or checkpoint or resume:
-            raise SceneError("--sweep saves no runs; leave out --save, --checkpoint and --resume")
+        if save or checkpoint or resume or part:
+            raise SceneError("--sweep saves no runs; leave out --save, --checkpoint, --resume and --part")
         runs = (iterate_outcomes(module, {**settings, name: value}, limits) for value in values)
         pending = chain.from_iterable(islice(outcomes, 1) for outcomes in runs)  # the first case of each
     if json:

@@ -80,6 +80,9 @@ def swept(texts: Sequence[str], settings: Mapping[str, object]) -> tuple[str, li
         raise SceneError(f"--sweep and --set both give {name}; leave out --set {name}={settings[name]!r}")
     if not isinstance(values, list | tuple) or len(values) < 2:
         raise SceneError(f"--sweep takes several values, such as --sweep {name}=[1,2,4], got {text!r}")
+    for value in values:
+        if not isinstance(value, int | float | str):
+            raise SceneError(f"--sweep takes numbers or words, got {value!r} in {text!r}")
     return name, list(values)
 
 

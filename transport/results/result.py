@@ -256,7 +256,7 @@ class Result(Record):
             raise SceneError(f"result.price: error must be relative, positive and finite, got {error!r}")
         return price_of(self.quantity(name), self.cost, error, self.cost.slopes.get(name, RANDOM_SLOPE))
 
-    def plot(self, path: "str | PathLike | None" = None) -> "list[Axes]":
+    def plot(self, *, path: "str | PathLike | None" = None) -> "list[Axes]":
         """Draw an overview: each detector's bins, and where the power went (needs matplotlib).
 
         Parameters

@@ -1,9 +1,8 @@
 """Bins of directions, positions, times and speeds: their edges, sizes and checks."""
 
 import math
-from dataclasses import field
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -337,7 +336,7 @@ class Positions:
     polar_angle: BinsParameter = _synonym()
     y: BinsParameter = _synonym()
     azimuth: BinsParameter = _synonym()
-    _names: tuple[str, ...] = field(init=False, compare=False)  # those of u and v as they were given
+    _names: ClassVar[tuple[str, ...]]  # those of u and v as they were given, of each object
 
     def __post_init__(self, *synonyms: object) -> None:
         given = dict(zip(SYNONYMS, synonyms, strict=True))

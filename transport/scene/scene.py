@@ -176,7 +176,9 @@ class Scene(SceneParts):
 
         Notes
         -----
-        What the plane does not meet is named in the corner.
+        Arrows show the side that a flat source emits from and a flat detector counts at. A surface that lies
+        within the plane is drawn as an area, sources and detectors there are hatched. What the plane does not
+        meet is named beside the picture, as is what it meets outside the picture or at a point.
 
         Examples
         --------
