@@ -136,10 +136,10 @@ def plot_result(result: Result, path: str | os.PathLike | None = None) -> list[A
         _plot_balance(result, ends, balance)
         note = f"{result.particles:.3g} particles, {result.plan.method.title}"
         for why, those in (
-            ("take axes away to draw", [each for each in left if not _is_drawn(each)]),
-            (f"more than {MOST_PANELS} detectors, draw alone", [each for each in left if _is_drawn(each)]),
+            ("more than two axes of bins", [each for each in left if not _is_drawn(each)]),
+            (f"the picture has {MOST_PANELS} panels", [each for each in left if _is_drawn(each)]),
         ):
-            note += f"; {why} {join_names([each.name for each in those], 6)}" if those else ""
+            note += f"; not drawn: {join_names([each.name for each in those], 6)} ({why})" if those else ""
         figure.supxlabel(as_it_stands(note), fontsize=13, color=MUTED, x=0.99, ha="right")
     return [*panels, saved(balance, path)]
 

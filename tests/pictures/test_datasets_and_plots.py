@@ -347,7 +347,7 @@ def test_a_run_is_plotted_as_a_whole(forward, backward, steady):
     assert titles[:-1] == ["up", "box", "ball", "cloud", "shot"]
     assert titles[-1].startswith("energy balance of 2 J")
     assert backward.plot()[-1].get_title() == "histories, traced backwards"
-    assert "not drawn: floor and all" in panels[0].figure.get_supxlabel()
+    assert "not drawn: floor and all (more than two axes of bins)" in panels[0].figure.get_supxlabel()
     bars = [each.get_width() for each in panels[-1].patches]
     assert sum(bars) == pytest.approx(2.0, rel=1e-9)
     assert next(each.get_title() for each in steady.plot()) == "disk"
