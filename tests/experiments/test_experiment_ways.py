@@ -66,3 +66,17 @@ def test_what_an_experiment_says_is_kept_by_the_default():
     assert {pilot.method.sampling for pilot in random.result.choice.pilots} == {"random"}
     [counted] = run_experiment(experiment_that_runs())
     assert counted.result.choice is None and counted.result.plan.method.estimator == "analog"
+
+
+def test_cases_have_random_numbers_of_their_own():
+    """Rows of the sun at two planets were one draw, eight times; of one case two rows count the same particles."""
+    from transport.cli.laws import laws_of
+    from transport.cli.verify import independent_checks
+    from transport.sims import sun
+    from transport.verification.experiment import run_experiment
+
+    outcomes = run_experiment(sun, particles=20_000, seed=3)
+    assert [outcome.result.seed for outcome in outcomes] == [3, 1_000_003, 2_000_003, 3_000_003]
+    assert len({outcome.rows[0].z for outcome in outcomes}) == 4
+    laws = list(laws_of(sun, outcomes))
+    assert len(laws) == 8 and independent_checks(laws) == 4

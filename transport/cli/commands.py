@@ -62,6 +62,7 @@ from transport.compile.methods import ESTIMATORS, SAMPLINGS
 from transport.results.diagnostics.table import CHECKS
 from transport.validation import SceneError, name_hint
 from transport.verification.experiment import (
+    case_seed,
     experiment,
     experiment_name,
     experiment_names,
@@ -273,7 +274,10 @@ def run(
         name, values = swept(sweep, settings)
         if save or checkpoint or resume or part:
             raise SceneError("--sweep saves no runs; leave out --save, --checkpoint, --resume and --part")
-        runs = (iterate_outcomes(module, {**settings, name: value}, limits) for value in values)
+        runs = (
+            iterate_outcomes(module, {**settings, name: value}, limits | {"seed": case_seed(limits, number)})
+            for number, value in enumerate(values)
+        )
         pending = chain.from_iterable(islice(outcomes, 1) for outcomes in runs)  # the first case of each
     if json:
         outcomes = list(pending)

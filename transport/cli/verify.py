@@ -6,6 +6,7 @@ Two pilot runs of each experiment estimate the time before it starts.
 import math
 import signal
 import time
+from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -46,6 +47,7 @@ from transport.verification.hard.cases import FALSE_ALARM, Case, CaseResult, cas
 
 # ---- `transport verify --hard`: one table per family of hard cases, compared with the naive formula.
 
+ALIKE = 0.99  # correlation of the batches of two rows above which they are one check
 HARD_NOTE = """off: in standard errors if signed, else a relative difference, with its tolerance beyond
 rounding; –: the naive formula gives no number, because its particle is lost or its loop never ends;
 a case in other units or at another place uses the random numbers of the plain case; --json explains why each
@@ -188,10 +190,28 @@ def verify_laws(sims: list[str] | None, limits: dict[str, object], json: bool) -
         print_rich(*law_tables(laws, rate))
         _print_number(failed, len(laws), "rows")
         print_rich(
-            f"false alarms: {LAWS_FALSE_ALARM:g} over all rows; smallest bias: relative, detected with"
+            f"independent checks: {independent_checks(laws)}, rows with noise of their own;"
+            f" false alarms: {LAWS_FALSE_ALARM:g} over all rows; smallest bias: relative, detected with"
             f" {POWER:.0%} power"
         )
     return exit_status(failed, complete)
+
+
+def independent_checks(laws: list[Law]) -> int:
+    """Return how many rows have noise of their own.
+
+    Rows of one run that divide the same count by different numbers have batches that are proportional: they
+    are one check. So is none that has no error.
+    """
+    kept: dict[int, list[np.ndarray]] = defaultdict(list)
+    for law in laws:
+        if math.isfinite(law.z) and law.estimate.error > 0:
+            values = law.estimate.values - law.estimate.values.mean()
+            unit = values / np.linalg.norm(values)
+            known = kept[id(law.estimate.run)]
+            if not any(abs(unit @ other) > ALIKE for other in known):
+                known.append(unit)
+    return sum(map(len, kept.values()))
 
 
 def experiment_modules(sims: list[str] | None) -> list[ModuleType]:
@@ -256,7 +276,10 @@ def _law_cells(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
     unit, exact = unit_cell(law.estimate), exact_cell(law.exact, law.estimate)
     bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
     numbers = estimate_cell(law.estimate), unit, exact, z_cell(law.z), bias
-    return law.quantity, *numbers, state_cell(law.holds(false_alarm))
+    state = state_cell(law.holds(false_alarm))
+    if math.isnan(law.z) and law.holds(false_alarm):
+        state = Text("no score", "yellow")  # 0 as it should be, which noise could be too
+    return law.quantity, *numbers, state
 
 
 def bias_text(bias: float, exact: float, unit: str) -> str:

@@ -45,6 +45,7 @@ from transport.units import UnitError
 from transport.validation import SceneError, name_hint, short_repr
 
 SIMS = "transport.sims"  # the package whose modules are experiments, each loaded when it is named
+SEEDS_APART = 1_000_000  # seeds of one case and the next
 DEFAULT_PARTICLES = 1_000_000  # default number of particles per case
 # parameters of `simulate` that an experiment may set
 RUN_SETTINGS = "estimator", "sampling", "guide", "batches", "tracking"
@@ -255,9 +256,12 @@ def iterate_outcomes(
     ]
     _check_files(module, files, limits, overwrite)
     # Run one case after the other.
-    for own, (parameters, scene, exact, errors, refusals) in zip(files, ready, strict=True):
+    for number, (own, (parameters, scene, exact, errors, refusals)) in enumerate(
+        zip(files, ready, strict=True)
+    ):
         file = own.pop("save")
-        result = simulate_all_quantities(scene, **_with_defaults(module, own | {"error": errors}))
+        chosen = _with_defaults(module, own | {"error": errors, "seed": case_seed(own, number)})
+        result = simulate_all_quantities(scene, **chosen)
         failure = None if file is None else _try_to_save(result, file)
         notes = tuple(f"run without the requested error: {refusal}" for refusal in refusals.values())
         notes += () if failure is None else (f"{NOT_SAVED}: {failure}",)
@@ -267,6 +271,14 @@ def iterate_outcomes(
         yield Outcome(parameters, result, _rows(module, result, exact), notes, bins, given)
         if not result.is_complete:
             return
+
+
+def case_seed(limits: Mapping[str, object], number: int) -> int | None:
+    """Return the seed of a case: each has random numbers of its own; None for one that is continued."""
+    seed = limits.get("seed")
+    if seed is None and limits.get("resume") is not None and Path(limits["resume"]).exists():
+        return None
+    return (seed or 0) + SEEDS_APART * number
 
 
 def _check_files(
