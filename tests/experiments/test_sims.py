@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import transport as tp
-from tests.agreement import assert_agrees, smallest_bias
+from tests.agreement import assert_agrees, assert_rejected, smallest_bias
 from transport.sims import sun
 from transport.verification.experiment import cases_of, experiment, experiment_names, run_experiment
 
@@ -43,7 +43,7 @@ FIGURES = {  # what is behind the name of each picture of a sim's cases; of othe
     "gonioreflectometer": ("", "_laws"), "integrating_sphere": ("", "_multiplier"),
     "lambert_disk": ("", "_map", "_turned", "_ways"), "limits": ("", "_seen"), "magnifier": ("", "_limit"),
     "milk": ("", "_angles"), "phase_space": ("", "_shear", "_point", "_half", "_waterbag", "_velocity"),
-    "point_in_fog": ("", "_spread", "_pulse"), "refraction": ("", "_shares", "_laws"), "slab": ("", "_radiance"),
+    "photon_gas": ("", "_stuff"), "point_in_fog": ("", "_spread", "_pulse"), "refraction": ("", "_shares", "_laws"), "slab": ("", "_radiance"),
     "throughput": ("", "_laws"), "tube": ("", "_lengths"), "two_elements": ("", "_laws"),
     "view_factors": ("", "_others"), "wall_distance": ("", "_retina", "_panel", "_excess"),
 }  # fmt: skip
@@ -202,6 +202,23 @@ def test_stuff_flows_in_its_own_unit():
             module, {"motion": "stream", "tilt": 0.0, "stuff": stuff}, particles=10_000
         )
         assert outcome["net"].estimate.unit == tp.Unit.parse(unit)
+
+
+@pytest.mark.slow
+def test_stuff_is_carried_by_the_same_counts():
+    """Planted: another particle's stuff (for mass, one a twentieth heavier), and a stuff that is counted without the cosine."""
+    module = experiment("photon_gas")
+    chosen = [case for case in module.cases() if "stuff" in case]
+    assert [case["stuff"] for case in chosen] == ["mass", "charge", "energy"]
+    counts = set()
+    for case in chosen:
+        [outcome] = run_experiment(module, case, particles=200_000, seed=1)
+        row, each = outcome["net"], module.STUFF[case["stuff"]][0]
+        assert_agrees(row.estimate, row.exact)
+        assert_rejected(row.estimate, row.exact / math.cos(case["tilt"]))
+        assert_rejected(row.estimate, row.exact / each * module.STUFF["mass"][0] * 1.05)
+        counts.add(row.estimate.value / each)
+    assert max(counts) == pytest.approx(min(counts), rel=1e-14)
 
 
 REFUSED = [  # sim, parameters that its scene cannot have, and words of the refusal
