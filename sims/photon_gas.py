@@ -172,14 +172,7 @@ def draw_stuff(outcomes: list[Outcome], path: Path, note: str) -> None:
             reading = row.estimate / constant(outcome.result, full, str(row.estimate.unit))
             below.plot(math.degrees(tilt), reading.value, "o", color=colour, ms=15, mec="white")
             words = f"{row.estimate.value:.4g} {unit_label(row.estimate.unit)}"
-            below.annotate(
-                words,
-                (math.degrees(tilt), reading.value),
-                (10, 16),
-                textcoords="offset points",
-                ha="center",
-                color=colour,
-            )
+            below.text(64, 0.84, words, ha="center", color=colour)
             below.set(xlabel="θ to the normal  [deg]", xlim=(0, 90), ylim=(0, 1.15), xticks=range(0, 91, 30))
         pairs[1, 0].set_ylabel("flux density / (s n v)")
         pairs[1, 0].legend(loc="lower left")

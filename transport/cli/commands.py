@@ -124,9 +124,9 @@ GROUPS = {  # of the menu
     "start here": ("sun", "lambert_disk", "diffuse_box"),
     "radiance, solid angles, shadows": (
         "inverse_square", "directions", "flows", "throughput", "view_factors", "penumbra", "wall_distance",
-        "limits",
+        "limits", "quantities",
     ),
-    "rooms and cavities": ("camera", "furnace", "integrating_sphere"),
+    "rooms and cavities": ("camera", "furnace", "integrating_sphere", "light_fills_a_room"),
     "glass, lenses, surfaces": ("refraction", "magnifier", "two_panes", "two_elements", "gonioreflectometer"),
     "fog, tissue, clouds": (
         "fog", "slab", "half_space", "phase_functions", "point_in_fog", "milk", "cloud", "glow", "dogleg",
