@@ -20,7 +20,7 @@ from transport.verification.experiment import cases_of, experiment, experiment_n
 SIMS = (
     "camera", "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_mirror", "cost_speck",
     "diffuse_box",
-    "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
+    "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "goniophotometer", "gonioreflectometer", "half_space",
     "integrating_sphere", "inverse_square", "lambert_disk", "light_fills_a_room", "limits", "magnifier", "milk", "penumbra",
     "phase_functions", "phase_space", "photon_gas", "point_in_fog", "pressure", "quantities", "refraction", "slab", "sun",
     "throughput", "tube", "two_elements", "two_panes", "view_factors", "wall_distance",
@@ -30,7 +30,7 @@ PARTICLES = 2_500_000
 FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transport verify --particles 1e7` runs all with more
     "camera": 3_000_000, "cloud": 1_500_000, "cost_enclosure": 250_000, "cost_fog": 175_000, "cost_glint": 75_000,
     "cost_mirror": 1_000_000, "cost_speck": 75_000, "diffuse_box": 250_000, "directions": 750_000, "dogleg": 300_000, "effusion": 1_500_000,
-    "flows": 250_000, "furnace": 1_250_000, "glow": 375_000, "gonioreflectometer": 2_000_000, "half_space": 1_125_000,
+    "flows": 250_000, "furnace": 1_250_000, "glow": 375_000, "goniophotometer": 1_000_000, "gonioreflectometer": 2_000_000, "half_space": 1_125_000,
     "integrating_sphere": 250_000, "lambert_disk": 500_000, "light_fills_a_room": 400_000, "magnifier": 500_000, "milk": 87_500,
     "phase_functions": 250_000, "phase_space": 1_250_000, "point_in_fog": 250_000, "pressure": 250_000, "quantities": 1_000_000, "slab": 5_000_000,
     "throughput": 500_000, "tube": 250_000, "two_elements": 1_000_000, "two_panes": 250_000, "view_factors": 625_000,
@@ -163,6 +163,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         "fog": {"tau": 0.7},
         "furnace": {"radiance": 7.0, "index": 1.3},
         "glow": {"radiance": 7.0, "index": 1.3},
+        "goniophotometer": {"power": 3.0, "length": 0.07},
         "gonioreflectometer": {"angle": 0.6},
         "half_space": {"albedo": 0.8},
         "integrating_sphere": {"radius": 2.0},
@@ -259,6 +260,7 @@ REFUSED = [  # sim, parameters that its scene cannot have, and words of the refu
     ("glow", [{"albedo": 1.0}], "glow: albedo must be"),
     ("glow", [{"depth": 0.0}, {"depth": math.nan}], "glow: depth must be"),
     ("glow", [{"radiance": 0.0}, {"radiance": -1.0}, {"radiance": math.nan}], "glow: radiance must be"),
+    ("goniophotometer", [{"lamp": "torch"}, {"length": 0.0}, {"length": 1.0}], "^goniophotometer: .* got"),
     ("gonioreflectometer", [{"show": "moon"}], "swap"),
     ("gonioreflectometer", [{"sample": "velvet"}], "satin"),
     (

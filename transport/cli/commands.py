@@ -127,7 +127,9 @@ GROUPS = {  # of the menu
         "limits", "quantities",
     ),
     "rooms and cavities": ("camera", "furnace", "integrating_sphere", "light_fills_a_room"),
-    "glass, lenses, surfaces": ("refraction", "magnifier", "two_panes", "two_elements", "gonioreflectometer"),
+    "lamps, glass, lenses, surfaces": (
+        "goniophotometer", "refraction", "magnifier", "two_panes", "two_elements", "gonioreflectometer",
+    ),
     "fog, tissue, clouds": (
         "fog", "slab", "half_space", "phase_functions", "point_in_fog", "milk", "cloud", "glow", "dogleg",
     ),
