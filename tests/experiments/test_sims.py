@@ -37,7 +37,7 @@ FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transpo
     "wall_distance": 500_000,
 }  # fmt: skip
 FIGURES = {  # what is behind the name of each picture of a sim's cases; of others there is one
-    "directions": ("", "_isotropic", "_cosine_law", "_radiance"), "dogleg": ("", "_2"),
+    "directions": ("", "_isotropic", "_cosine_law", "_radiance", "_arcs", "_steradian", "_footprint"), "dogleg": ("", "_2"),
     "effusion": ("", "_box", "_beam", "_wind", "_flight", "_burst"), "flows": ("", "_tilt", "_closed"),
     "fog": ("", "_ways", "_irradiance", "_lamp", "_room", "_sun"), "glow": ("", "_furnace"),
     "gonioreflectometer": ("", "_laws"), "integrating_sphere": ("", "_multiplier"),
@@ -238,6 +238,11 @@ REFUSED = [  # sim, parameters that its scene cannot have, and words of the refu
     ("diffuse_box", [{"emitting": "floor"}], "one of ceiling, all walls, got 'floor'"),
     ("diffuse_box", [{"albedo": 1}], "albedo must be below 1"),
     ("directions", [{"subject": "cube"}], "subject must be one of isotropic, .* got 'cube'"),
+    (
+        "directions",
+        [{"subject": "footprint", "tilt": t} for t in (1.55, -0.1)],
+        "directions: tilt must be from 0",
+    ),
     (
         "dogleg",
         [{"problem": 4}, {"built": "bricks"}, {"points": "some"}],
