@@ -20,7 +20,7 @@ from transport.verification.experiment import cases_of, experiment, experiment_n
 SIMS = (
     "camera", "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_mirror", "cost_speck",
     "diffuse_box",
-    "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "goniophotometer", "gonioreflectometer", "half_space",
+    "directions", "dogleg", "effusion", "far_lamp", "flows", "fog", "furnace", "glow", "goniophotometer", "gonioreflectometer", "half_space",
     "integrating_sphere", "inverse_square", "lambert_disk", "light_fills_a_room", "limits", "magnifier", "milk", "penumbra",
     "phase_functions", "phase_space", "photon_gas", "point_in_fog", "pressure", "quantities", "refraction", "slab", "sun",
     "throughput", "tube", "two_elements", "two_panes", "view_factors", "wall_distance",
@@ -30,6 +30,7 @@ PARTICLES = 2_500_000
 FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transport verify --particles 1e7` runs all with more
     "camera": 3_000_000, "cloud": 1_500_000, "cost_enclosure": 250_000, "cost_fog": 175_000, "cost_glint": 75_000,
     "cost_mirror": 1_000_000, "cost_speck": 75_000, "diffuse_box": 250_000, "directions": 750_000, "dogleg": 300_000, "effusion": 1_500_000,
+    "far_lamp": 500_000,
     "flows": 250_000, "furnace": 1_250_000, "glow": 375_000, "goniophotometer": 1_000_000, "gonioreflectometer": 2_000_000, "half_space": 1_125_000,
     "integrating_sphere": 250_000, "lambert_disk": 500_000, "light_fills_a_room": 400_000, "magnifier": 500_000, "milk": 87_500,
     "phase_functions": 250_000, "phase_space": 1_250_000, "point_in_fog": 250_000, "pressure": 250_000, "quantities": 1_000_000, "slab": 5_000_000,
@@ -159,6 +160,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         "diffuse_box": {"exitance": 5.0},
         "directions": {"power": 3.0, "size": 1e-6},
         "effusion": {"temperature": 77.0, "loss": 0.2},
+        "far_lamp": {"power": 3.0},
         "flows": {"speed": 3.0, "density": 1e12, "power": 2.0},
         "fog": {"tau": 0.7},
         "furnace": {"radiance": 7.0, "index": 1.3},
@@ -252,6 +254,7 @@ REFUSED = [  # sim, parameters that its scene cannot have, and words of the refu
     ("effusion", [{"setting": "balloon"}], "ball, box, beam, wind, flight, burst"),
     ("effusion", [{"loss": 1.5}, {"setting": "box", "accommodation": -0.1}], "Mixture"),
     ("effusion", [{"setting": "box", "hole": 0.2}], "height must be positive"),
+    ("far_lamp", [{"height": 0.5}, {"height": -1.0}], "far_lamp: height must be above"),
     ("flows", [{"meter": "open"}], "meter must be one of patch, closed, got 'open'"),
     ("fog", [{"reading": "moon"}], "reading must be one of disk, lamp, room, sun, got 'moon'"),
     ("fog", [{"place": "ball"}], "place must be one of slab, box, everywhere, got 'ball'"),

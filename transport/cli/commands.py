@@ -128,7 +128,8 @@ GROUPS = {  # of the menu
     ),
     "rooms and cavities": ("camera", "furnace", "integrating_sphere", "light_fills_a_room"),
     "lamps, glass, lenses, surfaces": (
-        "goniophotometer", "refraction", "magnifier", "two_panes", "two_elements", "gonioreflectometer",
+        "goniophotometer", "far_lamp", "refraction", "magnifier", "two_panes", "two_elements",
+        "gonioreflectometer",
     ),
     "fog, tissue, clouds": (
         "fog", "slab", "half_space", "phase_functions", "point_in_fog", "milk", "cloud", "glow", "dogleg",
