@@ -11,6 +11,16 @@ on the sphere counts by its projection.  A disk of radius R seen from the distan
 2π (1 - d/√(R² + d²)), a square of side a 4 atan(a²/(2d √(4d² + 2a²))), a triangle what Van Oosterom and Strackee
 (1983, eq. 8) say, an octant π/2, a face of a dodecahedron 4π/12 = 1.0472 sr: nearly a steradian, not one.
 
+Arc and area.  An arc s on a circle of radius r is the angle θ = s/r, of 2π around; an area A on a sphere is Ω = A/r², of 4π: the
+same arc twice as far fills half the angle, the same area a quarter of the solid angle.
+
+One steradian "whatever its shape" (Akenine-Möller, Haines, Hoffman 2008, fig. 7.3): a cone of the half angle acos(1 − 1/2π), a
+square of the half side √(q/(1 − q)) with q = sin(1/4), and a star, whose size is found from its solid angle, at the distance 1.
+
+Footprint.  A narrow cone that meets a plane at the angle θ to its normal lights r² dω/cosθ of it.  The cone here is a pyramid of 60
+sides of the half angle α = 2°; the corners of its footprint lie d cosθ/(n·ω) along its edges ω, and the area of that polygon tends
+to π d² cos²θ sin²α cosα (cos²θ − sin²α)^(−3/2), the area of the ellipse, for many sides, and to 1/cosθ times that face on for small α.
+
 Scene.  A point within a sphere whose inside is binned in θ and φ;  a tilted diffuse disk;  a dome of uniform radiance
 over a disk and a ball, for the integrals as a receiver makes them;  a point and a shape that its directions are aimed
 at (`tp.solid_angle`);  a point within a dodecahedron of 36 triangles.
@@ -23,6 +33,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -35,6 +47,7 @@ from transport.sims import (
     main,
     of_scene,
     one_of,
+    require,
     rows_figure,
     sentence,
     sharp,
@@ -62,18 +75,37 @@ SHAPES = {  # seen from the origin; lengths in `size`
     "octant": tp.Triangle(vertices=((1, 0, 0), (0, 1, 0), (0, 0, 1))),
     "sliver": tp.Triangle(vertices=((1, 0, 1), (1, 1e-4, 1), (0, 1, 1))),
 }
-SUBJECTS = ("isotropic", "cosine law", "dome", *SHAPES, "dodecahedron")
+SUBJECTS = (
+    "isotropic",
+    "cosine law",
+    "dome",
+    *SHAPES,
+    "dodecahedron",
+    "arc and area",
+    "one steradian",
+    "footprint",
+)
+RADII = (1.0, 2.0, 4.0)  # of spheres with an arc of length 1 and an area of 1 on them
+STERADIANS = {"cone": (0, 0, 1), "square": (1, 0, 0), "star": (-1, 0, 0)}  # and where they are seen
+TILTS = (0, 30, 60, 75)  # degrees, of planes that a cone meets
+SIDES, HALF_ANGLE = 60, math.radians(2)  # of the cone
+POINTS, INNER = 5, 0.4  # tips of the star, radius of its inner corners over the outer
+GROWTH = "footprint / face on"
 FACE, FACES = "a dodecahedron's face", "its twelve faces"
 CHI_SQUARE = "χ²/(K − 1)"
 ONTO_BALL, ONTO_DISK, ONTO_BACK = "∫dω, onto a ball", "∫cosθ dω, onto a disk", "∫cosθ dω, onto its back"
 
 
 def cases() -> list[dict[str, object]]:
-    return [{"subject": subject} for subject in SUBJECTS]
+    footprints = [{"subject": "footprint", "tilt": angle * tp.deg} for angle in TILTS]
+    return [*({"subject": subject} for subject in SUBJECTS[:-1]), *footprints]
 
 
-def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> tp.Scene:
-    """What directions are counted of.  power [W] of the source;  size: what all lengths are multiplied by [m]."""
+def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0, tilt: float = 0.0) -> tp.Scene:
+    """What directions are counted of.
+
+    power [W] of the source;  size: what all lengths are multiplied by [m];  tilt [rad] of the plane that a cone meets.
+    """
     one_of("directions", subject=(subject, SUBJECTS))
     point = tp.Source(tp.Point(), tp.Isotropic(power=power))
     match subject:
@@ -99,6 +131,14 @@ def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> 
             fans = [face[[0, i, i + 1]] for face in faces for i in (1, 2, 3)]  # normals outwards
             triangles = [tp.Triangle(vertices=corners) for corners in fans]
             return tp.Scene(point, detectors=[*map(tp.Detector, triangles, _names())])
+        case "arc and area":
+            return tp.Scene(point, detectors=_arcs_and_areas(size))
+        case "one steradian":
+            return tp.Scene(point, detectors=[tp.Detector(s, n, "back") for n, s in steradians(size).items()])
+        case "footprint":
+            must = "from 0 to below pi/2 less the cone's half angle"
+            require("directions", tilt=(tilt, 0 <= tilt < math.pi / 2 - HALF_ANGLE, must))
+            return solid_angle_scene(tp.Polygon(vertices=size * footprint(tilt)), (0, 0, 0), power)
     return solid_angle_scene(_scaled(SHAPES[subject], size), (0, 0, 0), power)
 
 
@@ -110,11 +150,19 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         return _law_rows(result, leaving_shares(result), cosine_probabilities(), math.pi, _projected)
     if names == ["ball", "disk"]:
         return _dome_rows(result)
-    return _dodecahedron_rows(result) if len(names) > 1 else {"solid angle": solid_angle_from_run(result)}
+    if names == list(STERADIANS):
+        return _steradian_rows(result)
+    if names[0].startswith(ARC):
+        return _arc_rows(result)
+    if len(names) > 1:
+        return _dodecahedron_rows(result)
+    found = solid_angle_from_run(result)
+    shape = result[names[0]].detector.shape
+    return {"solid angle": found} | (_footprint_row(found, shape) if isinstance(shape, tp.Polygon) else {})
 
 
 @of_scene(scene)
-def exact(subject: str) -> dict[str, float]:
+def exact(subject: str, tilt: float) -> dict[str, float]:
     match subject:
         case "isotropic":
             filled = solid_angles.cap_solid_angle(np.radians(CAPS))
@@ -127,6 +175,15 @@ def exact(subject: str) -> dict[str, float]:
             return {ONTO_BALL: 4 * math.pi, ONTO_DISK: math.pi, ONTO_BACK: math.pi}
         case "dodecahedron":
             return {FACE: solid_angles.DODECAHEDRON_FACE, FACES: 4 * math.pi}
+        case "arc and area":
+            arcs = {_arc(r): 1 / r for r in RADII}
+            return arcs | {_cap_of_area(r): 1 / r**2 for r in RADII}
+        case "one steradian":
+            alike = {f"{name} / {next(iter(STERADIANS))}": 1.0 for name in list(STERADIANS)[1:]}
+            return dict.fromkeys(STERADIANS, 1.0) | alike
+        case "footprint":
+            filled = solid_angles.regular_polygon_solid_angle(SIDES, math.tan(HALF_ANGLE), 1.0)
+            return {"solid angle": filled, GROWTH: area_of(footprint(tilt)) / area_of(footprint(0.0))}
     match shape := SHAPES[subject]:
         case tp.Disk():
             filled = solid_angles.disk_solid_angle(shape.radius, shape.center[2])
@@ -220,6 +277,107 @@ def face_shares(result: tp.Result) -> list[tp.Estimate]:
     return [sum(triangles[i : i + 3]) for i in range(0, len(triangles), 3)]
 
 
+# ---- arcs, areas, steradians, footprints ----
+
+ARC, AREA = "arc", "area"
+
+
+def _arc(radius: float) -> str:
+    return f"θ of an arc of 1, r = {radius:g}"
+
+
+def _cap_of_area(radius: float) -> str:
+    return f"Ω of an area of 1, r = {radius:g}"
+
+
+def _arcs_and_areas(size: float) -> list[tp.Detector]:
+    """On each sphere a sector of azimuth whose arc at the equator is 1, and a cap whose area is 1."""
+    detectors = []
+    for radius in RADII:
+        sphere, half_angle = tp.Sphere(radius=size * radius), math.acos(1 - 1 / (2 * math.pi * radius**2))
+        for word, places in (
+            (ARC, tp.Positions(v=(0, 1 / radius))),
+            (AREA, tp.Positions(u=(0, half_angle))),
+        ):
+            detectors.append(tp.Detector(sphere, f"{word} at {radius:g}", "inside", positions=places))
+    return detectors
+
+
+def _arc_rows(result: tp.Result) -> dict[str, tp.Estimate]:
+    all_of_them = constant(result, result.particles, "1")
+    around, sphere = constant(result, 2 * math.pi, "rad"), constant(result, 4 * math.pi, "sr")
+    arcs = {_arc(r): result[f"{ARC} at {r:g}"].counts.sum() / all_of_them * around for r in RADII}
+    return arcs | {
+        _cap_of_area(r): result[f"{AREA} at {r:g}"].counts.sum() / all_of_them * sphere for r in RADII
+    }
+
+
+@lru_cache(maxsize=1)
+def star_radius() -> float:
+    """Radius of the tips of a star at the distance 1 that fills one steradian."""
+    from scipy.optimize import brentq
+
+    return brentq(lambda radius: solid_angles.polygon_solid_angle(_star(radius)) - 1, 0.5, 5.0, xtol=1e-15)
+
+
+def _star(radius: float) -> np.ndarray:
+    """Corners at z = 1, counterclockwise seen from above."""
+    turn = math.pi * np.arange(2 * POINTS) / POINTS
+    reach = radius * np.where(np.arange(2 * POINTS) % 2, INNER, 1.0)
+    return np.stack([reach * np.cos(turn), reach * np.sin(turn), np.ones_like(turn)], axis=1)
+
+
+def steradians(size: float = 1.0) -> dict[str, tp.Disk | tp.Rectangle | tp.Polygon]:
+    """Shapes of one steradian, seen from the origin."""
+    alpha, q = math.acos(1 - 1 / (2 * math.pi)), math.sin(0.25)
+    side = 2 * size * math.sqrt(q / (1 - q))
+    star = _star(star_radius())[:, [2, 0, 1]] * (-1, -1, 1)  # at x = -1, its front outwards
+    return {
+        "cone": tp.Disk(center=(0, 0, size), normal=(0, 0, 1), radius=size * math.tan(alpha)),
+        "square": tp.Rectangle(center=(size, 0, 0), normal=(1, 0, 0), width=side, height=side),
+        "star": tp.Polygon(vertices=size * star),
+    }
+
+
+def _steradian_rows(result: tp.Result) -> dict[str, tp.Estimate]:
+    full = constant(result, 4 * math.pi, "sr") / result.ledger["emitted"]
+    shares = {name: result[name].flux_in * full for name in STERADIANS}
+    first = next(iter(STERADIANS))
+    return shares | {f"{name} / {first}": shares[name] / shares[first] for name in list(STERADIANS)[1:]}
+
+
+def footprint(tilt: float) -> np.ndarray:
+    """Corners of what a narrow cone about +z meets of a plane through (0, 0, 1) that is tilted about the y axis."""
+    turn = 2 * math.pi * np.arange(SIDES) / SIDES
+    rim = [
+        np.sin(HALF_ANGLE) * np.cos(turn),
+        np.sin(HALF_ANGLE) * np.sin(turn),
+        np.full(SIDES, math.cos(HALF_ANGLE)),
+    ]
+    ways = np.stack(rim, axis=1)[::-1]  # so that the front looks back to the origin
+    normal = np.array([math.sin(tilt), 0, math.cos(tilt)])
+    return ways * (math.cos(tilt) / (ways @ normal))[:, None]
+
+
+def area_of(corners: np.ndarray) -> float:
+    """Area of a flat polygon: half its vector area."""
+    spokes = corners - corners[0]
+    return float(np.linalg.norm(np.cross(spokes[1:-1], spokes[2:]).sum(axis=0)) / 2)
+
+
+def _footprint_row(found: tp.Estimate, shape: tp.Polygon) -> dict[str, tp.Estimate]:
+    """Area of the footprint per steradian, over that face on."""
+    size = shape.vertices[0][2] / footprint(math.acos(min(abs(shape.normal[2]), 1.0)))[0, 2]
+    face_on = area_of(footprint(0.0)) / solid_angles.regular_polygon_solid_angle(
+        SIDES, math.tan(HALF_ANGLE), 1.0
+    )
+    return {GROWTH: _same_run(found, shape.area / size**2 / face_on, "sr") / found}
+
+
+def _same_run(of: tp.Estimate, value: float, unit: str) -> tp.Estimate:
+    return tp.Estimate(np.full(len(of.run), value), of.run, unit, exact=True)
+
+
 def _names() -> list[str]:
     return [f"face {face}, triangle {part}" for face in range(1, 13) for part in (1, 2, 3)]
 
@@ -249,11 +407,26 @@ def verdict(outcomes: list[Outcome]) -> str:
         said.append(f"by counting shapes fill {', '.join(shapes)}")
     if "dodecahedron" in found:
         said.append(f"a face of a dodecahedron fills {found['dodecahedron'][FACE].estimate}, not 1 sr")
+    if "arc and area" in found:
+        arc, area = (found["arc and area"][name(RADII[1])].estimate for name in (_arc, _cap_of_area))
+        said.append(f"twice as far an arc of 1 fills {arc} and an area of 1 fills {area}")
+    if "one steradian" in found:
+        alike = ", ".join(f"{name} {found['one steradian'][name].estimate}" for name in STERADIANS)
+        said.append(f"one steradian has the same counts whatever its shape: {alike}")
+    for outcome in where(subject="footprint")(outcomes)[-1:]:
+        tilt = math.degrees(outcome.given["tilt"])
+        said.append(
+            f"on a plane at {tilt:.3g}° a cone's footprint is {outcome[GROWTH].estimate} times that face on"
+        )
     return sentence(*said)
 
 
 def _label(row: Row, outcome: Outcome) -> str:
     subject = outcome.given["subject"]
+    if subject == "one steradian":
+        return f"one steradian, {row.name}"
+    if subject == "footprint":
+        subject = f"a narrow cone on a plane at {math.degrees(outcome.given['tilt']):.3g}°"
     return {"solid angle": subject, CHI_SQUARE: f"{CHI_SQUARE}, {subject}"}.get(row.name, row.name)
 
 
@@ -287,11 +460,190 @@ def draw_radiance(outcomes: list[Outcome], **out: object) -> None:
     plot_map(seen, exact=lambda theta, phi: level + 0 * theta, cut=True, **words, **out)
 
 
+RATIOS = (GROWTH, *(f"{name} / cone" for name in STERADIANS))
+
+
+def draw_arcs(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The same arc on three circles, and the angle and the solid angle by distance."""
+    from transport.viz.style import BLUE, INK, MUTED, VERMILLION, figure, tick_log
+
+    outcome = outcomes[0]
+    with figure(
+        (15, 8), "θ = s/r and Ω = A/r²: the same arc, the same area, further away", note, path
+    ) as page:
+        left, right = page.subplots(1, 2, gridspec_kw={"width_ratios": (1.25, 1)})
+        for radius in RADII:
+            angle = np.linspace(-0.5, 0.5, 50) / radius
+            left.plot(radius * np.cos(angle), radius * np.sin(angle), color=BLUE, lw=7, solid_capstyle="butt")
+            for end in (-0.5, 0.5):
+                left.plot(
+                    [0, radius * math.cos(end / radius)],
+                    [0, radius * math.sin(end / radius)],
+                    color=MUTED,
+                    lw=1.8,
+                )
+            left.text(
+                radius + 0.04,
+                0.56,
+                f"r = {radius:g}\nθ = {1 / radius:g} rad\nΩ = {1 / radius**2:g} sr",
+                ha="center",
+                va="bottom",
+                fontsize=15,
+            )
+        left.plot(0, 0, "o", color=INK, ms=11)
+        left.set(aspect="equal", xlim=(-0.2, 4.7), ylim=(-0.9, 1.9), xticks=[], yticks=[])
+        left.text(2.4, -0.85, "arc s = 1, or a cap of the area A = 1", color=BLUE, ha="center")
+        left.spines[:].set_visible(False)
+        fine = np.array([0.8, 5.0])
+        for name, power, colour, label in (
+            (_arc, 1, BLUE, "θ = s/r  [rad]"),
+            (_cap_of_area, 2, VERMILLION, "Ω = A/r²  [sr]"),
+        ):
+            rows = [outcome[name(r)].estimate for r in RADII]
+            right.plot(fine, fine**-power, color=colour, lw=3)
+            right.errorbar(
+                RADII,
+                [r.value for r in rows],
+                [r.error for r in rows],
+                fmt="o",
+                ms=13,
+                color=colour,
+                label=label,
+            )
+        right.plot(fine, fine**-3, "--", color=MUTED, lw=2.5, label="if it fell with 1/r³")
+        right.set(
+            xscale="log",
+            yscale="log",
+            xlabel="distance r",
+            ylabel="what the directions fill",
+            xlim=fine,
+            ylim=(0.02, 2),
+        )
+        tick_log(right.xaxis), tick_log(right.yaxis)
+        right.legend(loc="lower left")
+
+
+def draw_steradians(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The shapes as they are seen, on a map of the directions that keeps areas, each with the counted solid angle."""
+    from transport.viz.style import BLUE, GREEN, INK, MUTED, VERMILLION, figure
+
+    outcome, shapes = outcomes[0], steradians()
+    with figure(
+        (5.2 * len(shapes), 7.4),
+        "One steradian is the same share of all directions, whatever its shape",
+        note,
+        path,
+    ) as page:
+        for axes, (name, axis), colour in zip(
+            page.subplots(1, len(shapes)), STERADIANS.items(), (BLUE, VERMILLION, GREEN), strict=True
+        ):
+            turn = np.linspace(0, 2 * math.pi, 200)
+            axes.fill(math.sqrt(2) * np.cos(turn), math.sqrt(2) * np.sin(turn), fc="#f2f2f2", ec=MUTED, lw=2)
+            outline = _outline(shapes[name]) @ _frame(np.array(axis, dtype=float))
+            axes.fill(*_equal_area(outline).T, fc=colour, ec=INK, lw=2.5, alpha=0.8)
+            row = outcome[name].estimate
+            axes.set_title(f"{name}\n({row.value:.4f} ± {row.error:.4f}) sr", color=colour)
+            axes.set(aspect="equal", xlim=(-1.5, 1.5), ylim=(-1.5, 1.5))
+            axes.set_axis_off()
+        page.text(
+            0.5,
+            0.075,
+            "each on the hemisphere, drawn so that equal solid angles have equal areas",
+            ha="center",
+            color=MUTED,
+        )
+
+
+def _outline(shape: tp.Disk | tp.Rectangle | tp.Polygon) -> np.ndarray:
+    """Points along the rim, (N, 3)."""
+    if isinstance(shape, tp.Disk):
+        turn = np.linspace(0, 2 * math.pi, 200)
+        return np.array(shape.center) + shape.radius * np.stack(
+            [np.cos(turn), np.sin(turn), 0 * turn], axis=1
+        )
+    if isinstance(shape, tp.Rectangle):
+        half = shape.width / 2
+        corners = [(shape.center[0], y * half, z * half) for y, z in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+    else:
+        corners = shape.vertices
+    closed = np.array([*corners, corners[0]])
+    along = np.linspace(0, 1, 40)[:, None]
+    return np.concatenate([a + along * (b - a) for a, b in zip(closed[:-1], closed[1:], strict=True)])
+
+
+def _frame(axis: np.ndarray) -> np.ndarray:
+    """Columns: two directions across the axis, and the axis."""
+    first = np.array([0.0, 1.0, 0.0])
+    return np.stack([first, np.cross(axis, first), axis], axis=1)
+
+
+def _equal_area(places: np.ndarray) -> np.ndarray:
+    """Lambert's azimuthal map about the third axis; the hemisphere becomes a disk of the radius √2."""
+    ways = places / np.linalg.norm(places, axis=1)[:, None]
+    return ways[:, :2] * np.sqrt(2 / (1 + ways[:, 2:]))
+
+
+def draw_footprints(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """A cone on planes that are more and more tilted, and the area that it lights."""
+    from transport.viz.style import BLUE, INK, MUTED, ORANGE, figure
+
+    spread, tilts = 0.12, [o.given["tilt"] for o in outcomes]  # of the cone as it is drawn
+    with figure((16, 7.2), "The footprint of a cone grows as 1/cosθ", note, path) as page:
+        left, right = page.subplots(1, 2, gridspec_kw={"width_ratios": (1.5, 1)})
+        for k, tilt in enumerate(tilts):
+            x = 0.85 * k
+            ends = [
+                math.cos(tilt)
+                / math.cos(tilt + side * spread)
+                * np.array([math.sin(side * spread), -math.cos(side * spread)])
+                for side in (-1, 1)
+            ]
+            left.fill(
+                [x, x + ends[0][0], x + ends[1][0]],
+                [0, ends[0][1], ends[1][1]],
+                color=ORANGE,
+                alpha=0.35,
+                lw=0,
+            )
+            along = np.array([math.cos(tilt), -math.sin(tilt)])
+            left.plot(*(np.array([[x, -1]]) + 0.5 * np.outer([-1, 1], along)).T, color=MUTED, lw=2.5)
+            left.plot(
+                x + np.array([e[0] for e in ends]),
+                [e[1] for e in ends],
+                color=BLUE,
+                lw=8,
+                solid_capstyle="butt",
+            )
+            left.plot(x, 0, "o", color=INK, ms=9)
+            left.text(x, 0.12, f"{math.degrees(tilt):.3g}°", ha="center")
+        left.set(aspect="equal", xlim=(-0.55, 0.85 * len(tilts) - 0.35), ylim=(-1.65, 0.3))
+        left.set_axis_off()
+        fine = np.radians(np.linspace(0, 78, 100))
+        grown = [area_of(footprint(t)) / area_of(footprint(0.0)) for t in fine]
+        right.plot(np.degrees(fine), grown, color=BLUE, lw=3, label="exact, half angle 2°")
+        right.plot(np.degrees(fine), 1 / np.cos(fine), ":", color=INK, lw=2.5, label="1/cosθ")
+        right.plot(np.degrees(fine), np.cos(fine), "--", color=MUTED, lw=2.5, label="if it shrank with cosθ")
+        rows = [o[GROWTH].estimate for o in outcomes]
+        right.errorbar(
+            np.degrees(tilts), [r.value for r in rows], [r.error for r in rows], fmt="o", color=BLUE, ms=13
+        )
+        right.set(
+            xlabel="θ of the plane's normal to the cone  [deg]",
+            ylabel="footprint / face on",
+            xlim=(0, 80),
+            ylim=(0, 5.2),
+        )
+        right.legend(loc="upper left")
+
+
 draw = figures(
-    rows=rows_figure("Solid angles by counting directions", _label),
+    rows=rows_figure("Solid angles by counting directions", _label, lambda row: row.name not in RATIOS),
     isotropic=(draw_law, where(subject="isotropic")),
     cosine_law=(draw_law, where(subject="cosine law")),
     radiance=(draw_radiance, where(subject="cosine law")),
+    arcs=(draw_arcs, where(subject="arc and area")),
+    steradian=(draw_steradians, where(subject="one steradian")),
+    footprint=(draw_footprints, where(subject="footprint")),
 )
 
 

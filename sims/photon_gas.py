@@ -13,20 +13,27 @@ fluence rate.  A bin of directions holds L ∫ cosθ dω exactly, over its solid
 Scene.  A transparent disk in a box of gas without walls.  Particles that can meet the disk within the duration start
 within speed × duration of it, and the box holds all such places: nothing outside of it could matter.
 
-Any stuff flows alike (mass, charge, energy): the same counts, another weight.  `stuff` says what is carried.
+Any stuff flows alike (Hanrahan 2001, "Flows"): if each particle carries s of it, s n v cosθ dA dt crosses, so that the
+flux density is s n v cosθ, with s the mass of a molecule, the charge of an ion, the energy h c/λ of a photon.  The counts
+are the same, the weight is another.  `stuff` is what is carried.
 """
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, curves_figure, figures, main, of_scene, one_of, where
+from transport.sims import constant, curves_figure, figures, main, of_scene, one_of, sentence, where
 from transport.theory import effusion
 from transport.theory.solid_angles import bin_projected_solid_angles, bin_solid_angles
 from transport.verification.experiment import Outcome
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 law = "flux density n v cosθ; one way n v/4, net 0, radiance n v/4π, fluence rate n v (Hanrahan 2001; Reif 1965, 7.11)"
 question = "How many particles of a gas cross a patch, and from which directions?"
@@ -43,11 +50,13 @@ STUFF = {  # what one particle carries
     "charge": (1.602176634e-19, "C"),  # elementary charge, exact (SI Brochure 2019, 2.2)
     "energy": (6.62607015e-34 * tp.speed_of_light / (550 * tp.nm), "J"),  # h c/λ
 }
+CARRIED = ("mass", "charge", "energy")  # the stuffs of the table
 
 
 def cases() -> list[dict[str, object]]:
     streams = [{"motion": "stream", "tilt": angle * tp.deg} for angle in (0, 60, 89)]
-    return [{"motion": "isotropic"}, *streams]
+    carried = [{"motion": "stream", "tilt": 60 * tp.deg, "stuff": stuff} for stuff in CARRIED]
+    return [{"motion": "isotropic"}, *streams, *carried]
 
 
 def scene(
@@ -114,13 +123,19 @@ def flux_densities(density: float, speed: float) -> np.ndarray:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
+    said = []
     for outcome in where(motion="isotropic")(outcomes):
         share = outcome["one way, onto the front"].estimate / outcome["fluence rate"].estimate
-        return (
-            f"{share} of n v crosses one way, a quarter; each direction brings it with its cosine: n v cosθ."
+        said.append(
+            f"{share} of n v crosses one way, a quarter; each direction brings it with its cosine: n v cosθ"
         )
-    shares = [f"{o['net'].estimate / o['fluence rate'].estimate}" for o in outcomes]
-    return f"A stream brings n v cosθ: over its fluence rate, {', '.join(shares)}."
+    if carried := where(stuff=CARRIED)(outcomes):
+        flows = ", ".join(f"{o['net'].estimate} of {o.given['stuff']}" for o in carried)
+        said.append(f"any stuff flows alike: {flows}")
+    if not said:
+        shares = [f"{o['net'].estimate / o['fluence rate'].estimate}" for o in outcomes]
+        said.append(f"a stream brings n v cosθ: over its fluence rate, {', '.join(shares)}")
+    return sentence(*said)
 
 
 @curves_figure(
@@ -135,7 +150,65 @@ def draw_gas(outcomes: list[Outcome]) -> dict[str, object]:
     return {"series": (flux.coords["mu"], flux, lambda mu: level * mu)}
 
 
-draw = figures(gas=(draw_gas, where(motion="isotropic")))
+def draw_stuff(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The same oblique prism three times, each particle with what it carries; the flux density beside its law."""
+    from transport.viz.style import BLUE, GREEN, INK, MUTED, VERMILLION, figure, unit_label
+
+    signs = {"mass": ("m", BLUE), "charge": ("q", VERMILLION), "energy": ("hν", GREEN)}
+    with figure((7 * len(outcomes), 9), "The same counts carry any stuff: s n v cosθ", note, path) as page:
+        pairs = page.subplots(
+            2, len(outcomes), squeeze=False, sharey="row", gridspec_kw={"height_ratios": (1.1, 1)}
+        )
+        for (above, below), outcome in zip(pairs.T, outcomes, strict=True):
+            kind, tilt, row = outcome.given["stuff"], outcome.given["tilt"], outcome["net"]
+            sign, colour = signs[kind]
+            _draw_carriers(above, tilt, sign, colour)
+            carried = f"{STUFF[kind][0]:.3g} {STUFF[kind][1]}"
+            above.set_title(f"{kind}: {sign} = {carried} each", color=colour)
+            full = row.exact / math.cos(tilt)
+            theta = np.linspace(0, 90, 181)
+            below.plot(theta, full * np.cos(np.radians(theta)) / full, color=INK, lw=2.5, label="s n v cosθ")
+            below.axhline(1, color=MUTED, ls="--", lw=2.5, label="without the cosine: s n v")
+            reading = row.estimate / constant(outcome.result, full, str(row.estimate.unit))
+            below.plot(math.degrees(tilt), reading.value, "o", color=colour, ms=15, mec="white")
+            words = f"{row.estimate.value:.4g} {unit_label(row.estimate.unit)}"
+            below.text(64, 0.84, words, ha="center", color=colour)
+            below.set(xlabel="θ to the normal  [deg]", xlim=(0, 90), ylim=(0, 1.15), xticks=range(0, 91, 30))
+        pairs[1, 0].set_ylabel("flux density / (s n v)")
+        pairs[1, 0].legend(loc="lower left")
+
+
+def _draw_carriers(axes: Axes, tilt: float, sign: str, colour: str) -> None:
+    """A patch, the prism of those that cross it within dt, and particles with what they carry."""
+    from transport.viz.style import INK, MUTED
+
+    across = np.array([math.sin(tilt), math.cos(tilt)])  # of the patch, in the plane (z, x)
+    normal = np.array([math.cos(tilt), -math.sin(tilt)])
+    ends = np.array([-across, across])
+    back = np.array([2.6, 0.0])
+    outline = np.array([*ends, *(ends[::-1] - back), ends[0]])
+    axes.plot(*outline.T, "--", color=MUTED, lw=2.5)
+    axes.plot(*ends.T, color=INK, lw=6, solid_capstyle="butt")
+    for along, aside in ((0.18, -0.62), (0.5, 0.0), (0.25, 0.62), (0.66, -0.62), (0.72, 0.62)):
+        place = aside * across - along * back
+        axes.annotate(
+            "",
+            place + (0.5, 0),
+            place + (0.15, 0),
+            arrowprops={"arrowstyle": "-|>", "lw": 2.5, "color": colour},
+        )
+        axes.plot(*place, "o", ms=27, mfc="white", mec=colour, mew=2.5)
+        axes.text(*place, sign, ha="center", va="center_baseline", color=colour, fontsize=15)
+    axes.annotate("", 0.9 * normal, (0, 0), arrowprops={"arrowstyle": "-|>", "lw": 2.5, "color": INK})
+    axes.text(*(1.1 * normal), "n", ha="center", va="center", fontweight="bold")
+    axes.text(-2.2, -0.58, "v dt", color=MUTED, ha="center", va="top")
+    axes.set(aspect="equal", xlim=(-3.6, 1.3), ylim=(-1.2, 0.65), xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+
+
+draw = figures(
+    gas=(draw_gas, where(motion="isotropic")), stuff=(draw_stuff, where(motion="stream", stuff=CARRIED))
+)
 
 
 if __name__ == "__main__":

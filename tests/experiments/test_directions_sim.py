@@ -119,6 +119,54 @@ def test_the_faces_of_a_dodecahedron_share_the_sphere_and_are_no_steradian(outco
         assert_agrees(outcome[directions.FACE].estimate, 1.0, FALSE_ALARM)
 
 
+# ---- arcs, areas, steradians, footprints ----
+
+
+def test_an_arc_falls_with_the_distance_and_an_area_with_its_square(outcomes):
+    """Planted: an area that falls with r, an arc that falls with r²."""
+    outcome = outcomes["arc and area"]
+    for radius in directions.RADII:
+        arc, area = (outcome[name(radius)].estimate for name in (directions._arc, directions._cap_of_area))
+        assert_agrees(arc, 1 / radius, FALSE_ALARM)
+        assert_agrees(area, 1 / radius**2, FALSE_ALARM)
+        if radius != 1:
+            for estimate, wrong in ((arc, 1 / radius**2), (area, 1 / radius)):
+                with pytest.raises(AssertionError):
+                    assert_agrees(estimate, wrong, FALSE_ALARM)
+
+
+def test_a_steradian_has_the_same_counts_whatever_its_shape(outcomes):
+    """Planted: the unit square, and the star that the cone's circle holds."""
+    outcome = outcomes["one steradian"]
+    for row in outcome.rows:
+        assert_agrees(row.estimate, 1.0, FALSE_ALARM)
+    assert solid_angles.polygon_solid_angle(directions.steradians()["star"].vertices) == pytest.approx(
+        1, abs=1e-12
+    )
+    in_the_circle = solid_angles.polygon_solid_angle(directions._star(directions.steradians()["cone"].radius))
+    unit_square = solid_angles.rectangle_solid_angle(1.0, 1.0, 1.0)
+    for name, wrong in (("square", unit_square), ("star", in_the_circle)):
+        with pytest.raises(AssertionError):
+            assert_agrees(outcome[name].estimate, wrong, FALSE_ALARM)
+
+
+@pytest.mark.parametrize("angle", [0, 30, 60, 75])
+def test_a_footprint_grows_with_one_over_the_cosine(angle):
+    """Planted: a footprint that shrinks, and one that stays; the exact one tends to the ellipse."""
+    tilt, alpha = math.radians(angle), directions.HALF_ANGLE
+    run = run_experiment(directions, {"subject": "footprint", "tilt": tilt}, particles=400_000, seed=1)
+    row = run[0][directions.GROWTH]
+    assert_agrees(row.estimate, row.exact, FALSE_ALARM)
+    assert row.exact == pytest.approx(1 / math.cos(tilt), rel=0.03)
+    if angle:
+        for wrong in (math.cos(tilt), 1.0):
+            with pytest.raises(AssertionError):
+                assert_agrees(row.estimate, wrong, FALSE_ALARM)
+    mu, sine = math.cos(tilt), math.sin(alpha)
+    ellipse = math.pi * mu**2 * sine**2 * math.cos(alpha) / (mu**2 - sine**2) ** 1.5
+    assert directions.area_of(directions.footprint(tilt)) == pytest.approx(ellipse, rel=3e-3)
+
+
 # ---- chi-square as an estimate ----
 
 

@@ -125,10 +125,13 @@ GROUPS = {  # of the menu
     "start here": ("sun", "lambert_disk", "diffuse_box"),
     "radiance, solid angles, shadows": (
         "inverse_square", "directions", "flows", "throughput", "view_factors", "penumbra", "wall_distance",
-        "limits",
+        "limits", "quantities",
     ),
-    "rooms and cavities": ("camera", "furnace", "integrating_sphere"),
-    "glass, lenses, surfaces": ("refraction", "magnifier", "two_panes", "two_elements", "gonioreflectometer"),
+    "rooms and cavities": ("camera", "furnace", "integrating_sphere", "light_fills_a_room"),
+    "lamps, glass, lenses, surfaces": (
+        "goniophotometer", "far_lamp", "refraction", "magnifier", "two_panes", "two_elements",
+        "gonioreflectometer",
+    ),
     "fog, tissue, clouds": (
         "fog", "slab", "half_space", "phase_functions", "point_in_fog", "milk", "cloud", "glow", "dogleg",
     ),
