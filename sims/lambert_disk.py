@@ -65,9 +65,8 @@ particles = 1_000_000
 
 METER = 5e-4  # m, radius of the meter
 LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins
-MAP = tp.Directions(
-    theta=31, phi=48
-)  # of the hemisphere, for the picture; the rim lies within a bin, not on an edge
+# Of the hemisphere, for the picture; the disk's rim lies within a bin, not on an edge.
+MAP = tp.Directions(theta=31, phi=48)
 INSIDE = 4  # bins within the disk's cone
 READINGS = ("parallel", "turned", "three ways", "ball")
 RAY, CONE = math.radians(30), math.radians(25)  # of the three ways: the ray's angle, and half that of dω

@@ -17,13 +17,13 @@ if not hasattr(numpy, "ndarray"):
     )
 
 import sys
-from pathlib import Path
+from pathlib import Path as _Path
 from typing import TYPE_CHECKING
 
 # ---- In a clone `viz` and `sims` lie beside this folder: a script there finds them too.
 
-if not (Path(__file__).parent / "viz").is_dir():
-    __path__.append(str(Path(__file__).parents[1]))
+if not (_Path(__file__).parent / "viz").is_dir():
+    __path__.append(str(_Path(__file__).parents[1]))
 
 from transport.analysis.binning import bins_against_noise
 from transport.analysis.cost import CostOfAccuracy, cost_of_accuracy

@@ -18,6 +18,7 @@ import math
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -166,7 +167,7 @@ def plot_map(
     if ax is not None and (path is not None or title or note):
         raise ValueError("plot_map: path, title and note are of a new figure; leave them out with ax=")
     _check_words("unit", unit)
-    if not isinstance(cut, bool | int | float) or cut != cut:
+    if not isinstance(cut, Real) or cut != cut:
         what = "True, for the brightest row of bins, or the coordinate of a row"
         raise ValueError(f"plot: cut must be {what}, got {short_repr(cut)}")
     chosen = _chosen(data, quantity, at, label, frame)

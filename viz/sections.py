@@ -93,9 +93,13 @@ class Section(NamedTuple):
         if isinstance(shape, Point):
             return abs(shape.middle[across] - self.at) < NEAR * self.size
         if isinstance(shape, Cloud):
-            return abs(shape.middle[across] - self.at) < CLOUD_SIGMAS * shape.sigma[across]
+            return abs(shape.middle[across] - self.at) < self.depth(shape)
         low, high = (corner[across] for corner in shape.bounds)
         return bool(low - TOUCHING * self.size <= self.at <= high + TOUCHING * self.size)
+
+    def depth(self, cloud: Cloud) -> float:
+        """How far from the middle of a cloud the plane still cuts most of it [m]."""
+        return max(CLOUD_SIGMAS * cloud.sigma[self.axes[2]], TOUCHING * self.size)
 
     def holds(self, shape: Shape) -> bool:
         """Whether a flat shape lies within the plane."""
@@ -223,9 +227,8 @@ def _draw_media(scene: Scene, section: Section, ax: Axes) -> Iterator[Patch]:
         if (numbers == number).any():
             text = brief(medium)
             texts.append(text)
-            again = (
-                f" ({texts.count(text)})" if texts.count(text) > 1 else ""
-            )  # they differ in what is not written
+            # Media of one text differ in what is not written.
+            again = f" ({texts.count(text)})" if texts.count(text) > 1 else ""
             yield Patch(facecolor=colours[number], edgecolor=MUTED, label=text + again)
 
 
@@ -308,30 +311,23 @@ def _draw_shape(
 
     Return the places (n, 2) [m]; None where nothing is seen.
     """
+    if not section.meets(shape):
+        return None
     axes = list(section.axes[:2])
     low, high = (corner[axes] for corner in section.bounds)
     style = {"linestyle": "", "marker": "s", "ms": size, "mew": 0, "color": colour, "zorder": order}
-    if not section.meets(shape):
-        return None
-    if isinstance(shape, Point):
-        places = np.array(shape.middle)[None, axes]
-        style |= {"marker": "o", "ms": 9, "mew": 1, "mec": "white", "zorder": 6}
-    elif isinstance(shape, Cloud) or section.holds(shape):
+    if isinstance(shape, Cloud) or section.holds(shape):
         areas = _areas(shape, section)
         places = areas.reshape(-1, 2)
         if not ((places.min(axis=0) < high) & (places.max(axis=0) > low)).all():
             return None
-        if hatch is None:
-            pale = PALE + (1 - PALE) * np.array(to_rgb(colour))
-            look = {"facecolor": pale, "edgecolor": pale, "lw": 0.5, "zorder": 0.1}
-        else:  # above the area of a surface, which is seen through it
-            look = {"facecolor": "none", "edgecolor": colour, "lw": 0, "hatch": hatch, "zorder": 0.2}
-        outline = Path.make_compound_path(*(Path(corners, closed=False) for corners in areas))
-        with matplotlib.rc_context({"hatch.color": colour, "hatch.linewidth": 2.0}):
-            ax.add_patch(PathPatch(outline, **look))
+        _fill(areas, ax, colour, hatch)
         if np.ptp(places, axis=0).max() < SMALLEST * section.size:
             ax.plot(*places.mean(axis=0), **style)
         return places
+    if isinstance(shape, Point):
+        places = np.array(shape.middle)[None, axes]
+        style |= {"marker": "o", "ms": 9, "mew": 1, "mec": "white", "zorder": 6}
     else:
         places = np.stack(section.crossings(shape), axis=-1)
     places = places[((low <= places) & (places <= high)).all(axis=1)]
@@ -341,12 +337,23 @@ def _draw_shape(
     return places
 
 
+def _fill(areas: np.ndarray, ax: Axes, colour: str, hatch: str | None) -> None:
+    """Fill polygons (n, corners, 2) [m] by a pale colour, or hatch them above what is filled."""
+    if hatch is None:
+        pale = PALE + (1 - PALE) * np.array(to_rgb(colour))
+        look = {"facecolor": pale, "edgecolor": pale, "lw": 0.5, "zorder": 0.1}
+    else:
+        look = {"facecolor": "none", "edgecolor": colour, "lw": 0, "hatch": hatch, "zorder": 0.2}
+    outline = Path.make_compound_path(*(Path(corners, closed=False) for corners in areas))
+    with matplotlib.rc_context({"hatch.color": colour, "hatch.linewidth": 2.0}):
+        ax.add_patch(PathPatch(outline, **look))
+
+
 def _areas(shape: Shape, section: Section) -> np.ndarray:
     """Polygons (n, corners, 2) [m] of a flat shape within the plane, and of most of a cloud where the plane cuts it."""
     axes = list(section.axes[:2])
     if isinstance(shape, Cloud):
-        across = section.axes[2]
-        height = (section.at - shape.middle[across]) / (CLOUD_SIGMAS * shape.sigma[across])
+        height = (section.at - shape.middle[section.axes[2]]) / section.depth(shape)
         turns = np.linspace(0, 2 * math.pi, 180)
         rim = np.stack([np.cos(turns), np.sin(turns)], axis=-1) * math.sqrt(1 - height**2)
         return (np.array(shape.middle)[axes] + CLOUD_SIGMAS * np.array(shape.sigma)[axes] * rim)[None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import replace
 
 import matplotlib
 import numpy as np
@@ -316,6 +317,8 @@ def test_an_option_that_a_curve_cannot_use_is_refused(steady, options, said):
 
 
 def test_a_cut_that_a_map_has_no_place_for_is_refused(steady):
+    for cut in (np.int64(1), np.float32(1.0)):  # numbers of NumPy are numbers
+        steady["disk"].plot("irradiance", cut=cut)
     with pytest.raises(ValueError, match="ax has no room for a cut"):
         steady["disk"].plot("irradiance", cut=True, ax=pyplot.figure().gca())
     with pytest.raises(ValueError, match=r"azimuth of -2π to 2π .*write math.radians.90. for degrees"):
@@ -467,6 +470,8 @@ def test_most_of_a_cloud_is_drawn_where_the_plane_cuts_it():
     np.testing.assert_allclose(drawn.get_path().get_extents().bounds[2:], 2 * math.sqrt(3), rtol=1e-3)
     at_rim = scene.plot("xy", at=2.5)
     assert "not in this plane: sources[0]" in " ".join(legend_of(at_rim)) and not at_rim.patches
+    sheet = tp.Source(tp.Cloud(sigma=(1.0, 1.0, 0.0)), tp.Gas(number=1e6, speed=100.0))
+    assert len(replace(scene, sources=sheet).plot("xy", at=0.0).patches) == 1
     pyplot.close("all")
 
 

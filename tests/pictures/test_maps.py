@@ -150,6 +150,15 @@ def test_a_cut_runs_through_the_brightest_spot_and_is_marked(bright, error, row)
     np.testing.assert_allclose(axes.lines[0].get_ydata(), row + 0.5)
 
 
+def test_a_cut_of_what_is_negative_runs_through_its_greatest_amount():
+    """A net flux that all leaves is brightest where it is farthest from 0."""
+    value = -np.array([[1.0, 1.0], [1.0, 9.0], [1.0, 1.0], [0.1, 0.1]])
+    net = estimates(value, ("x", "y"), ([0, 1, 2, 3, 4], [0, 1, 2]))
+    axes = drawn(net, cut=True)
+    (place,) = set(np.ravel(axes.lines[0].get_ydata()))
+    assert place == 1.5
+
+
 @pytest.mark.parametrize(
     ("bright", "sector"),
     [({(2, 3): (9.0, 0.02)}, 3), ({}, 0), ({(0, 2): (9.0, 0.95), (3, 1): (2.0, 0.02)}, 1)],

@@ -342,7 +342,7 @@ def plot(
         else:
             try:
                 drawn = result[detector].plot(quantity, decades=decades, cut=cut)
-            except (ValueError, AttributeError) as error:  # of a detector or quantity that cannot be drawn so
+            except ValueError as error:  # of bins that cannot be drawn so
                 raise SceneError(str(error)) from error
     path = Path("out") / f"{file.stem}.png" if out is None else out
     paths, why = draw_to(lambda path: _viz("style").save_figure(drawn.figure, path), path)
