@@ -295,7 +295,7 @@ def draw_laws(outcomes: list[Outcome], path: Path, note: str) -> None:
     from transport.viz.style import figure
 
     firsts, chords = (where(show=show)(outcomes) for show in ("first law", "chord"))
-    disks = [o for o in where(show=("throughput", "lines"))(outcomes)]
+    disks = where(show=("throughput", "lines"))(outcomes)
     drawings = []
     if firsts:
         drawings += [_draw_elements, lambda axes: _draw_ends(axes, firsts)]
@@ -305,7 +305,7 @@ def draw_laws(outcomes: list[Outcome], path: Path, note: str) -> None:
         drawings += [lambda axes: _draw_chords(axes, chords)]
     columns = min(2, len(drawings))
     rows = -(-len(drawings) // columns)
-    title = "The rays that leave are those that arrive"
+    title = "The rays that leave are those that arrive" if firsts or disks else "The mean chord is 4V/S"
     with figure((9.6 * columns, 7.6 * rows + 1.2), title, note, path) as page:
         grid = page.subplots(rows, columns, squeeze=False).ravel()
         for axes, draw_panel in zip(grid, drawings, strict=False):
