@@ -32,6 +32,8 @@ RADIANCE, MIRROR = 100.0, 0.95  # W m^-2 sr^-1 of the lamp; of the ball
 LAMP = tp.Rectangle(center=(0, 0.3, 2.45), normal=(0, 0, -1), width=1.6, height=2.0)
 BALL = tp.Sphere(center=(0.7, 0.5, 0.55), radius=0.5)
 RADIUS, CAP, ALBEDO = 1.0, 0.99, 0.8  # of the sphere; cosine from which on it is lamp; of the rest
+BRIGHTER = 5  # the lamp than what the picture shows as white
+GLASS, GLOSS = (tp.Sphere(center=(x, -0.7, 0.3), radius=0.28) for x in (-0.45, 1.1))
 DIRECT, MIRRORED, SPHERE = "lamp", "lamp in the mirror ball", "radiance of the wall"
 
 
@@ -70,10 +72,36 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw_view(outcomes: list[Outcome], path: Path, note: str) -> None:
-    from transport.viz.maps import plot_map
+    """The room as a photograph, in grey, with the names of what stands in it, and the error of every pixel beside it."""
+    from matplotlib.colors import PowerNorm
 
-    result, title = outcomes[0].result, "A room, seen by histories that start at the camera"
-    plot_map(result["view" if "view" in result else "map"], path, decades=2.5, title=title, note=note)
+    from transport.viz.maps import plot_map
+    from transport.viz.style import figure
+
+    result = outcomes[0].result
+    if "map" in result:
+        title = "A white sphere: the same radiance from every wall"
+        plot_map(result["map"], path, decades=2.5, title=title, note=note)
+        return
+    view = result["view"]
+    with figure((23, 9.6), "A room, by histories that start at the camera", note, path) as page:
+        image, errors = page.subplots(1, 2, width_ratios=(1.25, 1))
+        plot_map(view, ax=(image, errors), norm=PowerNorm(1 / 2.2, 0, RADIANCE / BRIGHTER, clip=True))
+        for drawn in (*image.images, *image.collections):
+            drawn.set_cmap("gray")
+        _name_things(image, view.detector)
+
+
+def _name_things(axes, camera: tp.Camera) -> None:
+    """The names of the three balls, where the camera sees them."""
+    from transport.viz.style import outlined
+
+    left, up, forward = (np.array(axis) for axis in camera.frame)
+    for name, ball in (("mirror", BALL), ("glass", GLASS), ("glossy", GLOSS)):
+        apart = np.array(ball.center) - camera.position
+        seen = np.array([-(apart @ left), apart @ up]) / (apart @ forward)
+        style = {"color": "white", "fontsize": 22, "ha": "center", "va": "center", "path_effects": outlined()}
+        axes.text(*seen, name, **style)
 
 
 draw = figures(view=draw_view)
@@ -136,8 +164,8 @@ def _room() -> list[tp.Surface]:
         *(tp.Surface(face, tp.Diffuse(0.6), f"box {name}") for name, face in box if name != "-z"),
         tp.Surface(LAMP, tp.Black(), "lamp"),
         tp.Surface(BALL, tp.Mirror(MIRROR), "mirror"),
-        tp.Surface(tp.Sphere(center=(-0.45, -0.7, 0.3), radius=0.28), tp.Dielectric(1.5), "glass"),
-        tp.Surface(tp.Sphere(center=(1.1, -0.7, 0.3), radius=0.28), tp.Glossy(0.25, 0.9), "gloss"),
+        tp.Surface(GLASS, tp.Dielectric(1.5), "glass"),
+        tp.Surface(GLOSS, tp.Glossy(0.25, 0.9), "gloss"),
     ]
 
 

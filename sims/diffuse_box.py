@@ -17,6 +17,8 @@ Scene.  A room 4 m long, 3 m wide and 2.5 m high; the ceiling emits, or all wall
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import transport as tp
 from transport.sims import (
     constant,
@@ -25,14 +27,13 @@ from transport.sims import (
     of_scene,
     one_of,
     require,
-    rows_figure,
     sentence,
     sharp,
     where,
 )
 from transport.theory import enclosures
 from transport.theory.view_factors import box_view_factors
-from transport.verification.experiment import Outcome, Row
+from transport.verification.experiment import Outcome
 
 law = "M - ρE = M_emitted, Σ(1 - ρ)Φ = P, E = M0/(1 - ρ) where all walls emit (Goral et al. 1984; Kirchhoff 1860)"
 question = "Where does the light of a closed room go, and what does each wall receive?"
@@ -40,6 +41,7 @@ particles = 1_000_000
 
 ROOM = tp.Box(size=(4.0, 3.0, 2.5))
 WALLS = {"left": "-x", "right": "+x", "back": "-y", "front": "+y", "floor": "-z", "ceiling": "+z"}
+BRIGHT = 0.65  # of the colour map, above which words are dark
 
 
 def cases() -> list[dict[str, object]]:
@@ -115,12 +117,82 @@ def verdict(outcomes: list[Outcome]) -> str:
     return sentence(*said)
 
 
-def _label(row: Row, outcome: Outcome) -> str:
+def draw_unfolded(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The box of each case unfolded to its six faces, coloured by irradiance over the emitted exitance."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm
+
+    from transport.viz.style import SEQUENTIAL, figure, tick_log
+
+    shares = {id(o): _shares(o) for o in outcomes}
+    top = max(share.value for each in shares.values() for share in each.values())
+    norm = LogNorm(0.06 * top, 1.35 * top, clip=True)
+    columns = 2 if len(outcomes) > 1 else 1
+    rows = -(-len(outcomes) // columns)
+    title = "The walls of a closed box receive P/(1 − ρ) in all, and absorb P"
+    with figure((9.4 * columns + 1.6, 7.2 * rows + 1.0), title, note, path) as page:
+        grid = page.subplots(rows, columns, squeeze=False)
+        for axes, outcome in zip(grid.flat, outcomes, strict=False):
+            _draw_faces(axes, outcome, shares[id(outcome)], norm)
+        for axes in list(grid.flat)[len(outcomes) :]:
+            axes.remove()
+        bar = page.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=grid, aspect=34, pad=0.01)
+        tick_log(bar.ax.yaxis)
+        bar.set_label("E of a wall / M of an emitting one")
+
+
+def _shares(outcome: Outcome) -> dict[str, tp.Estimate]:
+    """Irradiance of each wall over the exitance of an emitting one."""
+    emitted = constant(outcome.result, outcome.given["exitance"], "W m^-2")
+    return {name: outcome.result[name].irradiance / emitted for name in WALLS}
+
+
+def _draw_faces(axes, outcome: Outcome, shares: dict[str, tp.Estimate], norm) -> None:
+    """Floor in the middle, walls about it, the ceiling beside the right one; emitting walls have a broad rim."""
+    from matplotlib import colormaps
+    from matplotlib.patches import Rectangle
+
+    from transport.viz.style import INK, SEQUENTIAL, SKY, outlined
+    from transport.viz.wording import number_text
+
+    length, width, height = ROOM.size
+    places = {  # corner and size
+        "left": (-height, 0, height, width), "floor": (0, 0, length, width), "right": (length, 0, height, width),
+        "ceiling": (length + height, 0, length, width), "front": (0, -height, length, height), "back": (0, width, length, height),
+    }  # fmt: skip
+    albedo, emitting = outcome.given["albedo"], _emitting(outcome.given["emitting"])
+    for name, (x, y, wide, high) in places.items():
+        colour = colormaps[SEQUENTIAL](norm(shares[name].value))
+        axes.add_patch(Rectangle((x, y), wide, high, fc=colour, ec="white", lw=3))
+        if name in emitting:
+            inner = Rectangle(
+                (x + 0.13, y + 0.13), wide - 0.26, high - 0.26, fc="none", ec=SKY, lw=6, zorder=3
+            )
+            axes.add_patch(inner)
+        is_bright = norm(shares[name].value) > BRIGHT
+        ink = {"color": INK} if is_bright else {"color": "white", "path_effects": outlined()}
+        words = {"ha": "center", "va": "center", "zorder": 4, "fontsize": 20} | ink
+        number = number_text(shares[name]).replace(" ± ", "\n± ")
+        axes.text(x + wide / 2, y + 0.82 * high, name, **words)
+        axes.text(x + wide / 2, y + 0.5 * high, number, fontweight="bold", linespacing=1.0, **words)
+        if (row := f"E, {name}") in outcome:
+            known = f"exact {outcome[row].exact / outcome.given['exitance']:.4g}"
+            axes.text(x + wide / 2, y + 0.17 * high, known, **words | {"fontsize": 17})
+    walls = (outcome.result[name] for name in WALLS)
+    received = sum(wall.flux_in for wall in walls) / outcome.result.ledger["emitted"]
+    said = f"received / emitted:\n{number_text(received)}\n1/(1 − ρ) = {1 / (1 - albedo):.4g}"
+    axes.text(length + 0.4, -0.5 * height, said, fontsize=20, va="center")
     lit = {"ceiling": "ceiling emits", "all walls": "all walls emit"}[outcome.given["emitting"]]
-    return f"{row.name}\nρ = {outcome.given['albedo']:g}, {lit}"
+    axes.set(
+        aspect="equal",
+        xlim=(-height - 0.1, 2 * length + height + 0.1),
+        ylim=(-height - 0.1, width + height + 0.1),
+    )
+    axes.set_title(f"ρ = {albedo:g}, {lit}")
+    axes.axis("off")
 
 
-draw = figures(rows=rows_figure("A closed diffuse box", _label, keep=lambda row: not row.estimate.exact))
+draw = figures(unfolded=draw_unfolded)
 
 
 if __name__ == "__main__":

@@ -48,13 +48,12 @@ from transport.sims import (
     of_scene,
     one_of,
     require,
-    rows_figure,
     sentence,
     sharp,
     where,
 )
 from transport.theory import solid_angles
-from transport.verification.experiment import Outcome, Row
+from transport.verification.experiment import Outcome
 
 law = (
     "dω = sinθ dθ dφ, ∫dω = 4π, ∫cosθ dω = π; Ω = 4π times the share of directions that meet a shape"
@@ -92,6 +91,9 @@ SIDES, HALF_ANGLE = 60, math.radians(2)  # of the cone
 POINTS, INNER = 5, 0.4  # tips of the star, radius of its inner corners over the outer
 GROWTH = "footprint / face on"
 FACE, FACES = "a dodecahedron's face", "its twelve faces"
+# from the viewer to a drawn shape, and its way on the page
+SLANT, UPWARD = math.radians(36), math.radians(35)
+SMALL = 1e-3  # sr, below which a solid angle is written in µsr
 CHI_SQUARE = "χ²/(K − 1)"
 ONTO_BALL, ONTO_DISK, ONTO_BACK = "∫dω, onto a ball", "∫cosθ dω, onto a disk", "∫cosθ dω, onto its back"
 
@@ -421,13 +423,131 @@ def verdict(outcomes: list[Outcome]) -> str:
     return sentence(*said)
 
 
-def _label(row: Row, outcome: Outcome) -> str:
-    subject = outcome.given["subject"]
-    if subject == "one steradian":
-        return f"one steradian, {row.name}"
-    if subject == "footprint":
-        subject = f"a narrow cone on a plane at {math.degrees(outcome.given['tilt']):.3g}°"
-    return {"solid angle": subject, CHI_SQUARE: f"{CHI_SQUARE}, {subject}"}.get(row.name, row.name)
+def draw_shapes(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Each shape and its shadow on the unit sphere about the point that sees it, with the solid angle that was counted."""
+    from transport.viz.style import figure
+
+    columns = min(3, len(outcomes))
+    rows = -(-len(outcomes) // columns)
+    with figure(
+        (6.2 * columns, 6.2 * rows + 1.2), "A shape counts by its shadow on the unit sphere", note, path
+    ) as page:
+        grid = page.subplots(rows, columns, squeeze=False)
+        for axes, outcome in zip(grid.flat, outcomes, strict=False):
+            _draw_shape(axes, outcome)
+        for axes in list(grid.flat)[len(outcomes) :]:
+            axes.remove()
+
+
+def _outline(shape: tp.Disk | tp.Rectangle | tp.Triangle | tp.Polygon | np.ndarray) -> np.ndarray:
+    """Points along the rim of a flat shape, or of corners, closed (N, 3)."""
+    match shape:
+        case tp.Disk():
+            turn = np.linspace(0, 2 * math.pi, 201)[:, None]
+            u, v, _ = np.array(shape.frame)
+            return np.array(shape.center) + shape.radius * (np.cos(turn) * u + np.sin(turn) * v)
+        case tp.Rectangle():
+            u, v = np.array(shape.frame[:2]) * ([shape.width / 2], [shape.height / 2])
+            corners = np.array(shape.center) + (u + v, v - u, -u - v, u - v)
+        case np.ndarray():
+            corners = shape
+        case _:
+            corners = np.array(shape.vertices)
+    along = np.linspace(0, 1, 40, endpoint=False)[:, None]
+    sides = [a + along * (b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+    return np.concatenate([*sides, sides[0][:1]])
+
+
+def _draw_shape(axes, outcome: Outcome) -> None:
+    """The unit sphere from outside, the shape, its shadow, and rays from the middle of the sphere to the shape's rim."""
+    from matplotlib.colors import to_rgb
+
+    from transport.viz.style import BLUE, INK, MUTED, ORANGE, VERMILLION
+    from transport.viz.wording import number_text
+
+    subject, row = outcome.given["subject"], outcome.rows[0]
+    face = subject == "dodecahedron"
+    rim = _outline(solid_angles.dodecahedron_faces(1.0)[0] if face else SHAPES[subject])
+    shadow = rim / np.linalg.norm(rim, axis=1, keepdims=True)
+    screen = _screen(shadow[:-1].mean(axis=0))
+    turn = np.linspace(0, 2 * math.pi, 181)
+    axes.fill(np.cos(turn), np.sin(turn), fc="#eef3f7", ec=MUTED, lw=2)
+    for tilt in np.radians(
+        [-60, -30, 0, 30, 60]
+    ):  # circles of latitude and of longitude, seen from the equator
+        axes.plot([-math.cos(tilt), math.cos(tilt)], [math.sin(tilt)] * 2, color="#c9d3db", lw=1)
+        axes.plot(math.sin(tilt) * np.cos(turn), np.sin(turn), color="#c9d3db", lw=1)
+    axes.fill(*(shadow @ screen).T, fc=ORANGE, ec=VERMILLION, lw=4, zorder=3)
+    if face:
+        for other in solid_angles.dodecahedron_faces(1.0):
+            if (other.mean(axis=0) @ np.cross(*screen.T)) > 0:
+                axes.plot(*(other[[0, 1, 2, 3, 4, 0]] @ screen).T, color=BLUE, lw=1.6, zorder=2)
+    axes.fill(*(rim @ screen).T, fc=(*to_rgb(BLUE), 0.16), lw=0, zorder=2.5)
+    axes.plot(*(rim @ screen).T, color=BLUE, lw=4, zorder=4)
+    corners = rim[:-1][:: max(1, (len(rim) - 1) // (4 if subject == "disk" else len(rim) // 40))]
+    for corner in corners:
+        far = corner * max(1.0, 1 / np.linalg.norm(corner))
+        axes.plot(*np.stack([0 * far[:2], far @ screen]).T, color=INK, lw=1.4, zorder=5)
+    axes.plot(0, 0, "o", color=INK, ms=11, zorder=6)
+    scale, unit = (1.0, "sr") if row.exact > SMALL else (1e6, "µsr")
+    name = "dodecahedron's face" if face else subject
+    words = f"{name}\nΩ = {number_text(row.estimate, scale)} {unit}\nexact {scale * row.exact:.5g} {unit}"
+    axes.text(-1.05, 1.84, words, fontsize=21, va="top", linespacing=1.35)
+    axes.set(aspect="equal", xlim=(-1.05, 1.85), ylim=(-1.05, 1.84))
+    axes.axis("off")
+
+
+def _screen(middle: np.ndarray) -> np.ndarray:
+    """Axes of the drawing to the right and up (3, 2), such that this direction points to the upper right, towards the viewer."""
+    ahead = middle / np.linalg.norm(middle)
+    aside = np.cross(ahead, (0, 1, 0) if abs(ahead[1]) < 0.9 else (1, 0, 0))
+    aside /= np.linalg.norm(aside)
+    over = np.cross(aside, ahead)
+    # In the frame (aside, over, ahead) the viewer stands to the lower left.
+    viewer = np.array(
+        [-math.sin(SLANT) * math.cos(UPWARD), -math.sin(SLANT) * math.sin(UPWARD), math.cos(SLANT)]
+    )
+    right = np.cross((0, 1, 0), viewer)
+    right /= np.linalg.norm(right)
+    return (np.stack([right, np.cross(viewer, right)]) @ np.stack([aside, over, ahead])).T
+
+
+def draw_caps(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Integrals over caps against their half angle, counted at a source, and at 90° or 180° by a receiver in a dome."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
+
+    found = {o.given["subject"]: o for o in outcomes}
+    panels = {
+        "∫dω = 2π(1 − cosθ)": (
+            "isotropic", {ONTO_BALL: 180.0}, _cap, solid_angles.cap_solid_angle, "πθ², wrong", lambda theta: math.pi * theta**2
+        ),
+        "∫cosθ dω = π sin²θ": (
+            "cosine law", {ONTO_DISK: 90.0, ONTO_BACK: 90.0}, _projected, solid_angles.cap_projected_solid_angle,
+            "without the cosine", solid_angles.cap_solid_angle,
+        ),
+    }  # fmt: skip
+    chosen = {words: each for words, each in panels.items() if "dome" in found or each[0] in found}
+    with figure((9.5 * len(chosen), 9.5), "How many steradians a cap holds", note, path) as page:
+        grid = page.subplots(2, len(chosen), squeeze=False, sharex="col", height_ratios=(2.7, 1))
+        for column, (words, each) in zip(grid.T, chosen.items(), strict=True):
+            subject, whole, name, law_of, wrong, guide = each
+            series = {}
+            if subject in found:
+                angles = [angle for angle in CAPS if name(angle) in found[subject]]
+                rows = [found[subject][name(angle)].estimate for angle in angles]
+                series["counted by cap"] = Series(angles, rows, lambda x, f=law_of: f(np.radians(x)))
+            if "dome" in found:
+                rows = [found["dome"][row].estimate for row in whole]
+                places = list(whole.values())
+                series["received in a dome"] = Series(places, rows, expected=law_of(np.radians(places)))
+            end = 180 if subject == "isotropic" else 90
+            plot_curves(
+                series, ax=tuple(column), xlabel="half angle θ of the cap  [deg]", ylabel="steradians", span=(0, end),
+                guides={wrong: lambda x, f=guide: f(np.radians(x))}, legend="upper left",
+            )  # fmt: skip
+            column[0].set_title(words)
+            column[0].set(xlim=(0, 1.03 * end), xticks=range(0, end + 1, end // 6))
 
 
 @curves_figure(xlabel="polar angle θ  [deg]", ylabel="share of the directions per degree")
@@ -458,9 +578,6 @@ def draw_radiance(outcomes: list[Outcome], **out: object) -> None:
     title = "The cosine law, divided by cosθ dω: the same radiance in all directions"
     words = {"quantity": "radiance_out", "label": "radiance L", "title": title}
     plot_map(seen, exact=lambda theta, phi: level + 0 * theta, cut=True, **words, **out)
-
-
-RATIOS = (GROWTH, *(f"{name} / cone" for name in STERADIANS))
 
 
 def draw_arcs(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -554,23 +671,6 @@ def draw_steradians(outcomes: list[Outcome], path: Path, note: str) -> None:
         )
 
 
-def _outline(shape: tp.Disk | tp.Rectangle | tp.Polygon) -> np.ndarray:
-    """Points along the rim, (N, 3)."""
-    if isinstance(shape, tp.Disk):
-        turn = np.linspace(0, 2 * math.pi, 200)
-        return np.array(shape.center) + shape.radius * np.stack(
-            [np.cos(turn), np.sin(turn), 0 * turn], axis=1
-        )
-    if isinstance(shape, tp.Rectangle):
-        half = shape.width / 2
-        corners = [(shape.center[0], y * half, z * half) for y, z in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
-    else:
-        corners = shape.vertices
-    closed = np.array([*corners, corners[0]])
-    along = np.linspace(0, 1, 40)[:, None]
-    return np.concatenate([a + along * (b - a) for a, b in zip(closed[:-1], closed[1:], strict=True)])
-
-
 def _frame(axis: np.ndarray) -> np.ndarray:
     """Columns: two directions across the axis, and the axis."""
     first = np.array([0.0, 1.0, 0.0])
@@ -637,7 +737,8 @@ def draw_footprints(outcomes: list[Outcome], path: Path, note: str) -> None:
 
 
 draw = figures(
-    rows=rows_figure("Solid angles by counting directions", _label, lambda row: row.name not in RATIOS),
+    shapes=(draw_shapes, where(subject=(*SHAPES, "dodecahedron"))),
+    caps=(draw_caps, where(subject=("isotropic", "cosine law", "dome"))),
     isotropic=(draw_law, where(subject="isotropic")),
     cosine_law=(draw_law, where(subject="cosine law")),
     radiance=(draw_radiance, where(subject="cosine law")),

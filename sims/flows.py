@@ -34,7 +34,6 @@ from transport.sims import (
     main,
     of_scene,
     one_of,
-    rows_figure,
     sentence,
     several,
     sharp,
@@ -42,7 +41,7 @@ from transport.sims import (
 )
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
-from transport.verification.experiment import Outcome, Row
+from transport.verification.experiment import Outcome
 
 law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
@@ -62,6 +61,7 @@ CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])  # of a t
 _triples = ((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))
 FACES = {f"tetrahedron, face {k}": corners for k, corners in enumerate(_triples)}
 SHOWN = 3  # degrees from 90° at which a prism is thick enough to be drawn
+ARROW = 0.12  # m, breadth of the arrow that stands for the power of a source
 PANELS, MOST = 3, 6000  # prisms that are drawn at most, and places in each
 
 
@@ -276,15 +276,6 @@ def draw_tilts(outcomes: list[Outcome]) -> dict[str, object]:
     }
 
 
-def _label(row: Row, outcome: Outcome) -> str:
-    """A closed meter, and what goes out and in for its net flux; of a patch the row's name."""
-    name = row.name.removeprefix(f"{NET}, ")
-    if name not in METERS:
-        return f"{name}, θ = {_angle(outcome):.6g}°"
-    out, into = fluxes(outcome.result, name)
-    return f"{name}:\n{out.value:.4f} W out, {into.value:.4f} W in"
-
-
 def draw_prisms(outcomes: list[Outcome], path: Path, note: str) -> None:
     """Who crosses the patch, by their places at the start, seen from the side: along the stream and across it."""
     from transport.viz.style import figure
@@ -331,6 +322,78 @@ def _draw_prism(axes, outcome: Outcome) -> None:
     axes.set(aspect="equal", xlabel="z  [m]")
 
 
+def draw_closed(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Each closed detector from the side, with the flows out of it and into it to scale, and their difference."""
+    from transport.viz.style import figure
+
+    title = "What flows out less what flows in is what shines inside"
+    note = f"orange: sources; ring: a white ball; outside: a third source, a mirror; {note}"
+    with figure((19, 13.4), title, note, path) as page:
+        for axes, name in zip(page.subplots(2, 2).flat, METERS, strict=True):
+            _draw_detector(axes, name, outcomes[0])
+
+
+def _outlines(shape: tp.Shape) -> list[np.ndarray]:
+    """Closed lines (x, z) of a sphere, a box, a triangle or a disk as they are seen along y [m]."""
+    x, _, z = shape.center
+    match shape:
+        case tp.Sphere():
+            turn = np.linspace(0, 2 * math.pi, 181)
+            return [np.stack([x + shape.radius * np.cos(turn), z + shape.radius * np.sin(turn)], axis=-1)]
+        case tp.Box():
+            corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2
+            return [corners * np.array(shape.size)[[0, 2]] + (x, z)]
+        case tp.Triangle():
+            return [np.array(shape.vertices)[[0, 1, 2, 0]][:, [0, 2]]]
+    e_u, e_v, _ = np.array(shape.frame)
+    turn = np.linspace(0, 2 * math.pi, 91)[:, None]
+    rim = np.array(shape.center) + shape.radius * (np.cos(turn) * e_u + np.sin(turn) * e_v)
+    return [rim[:, [0, 2]]]
+
+
+def _draw_detector(axes, name: str, outcome: Outcome) -> None:
+    """The scene in pale lines, one detector in bold, and arrows as broad as its flows."""
+    from transport.viz.exhibits import bare_panel
+    from transport.viz.style import BLUE, INK, MUTED, ORANGE, VERMILLION
+    from transport.viz.wording import number_text
+
+    result = outcome.result
+    for surface in result.scene.surfaces[:1]:
+        for line in _outlines(surface.shape):
+            axes.fill(*line.T, fc="white", ec=MUTED, lw=3, zorder=2)
+    for source in result.scene.sources[:2]:  # the third, and the mirror, stand outside of the picture
+        if isinstance(source.shape, tp.Point):
+            axes.plot(source.shape.position[0], source.shape.position[2], "*", color=ORANGE, ms=22, zorder=5)
+        else:
+            for line in _outlines(source.shape):
+                axes.fill(*line.T, fc=ORANGE, ec=ORANGE, lw=4, zorder=5)
+    right = -math.inf
+    for detector in result.scene.detectors:
+        is_shown = detector.name.split(",")[0] == name
+        style = (
+            {"color": INK, "lw": 5, "zorder": 4} if is_shown else {"color": "#c4c4c4", "lw": 1.6, "zorder": 1}
+        )
+        for line in _outlines(detector.shape):
+            axes.plot(*line.T, **style)
+            if is_shown and line[:, 0].max() > right:
+                right, middle = line[:, 0].max(), (line[:, 1].min() + line[:, 1].max()) / 2
+    out, into = fluxes(result, name)
+    for flux, height, way, colour, word in ((out, 0.25, 1, BLUE, "out"), (into, -0.25, -1, VERMILLION, "in")):
+        width = ARROW * flux.value / outcome.given["power"]
+        start = right + (0.06 if way > 0 else 0.76)
+        axes.arrow(
+            start, middle + height, 0.7 * way, 0, width=width, head_width=width + 0.12, head_length=0.16,
+            length_includes_head=True, color=colour, lw=0, zorder=6,
+        )  # fmt: skip
+        said = f"{word}\n{number_text(flux)} W"
+        axes.text(right + 0.86, middle + height, said, color=colour, fontsize=22, va="center", zorder=7)
+    row = outcome[f"{NET}, {name}"]
+    axes.set_title(
+        f"{name}: {row.exact:g} W inside\nout − in = {number_text(row.estimate)} W", linespacing=1.3
+    )
+    bare_panel(axes, (-1.1, 3.05), (-0.85, 1.4))
+
+
 def _thick(outcomes: list[Outcome]) -> list[Outcome]:
     """Patches whose prism is thick enough to be drawn."""
     return [o for o in where(meter="patch")(outcomes) if abs(_angle(o) - 90) > SHOWN][:PANELS]
@@ -339,7 +402,7 @@ def _thick(outcomes: list[Outcome]) -> list[Outcome]:
 draw = figures(
     prisms=(draw_prisms, _thick),
     tilt=(draw_tilts, several(where(meter="patch"))),
-    closed=(rows_figure("Net flux out of closed meters: the power inside", _label), where(meter="closed")),
+    closed=(draw_closed, where(meter="closed")),
 )
 
 

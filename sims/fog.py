@@ -41,7 +41,6 @@ from transport.sims import (
     one_of,
     provenance,
     require,
-    rows_figure,
     sentence,
     sharp,
     where,
@@ -337,12 +336,61 @@ def draw_sun(outcomes: list[Outcome]) -> dict[str, object]:
     return {"series": (depths, seen, lambda depth: SURFACE * np.exp(-depth)), "note": _alike(outcomes)}
 
 
+def draw_room(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """A room full of fog with chords from a place on its wall; radiance there by direction: all, and what came straight."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
+
+    outcome, seen = outcomes[0], outcomes[0].result
+    tau = outcome.given["tau"]
+    with figure((18.5, 9.6), "A glowing room full of fog: as bright as an empty one", note, path) as page:
+        sketch, charts = page.subfigures(1, 2, width_ratios=(1, 1.45))
+        _draw_room(sketch.subplots(), tau)
+        panels = charts.subplots(2, 1, sharex=True, height_ratios=(2.7, 1))
+        straight = RADIANCE * attenuation.ball_transmittance(tau, WALL[:-1], WALL[1:])
+        means = np.diff(WALL**3) / np.diff(WALL**2) * 2 / 3  # cosines, weighted with themselves
+        level = np.full(len(means), RADIANCE)
+        series = {
+            "all light": Series(means, seen["wall"].radiance, lambda mu: RADIANCE + 0 * mu, level),
+            "came straight: exp(−τ cosθ)": Series(
+                means, seen["direct"].radiance, lambda mu: RADIANCE * np.exp(-tau * mu), straight
+            ),
+        }
+        labels = {"xlabel": "cosθ at the wall", "ylabel": "radiance L", "legend": "lower left"}
+        plot_curves(series, ax=tuple(panels), span=(0.0, 1.0), **labels)
+        panels[0].set_ylim(0, 1.15 * RADIANCE)
+
+
+def _draw_room(axes, tau: float) -> None:
+    """The room from beside: its wall glows, and of two chords of one end one is straight, the other bent by the fog."""
+    from transport.viz.exhibits import bare_panel, draw_arrow
+    from transport.viz.style import BLUE, INK, ORANGE, VERMILLION
+
+    turn = np.linspace(0, 2 * math.pi, 361)
+    axes.fill(np.cos(turn), np.sin(turn), fc="#e3e7ea", ec=ORANGE, lw=12)
+    place, words = np.array([0.0, -0.97]), {"fontsize": 22, "ha": "center", "va": "center"}
+    theta = math.radians(38)
+    far = place + 2 * 0.97 * math.cos(theta) * np.array([math.sin(theta), math.cos(theta)])
+    draw_arrow(axes, far, 0.97 * (place - far), VERMILLION, 4)
+    bend = np.array([-0.32, 0.12])
+    start = np.array([-0.94, 0.2])
+    axes.plot(*np.stack([start, bend], axis=1), color=BLUE, lw=4)
+    axes.plot(*bend, "o", color=BLUE, ms=14)
+    draw_arrow(axes, bend, 0.96 * (place - bend), BLUE, 4)
+    axes.plot([0, 0], [-0.95, -0.05], "--", color=INK, lw=2)
+    axes.text(0.13, -0.5, "θ", color=INK, **words)
+    axes.text(0.42, 0.42, "straight:\n$2R$ cosθ of fog", color=VERMILLION, **words)
+    axes.text(-0.35, 0.45, "scattered in", color=BLUE, **words)
+    axes.text(0, 1.16, f"the wall glows; τ = {tau:.3g} across", color=INK, **words)
+    bare_panel(axes, (-1.1, 1.1), (-1.1, 1.25))
+
+
 draw = figures(
     disk=(draw_disk, where(reading="disk")),
     ways=(draw_ways, where(reading="disk")),
     irradiance=(draw_irradiance, where(reading="disk")),
     lamp=(draw_lamp, where(reading="lamp")),
-    room=(rows_figure("A glowing room full of fog: as bright as an empty one"), where(reading="room")),
+    room=(draw_room, where(reading="room")),
     sun=(draw_sun, where(reading="sun")),
 )
 

@@ -35,6 +35,7 @@ view factor from a ball to the disk is the disk's solid angle over 4π, whatever
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -50,11 +51,10 @@ from transport.sims import (
     one_of,
     provenance,
     require,
-    rows_figure,
     where,
 )
 from transport.theory import emitters, solid_angles
-from transport.verification.experiment import Outcome, Row
+from transport.verification.experiment import Outcome
 
 law = (
     "P = π L A, E = π L sin²θ, radiance invariant along a ray, L = d²Φ/dA⊥dω = dE⊥/dω = dI/dA⊥, φ = Φ/πr²"
@@ -281,21 +281,141 @@ def draw_map(outcomes: list[Outcome], **out: object) -> None:
     plot_map(seen, quantity="radiance", label="radiance L", exact=exact_radiance, cut=0.0, title=title, **out)
 
 
-@curves_figure(
-    xlabel="cosine of the sheet's normal to the line of sight",
-    ylabel="irradiance / that face on",
-    title="The sheet turned to 89.9°: irradiance falls with the cosine",
-    log_x=True,
-    log_y=True,
-)
-def draw_turned(outcomes: list[Outcome]) -> dict[str, object]:
-    """Irradiance over that of the sheet face on, which falls with the cosine."""
-    shares = []
-    for outcome in outcomes:
-        seen = solid_angles.disk_projected_solid_angle(outcome.given["radius"], outcome.given["distance"])
-        facing = constant(outcome.result, outcome.given["radiance"] * seen, "W m^-2")
-        shares.append(outcome["irradiance"].estimate / facing)
-    return {"series": ([math.cos(o.given["tilt"]) for o in outcomes], shares, lambda mu: mu)}
+def draw_turned(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The sheet and the area that it shows; irradiance over that face on, which falls with the cosine, and radiance, which stays."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
+
+    with figure((19.5, 9.4), "The sheet turned away: E falls as dA⊥ does, and L stays", note, path) as page:
+        sketch, chart = page.subplots(1, 2, width_ratios=(1, 1.55))
+        _draw_sheet(sketch)
+        shares, series = [], {}
+        whole = [o for o in outcomes if _is_whole(o)]
+        for outcome in whole:
+            seen = solid_angles.disk_projected_solid_angle(outcome.given["radius"], outcome.given["distance"])
+            facing = constant(outcome.result, outcome.given["radiance"] * seen, "W m^-2")
+            shares.append(outcome["irradiance"].estimate / facing)
+        levels = [constant(o.result, o.given["radiance"], "W m^-2 sr^-1") for o in outcomes]
+        radiances = [o[IN_CONE].estimate / level for o, level in zip(outcomes, levels, strict=True)]
+        cosines = [math.cos(o.given["tilt"]) for o in outcomes]
+        series["radiance L = d²Φ/(dA⊥dω)"] = Series(cosines, radiances, lambda mu: 1 + 0 * mu)
+        if whole:
+            series["irradiance E, as dA⊥"] = Series(
+                [math.cos(o.given["tilt"]) for o in whole], shares, lambda mu: mu
+            )
+        least = min(cosines)
+        plot_curves(
+            series, ax=chart, guides={"wrong: L grows as 1/cosθ": lambda mu: 1 / mu}, span=(least, 1.0), log_x=True, log_y=True,
+            xlabel="θ, the sheet turned by", ylabel="over that face on", legend="lower left",
+        )  # fmt: skip
+        chart.set(xlim=(1.2, 0.7 * least), ylim=(0.4 * least, 2 / least))
+        marks = {math.cos(math.radians(angle)): f"{angle:g}°" for angle in (0, 60, 80, 89, 89.9)}
+        chart.set_xticks(list(marks), list(marks.values()))
+        chart.minorticks_off()
+
+
+def _draw_sheet(axes) -> None:
+    """A sheet turned by 60° under rays from far away, its normal, and the area that it shows."""
+    from transport.viz.exhibits import bare_panel, draw_arrow
+    from transport.viz.style import BLUE, INK, ORANGE, VERMILLION
+
+    tilt = math.radians(60)
+    sine, mu = math.sin(tilt), math.cos(tilt)
+    for x in np.linspace(-0.8, 0.8, 5) * mu:
+        foot = -x * sine / mu
+        draw_arrow(axes, (x, 1.25), (0, foot - 1.22), ORANGE, 2)
+    axes.plot([-mu, mu], [sine, -sine], color=INK, lw=9, solid_capstyle="butt", zorder=3)
+    axes.plot([-mu, mu], [1.35, 1.35], color=BLUE, lw=9, solid_capstyle="butt")
+    for x in (-mu, mu):
+        axes.plot([x, x], [1.35, -x * sine / mu], ":", color=BLUE, lw=2)
+    draw_arrow(axes, (0, 0), (0.75 * sine, 0.75 * mu), VERMILLION, 3)
+    axes.plot([0, 0], [0, 0.8], "--", color=VERMILLION, lw=2, zorder=4)
+    words = {"fontsize": 22, "ha": "center", "va": "center"}
+    axes.text(
+        0.24, 0.42, "θ", color=VERMILLION, bbox={"fc": "white", "ec": "none", "pad": 1}, zorder=5, **words
+    )
+    axes.text(0, 1.53, "dA⊥ = dA cosθ", color=BLUE, **words)
+    axes.text(0.32, -0.95, "dA", color=INK, **words)
+    bare_panel(axes, (-0.95, 0.95), (-1.1, 1.65))
+
+
+def draw_ways(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Three ways to read the radiance, against the half angle of dω; what a ball reads, against its radius."""
+    from transport.viz.style import figure
+
+    ways, balls = where(reading="three ways")(outcomes), where(reading="ball")(outcomes)
+    title = (
+        "Three quotients, one limit: the radiance" if ways else "A ball reads the fluence rate, however large"
+    )
+    with figure((4 + 10.5 * bool(ways) + 7 * bool(balls), 9.4), title, note, path) as page:
+        widths = [1, 1.5] * bool(ways) + [1.35] * bool(balls)
+        panels = list(page.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0])
+        if balls:
+            _draw_balls(panels.pop(), balls)
+        if ways:
+            _draw_detectors(panels[0])
+            _draw_quotients(panels[1], ways[0])
+
+
+def _draw_detectors(axes) -> None:
+    """The disk, the ray with the cone dω about it, and the two detectors on it."""
+    from matplotlib.patches import Wedge
+
+    from transport.viz.exhibits import bare_panel, draw_arrow
+    from transport.viz.style import BLUE, GREEN, INK, ORANGE, VERMILLION
+
+    ray, across = np.array([math.sin(RAY), math.cos(RAY)]), np.array([math.cos(RAY), -math.sin(RAY)])
+    middle, place = math.degrees(math.pi / 2 - RAY), 1.5 * ray
+    axes.plot([-1, 1], [0, 0], color=ORANGE, lw=9, solid_capstyle="butt")
+    axes.plot([-0.3, 0.3], [0, 0], color=GREEN, lw=9, solid_capstyle="butt")
+    turn = math.degrees(CONE)
+    axes.add_patch(Wedge((0, 0), 0.9, middle - turn, middle + turn, color=GREEN, alpha=0.3, lw=0))
+    axes.add_patch(Wedge(place, 0.7, middle + 180 - turn, middle + 180 + turn, color=BLUE, alpha=0.3, lw=0))
+    draw_arrow(axes, (0, 0), 1.95 * ray, INK, 2.5)
+    axes.plot(*np.stack([place - 0.4 * across, place + 0.4 * across], axis=1), color=VERMILLION, lw=7)
+    axes.plot(place[0] + np.array([-0.42, 0.42]), [place[1]] * 2, color=BLUE, lw=7)
+    words = {"fontsize": 20, "va": "center"}
+    axes.text(0.2, 1.33, LEVEL, color=BLUE, ha="right", **words)
+    axes.text(1.16, 1.0, ACROSS, color=VERMILLION, ha="center", **words)
+    axes.text(0, -0.2, PART, color=GREEN, ha="center", **words)
+    axes.text(0.4, 0.42, "dω", color=INK, ha="center", **words)
+    bare_panel(axes, (-1.05, 1.5), (-0.35, 1.85))
+
+
+def _draw_quotients(axes, outcome: Outcome) -> None:
+    """The three quotients and their common limit, dashed the one that takes dA for dA⊥."""
+    from transport.viz.curves import draw_points
+    from transport.viz.style import INK, PURPLE, with_unit
+
+    level, angles = outcome.given["radiance"], np.linspace(0, 40, 201)
+    mean = (1 + np.cos(np.radians(angles))) / 2
+    axes.plot(angles, level + 0 * angles, color=INK, lw=2.6)
+    axes.plot(angles, level * mean, color=INK, lw=2.6)
+    axes.plot(angles, level * math.cos(RAY) * mean, "--", color=PURPLE, lw=3, label="wrong: dA for dA⊥")
+    for rank, (name, aside) in enumerate(zip(THREE_WAYS, (0, -0.8, 0.8), strict=True)):
+        read, colour = outcome[name].estimate, (0, 1, 2)[rank]
+        place = np.array([math.degrees(CONE) + aside])
+        draw_points(axes, place, np.array([read.value]), np.array([read.error]), colour, name)
+    axes.plot(0, level, "*", color=INK, ms=26, clip_on=False, label="limit L", zorder=5)
+    axes.set(xlim=(-1, 40), ylim=(0.7 * level, 1.04 * level), xlabel="half angle of dω  [deg]")
+    axes.set_ylabel(with_unit("quotient", outcome[LEVEL].estimate.unit))
+    axes.legend(loc="lower left", title="points ± 2 standard errors", title_fontsize="small")
+
+
+def _draw_balls(axes, outcomes: list[Outcome]) -> None:
+    """What a ball reads against its radius, dashed what a flat detector reads there."""
+    from transport.viz.curves import Series, plot_curves
+
+    of = outcomes[0].given
+    flat = emitters.disk_irradiance(of["radiance"], of["radius"], of["distance"])
+    level = float(of["radiance"] * solid_angles.disk_solid_angle(of["radius"], of["distance"]))
+    balls, seen = [o.given["ball"] for o in outcomes], [o[BALL].estimate for o in outcomes]
+    guides = {"wrong: irradiance there": lambda x: flat + 0 * x}
+    plot_curves(
+        Series(balls, seen, lambda x: level + 0 * x), ax=axes, guides=guides, span=(0.0, 1.0),
+        xlabel="radius of the ball / its distance", ylabel="fluence rate Φ/πr²", legend="lower center",
+    )  # fmt: skip
+    axes.set(ylim=(0, 1.12 * level), title="a ball before the disk")
 
 
 def _is_whole(outcome: Outcome) -> bool:
@@ -304,25 +424,11 @@ def _is_whole(outcome: Outcome) -> bool:
     return math.cos(of["tilt"]) > math.sin(math.atan(of["radius"] / of["distance"]))
 
 
-def _label(row: Row, outcome: Outcome) -> str:
-    """A row's name and what tells its case from the others."""
-    words = {"distance": "{:g} m", "offset": "{:g} m aside", "ball": "r = {:g} d"}
-    given = [words[key].format(value) for key, value in outcome.parameters.items() if key in words]
-    if outcome.given["reading"] == "turned":
-        given.append(f"turned by {math.degrees(outcome.given['tilt']):.4g}°")
-    return ", ".join([row.name.removeprefix("fluence rate, ").removesuffix(", cone in the disk"), *given])
-
-
 draw = figures(
     distances=(draw_distances, lambda of: [o for o in of if "fluence rate" in o]),
     map=(draw_map, holding("map")),
-    turned=(draw_turned, lambda of: [o for o in where(reading="turned")(of) if _is_whole(o)]),
-    ways=(
-        rows_figure(
-            "Radiance L of a Lambert disk, and its integrals", _label, lambda row: row.name != "irradiance"
-        ),
-        where(reading=READINGS[1:]),
-    ),
+    turned=(draw_turned, where(reading="turned")),
+    ways=(draw_ways, where(reading=READINGS[2:])),
 )
 
 

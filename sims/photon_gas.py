@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import transport as tp
-from transport.sims import constant, curves_figure, figures, main, of_scene, one_of, sentence, where
+from transport.sims import constant, figures, main, of_scene, one_of, sentence, where
 from transport.theory import effusion
 from transport.theory.solid_angles import bin_projected_solid_angles, bin_solid_angles
 from transport.verification.experiment import Outcome
@@ -138,16 +138,26 @@ def verdict(outcomes: list[Outcome]) -> str:
     return sentence(*said)
 
 
-@curves_figure(
-    xlabel="μ = cosθ",
-    ylabel="flux density",
-    title="An isotropic gas crosses a patch: n v cosθ / 4π a steradian",
-)
-def draw_gas(outcomes: list[Outcome]) -> dict[str, object]:
+def draw_gas(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Flux density by direction, which falls with the cosine, beside the radiance, which is the same in all directions."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
+
     result = outcomes[0].result
-    flux, emission = result[result.scene.detectors[0].name].flux_density, result.scene.sources[0].emission
-    level = effusion.radiance(emission.density, emission.speed)
-    return {"series": (flux.coords["mu"], flux, lambda mu: level * mu)}
+    front, emission = result[result.scene.detectors[0].name], result.scene.sources[0].emission
+    level, bins = effusion.radiance(emission.density, emission.speed), np.linspace(0, 1, CELLS + 1)
+    quantities = {
+        "flux density: n v cosθ / 4π": (front.flux_density, lambda mu: level * mu, "wrong: without the cosine", lambda mu: level + 0 * mu),
+        "radiance: n v / 4π": (front.radiance, lambda mu: level + 0 * mu, "wrong: as the cosine", lambda mu: level * mu),
+    }  # fmt: skip
+    title = "A gas from all sides: flux falls with the cosine, radiance does not"
+    with figure((18, 9.6), title, note, path) as page:
+        grid = page.subplots(2, 2, sharex="col", sharey="row", height_ratios=(2.7, 1))
+        for column, (words, (seen, law_of, wrong, guide)) in zip(grid.T, quantities.items(), strict=True):
+            series = Series(bins, seen, law_of, law_of((bins[1:] + bins[:-1]) / 2))
+            labels = {"xlabel": "μ = cosθ", "ylabel": "per steradian", "legend": "lower right"}
+            plot_curves(series, ax=tuple(column), guides={wrong: guide}, **labels)
+            column[0].set(title=words, ylim=(0, 1.35 * level))
 
 
 def draw_stuff(outcomes: list[Outcome], path: Path, note: str) -> None:

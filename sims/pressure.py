@@ -18,9 +18,12 @@ pressure is the same there.  "stream" is a parallel beam of light in a steady sc
 from __future__ import annotations
 
 import math
+from pathlib import Path
+
+import numpy as np
 
 import transport as tp
-from transport.sims import constant, figures, main, of_scene, one_of, require, rows_figure
+from transport.sims import constant, figures, main, of_scene, one_of, require, where
 from transport.theory import effusion
 from transport.verification.experiment import Outcome
 
@@ -34,6 +37,7 @@ WALLS = {"mirror": tp.Mirror(), "diffuse": tp.Diffuse(1.0), "black": tp.Black()}
 FLIGHTS = 4  # through the room while the clock runs, where nothing is absorbed
 FASTEST = 9.0  # standard deviations of a velocity
 MASS, SPEED = 4.65e-26, 500.0  # of a nitrogen molecule [kg]; of the stream [m/s]
+MIDDLE, INSIDE = "pressure across the middle", "inside"
 LAYER = tp.Box(size=(1.0, 1.0, 0.5))  # in the middle, where the gas is looked at
 
 
@@ -111,7 +115,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         energy_density = wall.irradiance * constant(result, 4 / tp.speed_of_light, "m^-1 s Pa m^3 J^-1")
         rows["p / u, of u = 4E/c"] = wall.pressure / energy_density
     if "middle" in inside:
-        rows["pressure across the middle"] = result["middle"].pressure
+        rows[MIDDLE] = result["middle"].pressure
     if "layer" in inside:
         layer = result["layer"]
         rows |= {"n k T inside": layer.pressure[0], "T inside": layer.temperature[0]}
@@ -132,7 +136,7 @@ def exact(
     else:
         rows = {"pressure": effusion.gas_pressure(density, temperature, wall)}
     if wall != "black":
-        rows["pressure across the middle"] = rows["pressure"]
+        rows[MIDDLE] = rows["pressure"]
         if stuff == "gas":
             fluence_rate = density * effusion.mean_speed(effusion.thermal_sigma(temperature, MASS))
             rows |= {"n k T inside": rows["pressure"], "T inside": temperature, "n v inside": fluence_rate}
@@ -154,7 +158,108 @@ def _words(outcome: Outcome) -> str:
     return f"{of['stuff']}{' beam' if of['motion'] == 'stream' else ''}, {of['wall']}{tilted}"
 
 
-draw = figures(rows=rows_figure("Light and gas press on walls", lambda row, o: f"{row.name}\n{_words(o)}"))
+def draw_pushes(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Momentum that arrives, leaves and pushes, by wall; below, pressure over the momentum that arrives."""
+    from transport.viz.style import figure
+
+    columns = [wall for wall in WALLS if where(wall=wall)(outcomes)]
+    columns += [INSIDE] if any(MIDDLE in o for o in outcomes) else []
+    tilts = [o.given["tilt"] for o in outcomes if o.given["tilt"] > 0]
+    with figure((4.9 * len(columns) + 1.5, 11.6), "What is sent back pushes once more", note, path) as page:
+        rows = [columns, ["chart"] * len(columns)]
+        panels = page.subplot_mosaic(rows, height_ratios=(1, 1.2))
+        for column in columns:
+            _draw_push(panels[column], column, tilts[0] if tilts else 45 * tp.deg)
+        _draw_factors(panels["chart"], outcomes, columns)
+
+
+def _draw_push(axes, column: str, tilt: float) -> None:
+    """A wall or the middle of the gas with arrows of momentum, to one scale."""
+    from transport.viz.exhibits import bare_panel, draw_arrow
+    from transport.viz.style import BLUE, INK, ORANGE, VERMILLION
+
+    sine, mu = math.sin(tilt), math.cos(tilt)
+    middle, arriving = np.array([0.0, 0.02]), np.array([sine, -mu])
+    if column == INSIDE:
+        axes.plot([-1, 1], [0, 0], "--", color=INK, lw=3)
+        for side in (-1, 1):
+            way = side * np.array([sine, mu])
+            draw_arrow(axes, (0.42 * side, 0) - 0.5 * way, way, BLUE)
+    else:
+        axes.fill_between(
+            [-1, 1], -0.13, 0, color={"mirror": "#a9bccb", "diffuse": "#d9d9d9", "black": INK}[column], lw=0
+        )
+        draw_arrow(axes, middle - arriving, arriving, BLUE)
+        draw_arrow(axes, (0, -0.16), (0, -effusion.stream_pressure(1.0, mu, column) / mu), VERMILLION, 10)
+    if column == "mirror":
+        draw_arrow(axes, middle, (sine, mu), ORANGE)
+        axes.text(-0.98, 0.92, "arrives", color=BLUE, fontsize=20, va="center")
+        axes.text(0.98, 0.92, "leaves", color=ORANGE, fontsize=20, va="center", ha="right")
+        axes.text(0.3, -0.75, "pushes", color=VERMILLION, fontsize=20, va="center")
+    elif column == "diffuse":
+        for angle in np.radians(range(-75, 76, 25)):
+            draw_arrow(
+                axes, middle, math.cos(angle) * np.array([math.sin(angle), math.cos(angle)]), ORANGE, 1.6
+            )
+    words = {"diffuse": "diffuse, ρ = 1", INSIDE: "inside, both ways"}
+    axes.set_title(words.get(column, column), fontweight="bold")
+    bare_panel(axes, (-1.05, 1.05), (-1.4, 1.05))
+
+
+def _draw_factors(axes, outcomes: list[Outcome], columns: list[str]) -> None:
+    """Pressures over that on a black wall, which the arriving momentum alone makes; exact values are bars."""
+    from transport.viz.style import INK, PURPLE, look
+
+    kinds: dict[str, list[tuple[float, tp.Estimate, float]]] = {}
+    for outcome in outcomes:
+        unit = exact(**outcome.given | {"wall": "black"})["pressure"]
+        for row, column in (("pressure", outcome.given["wall"]), (MIDDLE, INSIDE)):
+            if row in outcome:
+                share = outcome[row].estimate / constant(outcome.result, unit, "Pa")
+                kinds.setdefault(_kind(outcome), []).append(
+                    (columns.index(column), share, outcome[row].exact / unit)
+                )
+    axes.axhline(1, ls="--", lw=3, color=PURPLE, label="wrong: arriving momentum alone", zorder=1)
+    for rank, (words, found) in enumerate(kinds.items()):
+        (colour, marker), aside = look(rank), 0.14 * (rank - (len(kinds) - 1) / 2)
+        for column, share, level in found:
+            x = column + aside
+            axes.plot([x - 0.06, x + 0.06], [level] * 2, color=INK, lw=3, zorder=2)
+            axes.errorbar(
+                x,
+                share.value,
+                2 * share.error,
+                fmt=marker,
+                color=colour,
+                ms=16,
+                capsize=5,
+                lw=3,
+                mec="white",
+                label=words,
+            )
+    handles, labels = axes.get_legend_handles_labels()
+    found = dict(zip(reversed(labels), reversed(handles), strict=True))
+    axes.legend(
+        list(found.values())[::-1],
+        list(found)[::-1],
+        loc="lower center",
+        bbox_to_anchor=(0.5, -0.34),
+        ncols=3,
+    )
+    axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(0, 2.6), xticks=range(len(columns)))
+    axes.tick_params(axis="x", labelbottom=False, length=0)
+    axes.set_ylabel("pressure / arriving momentum")
+    axes.grid(False, axis="x")
+
+
+def _kind(outcome: Outcome) -> str:
+    of = outcome.given
+    if of["motion"] == "isotropic":
+        return f"{of['stuff']} from all sides"
+    return f"{of['stuff']} beam, {math.degrees(of['tilt']):.3g}°"
+
+
+draw = figures(pushes=draw_pushes)
 
 
 if __name__ == "__main__":

@@ -20,9 +20,12 @@ coordinates have their origin in the smallest shape, so that nothing is lost.
 from __future__ import annotations
 
 import math
+from pathlib import Path
+
+import numpy as np
 
 import transport as tp
-from transport.sims import figures, main, of_scene, rows_figure
+from transport.sims import figures, main, of_scene
 from transport.theory import emitters
 from transport.verification.experiment import Outcome
 
@@ -38,6 +41,7 @@ DISTANCES = {  # m
     ("Mars", "distance"): 2.279e11,  # 1.5237 au, its semi-major axis (Standish, JPL: elements of the planets)
 }
 POWER, RADIANCE = "power on 1 m^2", "radiance"
+FULL = 0.87  # of the colour map, the colour of the sun's radiance
 
 
 def cases() -> list[dict[str, str]]:
@@ -89,12 +93,72 @@ def verdict(outcomes: list[Outcome]) -> str:
     return said
 
 
-draw = figures(
-    rows=rows_figure(
-        "The sun at the Earth and on Mars",
-        lambda row, o: f"{row.name}\n{o.given['planet']}, by {o.given['given']}",
+def draw_suns(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The sun as each planet sees it, to one scale, its colour the radiance; beside it the power on a square metre."""
+    from transport.viz.style import figure
+
+    with figure((19, 8.6), "The sun looks smaller from Mars, and just as bright", note, path) as page:
+        sky, chart = page.subplots(1, 2, width_ratios=(1.15, 1))
+        _draw_sky(sky, {o.given["planet"]: o for o in outcomes})
+        _draw_powers(chart, outcomes)
+
+
+def _draw_sky(axes, seen: dict[str, Outcome]) -> None:
+    """A disk per planet on a black sky; the same colour is the same radiance."""
+    from matplotlib import colormaps
+    from matplotlib.patches import Circle
+
+    from transport.viz.style import SEQUENTIAL
+    from transport.viz.wording import number_text
+
+    surface, white = (
+        emitters.surface_radiance(emitters.POWER, emitters.AREA),
+        {"color": "white", "ha": "center"},
     )
-)
+    for place, (planet, outcome) in zip((-21, 21), seen.items(), strict=False):
+        radiance = outcome[RADIANCE].estimate
+        size = 2 * math.degrees(math.asin(RADIUS / _distance(planet, outcome.given["given"]))) * 60
+        colour = colormaps[SEQUENTIAL](FULL * radiance.value / surface)
+        axes.add_patch(Circle((place, 0), size / 2, color=colour, lw=0))
+        axes.text(place, 27, planet, fontsize=30, fontweight="bold", va="center", **white)
+        axes.text(place, 20.5, f"{size:.0f}\N{PRIME} across", fontsize=22, va="center", **white)
+        axes.text(place, -23, number_text(radiance, 1e-6), fontsize=24, va="center", **white)
+    if len(seen) > 1:
+        axes.text(0, -30.5, "same colour, same L  [MW m$^{-2}$ sr$^{-1}$]", fontsize=22, va="center", **white)
+    axes.set(aspect="equal", xlim=(-42, 42), ylim=(-36, 33), facecolor="black", xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+
+
+def _draw_powers(axes, outcomes: list[Outcome]) -> None:
+    """Power on a square metre against the distance, dashed what it would be if radiance fell with it."""
+    from transport.viz.style import BLUE, INK, POINTS, PURPLE
+    from transport.viz.wording import number_text
+
+    radiance, mu = (
+        emitters.surface_radiance(emitters.POWER, emitters.AREA),
+        math.cos(outcomes[0].given["zenith_angle"]),
+    )
+    distances = np.linspace(0.7, 1.9, 301)
+    powers = emitters.sphere_irradiance(radiance, RADIUS, distances * tp.au, mu)
+    axes.plot(distances, powers, color=INK, lw=3, label="L π (R/d)²:\nL stays")
+    axes.plot(distances, powers / distances**2, "--", color=PURPLE, lw=3.4, label="wrong: L falls too")
+    axes.set_ylim(0, 1.02 * powers.max() or 1.0)
+    for outcome in outcomes:
+        planet, power = outcome.given["planet"], outcome[POWER].estimate
+        distance = _distance(planet, outcome.given["given"]) / tp.au
+        axes.errorbar(distance, power.value, 2 * power.error, fmt="o", color=BLUE, ms=14, zorder=4, **POINTS)
+    for planet, outcome in {o.given["planet"]: o for o in outcomes}.items():
+        power = outcome[POWER].estimate
+        place = _distance(planet, outcome.given["given"]) / tp.au, power.value
+        words = f"{planet}\n{number_text(power)}"
+        axes.annotate(
+            words, place, (14, 8), textcoords="offset points", color=BLUE, fontweight="bold", fontsize=21
+        )
+    axes.set(xlabel="distance from the sun  [au]", ylabel="power on 1 m²  [W]")
+    axes.legend(loc="upper right", fontsize=20)
+
+
+draw = figures(suns=draw_suns)
 
 
 if __name__ == "__main__":

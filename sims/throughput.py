@@ -39,13 +39,12 @@ from transport.sims import (
     one_of,
     provenance,
     require,
-    rows_figure,
     sharp,
     where,
 )
 from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import Rays, reach_at
-from transport.verification.experiment import Outcome, Row
+from transport.verification.experiment import Outcome
 
 law = "T in = T out, T = ∬ cosθ dω dA; R = L T (Straubel 1902; Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Do mirrors and lenses keep the number of rays, and does a sensor read radiance times throughput?"
@@ -64,6 +63,7 @@ T_1, T_2, KEPT = "T, rays from 1 to 2", "T, rays from 2 to 1", "flux on the opti
 READ = "R/T, {} m behind the hole"
 SLIT, BINS = 4e-3, 26  # m, height of the picture's meters; bins a side
 SECTOR = math.radians(4)  # half of it: rays near the plane of the axis
+SHOWN, WIDE = 3 * FOCAL, 1.5  # m, of an axis in a sketch; width of a sketch over its height
 PLANES = ("at aperture 1", "before the lens", "behind the lens", "at aperture 2")
 
 
@@ -304,17 +304,143 @@ def _portrait(outcome: Outcome, plane: str) -> tuple[np.ndarray, np.ndarray, np.
     return -places[::-1], edges, of_x_and_p, outlines
 
 
-def _label(row: Row, outcome: Outcome) -> str:
-    show, distance = outcome.given["show"], outcome.given["distance"]
-    return f"{row.name}\n{f'wall at {distance:g} m' if show == 'sensor' else show}"
+def draw_laws(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Rays by way of each optic with the throughput in both directions, and what sensors read of a wall."""
+    from transport.viz.style import figure
+
+    beams, sensors = where(show=SHOWS[:-1])(outcomes), where(show="sensor")(outcomes)
+    panels = len(beams) + bool(sensors)
+    columns = min(3, panels)
+    rows = -(-panels // columns)
+    title = (
+        "T from 1 to 2 is T from 2 to 1  [mm² sr]" if beams else "A sensor reads L T, however far the wall"
+    )
+    with figure((7.0 * columns + (2.5 if not beams else 0), 6.8 * rows + 1.0), title, note, path) as page:
+        grid = page.subplots(rows, columns, squeeze=False).ravel()
+        for axes, outcome in zip(grid, beams, strict=False):
+            _draw_beam(axes, outcome)
+        if sensors:
+            _draw_sensors(grid[len(beams)], sensors)
+        for axes in grid[panels:]:
+            axes.remove()
 
 
-draw = figures(
-    portraits=(draw_portraits, where(show="lens")),
-    laws=rows_figure(
-        "Throughput in and out of optics, and what a sensor reads", _label, lambda row: row.name != KEPT
-    ),
-)
+def _draw_beam(axes, outcome: Outcome) -> None:
+    """Section of the beam along the axis, from left to right: apertures, optic, rays; and both measures of its throughput."""
+    from transport.viz.exhibits import bare_panel
+    from transport.viz.style import BLUE, INK, ORANGE, SKY, VERMILLION
+    from transport.viz.wording import number_text
+
+    show, size, index = (outcome.given[name] for name in ("show", "size", "index"))
+    beam = beam_of(show, size, index)
+    lines, optic = _section(show, beam, index)
+    for line in lines:
+        axes.plot(*line.T, color=ORANGE, lw=1.6, zorder=2)
+    fill = {"fc": SKY, "alpha": 0.5} if show == "glass ball" else {"fc": "none"}
+    axes.fill(*optic.T, ec=INK, lw=4, closed=show == "glass ball", zorder=3, **fill)
+    if show == "glass ball":
+        for side in (-1, 1):
+            axes.plot([-1.1 * BALL] * 2, [side * WINDOW, side * BALL], color=INK, lw=5, zorder=3)  # the stop
+    ends = [*lines, optic]
+    for name, disk, colour in (("1", beam.one, BLUE), ("2", beam.two, VERMILLION)):
+        normal, middle = np.array(disk.normal)[[2, 0]], np.array(disk.center)[[2, 0]]
+        if middle[0] > SHOWN:
+            name, middle[0] = f"{name}, at {middle[0]:.2g} m", SHOWN
+        side = np.array([-normal[1], normal[0]])
+        rim = middle + np.outer((-1, 1), disk.radius * side)
+        ends.append(rim)
+        axes.plot(*rim.T, color=colour, lw=7, solid_capstyle="butt", zorder=4)
+        place = rim[np.argmax(rim[:, 1])]
+        axes.annotate(
+            name,
+            place,
+            (0, 6),
+            textcoords="offset points",
+            color=colour,
+            fontsize=24,
+            fontweight="bold",
+            ha="center",
+        )
+    words = [
+        show,
+        f"1 → 2:  {number_text(outcome[T_1].estimate, 1e6)}",
+        f"2 → 1:  {number_text(outcome[T_2].estimate, 1e6)}",
+        f"exact:   {1e6 * outcome[T_1].exact:.5g}",
+    ]
+    axes.set_title("\n".join(words), loc="left", linespacing=1.3)
+    ends = np.concatenate(ends)
+    # Panels of one form, so that all have one size.
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    half = 0.58 * max(high[0] - low[0], WIDE * (high[1] - low[1])) * np.array([1, 1 / WIDE])
+    bare_panel(axes, *zip((low + high) / 2 - half, (low + high) / 2 + half, strict=True))
+
+
+def _section(show: str, beam: Beam, index: float) -> tuple[list[np.ndarray], np.ndarray]:
+    """Rays in the plane of the axis (z, x), and the optic's outline there [m]."""
+    z_1, z_2 = beam.one.center[2], beam.two.center[2]
+    across, turn = np.linspace(-0.95, 0.95, 5), np.linspace(-1, 1, 101)
+    if show == "flat mirror":
+        starts = [np.array([z_1, x]) for x in (-0.9 * beam.one.radius, 0, 0.9 * beam.one.radius)]
+        ends = [np.array([x, FAR]) for x in beam.two.radius * across]  # aperture 2 lies aside of the axis
+        images = [(end, end[::-1]) for end in ends]
+        lines = []
+        for start in starts:
+            for end, image in images:
+                share = (start[1] - start[0]) / (start[1] - start[0] + image[0] - image[1])
+                lines.append(np.stack([start, start + share * (image - start), end]))
+        return lines, math.sqrt(2) * beam.one.radius * np.array([[-1, -1], [1, 1]])
+    if show == "glass ball":
+        rim, height = WINDOW, -1.1 * BALL
+        outline = BALL * np.stack([np.cos(math.pi * turn), np.sin(math.pi * turn)], axis=-1)
+        steps = [
+            partial(optical_paths.refract, center=0.0, radius=BALL, index=index),
+            partial(optical_paths.refract, center=0.0, radius=BALL, index=1 / index, far=True),
+        ]
+    elif show == "spherical mirror":
+        rim, height = 2 * FOCAL * math.sin(CAP), 2 * FOCAL * math.cos(CAP)
+        outline = 2 * FOCAL * np.stack([np.cos(CAP * turn), np.sin(CAP * turn)], axis=-1)
+        steps = [partial(optical_paths.reflect_in_sphere, center=0.0, radius=2 * FOCAL)]
+    elif show == "paraboloid":
+        rim, height = 2 * FOCAL * math.tan(BOWL / 2), -FOCAL * math.cos(BOWL) / math.cos(BOWL / 2) ** 2
+        outline = np.stack([(rim * turn) ** 2 / (4 * FOCAL) - FOCAL, rim * turn], axis=-1)
+        steps = [partial(optical_paths.reflect_in_paraboloid, vertex=-FOCAL, focal_length=FOCAL)]
+    else:
+        rim, height, outline = RIM, 0.0, np.array([[0, -RIM], [0, RIM]])
+        steps = [partial(optical_paths.bend, height=0.0, focal_length=FOCAL)]
+    lines = []
+    for start in (-0.9 * beam.one.radius, 0.0, 0.9 * beam.one.radius):
+        rays = optical_paths.from_to(
+            np.array([start, 0, z_1]), np.stack([rim * across, 0 * across, height + 0 * across], axis=-1)
+        )
+        places = [np.broadcast_to([start, 0, z_1], rays.points.shape)]
+        for step in steps:
+            rays = step(rays)
+            places.append(rays.points)
+        places.append(optical_paths.to_plane(rays, min(z_2, SHOWN)).points)
+        lines += list(np.stack(places, axis=1)[..., [2, 0]])
+    return lines, outline
+
+
+def _draw_sensors(axes, outcomes: list[Outcome]) -> None:
+    """R/T of each sensor against the wall's distance, dashed if the wall's light fell with the distance."""
+    from transport.viz.curves import Series, plot_curves
+
+    distances, level = [o.given["distance"] for o in outcomes], outcomes[0].given["radiance"]
+    series = {}
+    for rank, z in enumerate(BEHIND):
+        aside = 1.12 ** (rank - 1)  # so that points do not hide one another
+        read = [o[READ.format(z)].estimate for o in outcomes]
+        exact_level = (lambda d: level + 0 * d) if rank == 0 else None
+        places = [distance * aside for distance in distances]
+        series[f"{z:g} m behind the hole"] = Series(places, read, exact_level, [level] * len(read))
+    plot_curves(
+        series, ax=axes, guides={"wrong: as 1/d²": lambda d: level * (min(distances) / d) ** 2}, log_x=True,
+        xlabel="distance d of the wall  [m]", ylabel="R / T", legend="center right",
+    )  # fmt: skip
+    axes.set(ylim=(0, 1.15 * level), title="sensor: R = L T")
+
+
+draw = figures(portraits=(draw_portraits, where(show="lens")), laws=draw_laws)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ Aimed sources send out only the rays that are wanted here; that is what the warn
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -36,13 +37,12 @@ from transport.sims import (
     one_of,
     others,
     provenance,
-    rows_figure,
     several,
     sharp,
     where,
 )
 from transport.theory import enclosures, etendue
-from transport.verification.experiment import Outcome, Row
+from transport.verification.experiment import Outcome
 
 law = "L₁ dω₁ dA₁ cosθ₁ = L₂ dω₂ dA₂ cosθ₂; T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂; mean chord 4V/S (Hanrahan 2001; Cauchy 1850)"
 question = "Do rays that join two elements carry the same radiance at both ends?"
@@ -290,20 +290,165 @@ def draw_bias(outcomes: list[Outcome]) -> dict[str, object]:
     }
 
 
-def _label(row: Row, outcome: Outcome) -> str:
-    """A row, and what the case shows in a few words."""
-    of = outcome.given
-    words = f"disks of {of['size_1']:g} m and {of['size_2']:g} m"
-    if of["show"] == "chord":
-        words = str(of["body"])
-    if of["show"] == "first law":
-        one, two = (f"{math.degrees(of[name]):.3g}°" for name in ("tilt_1", "tilt_2"))
-        words = f"{one}, {two}, a = {of['size_1']:g}, {of['size_2']:g} m"
-    return f"{row.name}\n{words}"
+def draw_laws(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The rays between two elements at both ends, all rays between two disks, and mean chords."""
+    from transport.viz.style import figure
+
+    firsts, chords = (where(show=show)(outcomes) for show in ("first law", "chord"))
+    disks = where(show=("throughput", "lines"))(outcomes)
+    drawings = []
+    if firsts:
+        drawings += [_draw_elements, lambda axes: _draw_ends(axes, firsts)]
+    if disks:
+        drawings += [lambda axes: _draw_disks(axes, disks)]
+    if chords:
+        drawings += [lambda axes: _draw_chords(axes, chords)]
+    columns = min(2, len(drawings))
+    rows = -(-len(drawings) // columns)
+    title = "The rays that leave are those that arrive" if firsts or disks else "The mean chord is 4V/S"
+    with figure((9.6 * columns, 7.6 * rows + 1.2), title, note, path) as page:
+        grid = page.subplots(rows, columns, squeeze=False).ravel()
+        for axes, draw_panel in zip(grid, drawings, strict=False):
+            draw_panel(axes)
+        for axes in grid[len(drawings) :]:
+            axes.remove()
 
 
-_laws = rows_figure("Rays that join two elements", _label, lambda row: row.name not in (SAME, WHOLE))
-draw = figures(bias=(draw_bias, several(_alike)), laws=(_laws, others(several(_alike))))
+def _draw_elements(axes) -> None:
+    """Two tilted elements, the line between them, their normals, and the rays that join them."""
+    from transport.viz.exhibits import bare_panel, draw_arrow
+    from transport.viz.style import BLUE, INK, ORANGE, VERMILLION
+
+    ends = (
+        (np.array([0.0, 0.0]), math.radians(55), BLUE, 1),
+        (np.array([3.0, 0.0]), math.radians(40), VERMILLION, -1),
+    )
+    rims = []
+    for rank, (middle, tilt, colour, way) in enumerate(ends, start=1):
+        normal = np.array([way * math.cos(tilt), math.sin(tilt)])
+        side = np.array([-normal[1], normal[0]])
+        rims.append(middle + np.outer((-0.42, 0.42), side * way))
+        axes.plot(*rims[-1].T, color=colour, lw=9, solid_capstyle="butt", zorder=4)
+        draw_arrow(axes, middle, 0.9 * normal, colour, 3)
+        words = {"color": colour, "fontsize": 24, "ha": "center", "va": "center"}
+        axes.text(*(middle + (way * 0.42, 0.2)), f"θ{'₁₂'[rank - 1]}", **words)
+        axes.text(*(middle + (-way * 0.15, -0.62)), f"dA{'₁₂'[rank - 1]}", **words)
+    for share in np.linspace(0, 1, 5):
+        for other in np.linspace(0, 1, 3):
+            start, end = (
+                rim[0] + at * (rim[1] - rim[0]) for rim, at in zip(rims, (share, other), strict=True)
+            )
+            axes.plot(*np.stack([start, end], axis=1), color=ORANGE, lw=1.4, zorder=1)
+    axes.plot([0, 3], [0, 0], "--", color=INK, lw=2.5, zorder=3)
+    axes.text(1.5, 0.12, "r", fontsize=24, ha="center", bbox={"fc": "white", "ec": "none", "pad": 1})
+    axes.set_title("$L_1$ dω₁ dA₁ cosθ₁ = $L_2$ dω₂ dA₂ cosθ₂")
+    bare_panel(axes, (-0.75, 3.75), (-0.95, 1.25))
+
+
+def _draw_ends(axes, outcomes: list[Outcome]) -> None:
+    """Radiance by the rays at either end, with its exact value, and what it would be without the cosines."""
+    from transport.viz.curves import draw_points
+    from transport.viz.style import INK, PURPLE, with_unit
+
+    for rank, (name, words, aside) in enumerate(
+        ((L1, "$L_1$, rays that leave dA₁", -0.12), (L2, "$L_2$, rays that arrive at dA₂", 0.12))
+    ):
+        read = [o[name].estimate for o in outcomes]
+        places = np.arange(len(outcomes)) + aside
+        draw_points(
+            axes, places, np.array([e.value for e in read]), np.array([e.error for e in read]), rank, words
+        )
+    for place, outcome in enumerate(outcomes):
+        row, cosines = outcome[L1], math.cos(outcome.given["tilt_1"]) * math.cos(outcome.given["tilt_2"])
+        reach = [place - 0.3, place + 0.3]
+        axes.plot(reach, [row.exact] * 2, color=INK, lw=2.6, zorder=1, label="exact" if place == 0 else None)
+        wrong = "wrong: without the cosines" if place == 0 else None
+        axes.plot(reach, [row.exact * cosines] * 2, "--", color=PURPLE, lw=3, zorder=1, label=wrong)
+    labels = [
+        f"{math.degrees(o.given['tilt_1']):.3g}°, {math.degrees(o.given['tilt_2']):.3g}°\n{2 * o.given['size_1']:g}, {2 * o.given['size_2']:g} m"
+        for o in outcomes
+    ]
+    axes.set(xticks=range(len(outcomes)), xticklabels=labels, xlim=(-0.5, len(outcomes) - 0.5))
+    axes.set(
+        ylim=(0, 1.5 * max(o[L1].exact for o in outcomes)),
+        ylabel=with_unit("radiance", outcomes[0][L1].estimate.unit),
+    )
+    axes.set_xlabel(
+        "θ₁, θ₂; sides of dA₁, dA₂, 1 m apart"
+        if all(o.given["distance"] == 1 for o in outcomes)
+        else "θ₁, θ₂; sides of dA₁, dA₂"
+    )
+    axes.legend(loc="upper center", ncols=2, columnspacing=1.0, fontsize=16)
+
+
+def _draw_disks(axes, outcomes: list[Outcome]) -> None:
+    """Two disks and the plane between them from beside, with all rays that each of them counted; or by random lines."""
+    from transport.viz.exhibits import bare_panel
+    from transport.viz.style import BLUE, GREEN, INK, ORANGE, PURPLE, VERMILLION
+    from transport.viz.wording import number_text
+
+    outcome = outcomes[0]
+    one, two, distance = (outcome.given[name] for name in ("size_1", "size_2", "distance"))
+    large, tall = max(one, two), 1.3
+    near, far = one / large, two / large
+    for start in np.linspace(-near, near, 4):
+        for end in np.linspace(-far, far, 4):
+            axes.plot([start, end], [0, tall], color=ORANGE, lw=1.4, zorder=1)
+    axes.plot([-near, near], [0, 0], color=BLUE, lw=9, solid_capstyle="butt")
+    axes.plot([-far, far], [tall, tall], color=VERMILLION, lw=9, solid_capstyle="butt")
+    slope = math.tan(PLANE)
+    if AT_2 in outcome:
+        axes.plot([-1.1, 1.1], [tall / 2 - 1.1 * slope, tall / 2 + 1.1 * slope], "--", color=GREEN, lw=4)
+    places = {
+        AT_2: (tall, "counted at dA₂", VERMILLION), UP: (0.72 * tall, "through the plane, up", GREEN),
+        DOWN: (0.42 * tall, "through the plane, down", GREEN), AT_1: (0.0, "counted at dA₁", BLUE),
+        THERE: (tall, "random lines, 1 to 2", VERMILLION), BACK: (0.0, "random lines, 2 to 1", BLUE),
+    }  # fmt: skip
+    words = {"va": "center", "fontsize": 19, "linespacing": 1.2}
+    for name, (height, label, colour) in places.items():
+        if name in outcome:
+            axes.text(1.3, height, f"{label}\n{number_text(outcome[name].estimate)}", color=colour, **words)
+    row = outcome[AT_2 if AT_2 in outcome else THERE]
+    middles = etendue.element_throughput(math.pi * one**2, 1.0, math.pi * two**2, 1.0, distance)
+    axes.text(-1.1, -0.4, f"exact {row.exact:.5g}", color=INK, **words)
+    axes.text(0.3, -0.4, f"wrong, by their middles: {middles:.3g}", color=PURPLE, **words)
+    extra = next((o for o in outcomes[1:] if THERE in o), None)
+    if extra is not None:
+        pair = " and ".join(number_text(extra[name].estimate) for name in (THERE, BACK))
+        axes.text(
+            -1.1,
+            -0.75,
+            f"random lines, disks of {extra.given['size_1']:g} m: {pair}\nexact {extra[THERE].exact:.5g}",
+            color=INK,
+            **words,
+        )
+    axes.set_title(f"T of disks of {one:g} m and {two:g} m  [m² sr]")
+    bare_panel(axes, (-1.15, 2.95), (-0.95, 1.55))
+
+
+def _draw_chords(axes, outcomes: list[Outcome]) -> None:
+    """Mean chords of bodies against 4V/S, with their sections."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import SKY
+
+    x, seen = [o[CHORD].exact for o in outcomes], [o[CHORD].estimate for o in outcomes]
+    plot_curves(
+        Series(x, seen, lambda chord: chord), ax=axes, span=(0.0, 1.25 * max(x)),
+        xlabel="4V/S of the body  [m]", ylabel="mean chord", legend="upper left",
+    )  # fmt: skip
+    axes.set(ylim=(0, 1.25 * max(x)), title="uniform lines through convex bodies")
+    for place, outcome in zip(x, outcomes, strict=True):
+        box = {
+            "boxstyle": "circle" if outcome.given["body"] == "sphere" else "square",
+            "fc": SKY,
+            "ec": "none",
+            "alpha": 0.5,
+        }
+        style = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 18, "bbox": box}
+        axes.annotate(outcome.given["body"], (place, place), (55, -50), **style)
+
+
+draw = figures(bias=(draw_bias, several(_alike)), laws=(draw_laws, others(several(_alike))))
 
 
 if __name__ == "__main__":

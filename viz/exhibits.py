@@ -1,4 +1,4 @@
-"""The gallery's general figures: what each shows, whose result it is drawn from, and how; nothing is run here.
+"""The gallery's general figures: what each shows, whose result it is drawn from, and how; nothing is run here.  And what sketches of several experiments share.
 
 An exhibit is of an experiment's scene with some parameters, or of the showroom, where `sim` is None.  `transport gallery` runs
 each scene once and hands its result to all exhibits of it.
@@ -10,6 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
 from transport.analysis.tracks import Tracks
 from transport.results.result import Result
@@ -52,6 +56,32 @@ class Exhibit:
     def ways(self) -> dict[str, object]:
         """How that is run: dim directions of the room want survivors of a roulette that weigh little."""
         return {"tracking": Tracking(roulette=1e-9)} if self.looks == METERS else {}
+
+
+def draw_arrow(
+    axes: Axes, start: ArrayLike, way: ArrayLike, colour: str, width: float = 4.0, **style: object
+) -> None:
+    """An arrow from a place along a vector, in the coordinates of the axes; style: of its zorder, alpha and the like."""
+    start, way = np.asarray(start, dtype=float), np.asarray(way, dtype=float)
+    shape = {
+        "arrowstyle": "-|>,head_width=0.4,head_length=0.7",
+        "mutation_scale": 10 + 3 * width,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
+    axes.annotate(
+        "",
+        start + way,
+        start,
+        arrowprops=shape | {"color": colour, "lw": width} | style,
+        annotation_clip=False,
+    )
+
+
+def bare_panel(axes: Axes, xlim: tuple[float, float], ylim: tuple[float, float]) -> None:
+    """Axes for a sketch: equal lengths both ways, without a frame, ticks and a grid."""
+    axes.set(aspect="equal", xlim=xlim, ylim=ylim)
+    axes.axis("off")
 
 
 def _map(name: str, title: str, **how: object) -> Draw:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -25,6 +26,15 @@ def estimate_text(estimate: Estimate) -> str:
     tail = " (exact)" if estimate.exact else "" if estimate.reason is None else f" ({estimate.reason})"
     unit = unit_label(estimate.unit)
     return f"{number}{' ' if unit else ''}{unit}{tail}"
+
+
+def number_text(estimate: Estimate, scale: float = 1.0) -> str:
+    """ "18.44 ± 0.01" without the unit, the value times `scale`; the value alone where it has no error."""
+    value, error = scale * estimate.value, scale * estimate.error
+    if estimate.exact or not error > 0 or not math.isfinite(error):
+        return f"{value:.4g}".replace("-", "−")
+    number = plus_minus(value, error)
+    return (number.strip("()") if number.endswith(")") else number).replace("-", "−")
 
 
 def lengths_text(lengths: Sequence[float]) -> str:

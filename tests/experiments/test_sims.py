@@ -38,7 +38,8 @@ FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transpo
     "wall_distance": 500_000,
 }  # fmt: skip
 FIGURES = {  # what is behind the name of each picture of a sim's cases; of others there is one
-    "directions": ("", "_isotropic", "_cosine_law", "_radiance", "_arcs", "_steradian", "_footprint"), "dogleg": ("", "_2"),
+    "directions": ("", "_caps", "_isotropic", "_cosine_law", "_radiance", "_arcs", "_steradian", "_footprint"),
+    "dogleg": ("", "_2"),
     "effusion": ("", "_box", "_beam", "_wind", "_flight", "_burst"), "flows": ("", "_tilt", "_closed"),
     "fog": ("", "_ways", "_irradiance", "_lamp", "_room", "_sun"), "glow": ("", "_furnace"),
     "gonioreflectometer": ("", "_laws"), "integrating_sphere": ("", "_multiplier"),
