@@ -40,7 +40,7 @@ from transport.io import load, merge
 from transport.renderers import register
 from transport.results.result import Result
 from transport.scene.bins import Directions, Positions
-from transport.scene.cameras import Camera, EnvironmentMap
+from transport.scene.cameras import Camera, EnvironmentMap, LightField
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.materials import (
@@ -120,16 +120,17 @@ register("from_json", {"Scene": "transport.io.json.documents:read_scene"})
 register("simulate", {"Scene": "transport.simulate:simulate"})
 
 __all__ = [
-    "Beam", "Black", "Box", "BoxPulse", "Camera", "Cloud", "Conductor", "Cone", "CostOfAccuracy", "Cylinder",
-    "Detector", "Dielectric", "Diffuse", "Directions", "Disk", "Effusive", "EnvironmentMap", "Estimate",
-    "EstimateArray", "Gas", "GaussianPulse", "Glossy", "Grid", "HenyeyGreenstein", "Instant",
-    "InverseCDF", "Isotropic", "Lambertian", "Maxwellian", "Medium", "Mesh", "MeshWarning", "Mirror",
-    "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point", "PointDetector", "Polygon", "Positions",
-    "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source", "SpeedTable",
-    "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Tracks", "Transparent",
-    "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au",
-    "bins_against_noise", "cm", "cost_of_accuracy", "deg", "etendue", "km", "load", "merge", "mm", "mrad",
-    "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us", "view_factor",
+    "Beam", "Black", "Box", "BoxPulse", "Camera", "Cloud", "Conductor", "Cone", "CostOfAccuracy",
+    "Cylinder", "Detector", "Dielectric", "Diffuse", "Directions", "Disk", "Effusive", "EnvironmentMap",
+    "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Glossy", "Grid", "HenyeyGreenstein", "Instant",
+    "InverseCDF", "Isotropic", "Lambertian", "LightField", "Maxwellian", "Medium", "Mesh", "MeshWarning",
+    "Mirror", "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point", "PointDetector", "Polygon",
+    "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
+    "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Tracks",
+    "Transparent", "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin",
+    "arcsec", "au", "bins_against_noise", "cm", "cost_of_accuracy", "deg", "etendue", "km", "load",
+    "merge", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us",
+    "view_factor",
 ]  # fmt: skip
 
 

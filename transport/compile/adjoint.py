@@ -27,10 +27,24 @@ from transport.compile.sources import medium_row
 from transport.geometry.flat import Disk, Rectangle
 from transport.geometry.shape import Point, Shape
 from transport.scene.bins import DirectionCone
-from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
+from transport.scene.cameras import (
+    BALL,
+    CUBE,
+    CYLINDER,
+    FACES,
+    IMAGE_FRAMES,
+    LATITUDE_LONGITUDE,
+    ORTHOGRAPHIC,
+    THIN_LENS,
+    Camera,
+    EnvironmentMap,
+    Instrument,
+    LightField,
+)
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.points import PointDetector
+from transport.scene.projections import EQUAL_AREA, FISHEYE, PINHOLE
 from transport.scene.scene import Scene
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
@@ -39,7 +53,7 @@ from transport.validation import SceneError, short_repr
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-Sensor = Detector | PointDetector | PointInstrument
+Sensor = Detector | PointDetector | Instrument
 # passes that sample a place, sample a direction and set a weight; None where not needed
 Passes = tuple[str | None, str | None, str | None]
 PLACE_PASSES = {Disk: "start_on_disk", Rectangle: "start_on_rectangle"}
@@ -48,6 +62,27 @@ DIRECTION_PASSES = {
     "cosine_law_from_surface": "hemisphere_direction_in_cell",
     "uniform_direction": "direction_in_cell",
     "direction_through_pixel": "direction_in_cell",
+    "direction_through_fisheye": "direction_in_cell",
+    "direction_through_equal_area": "direction_in_cell",
+    "direction_through_cube": "direction_in_cell",
+    "direction_to_plane": "direction_in_cell",
+}
+FISHEYE_PASSES = None, "direction_through_fisheye", "weigh_fisheye"
+EQUAL_AREA_PASSES = None, "direction_through_equal_area", "weigh_equal_area"
+LENS_PASSES: dict[str, Passes] = {
+    PINHOLE: (None, "direction_through_pixel", "weigh_pixel"),
+    FISHEYE: FISHEYE_PASSES,
+    EQUAL_AREA: EQUAL_AREA_PASSES,
+    ORTHOGRAPHIC: ("start_on_rectangle", "direction_of_view", None),
+    THIN_LENS: ("start_on_disk", "direction_to_plane", "weigh_lens"),
+}
+MAP_PASSES: dict[str, Passes] = {
+    LATITUDE_LONGITUDE: (None, "uniform_direction", None),
+    CYLINDER: (None, "uniform_direction", None),
+    CUBE: (None, "direction_through_cube", "weigh_cube"),
+    FISHEYE: FISHEYE_PASSES,
+    EQUAL_AREA: EQUAL_AREA_PASSES,
+    BALL: EQUAL_AREA_PASSES,
 }
 
 
@@ -113,6 +148,8 @@ def _source(sensor: Sensor) -> Source:
     """Return the source that emits the particles of a detector."""
     if isinstance(sensor, Detector):
         return Source(sensor.shape, Lambertian(power=1.0), side=sensor.side)
+    if isinstance(sensor, Instrument) and not isinstance(sensor.shape, Point):
+        return Source(sensor.shape, Lambertian(power=1.0))
     return Source(Point(position=sensor.position), Isotropic(power=1.0))
 
 
@@ -271,9 +308,12 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
     columns |= {f"{axis}_cells": 1 for axis in ("mu", "turn", "u", "v")}
     match sensor:
         case Camera():
-            return columns | _camera_columns(plan, sensor), (None, "direction_through_pixel", "weigh_pixel")
+            return columns | _camera_columns(plan, sensor), LENS_PASSES[sensor.lens]
         case EnvironmentMap():
-            return columns | _uniform_columns(plan, sensor.edges()), (None, "uniform_direction", None)
+            return columns | _map_columns(plan, sensor), MAP_PASSES[sensor.projection]
+        case LightField():
+            passes = "start_on_rectangle", "direction_to_plane", "weigh_lens"
+            return columns | _light_field_columns(plan, sensor), passes
         case PointDetector():
             return columns, (None, None, None)
     # Sample places within position bins, and directions within direction bins, where the detector has any.
@@ -301,11 +341,49 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
 
 
 def _camera_columns(plan: Plan, camera: Camera) -> dict[str, float]:
-    """Return columns of a camera's pixels: rows as turns, columns as cosines; e_u points right."""
+    """Return columns of a camera's pixels: rows as turns, columns as cosines; e_u points right.
+
+    Of an orthographic camera they are places: rows as u and columns as v.
+    """
     left, up, forward = camera.frame
-    edges = camera.edges()
+    right, edges, size = tuple(-x for x in left), camera.edges(), plan.space.size
+    if camera.lens == ORTHOGRAPHIC:
+        columns = layout.frame_columns((up, right, forward))
+        return (
+            columns | edge_columns(plan, "u", edges["v"] / size) | edge_columns(plan, "v", edges["u"] / size)
+        )
+    columns = layout.frame_columns((right, up, forward)) | _image_columns(plan, edges["v"], edges["u"])
+    if camera.lens == THIN_LENS:
+        radii, turns = np.array([0.0, (camera.aperture / 2 / size) ** 2]), np.array([0.0, 1.0])
+        columns |= edge_columns(plan, "u", radii) | edge_columns(plan, "v", turns)
+        columns |= {"nearness": camera.nearness * size, "power": size / camera.focal_length}
+    return columns
+
+
+def _image_columns(plan: Plan, rows: np.ndarray, columns: np.ndarray) -> dict[str, float]:
+    """Return columns of the pixels between these edges."""
+    return edge_columns(plan, "turn", rows) | edge_columns(plan, "mu", columns)
+
+
+def _map_columns(plan: Plan, view: EnvironmentMap) -> dict[str, float]:
+    """Return columns of the bins or pixels of a map; the faces of a cube are u."""
+    edges = view.edges()
+    if view.projection_of_image is None:
+        return _uniform_columns(plan, edges)
+    columns = _image_columns(plan, edges["v"], edges["u"])
+    if view.projection == CUBE:
+        return columns | {"u_cells": len(FACES)}
+    return columns | layout.frame_columns(tuple(map(tuple, IMAGE_FRAMES[view.projection])))
+
+
+def _light_field_columns(plan: Plan, field: LightField) -> dict[str, float]:
+    """Return columns of the cells of a light field: v and u of the near plane, t and s of the far one."""
+    left, up, forward = field.frame
+    edges, size = field.edges(), plan.space.size
     columns = layout.frame_columns((tuple(-x for x in left), up, forward))
-    return columns | edge_columns(plan, "turn", edges["v"]) | edge_columns(plan, "mu", edges["u"])
+    columns |= edge_columns(plan, "u", edges["u"] / size) | edge_columns(plan, "v", edges["v"] / size)
+    columns |= _image_columns(plan, edges["t"] / field.distance, edges["s"] / field.distance)
+    return columns | {"nearness": size / field.distance}
 
 
 def _uniform_columns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:

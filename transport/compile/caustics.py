@@ -35,7 +35,8 @@ from transport.compile.points import MAX_POINTS, PointPlan, Rays
 from transport.compile.sources import emitters_of
 from transport.geometry.relations import is_behind, is_on
 from transport.geometry.shape import Shape
-from transport.scene.cameras import Camera, PointInstrument
+from transport.scene.cameras import CUBE, FACES, Camera, EnvironmentMap, Instrument
+from transport.scene.projections import EQUAL_AREA, FISHEYE, PINHOLE
 from transport.scene.sheets import Sheet, scene_sheets
 from transport.validation import SceneError
 
@@ -44,6 +45,12 @@ if TYPE_CHECKING:
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
 
+KINDS_OF_VIEW = {
+    None: layout.BINS_SEEN,
+    PINHOLE: layout.PINHOLE_SEEN,
+    FISHEYE: layout.FISHEYE_SEEN,
+    EQUAL_AREA: layout.EQUAL_AREA_SEEN,
+}
 SHARE = 1 / 8  # of the histories that start at lamps
 MAX_AIMS = 32  # pairs of lamps and specular surfaces; where there are more, no history is aimed
 
@@ -83,7 +90,7 @@ def emitters_at_lamps(plan: Plan, scene: Scene) -> list[Emitter]:
 
 def _may_start_at_lamps(plan: Plan, scene: Scene) -> bool:
     """Return whether histories may start at lamps."""
-    views = scene.instruments
+    views = [view for view in scene.instruments if view.sees_from_point]
     return (
         0 < len(views) <= MAX_POINTS
         and bool(plan.expectations)
@@ -96,9 +103,9 @@ def _may_start_at_lamps(plan: Plan, scene: Scene) -> bool:
     )
 
 
-def may_show(view: PointInstrument, shape: Shape) -> bool:
+def may_show(view: Instrument, shape: Shape) -> bool:
     """Return whether a shape may be in a picture; False where a plane parts its bounds from what is seen."""
-    if not isinstance(view, Camera) or shape.is_infinite:
+    if not isinstance(view, Camera) or view.lens != PINHOLE or shape.is_infinite:
         return True
     points = np.array(shape.bounds_corners())
     if not view.may_see_hull(points):
@@ -143,17 +150,18 @@ def add_caustics(
     views, rows, unit = {}, [], plan.space.size**2
     for number, sensor in enumerate(sensors):
         emitter = plan.emitters[number]
-        is_view, row = isinstance(sensor, PointInstrument), emitter.cells[0][1]
+        is_view = isinstance(sensor, Instrument) and sensor.sees_from_point
+        row = emitter.cells[0][1]
         state = layout.row(layout.BEGINNING, began=layout.UNBEGUN if is_view else layout.OTHER_FIRST)
         plan.emitters[number] = replace(emitter, cells=(*emitter.cells, ("begin_at_sensor", state)))
         if is_view:
             view = views[sensor.name] = _view(sensor, walls, emitter.amount, unit)
             of_births = emitter.amount / (math.pi * len(view.measures) * unit)
-            is_flat = isinstance(sensor, Camera)
-            values = {"first": first + int(row["first"]), "cells": cells, "sensor": row, "is_flat": is_flat}
-            rows.append(
-                layout.row(layout.VIEW, **values, scale=of_births / (1.0 if is_flat else 2 * math.pi))
-            )
+            is_cube = isinstance(sensor, EnvironmentMap) and sensor.projection == CUBE
+            kind = layout.CUBE_SEEN if is_cube else KINDS_OF_VIEW[sensor.projection_of_image]
+            values = {"first": first + int(row["first"]), "cells": cells, "sensor": row, "projection": kind}
+            unit_of_cells = 2 * math.pi if kind == layout.BINS_SEEN else 1.0  # their azimuths are turns
+            rows.append(layout.row(layout.VIEW, **values, scale=of_births / unit_of_cells))
             plan.points.append(_point_plan(plan, rows[-1], view.scale / unit))
     for each in plan.targets:
         each.births.extend([] for _ in range(len(plan.emitters) - len(each.births)))
@@ -161,7 +169,7 @@ def add_caustics(
     return Caustics(SHARE, power, views, lamps, tuple(rows), surfaces)
 
 
-def _view(view: PointInstrument, walls: list[tuple[Shape, float]], share: float, unit: float) -> View:
+def _view(view: Instrument, walls: list[tuple[Shape, float]], share: float, unit: float) -> View:
     """Return a camera or a map for rays from walls.
 
     share: of the histories that start there;  unit: of areas in the engine [m^2].
@@ -169,9 +177,8 @@ def _view(view: PointInstrument, walls: list[tuple[Shape, float]], share: float,
     place = view.position
     rays = (sent * strongest_ray(piece, place, place) for piece, sent in walls if may_show(view, piece))
     strongest = max(rays, default=0.0)
-    edges, measures = view.edges(), _measures(view)
-    far = max(math.hypot(u, v) for u in edges["u"] for v in edges["v"]) if isinstance(view, Camera) else 0.0
-    births = share * (1 + far**2) ** 1.5 / (len(measures) * measures)
+    measures = _measures(view)
+    births = share * _most_area_per_steradian(view) / (len(measures) * measures)
     scale = power_of_two(strongest * unit) * unit if strongest > 0 else unit
     return View(scale=scale, births=births, measures=measures)
 
@@ -187,12 +194,26 @@ def _point_plan(plan: Plan, view: np.ndarray, scale: float) -> PointPlan:
     return PointPlan(row, first, [[] for _ in plan.emitters], walls, [], [])
 
 
-def _measures(view: PointInstrument) -> np.ndarray:
+def _measures(view: Instrument) -> np.ndarray:
     """Return the measure of each cell of a view, as stored: rows, then columns."""
     edges = view.edges()
-    if isinstance(view, Camera):
-        return np.outer(np.diff(edges["v"]), np.diff(edges["u"])).ravel()
-    return np.outer(np.diff(edges["phi"]), np.diff(np.cos(edges["theta"])[::-1])).ravel()
+    if view.projection_of_image is None:
+        return np.outer(np.diff(edges["phi"]), np.diff(np.cos(edges["theta"])[::-1])).ravel()
+    areas = np.outer(np.diff(edges["v"]), np.diff(edges["u"])).ravel()
+    return np.tile(areas, len(FACES)) if "face" in edges else areas
+
+
+def _most_area_per_steradian(view: Instrument) -> np.ndarray | float:
+    """Return the largest area of the image per solid angle, of all cells or of each as stored."""
+    projection, edges = view.projection_of_image, view.edges()
+    if projection not in (PINHOLE, FISHEYE):
+        return 1.0
+    sides = (np.maximum(np.abs(edges[name][1:]), np.abs(edges[name][:-1])) for name in ("v", "u"))
+    far = np.hypot(*np.meshgrid(*sides, indexing="ij")).ravel()
+    if projection == PINHOLE:
+        return (1 + far.max() ** 2) ** 1.5
+    with np.errstate(divide="ignore"):
+        return 1 / np.maximum(np.sinc(far / math.pi), 0.0)  # beyond the rim there is no bound
 
 
 def _emitters(plan: Plan, scene: Scene) -> Iterator[Emitter]:

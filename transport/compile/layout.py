@@ -209,9 +209,9 @@ DETECTOR = np.dtype(
 # mu_edges: squared cosines (with squared sines at sine_edges), cosines to +z, or columns of pixels.
 # turn_edges: turns, or rows of pixels. u_edges, v_edges: lengths, squared radii or cosines.
 # births: row of the births in cell 0; spread: 1 - cos of the half angle of a cone about `axis`; side: of its
-# normal; handed: sign of e_u.
+# normal; handed: sign of e_u; nearness, power: one over the distance in focus, and over the focal length.
 SENSOR = np.dtype(
-    _floats(FRAME + " axis_x axis_y axis_z side handed radius spread")
+    _floats(FRAME + " axis_x axis_y axis_z side handed radius spread nearness power")
     + _integers("first cells part births sine_edges")
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
 )
@@ -222,8 +222,9 @@ SENSOR = np.dtype(
 UNBEGUN, DIFFUSE_FIRST, OTHER_FIRST = 0, 1, 2
 BEGINNING = np.dtype(_floats("density") + _integers("cell began"))  # state of such histories at birth
 # A Camera or an EnvironmentMap that rays end at. first: first row of its sums for the first lamp; cells:
-# number of rows per lamp; is_flat: whether its cells are pixels; scale: of the density of its histories.
-VIEW = np.dtype([("sensor", SENSOR), *_floats("scale"), *_integers("first cells is_flat")])
+# number of rows per lamp; projection: what its cells are; scale: of the density of its histories.
+BINS_SEEN, PINHOLE_SEEN, CUBE_SEEN, FISHEYE_SEEN, EQUAL_AREA_SEEN = range(5)
+VIEW = np.dtype([("sensor", SENSOR), *_floats("scale"), *_integers("first cells projection")])
 
 # Media by body: row 0 is the surrounding medium, row 1 + k the medium of body k. mfp, sigma_a, survival: as
 # in the bundle.

@@ -30,7 +30,7 @@ from transport.geometry.relations import is_on
 from transport.geometry.shape import Point, Shape
 from transport.geometry.solid import Sphere
 from transport.scene.bins import DirectionCone
-from transport.scene.cameras import PointInstrument
+from transport.scene.cameras import Instrument
 from transport.scene.detectors import Detector
 from transport.scene.parts import has_emission, named_media, surface_name
 from transport.scene.points import PointDetector
@@ -454,7 +454,7 @@ def _against_rays(scene: Scene, source: Source, title: str, removal: str | None)
 
 def _against_sensor(scene: Scene, detector: object) -> Iterator[str]:
     """Yield the reasons why no history can start from a detector."""
-    if isinstance(detector, PointInstrument | PointDetector):
+    if isinstance(detector, Instrument | PointDetector):
         return
     title = f"{type(detector).__name__} {detector.name!r}"
     if not isinstance(detector, Detector):

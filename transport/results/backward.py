@@ -32,7 +32,13 @@ from transport.results.tally import (
     energy_unit,
 )
 from transport.scene.bins import DirectionCone
-from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
+from transport.scene.cameras import (
+    THIN_LENS,
+    Camera,
+    EnvironmentMap,
+    Instrument,
+    LightField,
+)
 from transport.scene.detectors import Detector
 from transport.scene.parts import SceneParts
 from transport.scene.points import PointDetector
@@ -43,11 +49,15 @@ from transport.units import Unit
 from transport.validation import SceneError, short_repr
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
-SENSORS = {Camera: "camera", EnvironmentMap: "environment map", PointDetector: "point detector"}
-PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
+SENSORS = {
+    Camera: "camera",
+    EnvironmentMap: "environment map",
+    LightField: "light field",
+    PointDetector: "point detector",
+}
 
 
-def backward_reading(result, sensor: Detector | PointDetector | PointInstrument) -> Tally:
+def backward_reading(result, sensor: Detector | PointDetector | Instrument) -> Tally:
     """The reading of a detector at which histories start."""
     kind = BackwardReading if isinstance(sensor, Detector) else ViewReading
     return kind(result, sensor)
@@ -205,11 +215,18 @@ class ViewReading(Tally):
     radiance = Quantity(
         """Mean arriving radiance over each pixel's or bin's solid angle [W m^-2 sr^-1].
 
-        Axes (v, u) of a Camera, (theta, phi) of an EnvironmentMap.
+        Axes (v, u) of a Camera and of images of an EnvironmentMap, (face, v, u) of a cube, else
+        (theta, phi), and (u, v, s, t) of a LightField.
         """,
         "radiance",
         BINS,
         needs=("bins",),
+    )
+    irradiance = Quantity(
+        "Mean irradiance E of each pixel of the film of a thin lens [W m^-2], axes (v, u).",
+        "irradiance",
+        BINS,
+        needs=("film",),
     )
     fluence_rate = Formula(
         "Fluence rate at the point, φ = ∫ L dω over all directions, direct light of Beams included [W m^-2].",
@@ -221,26 +238,25 @@ class ViewReading(Tally):
     )
 
     def __init__(
-        self, result, sensor: PointInstrument | PointDetector, lamps: tuple[int, ...] | None = None
+        self, result, sensor: Instrument | PointDetector, lamps: tuple[int, ...] | None = None
     ) -> None:
         super().__init__(result, sensor)
         self.shape = Point(position=sensor.position)
         self._result, self.cell_sums = result, CellSums(result, sensor, lamps)
         edges = {} if isinstance(sensor, PointDetector) else sensor.edges()
-        self.axes = tuple(Axis(name, each, PLANE.get(name, "")) for name, each in edges.items())
+        units = {} if not isinstance(sensor, Instrument) else sensor.axis_units
+        self.axes = tuple(Axis(name, each, units.get(name, "")) for name, each in edges.items())
 
     @cached_property
     def scores(self) -> Mapping[str, Score]:
         """Mean radiance of the histories of each pixel or bin."""
-        is_image = isinstance(self.detector, Camera)
-        inner = self.axes if is_image else self.axes[::-1]  # cosines are stored within azimuths
+        inner, gain = self._stored_axes, 1.0
         rows, sizes = Rows(0, (), inner, 1 + math.prod(map(len, inner))), self.run.sizes
         rows = rows if inner else Rows(1, (), (), 1)
-        gain = 1.0
-        if is_image:  # the mean over a pixel's solid angle, of histories even over its area
-            v, u = self.detector.edges().values()
-            gain = np.ravel(float((v[1] - v[0]) * (u[1] - u[0])) / self.detector.solid_angles())
-            gain = np.pad(gain, (1, 0))  # row 0, for the outside, is no pixel
+        gains = self.detector.gains() if inner else None
+        if gains is not None:  # histories are even over a pixel's area, and the mean is over its measure
+            stored = np.moveaxis(gains, [self.axes.index(axis) for axis in inner], range(len(inner)))
+            gain = np.pad(stored.ravel(), (1, 0))  # row 0, for the outside, is no pixel
         number, part = sizes.sum(), self.cell_sums.parts[0]
         sizes_of = dict(zip(map(id, self.batches), sizes.tolist(), strict=True))
 
@@ -254,33 +270,43 @@ class ViewReading(Tally):
         def in_run(batch: Batch, first: int, past: int) -> np.ndarray:
             return scored(batch, first, past) * (number / sizes_of[id(batch)])
 
-        return {
-            "radiance": Score(
-                rows,
-                radiance,
-                scored,
-                "W m^-2 sr^-1",
-                is_mean=True,
-                findings=partial(self.diagnosis.missing, "radiance"),
-            ),
+        def irradiance(batch: Batch, first: int, past: int) -> np.ndarray:
+            return radiance(batch, first, past) * measure[first:past]
+
+        missing = partial(self.diagnosis.missing, "radiance")
+        kept = {"is_mean": True, "findings": missing}
+        scores = {"radiance": Score(rows, radiance, scored, "W m^-2 sr^-1", **kept)}
+        if "film" not in self.lacks:
+            measure = np.pad(self.detector.extent().values.ravel(), (1, 0))
+            scores["irradiance"] = Score(rows, irradiance, scored, "W m^-2", largest=measure.max(), **kept)
+        return scores | {
             "count": Score(rows, in_run, scored, "1", is_mean=True),
         }
 
+    @property
+    def _stored_axes(self) -> tuple[Axis, ...]:
+        """The axes in the order in which cells are stored, the fastest last."""
+        if not self.axes:
+            return ()
+        named = {axis.name: axis for axis in self.axes}
+        return tuple(named[name] for name in self.detector.stored_axes)
+
     def in_bins(self, cells: np.ndarray) -> np.ndarray:
         """Return numbers of cells, as they are stored, in the shape of `radiance`."""
-        rows, columns = (len(each) - 1 for each in self.detector.edges().values())
-        if isinstance(self.detector, Camera):
-            return cells.reshape(rows, columns)
-        return cells.reshape(columns, rows).T[::-1]  # cosines rise within azimuths, polar angles fall
+        inner = self._stored_axes
+        cells = cells.reshape([len(axis) for axis in inner])
+        cells = np.moveaxis(cells, range(len(inner)), [self.axes.index(axis) for axis in inner])
+        falling = [k for k, axis in enumerate(self.axes) if axis.coordinate.is_falling]
+        return np.flip(cells, falling)
 
-    @property
+    @cached_property
     def measures(self) -> Mapping[str, Callable[[], Measure]]:
-        """Solid angle of each pixel or bin, over which radiance is a mean."""
-        axes = tuple(axis.name for axis in self.axes)
-        return {"solid angle": lambda: Measure(self.detector.solid_angles(), "sr", axes)}
+        """What radiance is a mean over: solid angle, area or throughput of each pixel or bin."""
+        extent = self.detector.extent()
+        return {extent.name: lambda: Measure(extent.values, extent.unit, extent.axes)}
 
     def _measures_of(self, quantity: str) -> tuple[str, ...]:
-        return ("solid angle",) if quantity == "radiance" else ()
+        return tuple(self.measures) if quantity == "radiance" else ()
 
     @cached_property
     def lacks(self) -> Lacks:
@@ -288,18 +314,21 @@ class ViewReading(Tally):
         return self.lacks_of(self._result.scene, self.detector)
 
     @staticmethod
-    def lacks_of(scene: SceneParts, detector: PointInstrument | PointDetector) -> Lacks:
+    def lacks_of(scene: SceneParts, detector: Instrument | PointDetector) -> Lacks:
         """Return what the sensor was not set up for; known before a run."""
         if isinstance(detector, PointDetector):
-            return {"bins": ("bins", "use an EnvironmentMap there")}
+            return {"bins": ("bins", "use an EnvironmentMap there"), "film": ("film", "use a Camera")}
+        lacks = {"film": ("the film of a lens", "write Camera(lens='thin lens')")}
+        if isinstance(detector, Camera) and detector.lens == THIN_LENS:
+            lacks = {}
         if any(found_by_rays_alone(scene, source) for source in scene.sources):
             needs = "the direct light of each Point and Beam, which has no radiance"
-            return {"all directions": (needs, "use a PointDetector there")}
-        if not isinstance(detector, Camera) and math.isclose(
+            return lacks | {"all directions": (needs, "use a PointDetector there")}
+        if detector.sees_from_point and math.isclose(
             float(detector.solid_angles().sum()), 4 * math.pi, rel_tol=1e-9
         ):
-            return {}
-        return {"all directions": ("all directions", "use an EnvironmentMap that covers all of them")}
+            return lacks
+        return lacks | {"all directions": ("all directions", "use an EnvironmentMap that covers all of them")}
 
     def _fluence_rate(self) -> Estimate:
         """The sum of radiance times solid angle over all cells."""
@@ -309,7 +338,8 @@ class ViewReading(Tally):
             values = 4 * math.pi * means[:, 0]
         else:
             values = self.sums("radiance", BINS) * self.detector.solid_angles()
-            values = batch_totals(values) if isinstance(values, ChunkedArray) else values.sum(axis=(1, 2))
+            axes = tuple(range(1, values.ndim))
+            values = batch_totals(values) if isinstance(values, ChunkedArray) else values.sum(axis=axes)
         return self._with_findings(
             Estimate(values, run, unit, counts=counts), self.scores["radiance"], 4 * math.pi
         )
@@ -320,7 +350,8 @@ class ViewReading(Tally):
         Returns
         -------
         numpy.ndarray
-            Shape (height, width) for a Camera, (theta, phi) for an EnvironmentMap.
+            Shape (height, width) for a Camera and for images of an EnvironmentMap, (6, height, width) for its
+            cube, else (theta, phi); (u, v, height, width), a picture for each view, for a LightField.
 
         Notes
         -----
@@ -377,7 +408,10 @@ class ViewReading(Tally):
         return f"<{self.name}: {what} {getattr(self, what)!r}>"
 
     def _top_row_first(self, rows: np.ndarray) -> np.ndarray:
-        return rows[::-1] if isinstance(self.detector, Camera) else rows
+        names = [axis.name for axis in self.axes]
+        if names == list("uvst"):
+            return rows.swapaxes(2, 3)[:, :, ::-1]
+        return np.flip(rows, names.index("v")) if "v" in names else rows
 
 
 # ---- Sums over the cells of a sensor in a backward run, per batch; very many cells are computed in chunks.
@@ -393,7 +427,7 @@ class CellSums:
         adjoint: Adjoint = result.plan.adjoint
         self.adjoint, self.batches, self.run, self.plan = adjoint, result.batches, result.run, result.plan
         self.parts = adjoint.parts_of(sensor)
-        self.is_view = isinstance(sensor, PointInstrument)
+        self.is_view = isinstance(sensor, Instrument)
         # how histories from lamps score, where they do (compile/caustics.py)
         self.view = adjoint.caustics.views.get(sensor.name) if adjoint.caustics else None
         self.lamps = tuple(range(len(adjoint.sources))) if lamps is None else lamps

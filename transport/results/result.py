@@ -23,7 +23,7 @@ from transport.results.report import ledger_lines, part_text, price_of, report_o
 from transport.results.tally import Tally
 from transport.results.volumes import VolumeReading
 from transport.scene.bodies import surrounding_medium
-from transport.scene.cameras import Camera, EnvironmentMap
+from transport.scene.cameras import Camera, EnvironmentMap, LightField
 from transport.scene.detectors import Detector
 from transport.scene.phase_space import PhaseSpace, Snapshot
 from transport.scene.points import PointDetector
@@ -52,6 +52,7 @@ TALLIES: dict[type, type[Tally]] = {
     PhaseSpace: PhaseReading,
     Camera: ViewReading,
     EnvironmentMap: ViewReading,
+    LightField: ViewReading,
 }
 __all__ = ["Cost", "Ledger", "Result"]
 

@@ -5,7 +5,7 @@ from dataclasses import fields
 from functools import cached_property
 
 from transport.geometry.shape import Shape
-from transport.scene.cameras import Camera, EnvironmentMap, PointInstrument
+from transport.scene.cameras import Camera, EnvironmentMap, Instrument, LightField
 from transport.scene.detectors import Detector
 from transport.scene.materials import AnyMedium, Surface
 from transport.scene.media import Medium, Vacuum
@@ -24,8 +24,19 @@ from transport.validation import (
     short_repr,
 )
 
-DETECTOR_TYPES = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
-AnyDetectorType = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
+DETECTOR_TYPES = (
+    Camera,
+    Detector,
+    EnvironmentMap,
+    LightField,
+    PhaseSpace,
+    PointDetector,
+    Snapshot,
+    VolumeDetector,
+)
+AnyDetectorType = (
+    Camera | Detector | EnvironmentMap | LightField | PhaseSpace | PointDetector | Snapshot | VolumeDetector
+)
 
 
 @scene_object
@@ -117,14 +128,14 @@ class SceneParts:
         return tuple(part for part in self.detectors if isinstance(part, PointDetector))
 
     @cached_property
-    def instruments(self) -> tuple[PointInstrument, ...]:
+    def instruments(self) -> tuple[Instrument, ...]:
         """The detectors that only backward histories reach, each Camera and EnvironmentMap.
 
         Returns
         -------
         tuple
         """
-        return tuple(part for part in self.detectors if isinstance(part, PointInstrument))
+        return tuple(part for part in self.detectors if isinstance(part, Instrument))
 
     @cached_property
     def path_media(self) -> tuple[AnyMedium, ...]:

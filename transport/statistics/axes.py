@@ -39,6 +39,9 @@ COORDINATES = {
     "speed": Coordinate(SPEED, "m s^-1", "speed"),
     "u": Coordinate(POSITION, "", "u"),
     "v": Coordinate(POSITION, "", "v"),
+    "s": Coordinate(POSITION, "m", "s"),
+    "t": Coordinate(POSITION, "m", "t"),
+    "face": Coordinate(DIRECTION, "1", "face"),
     "mu": Coordinate(DIRECTION, "1", "mu", symbol="μ", words="cosine μ"),
     "theta": Coordinate(
         DIRECTION, "rad", "mu", is_falling=True, symbol="θ", words="polar angle θ", is_from_pole=True

@@ -25,6 +25,7 @@ from transport.physics.directions import from_frame, select, turned_by
 from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.streams import DIRECTION, POSITION, SHARES, random_words, uniform
 
+INVERSE_TURN = 1.0 / (2.0 * math.pi)
 SLANT_UNITS = 1 << 22  # units of a slant of 1
 # Bound of the score of a ray to a Point. Those from the nearest walls are about 1, and only light scattered
 # within a millionth of their distance exceeds it: a share of 1e-12.
@@ -204,6 +205,122 @@ def weigh_pixel(lane, table):
     nx, ny, nz = table.nx, table.ny, table.nz
     mu = lane.ux * nx + lane.uy * ny + lane.uz * nz
     lane.weight *= mu * mu * mu
+
+
+@device
+def image_radius(lane):
+    """Return the distance of a point of an image from its middle."""
+    u, v = lane.u2, lane.u3
+    return math.sqrt(u * u + v * v)
+
+
+@lane_pass(layout.SENSOR)
+def direction_through_fisheye(lane, table):
+    """Set the direction at the polar angle that is the distance from the middle of the image."""
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    nx, ny, nz = table.nx, table.ny, table.nz
+    radius = image_radius(lane)
+    mu, sine = cos_sin_turn(min(radius * INVERSE_TURN, 0.5))
+    aside = sine / radius if radius > 0.0 else 1.0
+    u, v = aside * lane.u2, aside * lane.u3
+    lane.ux, lane.uy, lane.uz = from_frame(u, v, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
+
+
+@lane_pass(layout.SENSOR)
+def weigh_fisheye(lane, table):
+    """Weight by solid angle per area of the image, sin(theta)/theta; 0 beyond theta = pi."""
+    radius = image_radius(lane)
+    _, sine = cos_sin_turn(min(radius * INVERSE_TURN, 0.5))
+    weight = sine / radius if radius > 0.0 else 1.0
+    lane.weight *= weight if radius < math.pi else 0.0
+
+
+@lane_pass(layout.SENSOR)
+def direction_through_equal_area(lane, table):
+    """Set the direction at the distance 2 sin(theta/2) from the middle of the image."""
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    nx, ny, nz = table.nx, table.ny, table.nz
+    u, v = lane.u2, lane.u3
+    square = min(0.25 * (u * u + v * v), 1.0)  # sin^2(theta/2)
+    aside = math.sqrt(1.0 - square)
+    u, v, mu = aside * u, aside * v, 1.0 - 2.0 * square
+    lane.ux, lane.uy, lane.uz = from_frame(u, v, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
+
+
+@lane_pass(layout.SENSOR)
+def weigh_equal_area(lane, table):
+    """End histories beyond the rim of the image; all others have the same weight."""
+    u, v = lane.u2, lane.u3
+    lane.weight *= 1.0 if u * u + v * v < 4.0 else 0.0
+
+
+@lane_pass(layout.SENSOR)
+def direction_through_cube(lane, table):
+    """Set the direction through a face of a cube about the point: +x, -x, +y, -y, +z, -z.
+
+    Images are upright along +z, those of the last two along +y.
+    """
+    face = (lane.cell - table.first) // (table.mu_cells * table.turn_cells)
+    ahead = 1.0 - 2.0 * float(face & 1)
+    u, v = lane.u2, lane.u3
+    mu = 1.0 / math.sqrt(1.0 + u * u + v * v)
+    right, up, along = mu * u, mu * v, mu * ahead
+    is_x, is_z = face < 2, face >= 4
+    turned = ahead * right
+    lane.ux = along if is_x else (-turned if is_z else turned)
+    lane.uy = -turned if is_x else (up if is_z else along)
+    lane.uz = along if is_z else up
+
+
+@lane_pass(layout.SENSOR)
+def weigh_cube(lane, table):
+    """Weight by solid angle per area of a face of the cube, cos^3."""
+    u, v = lane.u2, lane.u3
+    square = 1.0 / (1.0 + u * u + v * v)
+    lane.weight *= square * math.sqrt(square)
+
+
+@lane_pass(layout.SENSOR)
+def direction_of_view(lane, table):
+    """Set the line of sight as the direction."""
+    lane.ux, lane.uy, lane.uz = table.nx, table.ny, table.nz
+
+
+@device
+def offset_in_plane(lane, table):
+    """Return the place on a lens or a near plane, along e_u and e_v from its middle."""
+    x, y, z = lane.x - table.cx, lane.y - table.cy, lane.z - table.cz
+    u = x * table.eux + y * table.euy + z * table.euz
+    v = x * table.evx + y * table.evy + z * table.evz
+    return u, v
+
+
+@lane_pass(layout.SENSOR)
+def direction_to_plane(lane, table):
+    """Set the direction from a place on a lens to a point of the plane in focus, seen from its middle.
+
+    table.nearness: one over the distance of that plane.
+    """
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    nx, ny, nz, nearness = table.nx, table.ny, table.nz, table.nearness
+    a, b = offset_in_plane(lane, table)
+    u, v = lane.u2 - nearness * a, lane.u3 - nearness * b
+    mu = 1.0 / math.sqrt(1.0 + u * u + v * v)
+    u, v = mu * u, mu * v
+    lane.ux, lane.uy, lane.uz = from_frame(u, v, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
+
+
+@lane_pass(layout.SENSOR)
+def weigh_lens(lane, table):
+    """Weight by cos^4 of the line from the film to the place on the lens; of the ray itself without power.
+
+    table.power: one over the focal length.
+    """
+    power, nearness = table.power, table.nearness
+    a, b = offset_in_plane(lane, table)
+    u, v = lane.u2 + (power - nearness) * a, lane.u3 + (power - nearness) * b
+    square = 1.0 / (1.0 + u * u + v * v)
+    lane.weight *= square * square
 
 
 @lane_pass(layout.SENSOR)

@@ -5,6 +5,8 @@ lamp. `path_density` is how densely histories of that kind cover phase space, pe
 angle: that of a lamp's histories everywhere, that of a camera's histories at their first diffuse wall.
 """
 
+import math
+
 import numpy as np
 from numba import int64, uint64
 
@@ -46,34 +48,61 @@ def keep_rays_to_lamps(lane, table):
 def cell_seen(lane, table, x, y, z):
     """Return the pixel or bin of a direction from a view, -1 for none, and its cosine to the optical axis.
 
-    The cosine of a map is 1.
+    That of a cube is to the axis of its face, that of bins of theta and phi is 1.
     """
-    m, across, up, depth = table.sensor, z, 0.0, 1.0
-    if table.is_flat != 0:
-        depth = x * m.nx + y * m.ny + z * m.nz
-        if not depth > 0.0:
-            return int64(-1), 1.0
-        across = (x * m.eux + y * m.euy + z * m.euz) / depth
-        up = (x * m.evx + y * m.evy + z * m.evz) / depth
-    else:
+    m, across, up, depth, face = table.sensor, z, 0.0, 1.0, int64(0)
+    if table.projection == layout.BINS_SEEN:
         up = azimuth_turn(x, y)
         low = view(lane.arena + m.turn_edges, 1, np.float64)[0]
         up += 1.0 if up < low else (-1.0 if up >= low + 1.0 else 0.0)
+    elif table.projection == layout.CUBE_SEEN:
+        depth = max(abs(x), abs(y), abs(z))
+        is_x, is_y = depth == abs(x), depth == abs(y)
+        ahead = x if is_x else (y if is_y else z)
+        face = int64(0 if is_x else (2 if is_y else 4)) + int64(ahead < 0.0)
+        across = (-y if is_x else (x if is_y else -x)) / ahead
+        up = (z if is_x | is_y else y) / depth
+    else:
+        depth = x * m.nx + y * m.ny + z * m.nz
+        across, up = x * m.eux + y * m.euy + z * m.euz, x * m.evx + y * m.evy + z * m.evz
+        if table.projection == layout.PINHOLE_SEEN:
+            if not depth > 0.0:
+                return int64(-1), 0.0
+            across, up = across / depth, up / depth
+        elif table.projection == layout.FISHEYE_SEEN:
+            sine = math.sqrt(across * across + up * up)
+            depth = min(max(depth, -1.0), 1.0)
+            aside = 2.0 * math.pi * azimuth_turn(depth, sine) / sine if sine > 0.0 else 1.0
+            across, up = aside * across, aside * up
+        else:
+            aside = math.sqrt(2.0 / (1.0 + depth)) if depth > -1.0 else 0.0
+            across, up = aside * across, aside * up
     column = find_cell(across, m.mu_cells, lane.arena + m.mu_edges)
     row = find_cell(up, m.turn_cells, lane.arena + m.turn_edges)
-    cell = int64(row * m.mu_cells + column)
+    cell = int64((face * m.turn_cells + row) * m.mu_cells + column)
     return cell if (row >= 0) & (column >= 0) else int64(-1), depth
+
+
+@device
+def in_steradians(projection, area, depth):
+    """Return the solid angle of a small area of an image at a cosine to its axis."""
+    if projection <= layout.CUBE_SEEN:  # 1 for bins of theta and phi
+        return area * depth * depth * depth
+    if projection == layout.FISHEYE_SEEN:
+        sine = math.sqrt((1.0 - depth) * (1.0 + depth))
+        return area * sine / (2.0 * math.pi * azimuth_turn(depth, sine)) if sine > 0.0 else area
+    return area
 
 
 @device
 def births_per_area(lane, table, cell, depth, cosine, distance):
     """Return the density that histories born in a cell have on a wall (table.scale)."""
     m = table.sensor
-    column, row = cell % m.mu_cells, cell // m.mu_cells
+    column, row = cell % m.mu_cells, cell // m.mu_cells % m.turn_cells
     columns = view(lane.arena + m.mu_edges, m.mu_cells + 1, np.float64)
     rows = view(lane.arena + m.turn_edges, m.turn_cells + 1, np.float64)
     measure = (columns[column + 1] - columns[column]) * (rows[row + 1] - rows[row])
-    return table.scale * cosine / (distance * distance * measure * depth * depth * depth)
+    return table.scale * cosine / in_steradians(table.projection, distance * distance * measure, depth)
 
 
 @lane_pass(layout.VIEW)
@@ -100,8 +129,9 @@ def note_first_wall(lane, table):
     if is_mine & (lane.surface != 0) & (lane.material == layout.DIFFUSE):
         x, y, z, distance = direction_to(m.cx, m.cy, m.cz, lane.x, lane.y, lane.z)
         cosine = abs(x * lane.nx + y * lane.ny + z * lane.nz)
-        depth = x * m.nx + y * m.ny + z * m.nz if table.is_flat != 0 else 1.0
-        if (distance > 0.0) & (depth > 0.0):
+        _, depth = cell_seen(lane, table, x, y, z)
+        is_seen = (depth > 0.0) | ((table.projection >= layout.FISHEYE_SEEN) & (abs(depth) < 1.0))
+        if (distance > 0.0) & is_seen:
             lane.path_density = births_per_area(lane, table, cell, depth, cosine, distance)
 
 

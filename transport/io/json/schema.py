@@ -17,6 +17,7 @@ from transport.io.json.codec import DTYPES, SCENE_TYPES, fields_of
 from transport.io.json.documents import FORMAT, VERSION
 from transport.io.json.text import pretty_print
 from transport.scene.bins import DIRECTION_RANGES
+from transport.scene.cameras import LENSES, PROJECTIONS
 from transport.scene.emissions import Emission
 from transport.scene.materials import Material
 from transport.scene.phase_functions import Phase
@@ -32,7 +33,13 @@ INTEGER = {"type": "integer"}
 PLAIN_TYPES = {
     float: {"type": "number"}, int: INTEGER, str: {"type": "string"}, bool: {"type": "boolean"}
 }  # fmt: skip
-STRING_VALUES = {"side": list(IS_BACK), "frame": list(DIRECTION_RANGES), "estimator": [TRACK, COLLISION]}
+STRING_VALUES = {
+    "side": list(IS_BACK),
+    "frame": list(DIRECTION_RANGES),
+    "estimator": [TRACK, COLLISION],
+    "lens": list(LENSES),
+    "projection": list(PROJECTIONS),
+}
 NUMBERS = {"type": "array", "items": {"anyOf": [{"type": "number"}, {"$ref": "#/$defs/numbers"}]}}
 ARRAY = {"$ref": "#/$defs/array"}
 EVENT_RANGE = {

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.results.backward import BackwardReading, CellSums, ViewReading
     from transport.results.detectors import Reading
-    from transport.scene.cameras import PointInstrument
+    from transport.scene.cameras import Instrument
     from transport.scene.scene import Scene
     from transport.scene.sources import Source
     from transport.statistics.estimates import Estimate
@@ -319,7 +319,7 @@ def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
     sums, sensor = tally.cell_sums, tally.detector
     (part,), scene = sums.parts, sums.plan.adjoint.scene
     births = np.maximum(over_batches(sums.rows_of(part, "counts", 0)), 1)
-    cones = cones_of(sensor)
+    cones = cones_of(sensor) if sensor.sees_from_point else None
     shows_mirrors = pixels_of(sensor, mirrors_and_gloss(scene), cones)
     for number in sums.lamps:
         lamp = sums.adjoint.sources[number]
@@ -345,7 +345,7 @@ def pixel_path_findings(tally: ViewReading) -> Iterator[Finding]:
             yield doubtful("bins", what, tally.in_bins(bound))
 
 
-def _shares_of_flights(sums: CellSums, sensor: PointInstrument, number: int) -> np.ndarray:
+def _shares_of_flights(sums: CellSums, sensor: Instrument, number: int) -> np.ndarray:
     """Return the largest weight of a flight to a lamp in each cell, if histories from it share its light."""
     scene, density = sums.adjoint.scene, sums.adjoint.caustics.densities.get(number, 0.0)
     walls = [piece for piece, _ in diffuse_pieces(scene)]

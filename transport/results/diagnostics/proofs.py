@@ -45,7 +45,7 @@ from transport.geometry.solid import Box, Sphere
 from transport.renderers import function_for
 from transport.results.diagnostics.empty_detector import are_separated, proven
 from transport.scene.bodies import nested_bodies, surrounding_medium
-from transport.scene.cameras import Camera
+from transport.scene.cameras import CUBE, FACE_FRAMES, IMAGE_FRAMES, Camera
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Lambertian
 from transport.scene.materials import (
@@ -54,6 +54,7 @@ from transport.scene.materials import (
 from transport.scene.media import Medium
 from transport.scene.parts import surface_name
 from transport.scene.points import PointDetector
+from transport.scene.projections import EQUAL_AREA, PINHOLE, polar_angles, radial_rays
 from transport.scene.sides import IS_BACK
 from transport.scene.sources import Source
 from transport.statistics.batches import student_quantile
@@ -66,7 +67,7 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.results.batches import Batch
     from transport.results.record import Record
-    from transport.scene.cameras import PointInstrument
+    from transport.scene.cameras import Instrument
     from transport.scene.scene import Scene
 
 MIN_LINES, MAX_LINES = 1 << 13, 1 << 17  # lines of sight between a sensor and a lamp
@@ -107,7 +108,7 @@ def glossy_surfaces_of(scene: Scene, shape: Shape, side: str | None) -> list[int
     return _surfaces_facing(scene, shape, side, glossy_parts, "gloss")
 
 
-def sees_mirrors(scene: Scene, view: PointInstrument) -> bool:
+def sees_mirrors(scene: Scene, view: Instrument) -> bool:
     """Return whether a specular or glossy surface may be in the picture of a view; False is proven."""
     return any(may_show(view, shape) for shape in mirrors_and_gloss(scene))
 
@@ -121,13 +122,16 @@ def mirrors_and_gloss(scene: Scene) -> list[Shape]:
 Cones = tuple[np.ndarray, np.ndarray, np.ndarray]  # axes, and of each pixel the middle ray and the reach
 
 
-def pixels_of(view: PointInstrument, shapes: Sequence[Shape], cones: Cones | None = None) -> np.ndarray:
+def pixels_of(view: Instrument, shapes: Sequence[Shape], cones: Cones | None = None) -> np.ndarray:
     """Return whether each pixel or bin, (cells,) as stored, may show one of the shapes; False is proven.
 
-    By bounding spheres, and in a Camera by the outlines of bounding boxes.  cones: of the pixels, if known.
+    By bounding spheres, and in a pinhole's image by the outlines of bounding boxes.  cones: of the pixels, if
+    known.
     """
     from scipy.spatial import ConvexHull
 
+    if not view.sees_from_point:
+        return np.ones(math.prod(len(edges) - 1 for edges in view.edges().values()), bool)
     axes, rays, reach = cones or cones_of(view)
     shown = np.zeros(len(rays), bool)
     for shape in shapes:
@@ -141,7 +145,7 @@ def pixels_of(view: PointInstrument, shapes: Sequence[Shape], cones: Cones | Non
         inside = _angles(rays @ center / distance) <= math.asin(shape.extent / distance) + reach
         # The outline of the bounding box, in the plane of the picture.
         left, height, depth = ((np.array(shape.bounds_corners()) - view.position) @ axes.T).T
-        if isinstance(view, Camera) and (depth > 0).all():
+        if isinstance(view, Camera) and view.lens == PINHOLE and (depth > 0).all():
             corners = np.stack([-left / depth, height / depth], axis=1)
             outline = ConvexHull(corners, qhull_options="QJ")  # joggled, as corners may lie on a line
             middles = np.stack([-(rays @ axes[0]), rays @ axes[1]]) / (rays @ axes[2])
@@ -151,7 +155,7 @@ def pixels_of(view: PointInstrument, shapes: Sequence[Shape], cones: Cones | Non
     return shown
 
 
-def nearest_rays(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
+def nearest_rays(view: Instrument, shapes: Sequence[Shape]) -> np.ndarray:
     """Return a bound of cosine / (pi r^2) [m^-2] of rays from shapes to each pixel, (cells,) as stored."""
     cones = cones_of(view)
     _, rays, reach = cones
@@ -172,16 +176,26 @@ def nearest_rays(view: PointInstrument, shapes: Sequence[Shape]) -> np.ndarray:
     return bound
 
 
-def cones_of(view: PointInstrument) -> Cones:
+def cones_of(view: Instrument) -> Cones:
     """Return axes, and of each pixel or bin, as stored, the middle ray (cells, 3) and the reach [rad]."""
     edges = view.edges()
     middles = {name: (each[1:] + each[:-1]) / 2 for name, each in edges.items()}
-    if isinstance(view, Camera):
-        axes, (v, u) = np.array(view.frame), edges.values()
+    if view.projection_of_image is not None:
         up, right = np.meshgrid(middles["v"], middles["u"], indexing="ij")
-        rays = np.stack([-right, up, np.ones_like(up)], axis=-1).reshape(-1, 3) @ axes
-        reach = math.hypot(u[1] - u[0], v[1] - v[0]) / 2
-        return axes, rays / np.linalg.norm(rays, axis=1, keepdims=True), np.array(reach)
+        v, u = edges["v"], edges["u"]
+        half = math.hypot(u[1] - u[0], v[1] - v[0]) / 2
+        if isinstance(view, Camera):
+            axes = np.array(view.frame)
+            frames = [(-axes[0], axes[1], axes[2])]
+        else:
+            axes = np.eye(3)
+            frames = FACE_FRAMES if view.projection == CUBE else [IMAGE_FRAMES[view.projection]]
+        rays = radial_rays(view.projection_of_image, right, up).reshape(-1, 3)
+        reach = np.array(half)  # no map but that of equal areas makes anything smaller
+        if view.projection_of_image == EQUAL_AREA:  # along the radius, and across it
+            radius = np.hypot(right, up).ravel()
+            reach = half + polar_angles(EQUAL_AREA, radius + half) - polar_angles(EQUAL_AREA, radius)
+        return axes, np.concatenate([rays @ np.array(frame) for frame in frames]), reach
     # Cosines rise within azimuths; reach: along the parallel and the meridian of the middle.
     phi, theta = np.meshgrid(middles["phi"], middles["theta"][::-1], indexing="ij")
     rays = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
@@ -277,7 +291,7 @@ class DirectView:
     """
 
     scene: Scene
-    sensor: Detector | PointDetector | PointInstrument
+    sensor: Detector | PointDetector | Instrument
     parts: Sequence[SensorPart]
     number: int
     lamp: Shape
