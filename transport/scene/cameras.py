@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,11 @@ from transport.scene.projections import (
     image_radius,
     pixel_solid_angles,
     polar_angles,
+    radial_places,
+    radial_rays,
+    radial_weights,
 )
+from transport.scene.resampling import overlaps, projected_solid_angles, view_weights, weighted
 from transport.scene.sides import AnyDetector
 from transport.validation import (
     Converted,
@@ -40,6 +44,9 @@ from transport.validation import (
     short_repr,
 )
 from transport.vectors import Frame, Vector, are_parallel, local_frame, unit_vector
+
+if TYPE_CHECKING:
+    from transport.statistics.estimates import EstimateArray
 
 MAX_PIXELS_PER_SIDE = 1 << 14  # per side
 ORTHOGRAPHIC, THIN_LENS = "orthographic", "thin lens"
@@ -505,6 +512,48 @@ class Camera(Directed):
             return CellExtent("area", np.outer(np.diff(v), np.diff(u)), "m^2", ("v", "u"))
         return CellExtent("solid angle", self.solid_angles(), "sr", ("v", "u"))
 
+    def lens_points(self, nodes: int) -> list[tuple[float, float]]:
+        """Return even points of the lens, as shares of its radius to the right and up; one of a point."""
+        if self.lens != THIN_LENS:
+            return [(0.0, 0.0)]
+        places = (2 * np.arange(nodes) + 1) / nodes - 1
+        return [(a, b) for a in places.tolist() for b in places.tolist() if a * a + b * b < 1]
+
+    def rays(
+        self, across: float, up: float, lens: tuple[float, float] = (0.0, 0.0)
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the rays that pass through the same place in each pixel.
+
+        Parameters
+        ----------
+        across, up : float
+            The place as shares of the pixel's width and height, 0.5 for its middle.
+        lens : (float, float), default (0, 0)
+            Place on a thin lens as shares of its radius, to the right and up.
+
+        Returns
+        -------
+        tuple of 3 arrays
+            Origins [m] and unit vectors away from the camera, shape (pixels, 3), and their weights in the
+            mean of a pixel, (pixels,).
+        """
+        left, upward, forward = (np.array(axis) for axis in self.frame)
+        (_, v), (_, u) = self.edges().items()
+        v, u = np.meshgrid(v[:-1] + up * np.diff(v), u[:-1] + across * np.diff(u), indexing="ij")
+        v, u = v.ravel(), u.ravel()
+        place = np.array(self.position)
+        if self.lens == ORTHOGRAPHIC:
+            origins = place - np.outer(u, left) + np.outer(v, upward)
+            return origins, np.broadcast_to(forward, origins.shape), np.ones(len(u))
+        if self.lens == THIN_LENS:
+            a, b = (share * self.aperture / 2 for share in lens)
+            film = 1 + (u + a / self.image_distance) ** 2 + (v + b / self.image_distance) ** 2
+            rays = forward - np.outer(u - a * self.nearness, left) + np.outer(v - b * self.nearness, upward)
+            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            return np.broadcast_to(place - a * left + b * upward, rays.shape), rays, film**-2.0
+        rays = radial_rays(self.lens, u, v) @ np.array((-left, upward, forward))
+        return np.broadcast_to(place, rays.shape), rays, radial_weights(self.lens, u, v)
+
 
 def _gains(view: Camera | EnvironmentMap) -> np.ndarray:
     """Area of the image per solid angle of each pixel; 0 beyond the rim."""
@@ -693,6 +742,151 @@ class EnvironmentMap(Instrument):
         """
         return CellExtent("solid angle", self.solid_angles(), "sr", tuple(self.edges()))
 
+    def projected_solid_angles(self, normal: Sequence[float]) -> np.ndarray:
+        """Return the solid angle of each bin times the cosine to a normal, 0 behind the plane.
+
+        Parameters
+        ----------
+        normal : vector
+            Normal of the plane, of any length except 0.
+
+        Returns
+        -------
+        array
+            Integral of max(cos, 0) over each bin [sr], in the shape of `solid_angles`; the sum is pi.
+
+        Notes
+        -----
+        The irradiance on the plane is the sum of radiance times this, as far as radiance does not vary within
+        bins: the error falls with the square of their size, and is not in the error bar.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> sky = tp.EnvironmentMap(name="sky", position=(0, 0, 1), projection="cube", pixels=4)
+        >>> f"{sky.projected_solid_angles((1, 1, 1)).sum():.4f} sr"
+        '3.1416 sr'
+        """
+        lengths = [as_float(each) for each in normal] if isinstance(normal, Sequence | np.ndarray) else []
+        if len(lengths) != 3 or None in lengths or not 0 < math.hypot(*lengths) < math.inf:
+            refuse(self, f"normal must be three numbers, not all 0, got {short_repr(normal)}")
+        return projected_solid_angles(self, unit_vector(tuple(lengths)))
+
+    def resampled(
+        self, radiance: EstimateArray | np.ndarray, other: EnvironmentMap
+    ) -> EstimateArray | np.ndarray:
+        """Return radiances of this map in the bins of another projection.
+
+        Parameters
+        ----------
+        radiance : EstimateArray or array
+            Values in the shape of `solid_angles`.
+        other : EnvironmentMap
+            Map with the bins to convert to; its position does not matter.
+
+        Returns
+        -------
+        EstimateArray or array
+            Mean over each bin, as if the values were constant over the bins of this map. The fluence rate
+            stays the same to rounding, and so does a uniform radiance, if both maps cover all directions.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import transport as tp
+        >>> sky = tp.EnvironmentMap(name="sky", position=(0, 0, 1), theta=8, phi=16)
+        >>> ball = tp.EnvironmentMap(name="ball", position=(0, 0, 1), projection="mirrored ball", pixels=16)
+        >>> radiance = np.linspace(0.0, 1.0, 8 * 16).reshape(8, 16)
+        >>> converted = sky.resampled(radiance, ball)
+        >>> f"{(radiance * sky.solid_angles()).sum():.6f}, {(converted * ball.solid_angles()).sum():.6f}"
+        '6.283185, 6.283185'
+        """
+        angles = other.solid_angles().ravel()
+        scale = np.divide(1.0, angles, out=np.zeros_like(angles), where=angles > 0)
+        return weighted(overlaps(self, other) * scale[:, None], radiance, self.solid_angles().shape, other)
+
+    def rays(
+        self, across: float, up: float, cells: np.ndarray | slice = slice(None)
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the directions at the same place in each bin, and their weights.
+
+        Parameters
+        ----------
+        across, up : float
+            The place as shares of the bin: of azimuth and of 1 - cos(theta), or of a pixel's sides.
+        cells : array of int, optional
+            Indices of the bins in a flattened array; all by default.
+
+        Returns
+        -------
+        tuple of 2 arrays
+            Unit vectors that light comes from, (bins, 3), and solid angles per area of the image, (bins,).
+        """
+        edges = self.edges()
+        if self.projection in GRIDS:
+            mu, phi = np.cos(edges["theta"]), edges["phi"]
+            mu, phi = np.meshgrid(mu[:-1] + up * np.diff(mu), phi[:-1] + across * np.diff(phi), indexing="ij")
+            mu, phi = mu.ravel()[cells], phi.ravel()[cells]
+            sine = np.sqrt((1 - mu) * (1 + mu))
+            return np.stack([sine * np.cos(phi), sine * np.sin(phi), mu], axis=-1), np.ones(len(mu))
+        v, u = (edges[name][:-1] + share * np.diff(edges[name]) for name, share in (("v", up), ("u", across)))
+        v, u = (each.ravel() for each in np.meshgrid(v, u, indexing="ij"))
+        frames = FACE_FRAMES if self.projection == CUBE else (IMAGE_FRAMES[self.projection],)
+        chosen = np.arange(len(frames) * len(u))[cells]
+        face, pixel = np.divmod(chosen, len(u))
+        seen = radial_rays(self.projection_of_image, u[pixel], v[pixel])
+        rays = np.einsum("ni,nij->nj", seen, np.array(frames)[face])
+        return rays, radial_weights(self.projection_of_image, u[pixel], v[pixel])
+
+    @property
+    def image_axis(self) -> Vector:
+        """The direction in the middle of the image; of bins and of a cube +z.
+
+        Returns
+        -------
+        vector
+        """
+        return tuple(map(float, IMAGE_FRAMES.get(self.projection, (X, Y, Z))[2]))
+
+    def cells_of(self, rays: np.ndarray) -> np.ndarray:
+        """Return the indices, in a flattened array, of the bins that directions fall into; -1 for none.
+
+        Parameters
+        ----------
+        rays : array
+            Unit vectors that light comes from, (n, 3).
+
+        Returns
+        -------
+        array of int
+        """
+        edges = self.edges()
+        if self.projection in GRIDS:
+            phi = np.arctan2(rays[:, 1], rays[:, 0])
+            phi = np.mod(phi - edges["phi"][0], 2 * math.pi) + edges["phi"][0]
+            theta = np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2])
+            return _cells_of([(theta, edges["theta"]), (phi, edges["phi"])])
+        frames = np.array(FACE_FRAMES if self.projection == CUBE else (IMAGE_FRAMES[self.projection],))
+        along = rays @ frames[:, 2].T
+        face = np.argmax(along, axis=1)
+        u, v = radial_places(self.projection_of_image, np.einsum("nij,nj->ni", frames[face], rays))
+        half = edges["u"][-1]  # rounding must not move a direction out of the image
+        places = [(np.clip(v, -half, half), edges["v"]), (np.clip(u, -half, half), edges["u"])]
+        numbers = [(face, edges["face"])] if self.projection == CUBE else []
+        return _cells_of([*numbers, *places])
+
+
+def _cells_of(places: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Indices in a flattened array of coordinates between edges, by axis; -1 outside."""
+    cells, is_inside = np.zeros(len(places[0][0]), np.int64), np.ones(len(places[0][0]), bool)
+    for value, edges in places:
+        bins = len(edges) - 1
+        number = np.searchsorted(edges, value, side="right") - 1
+        number[value == edges[-1]] = bins - 1
+        is_inside &= (number >= 0) & (number < bins)
+        cells = cells * bins + np.clip(number, 0, bins - 1)
+    return np.where(is_inside, cells, -1)
+
 
 @scene_object(kw_only=True)
 class LightField(Directed):
@@ -831,6 +1025,53 @@ class LightField(Directed):
         return CellExtent(
             "throughput", u * v * s * t / self.distance**2 * self._mean_cos4(), "m^2 sr", tuple("uvst")
         )
+
+    def cells_of(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """Return the indices, in a flattened array (u, v, s, t), of the cells of rays; -1 for none.
+
+        Parameters
+        ----------
+        origins, rays : array
+            Points [m] and directions of the rays, away from the eye, (n, 3).
+
+        Returns
+        -------
+        array of int
+        """
+        left, upward, forward = (np.array(axis) for axis in self.frame)
+        depth, along = (origins - self.position) @ forward, rays @ forward
+        along = np.where(along > 0, along, np.nan)
+        places = []
+        for edges, far in (("uv", 0.0), ("st", self.distance)):
+            meets = origins - self.position + ((far - depth) / along)[:, None] * rays
+            places += [(-(meets @ left), edges[0]), (meets @ upward, edges[1])]
+        found = self.edges()
+        return _cells_of([(np.nan_to_num(value, nan=np.inf), found[name]) for value, name in places])
+
+    def view(self, radiance: EstimateArray | np.ndarray, camera: Camera) -> EstimateArray | np.ndarray:
+        """Return the picture that a camera takes of the light field: no history is needed any more.
+
+        Parameters
+        ----------
+        radiance : EstimateArray or array
+            Values (u, v, s, t), such as `result["field"].radiance`.
+        camera : Camera
+            Any lens. With "thin lens" the picture is focused after the fact.
+
+        Returns
+        -------
+        EstimateArray or array
+            Radiance of each pixel, axes (v, u); nan where a ray of the pixel misses the light field.
+
+        Notes
+        -----
+        A pixel is the mean over even rays of the values of the cells that they pass through: details below
+        the size of the cells are lost, which is not in the error bar.
+        """
+        if not isinstance(camera, Camera):
+            refuse(self, f"camera must be a Camera, got {short_repr(camera)}")
+        numbers = tuple(len(edges) - 1 for edges in self.edges().values())
+        return weighted(view_weights(self, camera), radiance, numbers, camera)
 
     def _mean_cos4(self) -> np.ndarray:
         """Mean of cos^4 over pairs of points of each cell, by Gauss's quadrature to about 10 digits."""

@@ -49,6 +49,15 @@ def radial_rays(projection: str, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.stack([aside * u, aside * v, np.cos(theta)], axis=-1)
 
 
+def radial_weights(projection: str, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Return the solid angle per area of the image at its points; 0 beyond its rim."""
+    if projection == PINHOLE:
+        return (1 + u * u + v * v) ** -1.5
+    radius = np.hypot(u, v)
+    weights = np.sinc(radius / math.pi) if projection == FISHEYE else np.ones_like(radius)
+    return np.where(radius < RADIUS_OF_ALL[projection], weights, 0.0)
+
+
 def radial_places(projection: str, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return u and v of unit vectors in these axes; nan where they are not in the image."""
     across, along = np.hypot(rays[..., 0], rays[..., 1]), rays[..., 2]

@@ -376,6 +376,43 @@ class EstimateArray(AnyEstimate[np.ndarray, np.ndarray]):
     def _whole(self) -> Estimate:
         return self.sum()
 
+    def weighted(
+        self, matrix: Any, coords: dict[str, np.ndarray], axis_units: Mapping[str, str] | None = None
+    ) -> EstimateArray:
+        """Weighted sums over all bins, as bins of other axes.
+
+        Parameters
+        ----------
+        matrix : numpy.ndarray or scipy.sparse array
+            Weights, shape (new bins, bins), both in the order of a flattened array.
+        coords : dict of str to numpy.ndarray
+            Edges of the bins along the new axes.
+        axis_units : mapping of str to str, optional
+            Units of the new axes "u" and "v".
+
+        Returns
+        -------
+        EstimateArray
+            The sums [unit]. Their errors come from the batches, with the correlations between bins.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import transport as tp
+        >>> from transport.statistics.replicates import Batches
+        >>> counts = np.array([[1.0, 2.0], [3.0, 4.0]])
+        >>> array = tp.EstimateArray(counts, Batches(np.full(2, 5)), "1", ("x",), {"x": np.arange(3)})
+        >>> array.weighted(np.array([[0.5, 0.5]]), {"x": np.array([0.0, 2.0])}).value
+        array([2.5])
+        """
+        values = self.values.reshape(len(self.values), -1)
+        new = [len(edges) - 1 for edges in coords.values()]
+        sums = (matrix @ values.T).T.reshape(len(values), *new)
+        made = EstimateArray(sums, self.run, self.unit, tuple(coords), coords, axis_units=axis_units)
+        return self._pass_findings(
+            made, lambda bound, _: (abs(matrix) @ np.nan_to_num(bound, nan=np.inf).ravel()).reshape(new)
+        )
+
     def mean(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
         """Mean over bins, unweighted: a wide bin has the same weight as a narrow one.
 
