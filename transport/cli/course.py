@@ -12,13 +12,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from transport.cli.output import print_labelled, print_rich
+from transport.validation import SceneError
 from transport.verification.course import PLANNED, SOURCES, STATES, Numbered, Statement, counts, numbered
 from transport.verification.experiment import Outcome, experiment, run_experiment
 
 PAGE = Path(__file__).resolve().parents[1] / "guides" / "course.md"
 PICTURES = "../../viz/gallery/course"  # from the page
 WIDTH, COLOURS = 1200, 80  # pixels and colours of a picture on the page
-Numbers = Mapping[str, tuple[str, str]]  # estimate and exact value as text, by label
+Key = tuple[str, str]  # experiment with case, and row, as the page writes them
+Numbers = Mapping[Key, tuple[str, str]]  # estimate and exact value as text
+NOT_RUN = "not run yet", "unknown"
 
 INTRODUCTION = """\
 # The course
@@ -67,8 +70,8 @@ def course_record() -> list[dict[str, object]]:
             "sim": entry.statement.sim,
             "case": entry.statement.case,
             "row": entry.statement.row,
-            "estimate": numbers.get(entry.label, ("", ""))[0],
-            "exact": numbers.get(entry.label, ("", ""))[1],
+            "estimate": numbers.get(key_of(entry.statement), NOT_RUN)[0] if entry.statement.row else "",
+            "exact": numbers.get(key_of(entry.statement), NOT_RUN)[1] if entry.statement.row else "",
             "picture": entry.statement.picture,
             "command": _command(entry.statement),
             "lacks": entry.statement.missing or PLANNED.get(entry.statement.planned, ""),
@@ -78,7 +81,7 @@ def course_record() -> list[dict[str, object]]:
 
 
 def page_text(numbers: Numbers) -> str:
-    """Return the page with these numbers."""
+    """Return the page with these numbers.  Raises SceneError if one is missing."""
     sources = "\n".join(f"| {letter} | {title} |" for letter, title in SOURCES.items())
     parts = [INTRODUCTION.format(counts=_counts_text(), sources=sources)]
     for chapter, entries in groupby(numbered(), key=lambda entry: entry.chapter):
@@ -88,20 +91,25 @@ def page_text(numbers: Numbers) -> str:
     return "\n".join(parts).rstrip() + "\n"
 
 
-def numbers_of(page: str) -> dict[str, tuple[str, str]]:
-    """Read estimates and exact values back from the text of a page, by label."""
-    rows = re.findall(r"^\| (\d+[a-z]?) \| .* \| (.+) \| (.+) \|$", page, re.M)
-    return {label: (estimate, exact) for label, estimate, exact in rows}
+def numbers_of(page: str) -> dict[Key, tuple[str, str]]:
+    """Read estimates and exact values back from the text of a page."""
+    rows = re.findall(r"^\| \d+[a-z]? \| (.+) \| (.+) \| (.+) \| (.+) \|$", page, re.M)
+    return {(case, row): (estimate, exact) for case, row, estimate, exact in rows}
 
 
-def measured(sim: str, outcomes: Iterable[Outcome]) -> dict[str, tuple[str, str]]:
-    """Return estimate and exact value as text of one experiment's statements, by label."""
+def key_of(statement: Statement) -> Key:
+    """Return experiment with case, and row, by which a page's numbers are found."""
+    return f"`{statement.sim}` {_case_text(statement)}".rstrip(), statement.row
+
+
+def measured(sim: str, outcomes: Iterable[Outcome]) -> dict[Key, tuple[str, str]]:
+    """Return estimate and exact value as text of one experiment's statements."""
     found = {}
     known = list(outcomes)
     for entry in entries_of(sim):
         outcome = next(each for each in known if each.parameters == entry.statement.case)
         row = outcome[entry.statement.row]
-        found[entry.label] = str(row.estimate), f"{row.exact:.7g}"
+        found[key_of(entry.statement)] = str(row.estimate), f"{row.exact:.7g}"
     return found
 
 
@@ -174,10 +182,11 @@ def _topic_text(number: int, entries: list[Numbered], numbers: Numbers) -> list[
     if rows:
         lines += ["| | experiment and case | row | estimate | exact |", "|---|---|---|---|---|"]
         for entry in rows:
-            statement = entry.statement
-            estimate, exact = numbers[entry.label]
-            case = f"`{statement.sim}` {_case_text(statement)}".rstrip()
-            lines.append(f"| {entry.label} | {case} | {statement.row} | {estimate} | {exact} |")
+            key = key_of(entry.statement)
+            if key not in numbers:
+                cure = f"python -m transport.cli.course {entry.statement.sim}"
+                raise SceneError(f"course: statement {entry.label} has no numbers; run {cure}")
+            lines.append(f"| {' | '.join((entry.label, *key, *numbers[key]))} |")
         lines.append("")
     pictures = {entry.statement.picture: entry for entry in rows if entry.statement.picture}
     for picture, entry in pictures.items():
@@ -204,7 +213,7 @@ def _where_shown(entry: Numbered, numbers: Numbers) -> str:
     """Return command, row, numbers and picture in one line, or the reason why there are none."""
     statement, parts = entry.statement, []
     if statement.row:
-        estimate, exact = numbers[entry.label]
+        estimate, exact = numbers.get(key_of(statement), NOT_RUN)
         parts = [_command(statement), f"{statement.row}: {estimate}, exact {exact}", statement.picture]
     if statement.is_refuted:
         parts.append("refuted")

@@ -325,6 +325,12 @@ ANGLES = {
     ),
     "Differential solid angle": (
         Statement(
+            "A direction is a point of the unit sphere",
+            "(θ, φ)",
+            "B Hemispheres; B Hemispherical coordinates",
+            "directions", {"subject": "octant"}, "solid angle", "directions.png",
+        ),
+        Statement(
             "An element of solid angle shrinks towards the poles",
             "dω = sinθ dθ dφ",
             "B Hemispherical coordinates; H Differential Solid Angles",
@@ -358,6 +364,12 @@ QUANTITIES = {
             "Φ = dQ/dt",
             "B Power; S Radiant flux",
             "quantities", INTEGRALS, "Φ on the meter", "quantities.png",
+        ),
+        Statement(
+            "All further quantities are derivatives of power",
+            "d/dA, d/dω",
+            "B Power",
+            "quantities", INTEGRALS, "I of the lamp", "quantities.png",
         ),
     ),
     "Light is fast": (
@@ -698,7 +710,10 @@ LAWS = {
     ),
     "Mirages": (
         Statement(
-            "Throughput is conserved by mirages", "T = T", "H Throughput", planned="mirages",
+            "Throughput is conserved by mirages",
+            "T = T",
+            "H Throughput",
+            planned="mirages",
         ),
     ),
     "Radiance is energy over throughput": (
@@ -784,6 +799,12 @@ LAWS = {
             "B Geometric Optics: Properties",
             "quantities", {"show": "superposition"}, "E both lamps, in the middle",
             "quantities_superposition.png",
+        ),
+        Statement(
+            "Rays have a colour, which is their wavelength",
+            "λ",
+            "B Geometric Optics: Properties",
+            planned="wavelength",
         ),
     ),
     "Fog": (
@@ -876,11 +897,29 @@ FIELDS = {
         ),
     ),
     "Forms of environment maps": (
-        Statement("A cylindrical panorama", "L(φ, z)", "H Environment Maps", missing=PANORAMA),
-        Statement("A cubical environment map", "L(face, u, v)", "H Environment Maps", missing=PANORAMA),
-        Statement("A fisheye of 180 degrees", "L(r, φ)", "H Environment Maps", missing=PANORAMA),
         Statement(
-            "A mirrored ball", "L(mirrored)", "H Environment Maps (Miller, Hoffman 1984)", missing=PANORAMA,
+            "A cylindrical panorama shows it on a cylinder",
+            "L(φ, z)",
+            "H Environment Maps",
+            missing=PANORAMA,
+        ),
+        Statement(
+            "A cubical environment map shows it on six faces",
+            "L(face, u, v)",
+            "H Environment Maps",
+            missing=PANORAMA,
+        ),
+        Statement(
+            "A fisheye of 180 degrees shows a hemisphere of it",
+            "L(r, φ)",
+            "H Environment Maps",
+            missing=PANORAMA,
+        ),
+        Statement(
+            "A mirrored ball shows nearly all of it",
+            "L(mirrored)",
+            "H Environment Maps (Miller, Hoffman 1984)",
+            missing=PANORAMA,
         ),
     ),
     "Light fields": (
@@ -890,7 +929,12 @@ FIELDS = {
             "H Spherical Light Field",
             missing=LIGHT_FIELD,
         ),
-        Statement("A two-plane light field", "L(u, v, s, t)", "H Two-Plane Light Field", missing=LIGHT_FIELD),
+        Statement(
+            "A two-plane light field captures rays by where they cross two planes",
+            "L(u, v, s, t)",
+            "H Two-Plane Light Field",
+            missing=LIGHT_FIELD,
+        ),
         Statement(
             "A two-dimensional array of cameras is a two-dimensional array of images",
             "L(u, v, s, t)",
@@ -924,9 +968,18 @@ EYE = {
             "B Wavelength Dependence; S Radiance",
             planned="wavelength",
         ),
-        Statement("Most programs use a colour model of red, green and blue", "", "S Radiance",
-                  planned="wavelength"),
-        Statement("Light is visible from 380 to 780 nm", "", "R 7.3", planned="wavelength"),
+        Statement(
+            "Most programs use a colour model of red, green and blue",
+            "",
+            "S Radiance",
+            planned="wavelength",
+        ),
+        Statement(
+            "Light is visible from 380 to 780 nm",
+            "",
+            "R 7.3",
+            planned="wavelength",
+        ),
     ),
     "Photometry": (
         Statement(
@@ -953,6 +1006,12 @@ EYE = {
             "H Radiant Energy and Power",
             planned="photometry",
         ),
+        Statement(
+            "Green light appears brighter than red or blue",
+            "",
+            "R 7.2",
+            planned="photometry",
+        ),
     ),
     "Luminance of things": (
         Statement(
@@ -977,9 +1036,20 @@ EYE = {
             "R 7.3",
             planned="wavelength",
         ),
+        Statement(
+            "Humans distinguish about 10 million colours",
+            "",
+            "R 7.3",
+            planned="wavelength",
+        ),
     ),
     "Polarisation": (
-        Statement("Light is polarised", "", "H The Light Field", planned="polarisation"),
+        Statement(
+            "Light is polarised",
+            "",
+            "H The Light Field",
+            planned="polarisation",
+        ),
     ),
 }  # fmt: skip
 
