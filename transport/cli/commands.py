@@ -309,15 +309,28 @@ def run(
 
 
 @app.command("list")
-def list_(json: Json = False) -> None:
+def list_(
+    course: Annotated[
+        bool, typer.Option("--course", help="List the statements of the course, with row and picture")
+    ] = False,
+    json: Json = False,
+) -> None:
     """List the experiments with their questions.
 
     \b
     Examples:
       transport list
+      transport list --course
       transport list --json
     """
-    if json:
+    if course:
+        from transport.cli.course import course_record, print_course
+
+        if json:
+            print_json(course_record())
+        else:
+            print_course()
+    elif json:
         print_json(
             [{"sim": name, "question": text_of(experiment(name), "question")} for name in experiment_names()]
         )

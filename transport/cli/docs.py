@@ -149,6 +149,7 @@ SITE_CSS = """\
 REQUIRED_PACKAGES = ("sphinx", "furo", "myst_nb", "sphinx_codeautolink", "latex2mathml")
 GUIDE_KINDS = {  # pages by kind, as the site lists them
     "Tutorials": ("room", "tissue", "tube"),
+    "Course": ("course",),
     "How to": ("howto", "plots", "estimators"),
     "Explanations": ("numbers", "cost", "peers"),
     "Reference: scenes": ("surfaces", "media", "clocks"),
