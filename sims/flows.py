@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from transport.sims import (
     constant,
     curves_figure,
     figures,
+    in_space,
     main,
     of_scene,
     one_of,
@@ -39,9 +41,13 @@ from transport.sims import (
     sharp,
     where,
 )
+from transport.statistics.notation import with_thousands_spaces
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
 from transport.verification.experiment import Outcome
+
+if TYPE_CHECKING:
+    from transport.viz.solid_panel import SolidPanel
 
 law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
@@ -62,6 +68,8 @@ _triples = ((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))
 FACES = {f"tetrahedron, face {k}": corners for k, corners in enumerate(_triples)}
 SHOWN = 3  # degrees from 90° at which a prism is thick enough to be drawn
 ARROW = 0.12  # m, breadth of the arrow that stands for the power of a source
+OBLIQUE = (20, 75)  # degrees, tilts of the prism that is drawn in space
+IN_SPACE = 1500  # particles in the picture in space
 PANELS, MOST = 3, 6000  # prisms that are drawn at most, and places in each
 
 
@@ -322,6 +330,64 @@ def _draw_prism(axes, outcome: Outcome) -> None:
     axes.set(aspect="equal", xlabel="z  [m]")
 
 
+def draw_space(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The prism in space: particles at the start, and after dt, those blue that started in it; they alone have crossed."""
+    from transport.viz.solid_panel import SolidPanel
+    from transport.viz.style import figure
+
+    outcome = outcomes[0]
+    started, crossed = started_and_crossed(outcome.result)
+    differ = np.count_nonzero(started != crossed)
+    same = f"the same {with_thousands_spaces(crossed.sum())}, and no others,"
+    words = (
+        f"now: {with_thousands_spaces(started.sum())} particles are in the prism, of the volume v cosθ dt dA",
+        f"dt later: {f'{crossed.sum()}, of whom {differ} others,' if differ else same} have crossed dA",
+    )
+    title = "The oblique prism v dt · dA holds just those who cross dA within dt"
+    with figure((16, 10), title, note, path) as page:
+        panels = [SolidPanel(viewer=(0.5, 1, -0.3), up=(1, 0, 0)) for _ in words]
+        for panel, is_later in zip(panels, (False, True), strict=True):
+            _place_prism(panel, outcome, is_later)
+        corners = np.array([panel.limits(margin=0.02) for panel in panels])
+        corners[:, :, 0] = corners[:, 0, 0].min(), corners[:, 1, 0].max()  # one abscissa
+        for panel, axes, said, limits in zip(panels, page.subplots(2, 1), words, corners, strict=True):
+            panel.show(axes, limits)
+            axes.set_title(said)
+
+
+def _place_prism(panel: SolidPanel, outcome: Outcome, is_later: bool) -> None:
+    """The patch, its normal, the velocity, the prism before or behind the patch, and some of the particles."""
+    from transport.viz.style import BLUE, INK, VERMILLION
+
+    result, tilt = outcome.result, outcome.given["tilt"]
+    started, _ = started_and_crossed(result)
+    e_u, e_v, normal = np.array(result.scene.surfaces[0].shape.frame)
+    way = np.array([0, 0, REACH])
+    base = np.array([i * WIDTH * e_u + j * HEIGHT * e_v for i, j in ((1, 1), (1, -1), (-1, -1), (-1, 1))]) / 2
+    places = result["start"].positions + is_later * way  # who crossed is drawn where it would be now
+    shown = np.arange(len(places)) < IN_SPACE
+    panel.balls(places[shown & ~started], "#b8b8b8", 0.011)
+    panel.balls(places[shown & started], BLUE, 0.016)
+    end = base + way * (1 if is_later else -1)
+    panel.loop(end, VERMILLION, 0.008)
+    for start, stop in zip(base, end, strict=True):
+        panel.line([start, stop], VERMILLION, 0.008)
+    panel.polygon(base, INK, 0.6)
+    panel.loop(base, INK, 0.014)
+    bold = {"fontweight": "bold", "fontsize": 22}
+    panel.text(base[2] - 0.09 * e_u, "dA", **bold)
+    panel.text((base[0] + end[0]) / 2 + 0.09 * e_u, "v dt", color=VERMILLION, **bold)
+    if is_later:
+        return
+    panel.arrow((0, 0, 0), 0.48 * normal, INK, 0.04, "n")
+    panel.arrow((0, 0, 0), 0.6 * way, VERMILLION, 0.04, "v")
+    turns = np.linspace(0, tilt, 30)[:, None]
+    side = (normal - math.cos(tilt) * way / REACH) / math.sin(tilt)
+    arc = 0.3 * (np.cos(turns) * way / REACH + np.sin(turns) * side)
+    panel.line(arc, INK, 0.008)
+    panel.text(1.5 * arc[12], f"θ = {_angle(outcome):.4g}°")
+
+
 def draw_closed(outcomes: list[Outcome], path: Path, note: str) -> None:
     """Each closed detector from the side, with the flows out of it and into it to scale, and their difference."""
     from transport.viz.style import figure
@@ -399,8 +465,14 @@ def _thick(outcomes: list[Outcome]) -> list[Outcome]:
     return [o for o in where(meter="patch")(outcomes) if abs(_angle(o) - 90) > SHOWN][:PANELS]
 
 
+def _oblique(outcomes: list[Outcome]) -> list[Outcome]:
+    """The first patch whose prism is neither straight nor thin."""
+    return [o for o in _thick(outcomes) if OBLIQUE[0] < _angle(o) < OBLIQUE[1]][:1]
+
+
 draw = figures(
     prisms=(draw_prisms, _thick),
+    space=(draw_space, in_space(_oblique)),
     tilt=(draw_tilts, several(where(meter="patch"))),
     closed=(draw_closed, where(meter="closed")),
 )

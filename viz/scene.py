@@ -21,6 +21,7 @@ from transport.results.result import Result
 from transport.scene.cameras import Camera
 from transport.scene.media import Grid
 from transport.scene.scene import Scene
+from transport.statistics.notation import with_thousands_spaces
 from transport.viz import scene_style as style
 from transport.viz.facets import Bounds, level_lines, segments
 from transport.viz.scene_camera import VIEW_ANGLE, View, view_of
@@ -190,8 +191,8 @@ def caption_of(
     large, medium = large_surfaces(scene, frame), scene.medium
     pieces = [
         lengths_text(frame.high - frame.low),
-        result is not None and f"{result.particles:_} histories".replace("_", " "),
-        tracks is not None and f"{len(np.unique(tracks.histories)):_} tracks drawn".replace("_", " "),
+        result is not None and f"{with_thousands_spaces(result.particles)} histories",
+        tracks is not None and f"{with_thousands_spaces(len(np.unique(tracks.histories)))} tracks drawn",
         not all(part.paint.is_known.all() for part in painted)
         and f"cells with fewer than {MIN_HITS} hits grey",
         *(f"of {name} only what counts with {limits}" for name, limits in limited),
