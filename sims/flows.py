@@ -30,7 +30,6 @@ import numpy as np
 import transport as tp
 from transport.sims import (
     constant,
-    curves_figure,
     figures,
     in_space,
     main,
@@ -263,25 +262,36 @@ def _angle(outcome: Outcome) -> float:
     return math.degrees(outcome.given["tilt"])
 
 
-@curves_figure(
-    xlabel="θ between the stream and the normal  [deg]",
-    ylabel="net flux density",
-    title="A stream on a tilted patch: n v cosθ",
-)
-def draw_tilts(outcomes: list[Outcome]) -> dict[str, object]:
+def draw_tilts(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """What the two sides of the patch count by its angle, each with the clamped cosine, and their difference."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
+
     ordered = sorted(outcomes, key=_angle)
+    angles = [_angle(o) for o in ordered]
     beam = ordered[0].given["density"] * ordered[0].given["speed"]
-
-    def net(angle: np.ndarray) -> np.ndarray:
-        return beam * np.cos(np.radians(angle))
-
-    return {
-        "series": ([_angle(o) for o in ordered], [o[NET].estimate for o in ordered], net),
-        "guides": {
-            "along the normal: max(cosθ, 0)": lambda angle: np.maximum(net(angle), 0),
-            "against it: min(cosθ, 0)": lambda angle: np.minimum(net(angle), 0),
-        },
+    of_sides = {
+        "along the normal: n v max(cosθ, 0)": (ALONG, lambda x: beam * np.maximum(np.cos(np.radians(x)), 0)),
+        "against it: n v max(−cosθ, 0)": (AGAINST, lambda x: beam * np.maximum(-np.cos(np.radians(x)), 0)),
     }
+    panels = {
+        "each side counts a clamped cosine": of_sides,
+        "the net flux is their difference": {"net: n v cosθ": (NET, lambda x: beam * np.cos(np.radians(x)))},
+    }
+    with figure(
+        (19, 9.2), "A stream on a tilted patch: n v cosθ, and each side sees its half", note, path
+    ) as page:
+        for axes, (title, laws) in zip(page.subplots(1, 2, sharey=True), panels.items(), strict=True):
+            series = {
+                words: Series(angles, [o[name].estimate for o in ordered], law)
+                for words, (name, law) in laws.items()
+            }
+            plot_curves(
+                series, ax=axes, span=(0, 180), xlabel="θ between the stream and the normal  [deg]",
+                ylabel="flux density", legend="lower left",
+            )  # fmt: skip
+            axes.set(title=title, xticks=range(0, 181, 30), xlim=(-5, 185), ylim=(-1.1 * beam, 1.1 * beam))
+            axes.label_outer()
 
 
 def draw_prisms(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -325,7 +335,8 @@ def _draw_prism(axes, outcome: Outcome) -> None:
     ):
         axes.annotate("", start + way, np.zeros(2) + start, arrowprops=arrow | {"color": colour})
         axes.annotate(word, start + 1.25 * way, color=colour, **words)
-    words = f"θ = {_angle(outcome):.4g}°: {started.sum()} started in the prism,\n{crossed.sum()} crossed"
+    numbers = [with_thousands_spaces(each.sum()) for each in (started, crossed)]
+    words = f"θ = {_angle(outcome):.4g}°: {numbers[0]} started in the prism,\n{numbers[1]} crossed"
     axes.set_title(f"{words}, {np.count_nonzero(started != crossed)} differ", fontsize="medium")
     axes.set(aspect="equal", xlabel="z  [m]")
 

@@ -19,6 +19,7 @@ from transport.cli.run import (
 )
 from transport.results.result import Result
 from transport.simulate import simulate
+from transport.statistics.notation import with_thousands_spaces
 from transport.validation import SceneError, name_hint, optional_packages
 from transport.verification.experiment import (
     DEFAULT_PARTICLES,
