@@ -530,10 +530,10 @@ def verdict(outcomes: list[Outcome]) -> str:
 BOXES = {  # of the diagram: place, words, unit, row that was counted, row summed from L, how it follows from L
     "M": ((0.0, 7.0), "M  exitance", "W m^-2", COUNTED["M"], SUMMED["M"], "∫ L cosθ dω"),
     "I": ((0.0, 3.3), "I  intensity", "W sr^-1", COUNTED["I"], None, "∫ L cosθ dA"),
-    "Φ0": ((0.0, -0.4), "Φ  power emitted", "W", COUNTED["Φ0"], None, "∬ L cosθ dω dA"),
+    "Φ0": ((0.0, -0.4), "Φ  power", "W", COUNTED["Φ0"], None, "∬ L cosθ dω dA"),
     "L": ((6.2, 3.3), "L  radiance", "W m^-2 sr^-1", LAMP_L, None, ""),
     "E": ((13.5, 7.0), "E  irradiance", "W m^-2", COUNTED["E"], SUMMED["E"], "∫ L cosθ dω"),
-    "Φ": ((13.5, 3.3), "Φ  power received", "W", COUNTED["Φ"], SUMMED["Φ"], "∬ L cosθ dω dA"),
+    "Φ": ((13.5, 3.3), "Φ  power", "W", COUNTED["Φ"], SUMMED["Φ"], "∬ L cosθ dω dA"),
     "φ": ((13.5, -0.4), "φ  fluence rate", "W m^-2", COUNTED["φ"], SUMMED["φ"], "∫ L dω"),
     "Q": ((18.5, 3.3), "Q  energy", "J", COUNTED["Q"], None, "∫ dt"),
 }
