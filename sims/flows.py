@@ -69,6 +69,10 @@ SHOWN = 3  # degrees from 90° at which a prism is thick enough to be drawn
 ARROW = 0.12  # m, breadth of the arrow that stands for the power of a source
 OBLIQUE = (20, 75)  # degrees, tilts of the prism that is drawn in space
 IN_SPACE = 1500  # particles in the picture in space
+LONGEST, FEW_RUNS = (
+    2000,
+    12,
+)  # particles of the largest sample of which errors are shown; samples that are drawn
 PANELS, MOST = 3, 6000  # prisms that are drawn at most, and places in each
 
 
@@ -360,6 +364,7 @@ def draw_space(outcomes: list[Outcome], path: Path, note: str) -> None:
         for panel, is_later in zip(panels, (False, True), strict=True):
             _place_prism(panel, outcome, is_later)
         corners = np.array([panel.limits(margin=0.02) for panel in panels])
+        corners[0, 1, 1] += 0.1  # for the letter of the normal
         corners[:, :, 0] = corners[:, 0, 0].min(), corners[:, 1, 0].max()  # one abscissa
         for panel, axes, said, limits in zip(panels, page.subplots(2, 1), words, corners, strict=True):
             panel.show(axes, limits)
@@ -397,6 +402,54 @@ def _place_prism(panel: SolidPanel, outcome: Outcome, is_later: bool) -> None:
     arc = 0.3 * (np.cos(turns) * way / REACH + np.sin(turns) * side)
     panel.line(arc, INK, 0.008)
     panel.text(1.5 * arc[12], f"θ = {_angle(outcome):.4g}°")
+
+
+def draw_settling(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Counts of the prism as more particles are counted: in a few samples, and how far many are off on average."""
+    from transport.viz.style import BLUE, INK, MUTED, SKY, figure, tick_log
+
+    outcome = outcomes[0]
+    started, _ = started_and_crossed(outcome.result)
+    share = outcome[STARTED].exact / outcome.result.ledger["emitted"].value
+    numbers = np.arange(1, LONGEST + 1)
+    counted = np.cumsum(started[: FEW_RUNS * LONGEST].reshape(FEW_RUNS, LONGEST), axis=1) / numbers / share
+    one = math.sqrt((1 - share) / share)  # error of one particle, of a binomial count
+    with figure((19, 9.4), "More particles, a better number: the error falls as 1/√N", note, path) as page:
+        left, right = page.subplots(1, 2)
+        left.fill_between(
+            numbers,
+            1 - 2 * one / np.sqrt(numbers),
+            1 + 2 * one / np.sqrt(numbers),
+            color=SKY,
+            alpha=0.35,
+            lw=0,
+        )
+        for each in counted:
+            left.plot(numbers, each, color=BLUE, lw=1.8, alpha=0.7)
+        left.axhline(1, color=INK, lw=2.5)
+        left.set(xscale="log", xlim=(10, LONGEST), ylim=(0, 2), ylabel="counted in the prism / exact")
+        left.set_title(f"{FEW_RUNS} samples, and ± 2 standard errors")
+        sizes = np.unique(np.geomspace(10, LONGEST, 12).astype(int))
+        pieces = len(started) // sizes  # into which the sample is cut
+        means = [
+            started[: k * n].reshape(k, n).mean(axis=1) / share for k, n in zip(pieces, sizes, strict=True)
+        ]
+        off = np.array([math.sqrt(np.mean((mean - 1) ** 2)) for mean in means])
+        right.plot(numbers, 100 * one / np.sqrt(numbers), color=INK, lw=2.6, label="exact: 1/√N")
+        right.plot(
+            numbers, 1000 * one / math.sqrt(10) / numbers, "--", color=MUTED, lw=2.6, label="wrong: 1/N"
+        )
+        words = f"r.m.s. error of {pieces[-1]} to {with_thousands_spaces(pieces[0])} samples"
+        right.errorbar(
+            sizes, 100 * off, 200 * off / np.sqrt(2 * pieces), fmt="o", color=BLUE, ms=11, label=words
+        )
+        right.set(xscale="log", yscale="log", xlim=(8, 1.2 * LONGEST), ylim=(0.5, 100), ylabel="error  [%]")
+        right.set_title("four times the particles, half the error")
+        right.legend(loc="lower left")
+        tick_log(right.yaxis)
+        for axes in (left, right):
+            axes.set_xlabel("particles N in the sample")
+            tick_log(axes.xaxis)
 
 
 def draw_closed(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -481,9 +534,15 @@ def _oblique(outcomes: list[Outcome]) -> list[Outcome]:
     return [o for o in _thick(outcomes) if OBLIQUE[0] < _angle(o) < OBLIQUE[1]][:1]
 
 
+def _countable(outcomes: list[Outcome]) -> list[Outcome]:
+    """The same, if enough of its particles are in the sample."""
+    return [o for o in _oblique(outcomes) if len(o.result["start"].histories) >= FEW_RUNS * LONGEST]
+
+
 draw = figures(
     prisms=(draw_prisms, _thick),
     space=(draw_space, in_space(_oblique)),
+    settling=(draw_settling, _countable),
     tilt=(draw_tilts, several(where(meter="patch"))),
     closed=(draw_closed, where(meter="closed")),
 )

@@ -61,6 +61,7 @@ CELLS = {  # of the pictures: edges of positions and of velocities
     "waterbag": (np.linspace(0, 1, 51), np.linspace(-1, 1, 41)),
 }
 SLABS = np.linspace(-3.05, 3.05, 62)  # of the cloud, in standard deviations of its positions at the time
+OTHERS, TILTED = ("y", "z"), 2  # axes whose planes are drawn beside that of x, and at which of the times
 TOLD = {"σ/2": 35, "σ": 40, "2σ": 50}  # slabs round these places
 GRID = np.linspace(-9.25, 9.25, 75), np.linspace(-3.6, 3.6, 37)  # for the covariance: all of the shear
 PATHS = {"a": (0.3, 0.2), "b": (0.5, -0.4)}  # trajectories at the first time: middles of cells
@@ -92,6 +93,10 @@ def scene(start: str = "cloud", length: float = 1.0, speed: float = 1.0) -> tp.S
             tp.PhaseSpace(name=f"slabs {k}", x=edges * length, time=times[k], moments=True)
             for k, edges in enumerate(map(_slabs, TIMES[start]))
         ]
+        x, v = CELLS[start]
+        for axis in OTHERS:
+            edges = {axis: x * length, f"v{axis}": v * speed}
+            counters.append(tp.PhaseSpace(name=f"plane of {axis}", time=times[TILTED], **edges))
     else:
         x, v = GRID if start == "shear" else QUARTERS
         counters = [tp.PhaseSpace(name="all", x=x * length, vx=v * speed, time=times)]
@@ -285,6 +290,27 @@ def draw_portrait(outcomes: list[Outcome], path: Path, note: str) -> None:
     )
 
 
+def draw_planes(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The six dimensions of the cloud at one time, as a plane of position and velocity for each axis of space."""
+    from transport.viz.phase_space import phase_portraits
+
+    result = outcomes[0].result
+    length, speed = outcomes[0].given["length"], outcomes[0].given["speed"]
+    time = _names("cloud", length, speed)[TILTED]
+    panels = {"plane of x, v$_x$": result["cloud"].density[TILTED]}
+    panels |= {f"plane of {axis}, v$_{axis}$": result[f"plane of {axis}"].density for axis in OTHERS}
+    phase_portraits(
+        panels,
+        path,
+        exact=dict.fromkeys(panels, expected("cloud", TILTED, length, speed)["picture"]),
+        power=0.5,
+        xlabel="position  [m]",
+        ylabel="velocity  [m/s]",
+        title=f"Phase space has 3 + 3 dimensions: one cloud, three of its planes, {time}",
+        note=note,
+    )
+
+
 @curves_figure(xlabel="position x  [m]", ylabel="mean velocity")
 def draw_velocity(outcomes: list[Outcome]) -> dict[str, object]:
     """The mean velocity of the cloud by place."""
@@ -317,7 +343,9 @@ def _marks(length: float, speed: float, names: list[str]) -> dict:
 
 
 _portraits = {start: (draw_portrait, where(start=start)) for start in TIMES}
-draw = figures(**_portraits, velocity=(draw_velocity, where(start="cloud")))
+draw = figures(
+    **_portraits, velocity=(draw_velocity, where(start="cloud")), planes=(draw_planes, where(start="cloud"))
+)
 
 
 if __name__ == "__main__":
