@@ -346,7 +346,7 @@ def _draw_prism(axes, outcome: Outcome) -> None:
 
 
 def draw_space(outcomes: list[Outcome], path: Path, note: str) -> None:
-    """The prism in space: particles at the start, and after dt, those blue that started in it; they alone have crossed."""
+    """The prism in space: particles at the start and after dt, blue if they started in it; they alone have crossed."""
     from transport.viz.solid_panel import SolidPanel
     from transport.viz.style import figure
 
@@ -356,9 +356,9 @@ def draw_space(outcomes: list[Outcome], path: Path, note: str) -> None:
     same = f"the same {with_thousands_spaces(crossed.sum())}, and no others,"
     words = (
         f"now: {with_thousands_spaces(started.sum())} particles are in the prism, of the volume v cosθ dt dA",
-        f"dt later: {f'{crossed.sum()}, of whom {differ} others,' if differ else same} have crossed dA",
+        f"dt later: {f'{crossed.sum()}, of which {differ} others,' if differ else same} have crossed dA",
     )
-    title = "The oblique prism v dt · dA holds just those who cross dA within dt"
+    title = "Exactly the particles in the oblique prism v dt · dA cross dA within dt"
     with figure((16, 10), title, note, path) as page:
         panels = [SolidPanel(viewer=(0.5, 1, -0.3), up=(1, 0, 0)) for _ in words]
         for panel, is_later in zip(panels, (False, True), strict=True):
@@ -380,7 +380,7 @@ def _place_prism(panel: SolidPanel, outcome: Outcome, is_later: bool) -> None:
     e_u, e_v, normal = np.array(result.scene.surfaces[0].shape.frame)
     way = np.array([0, 0, REACH])
     base = np.array([i * WIDTH * e_u + j * HEIGHT * e_v for i, j in ((1, 1), (1, -1), (-1, -1), (-1, 1))]) / 2
-    places = result["start"].positions + is_later * way  # who crossed is drawn where it would be now
+    places = result["start"].positions + is_later * way  # a particle that has crossed is drawn where it would be
     shown = np.arange(len(places)) < IN_SPACE
     panel.balls(places[shown & ~started], "#b8b8b8", 0.011)
     panel.balls(places[shown & started], BLUE, 0.016)
