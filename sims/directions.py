@@ -596,7 +596,11 @@ def draw_hemisphere(outcomes: list[Outcome], path: Path, note: str) -> None:
     sizes = np.outer(-np.diff(np.cos(COARSE[0])), np.diff(COARSE[1]))
     panels = {
         "counted per bin": (counts, "directions per bin", with_thousands_spaces),
-        "counted over sinθ dθ dφ": (counts / sizes / 1e3, "thousand directions per sr", "{:.1f}".format),
+        "the same counts over sinθ dθ dφ": (
+            counts / sizes / 1e3,
+            "thousand directions per sr",
+            "{:.1f}".format,
+        ),
     }
     with figure((19, 9.6), "dω = sinθ dθ dφ: the same dθ and dφ hold less near the pole", note, path) as page:
         for axes, (words, (values, label, number)) in zip(page.subplots(1, 2), panels.items(), strict=True):
@@ -612,6 +616,7 @@ def _place_bins(
     panel: SolidPanel, values: np.ndarray, norm: Normalize, number: Callable[[float], str]
 ) -> None:
     """The hemisphere coloured by bin, two bins of it outlined with their numbers, one with the words of its sides."""
+    from transport.viz.solid_panel import LABEL
     from transport.viz.style import BLUE, MUTED, SKY
 
     def at(theta: np.ndarray, phi: np.ndarray, radius: float = 1.0) -> np.ndarray:
@@ -628,7 +633,7 @@ def _place_bins(
         panel.line(at(theta, fine[1], 1.002), MUTED, 0.003)
     for phi in phis[:-1]:
         panel.line(at(fine[0][:, 0], phi, 1.002), MUTED, 0.003)
-    steps, bold = np.linspace(0, 1, 12), {"fontweight": "bold", "fontsize": 22}
+    steps = np.linspace(0, 1, 12)
     for i, j in CELLS:
         theta, phi = (edges[k] + steps * (edges[k + 1] - edges[k]) for edges, k in ((thetas, i), (phis, j)))
         sides = [
@@ -639,9 +644,9 @@ def _place_bins(
         ]
         for side in sides:
             panel.line(side, SKY, 0.014)
-        panel.text(at(theta[6], phi[6]), number(values[i, j]), **bold)
-    panel.text(sides[1][6] + 0.12 * (sides[1][6] - sides[3][6]), "dθ", ha="left", color=BLUE, **bold)
-    panel.text(sides[2][6] - (0, 0, 0.1), "sinθ dφ", color=BLUE, **bold)
+        panel.text(at(theta[6], phi[6]), number(values[i, j]), **LABEL)
+    panel.text(sides[1][6] + 0.12 * (sides[1][6] - sides[3][6]), "dθ", ha="left", color=BLUE, **LABEL)
+    panel.text(sides[2][6] - (0, 0, 0.1), "sinθ dφ", color=BLUE, **LABEL)
 
 
 def draw_radiance(outcomes: list[Outcome], **out: object) -> None:

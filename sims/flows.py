@@ -373,6 +373,7 @@ def draw_space(outcomes: list[Outcome], path: Path, note: str) -> None:
 
 def _place_prism(panel: SolidPanel, outcome: Outcome, is_later: bool) -> None:
     """The patch, its normal, the velocity, the prism before or behind the patch, and some of the particles."""
+    from transport.viz.solid_panel import LABEL
     from transport.viz.style import BLUE, INK, VERMILLION
 
     result, tilt = outcome.result, outcome.given["tilt"]
@@ -380,7 +381,9 @@ def _place_prism(panel: SolidPanel, outcome: Outcome, is_later: bool) -> None:
     e_u, e_v, normal = np.array(result.scene.surfaces[0].shape.frame)
     way = np.array([0, 0, REACH])
     base = np.array([i * WIDTH * e_u + j * HEIGHT * e_v for i, j in ((1, 1), (1, -1), (-1, -1), (-1, 1))]) / 2
-    places = result["start"].positions + is_later * way  # a particle that has crossed is drawn where it would be
+    places = (
+        result["start"].positions + is_later * way
+    )  # a particle that has crossed is drawn where it would be
     shown = np.arange(len(places)) < IN_SPACE
     panel.balls(places[shown & ~started], "#b8b8b8", 0.011)
     panel.balls(places[shown & started], BLUE, 0.016)
@@ -390,9 +393,8 @@ def _place_prism(panel: SolidPanel, outcome: Outcome, is_later: bool) -> None:
         panel.line([start, stop], VERMILLION, 0.008)
     panel.polygon(base, INK, 0.6)
     panel.loop(base, INK, 0.014)
-    bold = {"fontweight": "bold", "fontsize": 22}
-    panel.text(base[2] - 0.09 * e_u, "dA", **bold)
-    panel.text((base[0] + end[0]) / 2 + 0.09 * e_u, "v dt", color=VERMILLION, **bold)
+    panel.text(base[2] - 0.09 * e_u, "dA", **LABEL)
+    panel.text((base[0] + end[0]) / 2 + 0.09 * e_u, "v dt", color=VERMILLION, **LABEL)
     if is_later:
         return
     panel.arrow((0, 0, 0), 0.48 * normal, INK, 0.04, "n")

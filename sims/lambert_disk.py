@@ -370,6 +370,7 @@ def _four_places(ratio: tp.Estimate) -> str:
 
 def _place_sheet(panel: SolidPanel, tilt: float) -> None:
     """Rays that come down on a turned square, its normal, and its shadow on the ground with the outline of that face on."""
+    from transport.viz.solid_panel import LABEL
     from transport.viz.style import BLUE, INK, MUTED, ORANGE
 
     half, low, high = 0.6, -0.85, 1.45
@@ -393,9 +394,8 @@ def _place_sheet(panel: SolidPanel, tilt: float) -> None:
     panel.polygon(sheet, "#f7f4ec")
     panel.loop(sheet, INK, 0.014)
     panel.arrow((0, 0, 0), 0.75 * normal, INK, 0.04, "n")
-    bold = {"fontweight": "bold", "fontsize": 22}
-    panel.text(sheet[1] - 0.12 * along + (0, 0, -0.12), "dA", **bold)
-    panel.text((0, -half, low - 0.16), "dA⊥", color=BLUE, **bold)
+    panel.text(sheet[1] - 0.12 * along + (0, 0, -0.12), "dA", **LABEL)
+    panel.text((0, -half, low - 0.16), "dA⊥", color=BLUE, **LABEL)
 
 
 def draw_ways(outcomes: list[Outcome], path: Path, note: str) -> None:

@@ -1,4 +1,4 @@
-"""A drawing in space as a panel of a figure: solid things are drawn by PyVista, text stands over them in the figure's type.
+"""A drawing in space as a panel of a figure: solid objects are drawn by PyVista, text stands over them in the figure's type.
 
 >>> panel = SolidPanel(viewer=(1, -2, 1))  # doctest: +SKIP
 >>> panel.polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], BLUE)  # doctest: +SKIP
@@ -34,18 +34,19 @@ SHAFT = 0.4  # radius of an arrow's shaft over that of its head
 HEAD = 3.2  # length of an arrow's head over its radius
 DASHES = 0.05  # length of a dash with its gap, of the line
 SUPERSAMPLED = 2  # pixels of the drawing per pixel of the figure, along a side
+LABEL = {"fontweight": "bold", "fontsize": 22}  # of letters and numbers at objects
 MATT = {"ambient": 0.6, "diffuse": 0.55, "specular": 0.0}
 FLAT = {"ambient": 1.0, "diffuse": 0.0}
 FAR = 10.0  # of the drawing's size: distance of the camera, which sees without perspective
 
 
 class SolidPanel:
-    """Things in space, seen without perspective, so that parallel lines stay parallel.
+    """Objects in space, seen without perspective, so that parallel lines stay parallel.
 
     Parameters
     ----------
     viewer : vector of 3 floats
-        Direction from the things to who looks at them.
+        Direction from the objects to the viewer.
     up : vector of 3 floats, default +z
         Direction that points up in the figure.
 
