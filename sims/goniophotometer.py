@@ -196,6 +196,7 @@ def draw_curves(outcomes: list[Outcome], path: Path, note: str) -> None:
                     np.nan_to_num(measured.error),
                     fmt="o",
                     color=BLUE,
+                    label="counted" if side > 0 else None,
                     ms=9,
                     mec="white",
                 )
@@ -215,7 +216,7 @@ def draw_curves(outcomes: list[Outcome], path: Path, note: str) -> None:
                 axes.text(cut_off(length) + 0.14, 0.62 * top, "cut-off", ha="left", va="center")
             axes.set_rlabel_position(157)
             if k == 0:
-                page.legend(*axes.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize=20)
+                page.legend(*axes.get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=20)
 
 
 def _draw_lamp(axes, lamp: str, length: float, ink: str, light: str) -> None:

@@ -149,7 +149,7 @@ def draw_rule(outcomes: list[Outcome], path: Path, note: str) -> None:
             axes.annotate(
                 words,
                 (5, 0.985),
-                (2.5, 0.87),
+                (2.1, 0.87),
                 color=BLUE,
                 arrowprops={"arrowstyle": "-", "color": BLUE, "lw": 2},
             )
