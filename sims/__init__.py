@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from transport import Estimate, Result, SceneError
+from transport.statistics.notation import with_thousands_spaces
 from transport.theory.enclosures import chi_square_values
 from transport.verification.experiment import Outcome, Row, defaults_of, experiment, run_experiment
 
@@ -111,7 +112,7 @@ class Deviations(NamedTuple):
 def provenance(outcomes: list[Outcome]) -> str:
     """Particles and seed of the runs, for the small print of a figure."""
     particles, seed = max(o.result.particles for o in outcomes), outcomes[0].result.seed
-    return f"{particles:_} particles a case, seed {seed}"
+    return f"{with_thousands_spaces(particles)} particles per case, seed {seed}"
 
 
 def main(path: str) -> None:
@@ -140,6 +141,17 @@ def holding(name: str) -> Selection:
 def several(select: Selection) -> Selection:
     """Select those outcomes if they are more than one."""
     return lambda outcomes: found if len(found := select(outcomes)) > 1 else []
+
+
+def in_space(select: Selection) -> Selection:
+    """Select those outcomes if this machine can draw in 3-D."""
+
+    def chosen(outcomes: Sequence[Outcome]) -> Sequence[Outcome]:
+        from transport.viz.screen import has_screen
+
+        return select(outcomes) if has_screen() else []
+
+    return chosen
 
 
 def others(select: Selection) -> Selection:

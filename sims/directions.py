@@ -32,9 +32,11 @@ K - 1, exactly and for any N (Pearson 1900).  Each batch gives one X²; their me
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -44,6 +46,7 @@ from transport.sims import (
     constant,
     curves_figure,
     figures,
+    in_space,
     main,
     of_scene,
     one_of,
@@ -52,8 +55,14 @@ from transport.sims import (
     sharp,
     where,
 )
+from transport.statistics.notation import with_thousands_spaces
 from transport.theory import solid_angles
 from transport.verification.experiment import Outcome
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Normalize
+
+    from transport.viz.solid_panel import SolidPanel
 
 law = (
     "dω = sinθ dθ dφ, ∫dω = 4π, ∫cosθ dω = π; Ω = 4π times the share of directions that meet a shape"
@@ -65,6 +74,9 @@ run = {"sampling": "random"}  # χ² is of independent directions: those of nets
 
 CAPS = (30, 60, 90, 120, 180)  # degrees
 POLAR, AZIMUTHS = 24, 40  # bins
+# bins of θ and φ in the picture of the hemisphere, and those that are outlined
+COARSE = np.linspace(0, math.pi / 2, 9), np.linspace(0, 2 * math.pi, 21)
+CELLS = (1, 0), (5, 0)
 TILTED = (1.0, 2.0, -3.0)  # normal of the diffuse disk
 BALL = 0.3  # radius of the ball and of the disk in the dome, whose own is 1
 SHAPES = {  # seen from the origin; lengths in `size`
@@ -569,6 +581,74 @@ def draw_law(outcomes: list[Outcome]) -> dict[str, object]:
     }
 
 
+def draw_hemisphere(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The upper hemisphere in coarse bins: their counts, and those over sinθ dθ dφ; two bins with their numbers."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    from transport.viz.solid_panel import SolidPanel
+    from transport.viz.style import SEQUENTIAL, figure
+
+    counts = outcomes[0].result["sky"].counts.value[:POLAR]
+    counts = counts.reshape(len(COARSE[0]) - 1, -1, len(COARSE[1]) - 1, AZIMUTHS // (len(COARSE[1]) - 1)).sum(
+        axis=(1, 3)
+    )
+    sizes = np.outer(-np.diff(np.cos(COARSE[0])), np.diff(COARSE[1]))
+    panels = {
+        "counted per bin": (counts, "directions per bin", with_thousands_spaces),
+        "the same counts over sinθ dθ dφ": (
+            counts / sizes / 1e3,
+            "thousand directions per sr",
+            "{:.1f}".format,
+        ),
+    }
+    with figure((19, 9.6), "dω = sinθ dθ dφ: the same dθ and dφ hold less near the pole", note, path) as page:
+        for axes, (words, (values, label, number)) in zip(page.subplots(1, 2), panels.items(), strict=True):
+            norm = Normalize(0, 1.05 * values.max())
+            panel = SolidPanel(viewer=(math.cos(math.pi / 20), math.sin(math.pi / 20), 0.8))
+            _place_bins(panel, values, norm, number)
+            panel.show(axes)
+            axes.set_title(words)
+            page.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=axes, shrink=0.75, pad=0.02).set_label(label)
+
+
+def _place_bins(
+    panel: SolidPanel, values: np.ndarray, norm: Normalize, number: Callable[[float], str]
+) -> None:
+    """The hemisphere coloured by bin, two bins of it outlined with their numbers, one with the words of its sides."""
+    from transport.viz.solid_panel import LABEL
+    from transport.viz.style import BLUE, MUTED, SKY
+
+    def at(theta: np.ndarray, phi: np.ndarray, radius: float = 1.0) -> np.ndarray:
+        theta, phi = np.broadcast_arrays(theta, phi)
+        return radius * np.stack(
+            [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1
+        )
+
+    thetas, phis = COARSE
+    fine = np.linspace(0, math.pi / 2, POLAR + 1)[:, None], np.linspace(phis[0], phis[-1], 3 * AZIMUTHS + 1)
+    repeats = [(len(each) - 1) // n for each, n in zip((fine[0], fine[1]), values.shape, strict=True)]
+    panel.bins(at(*fine), values.repeat(repeats[0], axis=0).repeat(repeats[1], axis=1), norm)
+    for theta in thetas[1:]:
+        panel.line(at(theta, fine[1], 1.002), MUTED, 0.003)
+    for phi in phis[:-1]:
+        panel.line(at(fine[0][:, 0], phi, 1.002), MUTED, 0.003)
+    steps = np.linspace(0, 1, 12)
+    for i, j in CELLS:
+        theta, phi = (edges[k] + steps * (edges[k + 1] - edges[k]) for edges, k in ((thetas, i), (phis, j)))
+        sides = [
+            at(theta[0], phi, 1.005),
+            at(theta, phi[-1], 1.005),
+            at(theta[-1], phi, 1.005),
+            at(theta, phi[0], 1.005),
+        ]
+        for side in sides:
+            panel.line(side, SKY, 0.014)
+        panel.text(at(theta[6], phi[6]), number(values[i, j]), **LABEL)
+    panel.text(sides[1][6] + 0.12 * (sides[1][6] - sides[3][6]), "dθ", ha="left", color=BLUE, **LABEL)
+    panel.text(sides[2][6] - (0, 0, 0.1), "sinθ dφ", color=BLUE, **LABEL)
+
+
 def draw_radiance(outcomes: list[Outcome], **out: object) -> None:
     """The directions of the cosine law over cosθ dω: the same radiance up to the horizon."""
     from transport.viz.maps import plot_map
@@ -742,6 +822,7 @@ draw = figures(
     isotropic=(draw_law, where(subject="isotropic")),
     cosine_law=(draw_law, where(subject="cosine law")),
     radiance=(draw_radiance, where(subject="cosine law")),
+    hemisphere=(draw_hemisphere, in_space(where(subject="isotropic"))),
     arcs=(draw_arcs, where(subject="arc and area")),
     steradian=(draw_steradians, where(subject="one steradian")),
     footprint=(draw_footprints, where(subject="footprint")),

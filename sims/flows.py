@@ -23,14 +23,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import transport as tp
 from transport.sims import (
     constant,
-    curves_figure,
     figures,
+    in_space,
     main,
     of_scene,
     one_of,
@@ -39,9 +40,13 @@ from transport.sims import (
     sharp,
     where,
 )
+from transport.statistics.notation import with_thousands_spaces
 from transport.theory import effusion
 from transport.theory.solid_angles import in_oblique_prism
 from transport.verification.experiment import Outcome
+
+if TYPE_CHECKING:
+    from transport.viz.solid_panel import SolidPanel
 
 law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
@@ -62,6 +67,12 @@ _triples = ((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))
 FACES = {f"tetrahedron, face {k}": corners for k, corners in enumerate(_triples)}
 SHOWN = 3  # degrees from 90° at which a prism is thick enough to be drawn
 ARROW = 0.12  # m, breadth of the arrow that stands for the power of a source
+OBLIQUE = (20, 75)  # degrees, tilts of the prism that is drawn in space
+IN_SPACE = 1500  # particles in the picture in space
+LONGEST, FEW_RUNS = (
+    2000,
+    12,
+)  # particles of the largest sample of which errors are shown; samples that are drawn
 PANELS, MOST = 3, 6000  # prisms that are drawn at most, and places in each
 
 
@@ -255,25 +266,36 @@ def _angle(outcome: Outcome) -> float:
     return math.degrees(outcome.given["tilt"])
 
 
-@curves_figure(
-    xlabel="θ between the stream and the normal  [deg]",
-    ylabel="net flux density",
-    title="A stream on a tilted patch: n v cosθ",
-)
-def draw_tilts(outcomes: list[Outcome]) -> dict[str, object]:
+def draw_tilts(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """What the two sides of the patch count by its angle, each with the clamped cosine, and their difference."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
+
     ordered = sorted(outcomes, key=_angle)
+    angles = [_angle(o) for o in ordered]
     beam = ordered[0].given["density"] * ordered[0].given["speed"]
-
-    def net(angle: np.ndarray) -> np.ndarray:
-        return beam * np.cos(np.radians(angle))
-
-    return {
-        "series": ([_angle(o) for o in ordered], [o[NET].estimate for o in ordered], net),
-        "guides": {
-            "along the normal: max(cosθ, 0)": lambda angle: np.maximum(net(angle), 0),
-            "against it: min(cosθ, 0)": lambda angle: np.minimum(net(angle), 0),
-        },
+    of_sides = {
+        "along the normal: n v max(cosθ, 0)": (ALONG, lambda x: beam * np.maximum(np.cos(np.radians(x)), 0)),
+        "against it: n v max(−cosθ, 0)": (AGAINST, lambda x: beam * np.maximum(-np.cos(np.radians(x)), 0)),
     }
+    panels = {
+        "each side counts a clamped cosine": of_sides,
+        "the net flux is their difference": {"net: n v cosθ": (NET, lambda x: beam * np.cos(np.radians(x)))},
+    }
+    with figure(
+        (19, 9.2), "A stream on a tilted patch: n v cosθ, and each side sees its half", note, path
+    ) as page:
+        for axes, (title, laws) in zip(page.subplots(1, 2, sharey=True), panels.items(), strict=True):
+            series = {
+                words: Series(angles, [o[name].estimate for o in ordered], law)
+                for words, (name, law) in laws.items()
+            }
+            plot_curves(
+                series, ax=axes, span=(0, 180), xlabel="θ between the stream and the normal  [deg]",
+                ylabel="flux density", legend="lower left",
+            )  # fmt: skip
+            axes.set(title=title, xticks=range(0, 181, 30), xlim=(-5, 185), ylim=(-1.1 * beam, 1.1 * beam))
+            axes.label_outer()
 
 
 def draw_prisms(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -317,9 +339,119 @@ def _draw_prism(axes, outcome: Outcome) -> None:
     ):
         axes.annotate("", start + way, np.zeros(2) + start, arrowprops=arrow | {"color": colour})
         axes.annotate(word, start + 1.25 * way, color=colour, **words)
-    words = f"θ = {_angle(outcome):.4g}°: {started.sum()} started in the prism,\n{crossed.sum()} crossed"
+    numbers = [with_thousands_spaces(each.sum()) for each in (started, crossed)]
+    words = f"θ = {_angle(outcome):.4g}°: {numbers[0]} started in the prism,\n{numbers[1]} crossed"
     axes.set_title(f"{words}, {np.count_nonzero(started != crossed)} differ", fontsize="medium")
     axes.set(aspect="equal", xlabel="z  [m]")
+
+
+def draw_space(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The prism in space: particles at the start and after dt, blue if they started in it; they alone have crossed."""
+    from transport.viz.solid_panel import SolidPanel
+    from transport.viz.style import figure
+
+    outcome = outcomes[0]
+    started, crossed = started_and_crossed(outcome.result)
+    differ = np.count_nonzero(started != crossed)
+    same = f"the same {with_thousands_spaces(crossed.sum())}, and no others,"
+    words = (
+        f"now: {with_thousands_spaces(started.sum())} particles are in the prism, of the volume v cosθ dt dA",
+        f"dt later: {f'{crossed.sum()}, of which {differ} others,' if differ else same} have crossed dA",
+    )
+    title = "Exactly the particles in the oblique prism v dt · dA cross dA within dt"
+    with figure((16, 10), title, note, path) as page:
+        panels = [SolidPanel(viewer=(0.5, 1, -0.3), up=(1, 0, 0)) for _ in words]
+        for panel, is_later in zip(panels, (False, True), strict=True):
+            _place_prism(panel, outcome, is_later)
+        corners = np.array([panel.limits(margin=0.02) for panel in panels])
+        corners[0, 1, 1] += 0.1  # for the letter of the normal
+        corners[:, :, 0] = corners[:, 0, 0].min(), corners[:, 1, 0].max()  # one abscissa
+        for panel, axes, said, limits in zip(panels, page.subplots(2, 1), words, corners, strict=True):
+            panel.show(axes, limits)
+            axes.set_title(said)
+
+
+def _place_prism(panel: SolidPanel, outcome: Outcome, is_later: bool) -> None:
+    """The patch, its normal, the velocity, the prism before or behind the patch, and some of the particles."""
+    from transport.viz.solid_panel import LABEL
+    from transport.viz.style import BLUE, INK, VERMILLION
+
+    result, tilt = outcome.result, outcome.given["tilt"]
+    started, _ = started_and_crossed(result)
+    e_u, e_v, normal = np.array(result.scene.surfaces[0].shape.frame)
+    way = np.array([0, 0, REACH])
+    base = np.array([i * WIDTH * e_u + j * HEIGHT * e_v for i, j in ((1, 1), (1, -1), (-1, -1), (-1, 1))]) / 2
+    places = (
+        result["start"].positions + is_later * way
+    )  # a particle that has crossed is drawn where it would be
+    shown = np.arange(len(places)) < IN_SPACE
+    panel.balls(places[shown & ~started], "#b8b8b8", 0.011)
+    panel.balls(places[shown & started], BLUE, 0.016)
+    end = base + way * (1 if is_later else -1)
+    panel.loop(end, VERMILLION, 0.008)
+    for start, stop in zip(base, end, strict=True):
+        panel.line([start, stop], VERMILLION, 0.008)
+    panel.polygon(base, INK, 0.6)
+    panel.loop(base, INK, 0.014)
+    panel.text(base[2] - 0.09 * e_u, "dA", **LABEL)
+    panel.text((base[0] + end[0]) / 2 + 0.09 * e_u, "v dt", color=VERMILLION, **LABEL)
+    if is_later:
+        return
+    panel.arrow((0, 0, 0), 0.48 * normal, INK, 0.04, "n")
+    panel.arrow((0, 0, 0), 0.6 * way, VERMILLION, 0.04, "v")
+    turns = np.linspace(0, tilt, 30)[:, None]
+    side = (normal - math.cos(tilt) * way / REACH) / math.sin(tilt)
+    arc = 0.3 * (np.cos(turns) * way / REACH + np.sin(turns) * side)
+    panel.line(arc, INK, 0.008)
+    panel.text(1.5 * arc[12], f"θ = {_angle(outcome):.4g}°")
+
+
+def draw_settling(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Counts of the prism as more particles are counted: in a few samples, and how far many are off on average."""
+    from transport.viz.style import BLUE, INK, MUTED, SKY, figure, tick_log
+
+    outcome = outcomes[0]
+    started, _ = started_and_crossed(outcome.result)
+    share = outcome[STARTED].exact / outcome.result.ledger["emitted"].value
+    numbers = np.arange(1, LONGEST + 1)
+    counted = np.cumsum(started[: FEW_RUNS * LONGEST].reshape(FEW_RUNS, LONGEST), axis=1) / numbers / share
+    one = math.sqrt((1 - share) / share)  # error of one particle, of a binomial count
+    with figure((19, 9.4), "More particles, a better number: the error falls as 1/√N", note, path) as page:
+        left, right = page.subplots(1, 2)
+        left.fill_between(
+            numbers,
+            1 - 2 * one / np.sqrt(numbers),
+            1 + 2 * one / np.sqrt(numbers),
+            color=SKY,
+            alpha=0.35,
+            lw=0,
+        )
+        for each in counted:
+            left.plot(numbers, each, color=BLUE, lw=1.8, alpha=0.7)
+        left.axhline(1, color=INK, lw=2.5)
+        left.set(xscale="log", xlim=(10, LONGEST), ylim=(0, 2), ylabel="counted in the prism / exact")
+        left.set_title(f"{FEW_RUNS} samples, and ± 2 standard errors")
+        sizes = np.unique(np.geomspace(10, LONGEST, 12).astype(int))
+        pieces = len(started) // sizes  # into which the sample is cut
+        means = [
+            started[: k * n].reshape(k, n).mean(axis=1) / share for k, n in zip(pieces, sizes, strict=True)
+        ]
+        off = np.array([math.sqrt(np.mean((mean - 1) ** 2)) for mean in means])
+        right.plot(numbers, 100 * one / np.sqrt(numbers), color=INK, lw=2.6, label="exact: 1/√N")
+        right.plot(
+            numbers, 1000 * one / math.sqrt(10) / numbers, "--", color=MUTED, lw=2.6, label="wrong: 1/N"
+        )
+        words = f"r.m.s. error of {pieces[-1]} to {with_thousands_spaces(pieces[0])} samples"
+        right.errorbar(
+            sizes, 100 * off, 200 * off / np.sqrt(2 * pieces), fmt="o", color=BLUE, ms=11, label=words
+        )
+        right.set(xscale="log", yscale="log", xlim=(8, 1.2 * LONGEST), ylim=(0.5, 100), ylabel="error  [%]")
+        right.set_title("four times the particles, half the error")
+        right.legend(loc="lower left")
+        tick_log(right.yaxis)
+        for axes in (left, right):
+            axes.set_xlabel("particles N in the sample")
+            tick_log(axes.xaxis)
 
 
 def draw_closed(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -399,8 +531,20 @@ def _thick(outcomes: list[Outcome]) -> list[Outcome]:
     return [o for o in where(meter="patch")(outcomes) if abs(_angle(o) - 90) > SHOWN][:PANELS]
 
 
+def _oblique(outcomes: list[Outcome]) -> list[Outcome]:
+    """The first patch whose prism is neither straight nor thin."""
+    return [o for o in _thick(outcomes) if OBLIQUE[0] < _angle(o) < OBLIQUE[1]][:1]
+
+
+def _countable(outcomes: list[Outcome]) -> list[Outcome]:
+    """The same, if enough of its particles are in the sample."""
+    return [o for o in _oblique(outcomes) if len(o.result["start"].histories) >= FEW_RUNS * LONGEST]
+
+
 draw = figures(
     prisms=(draw_prisms, _thick),
+    space=(draw_space, in_space(_oblique)),
+    settling=(draw_settling, _countable),
     tilt=(draw_tilts, several(where(meter="patch"))),
     closed=(draw_closed, where(meter="closed")),
 )

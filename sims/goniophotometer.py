@@ -171,13 +171,17 @@ def draw_curves(outcomes: list[Outcome], path: Path, note: str) -> None:
     """For each lamp its section and its intensity as a polar curve, downwards the axis, as lamps are drawn."""
     from transport.viz.style import BLUE, INK, MUTED, ORANGE, figure
 
-    with figure((5.4 * len(outcomes), 10), "Intensity curves of lamps, in W/sr", note, path) as page:
-        grid = page.add_gridspec(2, len(outcomes), height_ratios=(1, 2.6))
+    columns = min(2, len(outcomes))
+    rows = -(-len(outcomes) // columns)
+    title = "A lamp's curve: intensity by direction, in W/sr"
+    with figure((8.6 * columns, 7.4 * rows + 1.4), title, note, path) as page:
+        grid = page.add_gridspec(rows, 2 * columns, width_ratios=(0.55, 1) * columns)
         for k, outcome in enumerate(outcomes):
+            row, column = k // columns, 2 * (k % columns)
             lamp, power, length = (outcome.given[name] for name in ("lamp", "power", "length"))
-            above = page.add_subplot(grid[0, k])
-            _draw_lamp(above, lamp, length, INK, ORANGE)
-            axes = page.add_subplot(grid[1, k], projection="polar")
+            beside = page.add_subplot(grid[row, column])
+            _draw_lamp(beside, lamp, length, INK, ORANGE)
+            axes = page.add_subplot(grid[row, column + 1], projection="polar")
             theta = np.linspace(-math.pi, math.pi, 1441)
             axes.plot(theta, intensity(lamp, np.abs(theta), power, length), color=BLUE, lw=3, label="exact")
             level = np.full_like(theta, power_out(lamp, power, length) / (4 * math.pi))
@@ -192,6 +196,7 @@ def draw_curves(outcomes: list[Outcome], path: Path, note: str) -> None:
                     np.nan_to_num(measured.error),
                     fmt="o",
                     color=BLUE,
+                    label="counted" if side > 0 else None,
                     ms=9,
                     mec="white",
                 )
@@ -201,17 +206,17 @@ def draw_curves(outcomes: list[Outcome], path: Path, note: str) -> None:
                 ["0°", "45°", "90°", "", "180°", "", "90°", "45°"],
             )
             top = 1.15 * max(measured.value.max(), level[0])
-            axes.set(ylim=(0, top), title=f"∫I dω = {outcome[TOTAL].estimate.value:.4g} W of {power:g} W")
+            axes.set(ylim=(0, top), title=f"∫I dω = {outcome[TOTAL].estimate.value:.4g} W\nof {power:g} W")
             axes.set_yticks(
-                np.linspace(0, top, 4)[1:], [f"{t:.2g}" for t in np.linspace(0, top, 4)[1:]], fontsize=14
+                np.linspace(0, top, 4)[1:], [f"{t:.2g}" for t in np.linspace(0, top, 4)[1:]], fontsize=18
             )
             if lamp == "tube":
                 for side in (1, -1):
                     axes.plot([side * cut_off(length)] * 2, [0, top], ":", color=INK, lw=2)
-                axes.text(cut_off(length) + 0.12, 0.72 * top, "cut-off", ha="left", va="center")
-            axes.set_rlabel_position(135)
+                axes.text(cut_off(length) + 0.14, 0.62 * top, "cut-off", ha="left", va="center")
+            axes.set_rlabel_position(157)
             if k == 0:
-                page.legend(*axes.get_legend_handles_labels(), loc="outside lower left", ncols=2)
+                page.legend(*axes.get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=20)
 
 
 def _draw_lamp(axes, lamp: str, length: float, ink: str, light: str) -> None:
@@ -231,10 +236,10 @@ def _draw_lamp(axes, lamp: str, length: float, ink: str, light: str) -> None:
     elif lamp == "shade":
         axes.plot([-RADIUS, RADIUS], [-length, -length], **edge)
     names = {
-        "disk": "diffuse disk",
-        "sphere": "diffuse sphere",
-        "tube": "disk in a black tube",
-        "shade": "disk above a black disk",
+        "disk": "diffuse\ndisk",
+        "sphere": "diffuse\nsphere",
+        "tube": "disk in a\nblack tube",
+        "shade": "disk above\na black disk",
     }
     axes.set_title(names[lamp])
     axes.set(aspect="equal", xlim=(-0.13, 0.13), ylim=(-0.16, 0.06))

@@ -16,9 +16,10 @@ sphere of one metre, with a small meter at which directions are aimed.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import transport as tp
-from transport.sims import constant, curves_figure, figures, main, of_scene, one_of, sentence, where
+from transport.sims import constant, curves_figure, figures, grouped, main, of_scene, one_of, sentence, where
 from transport.theory import emitters
 from transport.verification.experiment import Outcome
 
@@ -34,11 +35,13 @@ DISTANCES = {
 DIRECTIONS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 2, 0), (0, -1, 2), (2, 0, -1), (-1, -1, -1))
 WIDTH = 1.0  # m, diameter of the disk and of the sphere
 METER = 1e-3  # m, radius of the meter that looks at them
+WIDTHS = 0.75, 1.0, 2.0, 5.0, 10.0  # distances of the disk and of the sphere, in diameters
+RATIO = "irradiance / inverse square"
 
 
 def cases() -> list[dict[str, object]]:
     kinds = ("disk", "sphere")
-    return [{"emitter": "point"}, *({"emitter": kind, "widths": n} for kind in kinds for n in (1.0, 5.0))]
+    return [{"emitter": "point"}, *({"emitter": kind, "widths": n} for kind in kinds for n in WIDTHS)]
 
 
 def scene(emitter: str = "point", power: float = 100.0, widths: float = 5.0) -> tp.Scene:
@@ -70,7 +73,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     intensity = source.emission.power / (math.pi * source.shape.area) * seen  # L times the area that is seen
     point = constant(result, intensity / distance**2, "W m^-2")
     irradiance = result["meter"].irradiance
-    return {"irradiance": irradiance, "irradiance / inverse square": irradiance / point}
+    return {"irradiance": irradiance, RATIO: irradiance / point}
 
 
 @of_scene(scene)
@@ -81,11 +84,11 @@ def exact(emitter: str, power: float, widths: float) -> dict[str, float]:
     distance, radius = widths * WIDTH, WIDTH / 2
     if emitter == "sphere":
         mean = float(emitters.mean_point_irradiance(power, METER, distance))
-        return {"irradiance": mean, "irradiance / inverse square": mean * 4 * math.pi * distance**2 / power}
+        return {"irradiance": mean, RATIO: mean * 4 * math.pi * distance**2 / power}
     radiance = power / (math.pi * math.pi * radius**2)
     mean = float(emitters.mean_disk_irradiance(radiance, radius, METER, distance))
     inverse_square = radiance * math.pi * radius**2 / distance**2
-    return {"irradiance": mean, "irradiance / inverse square": mean / inverse_square}
+    return {"irradiance": mean, RATIO: mean / inverse_square}
 
 
 def verdict(outcomes: list[Outcome]) -> str:
@@ -115,7 +118,48 @@ def draw_points(outcomes: list[Outcome]) -> dict[str, object]:
     }
 
 
-draw = figures(points=(draw_points, where(emitter="point")))
+def draw_rule(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The disk and the sphere at their distances, and E over the inverse square, with the 1 % at five diameters."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import BLUE, GREEN, figure, tick_log
+    from transport.viz.wording import number_text
+
+    kinds = grouped(outcomes, "emitter")
+    laws = {"disk": lambda x: 1 / (1 + 1 / (4 * x**2)), "sphere": lambda x: 1 + 0 * x}
+    series = {
+        f"Lambert {kind}": Series(
+            [o.given["widths"] for o in found], [o[RATIO].estimate for o in found], laws[kind]
+        )
+        for kind, found in kinds.items()
+    }
+    with figure(
+        (15, 9.6), "Five diameters away a disk is a point to 1 %, a sphere is one anywhere", note, path
+    ) as page:
+        axes = page.subplots()
+        plot_curves(
+            series, ax=axes, log_x=True, span=(0.5001, 12.0), xlabel="distance / diameter", ylabel="E / that of a point",
+            guides={"wrong: d from the sphere's surface": lambda x: (x / (x - 0.5)) ** 2}, legend="lower right",
+        )  # fmt: skip
+        axes.axhspan(0.99, 1.01, color=GREEN, alpha=0.2, lw=0)
+        axes.text(0.52, 1.02, "within 1 %", color=GREEN, va="bottom")
+        axes.axvline(5, color=GREEN, lw=2.5, ls=":")
+        axes.text(5.15, 0.8, "five\ndiameters", color=GREEN, va="center")
+        for outcome in where(emitter="disk", widths=5.0)(outcomes):
+            words = f"disk: {number_text(outcome[RATIO].estimate)}"
+            axes.annotate(
+                words,
+                (5, 0.985),
+                (2.1, 0.87),
+                color=BLUE,
+                arrowprops={"arrowstyle": "-", "color": BLUE, "lw": 2},
+            )
+        axes.set(xlim=(0.5, 12.0), ylim=(0.45, 1.45))
+        tick_log(axes.xaxis)
+
+
+draw = figures(
+    points=(draw_points, where(emitter="point")), rule=(draw_rule, where(emitter=("disk", "sphere")))
+)
 
 
 if __name__ == "__main__":

@@ -36,6 +36,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -46,6 +47,7 @@ from transport.sims import (
     curves_figure,
     figures,
     holding,
+    in_space,
     main,
     of_scene,
     one_of,
@@ -55,6 +57,11 @@ from transport.sims import (
 )
 from transport.theory import emitters, solid_angles
 from transport.verification.experiment import Outcome
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from transport.viz.solid_panel import SolidPanel
 
 law = (
     "P = π L A, E = π L sin²θ, radiance invariant along a ray, L = d²Φ/dA⊥dω = dE⊥/dω = dI/dA⊥, φ = Φ/πr²"
@@ -70,6 +77,7 @@ MAP = tp.Directions(theta=31, phi=48)
 INSIDE = 4  # bins within the disk's cone
 READINGS = ("parallel", "turned", "three ways", "ball")
 RAY, CONE = math.radians(30), math.radians(25)  # of the three ways: the ray's angle, and half that of dω
+PALE_RAY = "#f6ddb0"  # of rays that pass the sheet
 THREE_WAYS = LEVEL, ACROSS, PART = "d²Φ/dA⊥dω", "dE⊥/dω", "dI/dA⊥"
 BALL, IN_CONE = "fluence rate, Φ/πr²", "radiance, cone in the disk"
 
@@ -282,23 +290,17 @@ def draw_map(outcomes: list[Outcome], **out: object) -> None:
 
 
 def draw_turned(outcomes: list[Outcome], path: Path, note: str) -> None:
-    """The sheet and the area that it shows; irradiance over that face on, which falls with the cosine, and radiance, which stays."""
+    """Irradiance over that face on, which falls with the cosine as the area that the sheet shows, and radiance, which stays."""
     from transport.viz.curves import Series, plot_curves
     from transport.viz.style import figure
 
-    with figure((19.5, 9.4), "The sheet turned away: E falls as dA⊥ does, and L stays", note, path) as page:
-        sketch, chart = page.subplots(1, 2, width_ratios=(1, 1.55))
-        _draw_sheet(sketch)
-        shares, series = [], {}
+    with figure((13.5, 9.4), "The sheet turned away: E falls as dA⊥ does, and L stays", note, path) as page:
+        chart = page.subplots()
         whole = [o for o in outcomes if _is_whole(o)]
-        for outcome in whole:
-            seen = solid_angles.disk_projected_solid_angle(outcome.given["radius"], outcome.given["distance"])
-            facing = constant(outcome.result, outcome.given["radiance"] * seen, "W m^-2")
-            shares.append(outcome["irradiance"].estimate / facing)
-        levels = [constant(o.result, o.given["radiance"], "W m^-2 sr^-1") for o in outcomes]
-        radiances = [o[IN_CONE].estimate / level for o, level in zip(outcomes, levels, strict=True)]
+        shares = [o["irradiance"].estimate / _face_on(o) for o in whole]
+        radiances = [_over_level(o) for o in outcomes]
         cosines = [math.cos(o.given["tilt"]) for o in outcomes]
-        series["radiance L = d²Φ/(dA⊥dω)"] = Series(cosines, radiances, lambda mu: 1 + 0 * mu)
+        series = {"radiance L = d²Φ/(dA⊥dω)": Series(cosines, radiances, lambda mu: 1 + 0 * mu)}
         if whole:
             series["irradiance E, as dA⊥"] = Series(
                 [math.cos(o.given["tilt"]) for o in whole], shares, lambda mu: mu
@@ -314,47 +316,96 @@ def draw_turned(outcomes: list[Outcome], path: Path, note: str) -> None:
         chart.minorticks_off()
 
 
-def _draw_sheet(axes) -> None:
-    """A sheet turned by 60° under rays from far away, its normal, and the area that it shows."""
-    from transport.viz.exhibits import bare_panel, draw_arrow
-    from transport.viz.style import BLUE, INK, ORANGE, VERMILLION
+def _face_on(outcome: Outcome) -> tp.Estimate:
+    """The exact irradiance of the sheet face on."""
+    of = outcome.given
+    seen = solid_angles.disk_projected_solid_angle(of["radius"], of["distance"])
+    return constant(outcome.result, of["radiance"] * seen, "W m^-2")
 
-    tilt = math.radians(60)
-    sine, mu = math.sin(tilt), math.cos(tilt)
-    for x in np.linspace(-0.8, 0.8, 5) * mu:
-        foot = -x * sine / mu
-        draw_arrow(axes, (x, 1.25), (0, foot - 1.22), ORANGE, 2)
-    axes.plot([-mu, mu], [sine, -sine], color=INK, lw=9, solid_capstyle="butt", zorder=3)
-    axes.plot([-mu, mu], [1.35, 1.35], color=BLUE, lw=9, solid_capstyle="butt")
-    for x in (-mu, mu):
-        axes.plot([x, x], [1.35, -x * sine / mu], ":", color=BLUE, lw=2)
-    draw_arrow(axes, (0, 0), (0.75 * sine, 0.75 * mu), VERMILLION, 3)
-    axes.plot([0, 0], [0, 0.8], "--", color=VERMILLION, lw=2, zorder=4)
-    words = {"fontsize": 22, "ha": "center", "va": "center"}
-    axes.text(
-        0.24, 0.42, "θ", color=VERMILLION, bbox={"fc": "white", "ec": "none", "pad": 1}, zorder=5, **words
+
+def _over_level(outcome: Outcome) -> tp.Estimate:
+    """The radiance that was read over that of the disk."""
+    return outcome[IN_CONE].estimate / constant(outcome.result, outcome.given["radiance"], "W m^-2 sr^-1")
+
+
+def _sheets(outcomes: list[Outcome]) -> list[Outcome]:
+    """Turned sheets that are drawn in space."""
+    turned = [o for o in where(reading="turned")(outcomes) if _is_whole(o)]
+    return [o for o in turned if abs(math.degrees(o.given["tilt"])) <= 80][:2]
+
+
+def draw_sheets(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """A sheet in a beam, face on and turned: the light that it takes out of the beam, and what was read on it."""
+    from transport.viz.solid_panel import SolidPanel
+    from transport.viz.style import figure
+
+    with figure(
+        (6 * (1 + len(outcomes)), 9.6),
+        "dA⊥ = dA cosθ: a turned sheet takes no more light than its shadow",
+        note,
+        path,
+    ) as page:
+        row = page.subplots(1, 1 + len(outcomes), squeeze=False)[0]
+        for axes, outcome in zip(row, (None, *outcomes), strict=True):
+            panel, tilt = SolidPanel(viewer=(0.35, -1, 0.42)), 0.0
+            words = "face on, θ = 0°\nE = E₀\nL = L₀"
+            if outcome is not None:
+                tilt = outcome.given["tilt"]
+                share, level = outcome["irradiance"].estimate / _face_on(outcome), _over_level(outcome)
+                words = (
+                    f"θ = {math.degrees(tilt):.3g}°,  cosθ = {math.cos(tilt):.4f}\n"
+                    f"E/E₀ = {_four_places(share)}\nL/L₀ = {_four_places(level)}"
+                )
+            _place_sheet(panel, tilt)
+            panel.show(axes, [(-1.05, -1.2), (1.05, 1.62)])
+            axes.set_title(words, linespacing=1.4)
+
+
+def _four_places(ratio: tp.Estimate) -> str:
+    """A ratio with four decimals, and with its error if that is seen there."""
+    from transport.viz.wording import number_text
+
+    return number_text(ratio) if ratio.error > 5e-5 else f"{ratio.value:.4f}"
+
+
+def _place_sheet(panel: SolidPanel, tilt: float) -> None:
+    """Rays that come down on a turned square, its normal, and its shadow on the ground with the outline of that face on."""
+    from transport.viz.solid_panel import LABEL
+    from transport.viz.style import BLUE, INK, MUTED, ORANGE
+
+    half, low, high = 0.6, -0.85, 1.45
+    normal, along = (
+        np.array([math.sin(tilt), 0, math.cos(tilt)]),
+        np.array([math.cos(tilt), 0, -math.sin(tilt)]),
     )
-    axes.text(0, 1.53, "dA⊥ = dA cosθ", color=BLUE, **words)
-    axes.text(0.32, -0.95, "dA", color=INK, **words)
-    bare_panel(axes, (-0.95, 0.95), (-1.1, 1.65))
+    corners = np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)])
+    sheet = half * (corners[:, :1] * along + corners[:, 1:] * [0, 1, 0])
+    ground, shadow = (half * (corners * (c, 1)) for c in (1.0, math.cos(tilt)))
+    ground, shadow = (np.column_stack([each, np.full(4, low)]) for each in (ground, shadow))
+    panel.loop(ground, MUTED, 0.008, is_dashed=True)
+    panel.polygon(shadow, BLUE)
+    for top, foot in zip(sheet, shadow, strict=True):
+        panel.line([top, foot], BLUE, 0.006, is_dashed=True)
+    for x in np.linspace(-0.8, 0.8, 5) * half:
+        for y in np.linspace(-0.8, 0.8, 3) * half:
+            reach = -x * math.tan(tilt) if abs(x) <= half * math.cos(tilt) else low
+            is_caught = abs(x) <= half * math.cos(tilt)
+            panel.arrow((x, y, high), (0, 0, reach - high), ORANGE if is_caught else PALE_RAY, 0.025)
+    panel.polygon(sheet, "#f7f4ec")
+    panel.loop(sheet, INK, 0.014)
+    panel.arrow((0, 0, 0), 0.75 * normal, INK, 0.04, "n")
+    panel.text(sheet[1] - 0.12 * along + (0, 0, -0.12), "dA", **LABEL)
+    panel.text((0, -half, low - 0.16), "dA⊥", color=BLUE, **LABEL)
 
 
 def draw_ways(outcomes: list[Outcome], path: Path, note: str) -> None:
-    """Three ways to read the radiance, against the half angle of dω; what a ball reads, against its radius."""
+    """Three ways to read the radiance, against the half angle of dω."""
     from transport.viz.style import figure
 
-    ways, balls = where(reading="three ways")(outcomes), where(reading="ball")(outcomes)
-    title = (
-        "Three quotients, one limit: the radiance" if ways else "A ball reads the fluence rate, however large"
-    )
-    with figure((4 + 10.5 * bool(ways) + 7 * bool(balls), 9.4), title, note, path) as page:
-        widths = [1, 1.5] * bool(ways) + [1.35] * bool(balls)
-        panels = list(page.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0])
-        if balls:
-            _draw_balls(panels.pop(), balls)
-        if ways:
-            _draw_detectors(panels[0])
-            _draw_quotients(panels[1], ways[0])
+    with figure((14.5, 9.4), "Three quotients, one limit: the radiance", note, path) as page:
+        sketch, chart = page.subplots(1, 2, width_ratios=[1, 1.5])
+        _draw_detectors(sketch)
+        _draw_quotients(chart, outcomes[0])
 
 
 def _draw_detectors(axes) -> None:
@@ -402,20 +453,64 @@ def _draw_quotients(axes, outcome: Outcome) -> None:
     axes.legend(loc="lower left", title="points ± 2 standard errors", title_fontsize="small")
 
 
-def _draw_balls(axes, outcomes: list[Outcome]) -> None:
-    """What a ball reads against its radius, dashed what a flat detector reads there."""
+def draw_balls(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The disk and the balls before it from the side, to scale, and what each reads; dashed what a flat detector reads there."""
     from transport.viz.curves import Series, plot_curves
+    from transport.viz.style import figure
 
     of = outcomes[0].given
     flat = emitters.disk_irradiance(of["radiance"], of["radius"], of["distance"])
     level = float(of["radiance"] * solid_angles.disk_solid_angle(of["radius"], of["distance"]))
     balls, seen = [o.given["ball"] for o in outcomes], [o[BALL].estimate for o in outcomes]
-    guides = {"wrong: irradiance there": lambda x: flat + 0 * x}
-    plot_curves(
-        Series(balls, seen, lambda x: level + 0 * x), ax=axes, guides=guides, span=(0.0, 1.0),
-        xlabel="radius of the ball / its distance", ylabel="fluence rate Φ/πr²", legend="lower center",
-    )  # fmt: skip
-    axes.set(ylim=(0, 1.12 * level), title="a ball before the disk")
+    title = "Fluence rate φ = Φ/πr²: a ball of any size reads the same before a disk"
+    with figure((19, 8.2), title, note, path) as page:
+        sketch, chart = page.subplots(1, 2, width_ratios=(1.6, 1))
+        _draw_spheres(sketch, outcomes)
+        plot_curves(
+            Series(balls, seen, lambda x: level + 0 * x), ax=chart, span=(0.0, 1.0), legend="lower center",
+            guides={"wrong: irradiance there": lambda x: flat + 0 * x}, xlabel="radius r of the ball / its distance",
+            ylabel="fluence rate Φ/πr²",
+        )  # fmt: skip
+        chart.set(ylim=(0, 1.12 * level))
+
+
+def _draw_spheres(axes: Axes, outcomes: list[Outcome]) -> None:
+    """Section along the axis: the disk, the balls round one place, rays from the disk, and the readings."""
+    from matplotlib.patches import Circle
+
+    from transport.viz.exhibits import bare_panel
+    from transport.viz.style import INK, MUTED, ORANGE, look
+    from transport.viz.wording import number_text, unit_label
+
+    radius, distance = (outcomes[0].given[name] for name in ("radius", "distance"))
+    axes.plot([-radius, radius], [0, 0], color=ORANGE, lw=12, solid_capstyle="butt", zorder=4)
+    for x in np.linspace(-radius, radius, 7):
+        axes.plot([x, 0], [0, distance], color=ORANGE, lw=2, alpha=0.6, zorder=3)
+    heights = np.linspace(1.45, 0.55, len(outcomes)) * distance
+    for rank, (outcome, height) in enumerate(zip(outcomes, heights, strict=True)):
+        colour, size = look(rank)[0], outcome.given["ball"] * distance
+        circle = Circle(
+            (0, distance),
+            size,
+            fc=colour,
+            ec=colour,
+            lw=3,
+            alpha=0.25 if size > 0.3 * distance else 0.9,
+            zorder=2,
+        )
+        axes.add_patch(circle)
+        reading = outcome[BALL].estimate
+        power = outcome.result["ball"].flux_in
+        words = (
+            f"r = {outcome.given['ball']:g} d\n"
+            f"receives Φ = {number_text(power)} W\n"
+            f"Φ/πr² = {number_text(reading)} {unit_label(reading.unit)}"
+        )
+        axes.text(1.15 * distance, height, words, color=colour, fontsize=22, va="center", linespacing=1.4)
+    axes.text(0, -0.14 * distance, "disk of radiance L", ha="center", color=INK, fontsize=20)
+    axes.plot([0, 0], [0, distance], "--", color=MUTED, lw=2, zorder=5)
+    axes.text(0.03 * distance, 0.3 * distance, "d", color=MUTED, fontsize=22, zorder=6)
+    bare_panel(axes, (-1.05 * distance, 3.1 * distance), (-0.3 * distance, 2.0 * distance))
 
 
 def _is_whole(outcome: Outcome) -> bool:
@@ -428,7 +523,9 @@ draw = figures(
     distances=(draw_distances, lambda of: [o for o in of if "fluence rate" in o]),
     map=(draw_map, holding("map")),
     turned=(draw_turned, where(reading="turned")),
-    ways=(draw_ways, where(reading=READINGS[2:])),
+    sheets=(draw_sheets, in_space(_sheets)),
+    ways=(draw_ways, where(reading="three ways")),
+    balls=(draw_balls, where(reading="ball")),
 )
 
 

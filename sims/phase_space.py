@@ -22,6 +22,7 @@ normal velocities, or with ones uniform up to `speed`.  There is one particle in
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,8 @@ CELLS = {  # of the pictures: edges of positions and of velocities
     "waterbag": (np.linspace(0, 1, 51), np.linspace(-1, 1, 41)),
 }
 SLABS = np.linspace(-3.05, 3.05, 62)  # of the cloud, in standard deviations of its positions at the time
+# axes of place and of velocity whose planes are drawn beside that of x and its own, and at which of the times
+PLANES, TILTED = (("y", "y"), ("z", "z"), ("x", "y")), 2
 TOLD = {"σ/2": 35, "σ": 40, "2σ": 50}  # slabs round these places
 GRID = np.linspace(-9.25, 9.25, 75), np.linspace(-3.6, 3.6, 37)  # for the covariance: all of the shear
 PATHS = {"a": (0.3, 0.2), "b": (0.5, -0.4)}  # trajectories at the first time: middles of cells
@@ -92,6 +95,10 @@ def scene(start: str = "cloud", length: float = 1.0, speed: float = 1.0) -> tp.S
             tp.PhaseSpace(name=f"slabs {k}", x=edges * length, time=times[k], moments=True)
             for k, edges in enumerate(map(_slabs, TIMES[start]))
         ]
+        x, v = CELLS[start]
+        for place, velocity in PLANES:
+            edges = {place: x * length, f"v{velocity}": v * speed}
+            counters.append(tp.PhaseSpace(name=f"plane of {place}, v{velocity}", time=times[TILTED], **edges))
     else:
         x, v = GRID if start == "shear" else QUARTERS
         counters = [tp.PhaseSpace(name="all", x=x * length, vx=v * speed, time=times)]
@@ -285,6 +292,36 @@ def draw_portrait(outcomes: list[Outcome], path: Path, note: str) -> None:
     )
 
 
+def draw_planes(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Planes of the cloud's six dimensions at one time: each axis with its own velocity, and one with another's."""
+    from transport.viz.phase_space import phase_portraits
+
+    result = outcomes[0].result
+    length, speed = outcomes[0].given["length"], outcomes[0].given["speed"]
+    names = _names("cloud", length, speed)
+    time = names[TILTED]
+    panels = {"x and v$_x$": result["cloud"].density[TILTED]}
+    panels |= {f"{x} and v$_{v}$": result[f"plane of {x}, v{v}"].density for x, v in PLANES}
+    own = _contours("cloud", length, speed, names)[time]
+    phase_portraits(
+        panels,
+        path,
+        contours={words: _unsheared(length, speed) if words == list(panels)[-1] else own for words in panels},
+        power=0.5,
+        xlabel="position  [m]",
+        ylabel="velocity  [m/s]",
+        title=f"3 + 3 dimensions, {time}: flight shears each place with its own velocity alone",
+        note=note,
+    )
+
+
+def _unsheared(length: float, speed: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """The exact density of the cloud by position along one axis and velocity along another."""
+    of_v = CLOUDS["cloud"][1] * speed
+    of_x = free_flight.width(TIMES["cloud"][TILTED], *CLOUDS["cloud"]) * length
+    return lambda x, v: np.exp(-((x / of_x) ** 2 + (v / of_v) ** 2) / 2) / (2 * math.pi * of_x * of_v)
+
+
 @curves_figure(xlabel="position x  [m]", ylabel="mean velocity")
 def draw_velocity(outcomes: list[Outcome]) -> dict[str, object]:
     """The mean velocity of the cloud by place."""
@@ -317,7 +354,9 @@ def _marks(length: float, speed: float, names: list[str]) -> dict:
 
 
 _portraits = {start: (draw_portrait, where(start=start)) for start in TIMES}
-draw = figures(**_portraits, velocity=(draw_velocity, where(start="cloud")))
+draw = figures(
+    **_portraits, velocity=(draw_velocity, where(start="cloud")), planes=(draw_planes, where(start="cloud"))
+)
 
 
 if __name__ == "__main__":

@@ -527,77 +527,58 @@ def verdict(outcomes: list[Outcome]) -> str:
     return sentence(*said, furthest(outcomes))
 
 
-BOXES = {  # of the diagram: place, symbol, what it is, unit, row
-    "Q": ((0.8, 5.4), "energy", "J", COUNTED["Q"]),
-    "Φ": ((4.4, 5.4), "power (flux)", "W", COUNTED["Φ"]),
-    "I": ((8.6, 5.4), "intensity", "W sr^-1", COUNTED["I"]),
-    "E": ((4.4, 2.7), "irradiance", "W m^-2", COUNTED["E"]),
-    "M": ((0.8, 2.7), "exitance", "W m^-2", COUNTED["M"]),
-    "L": ((8.6, 2.7), "radiance", "W m^-2 sr^-1", LAMP_L),
-    "φ": ((8.6, 0.0), "fluence rate", "W m^-2", COUNTED["φ"]),
+BOXES = {  # of the diagram: place, words, unit, row that was counted, row summed from L, how it follows from L
+    "M": ((0.0, 7.0), "M  exitance", "W m^-2", COUNTED["M"], SUMMED["M"], "∫ L cosθ dω"),
+    "I": ((0.0, 3.3), "I  intensity", "W sr^-1", COUNTED["I"], None, "∫ L cosθ dA"),
+    "Φ0": ((0.0, -0.4), "Φ  power", "W", COUNTED["Φ0"], None, "∬ L cosθ dω dA"),
+    "L": ((6.2, 3.3), "L  radiance", "W m^-2 sr^-1", LAMP_L, None, ""),
+    "E": ((13.5, 7.0), "E  irradiance", "W m^-2", COUNTED["E"], SUMMED["E"], "∫ L cosθ dω"),
+    "Φ": ((13.5, 3.3), "Φ  power", "W", COUNTED["Φ"], SUMMED["Φ"], "∬ L cosθ dω dA"),
+    "φ": ((13.5, -0.4), "φ  fluence rate", "W m^-2", COUNTED["φ"], SUMMED["φ"], "∫ L dω"),
+    "Q": ((18.5, 3.3), "Q  energy", "J", COUNTED["Q"], None, "∫ dt"),
 }
-ARROWS = (  # from, to, word: sums in blue, rates in grey
-    ("Q", "Φ", "d/dt", ""), ("Φ", "I", "d/dω", ""), ("Φ", "E", "d/dA", ""), ("I", "L", r"d/dA$_⊥$", ""),
-    ("E", "L", r"d/dω$_⊥$", "∫ cosθ dω"), ("L", "φ", "", "∫ dω"),
-)  # fmt: skip
+HALF_BOX = (2.0, 0.95)  # of their sizes
 
 
 def draw_integrals(outcomes: list[Outcome], path: Path, note: str) -> None:
-    """A diagram of all quantities: what each is, what was counted, and what the sum of the binned radiance is."""
+    """A diagram with radiance in its middle: how each quantity follows from it, what was counted, and what L sums to."""
+    from transport.viz.exhibits import draw_arrow
     from transport.viz.style import BLUE, INK, MUTED, figure, unit_label
+    from transport.viz.wording import number_text
 
-    outcome = outcomes[0]
-    with figure((15, 11.5), "All quantities are rates or sums of radiance", note, path) as page:
+    outcome, ways = outcomes[0], {"fontsize": 21, "ha": "center", "va": "center", "color": BLUE}
+    source = np.array(BOXES["L"][0])
+    with figure((16.4, 10.6), "All quantities are sums of radiance", note, path) as page:
         axes = page.subplots()
-        sums = {"E": SUMMED["E"], "Φ": SUMMED["Φ"], "M": SUMMED["M"], "φ": SUMMED["φ"]}
-        for symbol, ((x, y), words, unit, name) in BOXES.items():
+        for symbol, (place, words, unit, counted, summed, way) in BOXES.items():
             is_source = symbol == "L"
             box = {
-                "boxstyle": "round,pad=0.45",
+                "boxstyle": "round,pad=0.4",
                 "fc": "#dcebf5" if is_source else "white",
                 "ec": INK,
                 "lw": 2.5,
             }
-            row = outcome[name]
-            lines = f"{symbol}  {words}\n{row.estimate.value:.4g} {unit_label(unit)}"
-            if symbol in sums:
-                lines += "\n" + f"from L: {outcome[sums[symbol]].estimate.value:.4g}"
-            lines += "\n" + f"exact: {row.exact:.4g}"
-            axes.text(x, y, lines, ha="center", va="center", fontsize=20, bbox=box, linespacing=1.35)
-        for start, end, down, up in ARROWS:
-            _draw_arrows(axes, np.array(BOXES[start][0]), np.array(BOXES[end][0]), down, up, (MUTED, BLUE))
-        line = {"arrowstyle": "-|>,head_width=0.4,head_length=0.8", "lw": 3, "color": BLUE, "shrinkA": 0}
-        axes.annotate("", (0.8, 1.95), (7.35, 2.2), arrowprops=line | {"connectionstyle": "arc3,rad=-0.28"})
-        axes.text(4.4, 0.86, "∫ cosθ dω, where the light leaves", color=BLUE, ha="center")
-        axes.text(
-            0.8, 0.0, "E, Φ, Q, φ: on the meter\nM, I, L: of the lamp", color=MUTED, ha="center", va="center"
-        )
-        axes.set(xlim=(-0.8, 10.2), ylim=(-1.0, 6.5))
+            lines = f"{words}\n{number_text(outcome[counted].estimate)}\n{unit_label(unit)}"
+            axes.text(
+                *place, lines, ha="center", va="center", fontsize=21, bbox=box, linespacing=1.3, zorder=5
+            )
+            if summed:
+                said = f"bins of L: {outcome[summed].estimate.value:.5g}"
+                axes.text(place[0], place[1] - 1.5, said, color=BLUE, ha="center", va="center", fontsize=21)
+            if is_source:
+                continue
+            start, end = np.array(BOXES["Φ"][0] if symbol == "Q" else source), np.array(place)
+            side = np.sign(end - start)
+            start, end = start + side * HALF_BOX, end - side * np.array([HALF_BOX[0] + 0.3, 0])
+            draw_arrow(axes, start, end - start, BLUE, 3.5)
+            white = {"fc": "white", "ec": "none", "pad": 2}
+            axes.text(
+                *((start + end) / 2 + (0, 0.42 if side[1] == 0 else 0)), way, bbox=white, zorder=6, **ways
+            )
+        for x, words in ((0.0, "where light leaves:\nthe lamp"), (13.5, "where it arrives:\nthe receiver")):
+            axes.text(x, 9.3, words, color=MUTED, ha="center", va="center", fontsize=22, fontweight="bold")
+        axes.set(xlim=(-2.3, 20.1), ylim=(-2.2, 10.0))
         axes.set_axis_off()
-
-
-def _draw_arrows(
-    axes: Axes, start: np.ndarray, end: np.ndarray, down: str, up: str, colours: tuple[str, str]
-) -> None:
-    """An arrow of a rate from start to end, and one of a sum back or, without a rate, on."""
-    is_level = start[1] == end[1]
-    step = np.sign(end - start) * (1.12, 0.76)
-    aside = np.array([0, 0.16]) if is_level else np.array([0.2, 0])
-    head = {"arrowstyle": "-|>,head_width=0.4,head_length=0.8", "lw": 3, "shrinkA": 0, "shrinkB": 0}
-    middle = (start + end) / 2
-    if down:
-        shift = aside if up else 0 * aside
-        axes.annotate("", end - step + shift, start + step + shift, arrowprops=head | {"color": colours[0]})
-        offset = (0, 0.3) if is_level else (0.3, 0)
-        axes.text(
-            *(middle + offset), down, color=colours[0], ha="center" if is_level else "left", va="center"
-        )
-    if up:
-        first, last = (end - step, start + step) if down else (start + step, end - step)
-        shift = -aside if down else 0 * aside
-        axes.annotate("", last + shift, first + shift, arrowprops=head | {"color": colours[1]})
-        offset = (0, -0.42) if is_level else (0.3, 0)
-        axes.text(*(middle + offset), up, color=colours[1], ha="center" if is_level else "left", va="center")
 
 
 def draw_area(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -705,7 +686,7 @@ def draw_facing(outcomes: list[Outcome], path: Path, note: str) -> None:
         axes.annotate("", 0.42 * ray + shift, 0.02 * ray + shift, arrowprops=head | {"color": BLUE})
         axes.annotate("", 0.58 * ray - shift, 0.98 * ray - shift, arrowprops=head | {"color": VERMILLION})
         mirrored = 0.42 * ray * (-1, 1)
-        axes.annotate("", mirrored, (0, 0), arrowprops=head | {"color": MUTED, "ls": "--"})
+        axes.annotate("", mirrored, (0, 0), arrowprops=head | {"color": MUTED})
         unit = r"W m$^{-2}$ sr$^{-1}$"
         for name, at, words, colour, place in (
             (LEAVING, 0.78 * ray, "exitant, ω from the lamp:", VERMILLION, "left"),

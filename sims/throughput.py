@@ -64,6 +64,7 @@ READ = "R/T, {} m behind the hole"
 SLIT, BINS = 4e-3, 26  # m, height of the picture's meters; bins a side
 SECTOR = math.radians(4)  # half of it: rays near the plane of the axis
 SHOWN, WIDE = 3 * FOCAL, 1.5  # m, of an axis in a sketch; width of a sketch over its height
+MIDDLE = ", middle"  # ending of the names of the detectors that count round p = 0
 PLANES = ("at aperture 1", "before the lens", "behind the lens", "at aperture 2")
 
 
@@ -239,7 +240,10 @@ def _portraits(beam: Beam) -> list[tp.Detector]:
         slit = tp.Rectangle(center=(0, 0, height), normal=(0, 0, -1), width=2 * reach, height=SLIT)
         theta, phi = np.arcsin(np.linspace(0, steep, BINS // 2 + 1)), (-SECTOR, SECTOR)
         bins = tp.Directions(theta=theta, phi=(*phi, *(math.pi + angle for angle in phi)))
-        slits.append(tp.Detector(slit, name, directions=bins, positions=tp.Positions(u=BINS), via="one"))
+        how = {"positions": tp.Positions(u=BINS), "via": "one"}
+        slits.append(tp.Detector(slit, name, directions=bins, **how))
+        # Round p = 0 few rays are in the sectors; all azimuths fly as flat there.
+        slits.append(tp.Detector(slit, f"{name}{MIDDLE}", directions=tp.Directions(theta=theta[:2]), **how))
     return slits
 
 
@@ -289,9 +293,10 @@ def _portrait(outcome: Outcome, plane: str) -> tuple[np.ndarray, np.ndarray, np.
     reading, source = outcome.result[plane], outcome.result.scene.sources[0]
     shares = reading.radiance.value / source.emission.radiance
     cosines, places = np.sin(reading.radiance.coords["theta"]), reading.radiance.coords["u"]
+    middle = outcome.result[f"{plane}{MIDDLE}"].radiance.value[:, :1] / source.emission.radiance
     # The slit looks down: e_u is -x, and light flies against the direction that it comes from.
-    of_x_and_p = np.concatenate([shares[::-1, ::-1, 2], shares[::-1, :, 0]], axis=1)
-    height, edges = reading.detector.shape.center[2], np.concatenate([-cosines[:0:-1], cosines])
+    of_x_and_p = np.concatenate([shares[:, :0:-1, 2], middle, shares[:, 1:, 0]], axis=1)[::-1]
+    height, edges = reading.detector.shape.center[2], np.concatenate([-cosines[:0:-1], cosines[1:]])
     rays = etendue.meridional_outline(source.shape.radius, source.shape.center[2], RIM, 0.0)
     bends = {"area ": None}
     if height > 0:

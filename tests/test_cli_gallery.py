@@ -46,7 +46,7 @@ def test_an_experiment_is_drawn_with_its_answer_and_the_command_that_made_it(cal
     for words in (
         "![sun](experiments/sun.png)",
         "`transport run sun --particles 2000`",
-        "at most 2_000 particles",
+        "at most 2 000 particles",
         "±",
     ):
         assert words in page, words
@@ -61,7 +61,7 @@ def test_figures_of_one_scene_share_one_run(call, exhibits, monkeypatch):
     assert len(runs) == 1
     record = json.loads(answer.stdout)
     assert [each["name"] for each in record["figures"]] == ["first", "second"]
-    assert Path(record["figures"][1]["pictures"][0]).read_text().startswith("2_000 particles, seed 0")
+    assert Path(record["figures"][1]["pictures"][0]).read_text().startswith("2 000 particles, seed 0")
     assert record["page"] == "out/gallery/README.md" and Path(record["page"]).is_file()
 
 

@@ -38,7 +38,7 @@ def convergence(
     title: str | None = None,
     note: str | None = None,
 ) -> Figure:
-    """Draw the running mean over batches with its band, and below its standard error beside N^(-1/2).
+    """Draw the running mean over batches with its band, and below its standard error beside 1/√N.
 
     quantity: "meter.irradiance", or an Estimate of this run such as result["meter"].radiance[3], whose words are `name`.  The band has the width of two
     standard errors of so few batches, by Student's t, so that it covers with 95.4 %.  Above stand the seconds at the run's mean
@@ -60,7 +60,7 @@ def convergence(
         lower.set_xscale("log")
         lower.set_xlim(course.particles[0] / 1.06, course.particles[-1] * 1.06)
         tick_log(lower.xaxis)
-        lower.set_xlabel("particles, batch by batch")
+        lower.set_xlabel("particles N, batch by batch")
         if result.cost is not None:
             _draw_seconds(upper, result.cost.seconds / course.particles[-1])
         page.draw_without_rendering()  # so that the layout knows how wide the ticks' numbers come out
@@ -110,7 +110,7 @@ def _draw_errors(axes: Axes, course: Course, value: float, unit: object) -> None
     n, few, told = course.particles[FIRST - 1 :], guide[FIRST - 1 :], scale * course.error[FIRST - 1 :]
     low, high = (few * each for each in strays(np.arange(FIRST, len(guide) + 1)))
     axes.fill_between(n, low, high, color=PALE, lw=0, label="where 95 % of such errors fall")
-    axes.plot(course.particles, guide, "--", color=INK, lw=2.2, label=r"$N^{-1/2}$ through the last")
+    axes.plot(course.particles, guide, "--", color=INK, lw=2.2, label="1/√N through the last")
     axes.plot(n, told, "o-", color=BLUE, mec="white", mew=0.8, label="of the batches so far")
     axes.set_yscale("log")
     axes.set_ylim(0.7 * min(told[told > 0].min(), low[2:].min()), 1.3 * max(told.max(), high.max()))

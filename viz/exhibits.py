@@ -89,7 +89,7 @@ def _map(name: str, title: str, **how: object) -> Draw:
 
 
 def _settling(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
-    title = "A run settles: the power that the floor absorbs"
+    title = "More photons, a better number: the error falls as 1/√N"
     return convergence(
         result, result.ledger.absorbed_by["floor"], path, title=title, note=note, name="absorbed by the floor"
     )

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 import transport as tp
+from transport.statistics.notation import with_thousands_spaces
 from transport.units import speed_of_light
 from transport.viz import scene_style as style
 from transport.viz.facets import Bounds, segments
@@ -273,7 +274,9 @@ def _pictures(
             mesh = flying.drawn()
             mesh.cell_data["shown"] = scale.of(flying.values(colour))
             mapper.SetInputData(mesh)
-        label.SetInput(f"{time_text(each.seconds)}   ·   {len(each.heads.places)} particles")
+        label.SetInput(
+            f"{time_text(each.seconds)}   ·   {with_thousands_spaces(len(each.heads.places))} particles"
+        )
         plotter.render()
         pictures.append(plotter.screenshot(return_img=True))
     return pictures

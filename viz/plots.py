@@ -13,6 +13,7 @@ from transport import EstimateArray, Result
 from transport.results.phase_space import SnapshotReading
 from transport.results.tally import Tally
 from transport.statistics.axes import axis_unit, axis_words
+from transport.statistics.notation import with_thousands_spaces
 from transport.validation import join_names
 from transport.viz.maps import bins_of, is_line, main_quantity, plot_map, suited_size
 from transport.viz.power_flow import End, ends_of
@@ -134,7 +135,7 @@ def plot_result(result: Result, path: str | os.PathLike | None = None) -> list[A
             ax.set_title(as_it_stands(reading.name))
         balance = figure.add_subplot(grid[1].subgridspec(1, 1)[0])
         _plot_balance(result, ends, balance)
-        note = f"{result.particles:.3g} particles, {result.plan.method.title}"
+        note = f"{with_thousands_spaces(result.particles)} particles, {result.plan.method.title}"
         for why, those in (
             ("more than two axes of bins", [each for each in left if not _is_drawn(each)]),
             (f"the picture has {MOST_PANELS} panels", [each for each in left if _is_drawn(each)]),

@@ -6,6 +6,7 @@ ParaView. Nothing is simulated here: colours come from a result, tracks from `tr
 
 from __future__ import annotations
 
+import math
 import os
 import textwrap
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ from transport.results.result import Result
 from transport.scene.cameras import Camera
 from transport.scene.media import Grid
 from transport.scene.scene import Scene
+from transport.statistics.notation import with_thousands_spaces
 from transport.viz import scene_style as style
 from transport.viz.facets import Bounds, level_lines, segments
 from transport.viz.scene_camera import VIEW_ANGLE, View, view_of
@@ -49,6 +51,9 @@ WINDOW = (1400, style.HEIGHT)
 MAX_OPACITY, MIN_OPACITY = 0.75, 0.02  # of a few tracks, and of very many
 OPAQUE_TRACKS = 60.0  # number of tracks up to which each has the largest opacity
 MAX_SMOOTHED = 20_000  # flights
+TRACK_WIDTH = 1.2  # [pixels]
+# ratios of the largest to the smallest weight: above the first they are drawn, up to the second they are equal
+UNLIKE, EQUAL = 1.2, 1.01
 SMOOTHING = 1.9  # factor by which lines would be finer in smoothed pictures
 BARS = {0: (), 1: ((0.36, 0.5),), 2: ((0.64, 0.23), (0.36, 0.18))}  # lower ends and heights, by their number
 APART = 4e-4  # of the picture's size: distance from a wall of what lies on it
@@ -86,7 +91,7 @@ def draw_scene(
     result : Result, optional
         Colours surfaces with detectors by irradiance or exitance, and cuts through volumes by fluence rate.
     tracks : Tracks, optional
-        Drawn as lines, coloured by weight, or by age if all weights are equal.
+        Drawn as lines, coloured by weight if it varies by more than a fifth, or by age if all weights are equal.
     path : path, optional
         PNG to write; the plotter is closed then.
     title : str, optional
@@ -190,8 +195,8 @@ def caption_of(
     large, medium = large_surfaces(scene, frame), scene.medium
     pieces = [
         lengths_text(frame.high - frame.low),
-        result is not None and f"{result.particles:_} histories".replace("_", " "),
-        tracks is not None and f"{len(np.unique(tracks.histories)):_} tracks drawn".replace("_", " "),
+        result is not None and f"{with_thousands_spaces(result.particles)} histories",
+        tracks is not None and f"{with_thousands_spaces(len(np.unique(tracks.histories)))} tracks drawn",
         not all(part.paint.is_known.all() for part in painted)
         and f"cells with fewer than {MIN_HITS} hits grey",
         *(f"of {name} only what counts with {limits}" for name, limits in limited),
@@ -537,13 +542,26 @@ def clipped(tracks: Tracks, bounds: Bounds) -> tuple[np.ndarray, np.ndarray]:
 
 
 def track_colours(lines: pyvista.PolyData) -> tuple[str, style.Scale] | None:
-    """Return "weight" with its scale if it varies, else "age" if it does, else None."""
-    for name, scale_of in (("weight", style.logarithmic), ("age", style.linear)):
+    """Return "weight" with its scale if it varies by more than a fifth, "age" if it varies and no weight does, else None."""
+    for name, scale_of, unlike in (("weight", style.logarithmic, UNLIKE), ("age", style.linear, EQUAL)):
         values = lines.cell_data[name]
         positive = values[values > 0]
-        if len(positive) and positive.max() > 1.01 * positive.min():
+        ratio = positive.max() / positive.min() if len(positive) else 1.0
+        if ratio > unlike:
             return name, scale_of(values)
+        if ratio > EQUAL:
+            return None
     return None
+
+
+def layers_of(lines: pyvista.PolyData, bounds: Bounds) -> float:
+    """Return how many lines lie over each other on average, where they are seen from their broad side."""
+    ends = lines.points.reshape(-1, 2, 3)
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    breadths = math.sqrt(12) * np.linalg.svd(lines.points - lines.points.mean(axis=0), compute_uv=False)[:2]
+    area = np.prod(breadths / math.sqrt(lines.n_points))
+    width = TRACK_WIDTH / style.HEIGHT * np.linalg.norm(bounds[1] - bounds[0])
+    return float(lengths.sum() * width / area) if area > 0 else 1.0
 
 
 def add_tracks(plotter: pyvista.Plotter, tracks: Tracks, bounds: Bounds, has_bars: bool) -> None:
@@ -552,8 +570,9 @@ def add_tracks(plotter: pyvista.Plotter, tracks: Tracks, bounds: Bounds, has_bar
     if lines.n_cells == 0:
         return
     count = len(np.unique(lines.cell_data["history"]))
-    opacity = float(np.clip(MAX_OPACITY * (OPAQUE_TRACKS / count) ** 0.6, MIN_OPACITY, MAX_OPACITY))
-    look = {"opacity": opacity, "line_width": 1.2, "name": "tracks"}
+    opacity = MAX_OPACITY * (OPAQUE_TRACKS / count) ** 0.6 / math.sqrt(max(1.0, layers_of(lines, bounds)))
+    opacity = float(np.clip(opacity, MIN_OPACITY, MAX_OPACITY))
+    look = {"opacity": opacity, "line_width": TRACK_WIDTH, "name": "tracks"}
     if (colours := track_colours(lines)) is None:
         plotter.add_mesh(lines, color=style.TRACK, lighting=False, **look)
         return

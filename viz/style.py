@@ -24,6 +24,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, MaxNLocator, NullLocator
 
+from transport.statistics.notation import with_thousands_spaces
 from transport.validation import SceneError, short_repr
 
 Mark = tuple[str, str | tuple]  # marker, line style
@@ -186,7 +187,7 @@ def tick_log(axis: Axis, decades: float = 2.5) -> None:
 def plain(number: float) -> str:
     """A number as a tick says it: 20 000, 2e6, 0.5."""
     if 1e4 <= number < 1e6:
-        return f"{number:_.0f}".replace("_", " ")
+        return with_thousands_spaces(number)
     return f"{number:g}".replace("e+0", "e").replace("e+", "e")
 
 

@@ -19,6 +19,7 @@ from transport.cli.run import (
 )
 from transport.results.result import Result
 from transport.simulate import simulate
+from transport.statistics.notation import with_thousands_spaces
 from transport.validation import SceneError, name_hint, optional_packages
 from transport.verification.experiment import (
     DEFAULT_PARTICLES,
@@ -135,7 +136,7 @@ def write_page(found: Sequence[Timed], folder: Path, settings: GallerySettings) 
     lines = ["# Gallery", ""]
     limits = "as many particles as each needs"
     if settings.particles is not None:
-        limits = f"at most {settings.particles:_} particles"
+        limits = f"at most {with_thousands_spaces(settings.particles)} particles"
     bars = "Bars and bands are two standard errors."
     lines += [f"Figures of `transport gallery`: {limits}, seed {settings.seed}. {bars}", ""]
     for heading, words in HEADINGS.items():
@@ -209,7 +210,7 @@ def _general(exhibit: object, runs: ResultCache, settings: GallerySettings) -> P
             return DrawnPiece([], exhibit.says, why=lack, is_unsupported=True)
         result = runs.result_for(exhibit)
         few = tracks(result.scene, exhibit.tracks, settings.seed) if exhibit.tracks else None
-        note = f"{result.particles:_} particles, seed {result.seed}"
+        note = f"{with_thousands_spaces(result.particles)} particles, seed {result.seed}"
         paths, why = draw_to(
             lambda path: exhibit.draw(result, few, path, note), folder / f"{exhibit.name}.png"
         )

@@ -47,8 +47,8 @@ def ratio_text(factor: float) -> str:
     ('2.5', '3 800', 'over 10 000', 'over 10 000')
     """
     if float(f"{factor:.2g}") >= MAX_PRINTED_RATIO:
-        return f"over {_with_thousands_spaces(MAX_PRINTED_RATIO)}"
-    return f"{factor:.2g}" if factor < 99.5 else _with_thousands_spaces(float(f"{factor:.2g}"))
+        return f"over {with_thousands_spaces(MAX_PRINTED_RATIO)}"
+    return f"{factor:.2g}" if factor < 99.5 else with_thousands_spaces(float(f"{factor:.2g}"))
 
 
 def percent(error: float) -> str:
@@ -65,7 +65,7 @@ def duration(seconds: float) -> str:
     return f"{number:.0f} {unit}" if 99.5 <= number < 1e5 else f"{number:.2g} {unit}"
 
 
-def _with_thousands_spaces(number: float) -> str:
+def with_thousands_spaces(number: float) -> str:
     """A whole number with spaces between groups of three digits."""
     return f"{number:,.0f}".replace(",", " ")
 
