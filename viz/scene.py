@@ -19,7 +19,8 @@ from transport.analysis.tracks import Tracks
 from transport.geometry.shape import Point
 from transport.geometry.solid import Box
 from transport.results.result import Result
-from transport.scene.cameras import Camera
+from transport.scene.cameras import ORTHOGRAPHIC, THIN_LENS, Camera, LightField
+from transport.scene.projections import PINHOLE, radial_rays
 from transport.scene.media import Grid
 from transport.scene.scene import Scene
 from transport.statistics.notation import with_thousands_spaces
@@ -63,6 +64,7 @@ SMALL = 0.02  # of the picture's size: smaller things are marked by a dot
 CULLED = {FRONT: "back", BACK: "front", None: None}  # facets that are left out, by the side that is shown
 HAZE = (0.10, 0.55)  # opacity of the thinnest and the thickest medium
 MAX_DEPTH = 1.5  # mean optical depth of drawn voxels; denser ones are drawn thinner
+RIM_STEPS = 8  # points along each side of what a camera sees
 VOXEL_STEPS = 80  # of opacity along a way through voxels
 RIGHT = 0.9  # of the window: names that would end farther right end at their place
 MAX_CHI_SQUARED = 2.0  # per value, of values that agree with their mean
@@ -360,13 +362,13 @@ def _add_source(plotter: pyvista.Plotter, part: Part, parts: list[Part], is_scal
 
 
 def _add_detector(plotter: pyvista.Plotter, part: Part, parts: list[Part], is_scaled: bool) -> None:
-    """An outline; a small one as a dot, a camera as a pyramid."""
+    """An outline; a small one as a dot, a camera or a light field with what it sees."""
     if part.shape.is_infinite:
         return
     if _is_small(part):
         _add_dot(plotter, np.array(part.shape.middle), style.DETECTOR, 9)
-    if isinstance(part.what, Camera):
-        _add_lines(plotter, _pyramid(part.what, 0.12 * part.frame.size), style.DETECTOR, 1.6)
+    if isinstance(part.what, Camera | LightField):
+        _add_lines(plotter, _view_lines(part.what, 0.12 * part.frame.size), style.DETECTOR, 1.6)
     if len(part.facets.faces):
         width, opacity = (1.4, 0.6) if part.is_on_surface else (2.2, 1.0)
         _add_lines(plotter, lifted(part.outline, part, 1), style.DETECTOR, width, opacity)
@@ -446,15 +448,31 @@ def _add_glow(plotter: pyvista.Plotter, place: np.ndarray) -> None:
         _add_dot(plotter, place, style.GLOW, size, opacity)
 
 
-def _pyramid(camera: Camera, size: float) -> pyvista.PolyData:
-    """The field of a camera: four rays and a rim."""
-    left, up, ahead = (np.array(axis) for axis in camera.frame)
-    edges, place = camera.edges(), np.array(camera.position)
-    ends = ((0, 0), (-1, 0), (-1, -1), (0, -1))
-    corners = np.array([ahead - edges["u"][a] * left + edges["v"][b] * up for a, b in ends])
-    rim = place + size * corners / np.linalg.norm(corners[0])
-    rays = np.stack([np.repeat(place[None], 4, axis=0), rim], axis=1)
-    return segments(np.concatenate([rays, np.stack([rim, np.roll(rim, -1, axis=0)], axis=1)]))
+def _view_lines(view: Camera | LightField, size: float) -> pyvista.PolyData:
+    """What a camera sees: rays from its corners and a rim; of a light field both planes."""
+    left, up, ahead = (np.array(axis) for axis in view.frame)
+    place, edges = np.array(view.position), view.edges()
+    axes, share = (
+        (("u", "v"), np.linspace(0, 1, RIM_STEPS, endpoint=False))
+        if isinstance(view, Camera)
+        else (("s", "t"), np.zeros(1))
+    )
+    (u0, u1), (v0, v1) = (edges[name][[0, -1]] for name in axes)
+    u = np.concatenate([u0 + share * (u1 - u0), u1 + 0 * share, u1 + share * (u0 - u1), u0 + 0 * share])
+    v = np.concatenate([v0 + 0 * share, v0 + share * (v1 - v0), v1 + 0 * share, v1 + share * (v0 - v1)])
+    across = u[:, None] * -left + v[:, None] * up
+    near, rim = np.repeat(place[None], len(u), axis=0), place + across + size * ahead
+    if isinstance(view, LightField):
+        width, height = view.size
+        near = place + np.sign(u)[:, None] * -left * width / 2 + np.sign(v)[:, None] * up * height / 2
+        rim = place + across + view.distance * ahead
+    elif view.lens == ORTHOGRAPHIC:
+        near = place + across
+    else:
+        seen = radial_rays(PINHOLE if view.lens == THIN_LENS else view.lens, u, v)
+        rim = place + size * seen @ np.array((-left, up, ahead))
+    corners = np.stack([near, rim], axis=1)[:: len(share)]
+    return segments(np.concatenate([corners, np.stack([rim, np.roll(rim, -1, axis=0)], axis=1)]))
 
 
 # ---- Names.
