@@ -29,7 +29,7 @@ from transport.verification.experiment import Outcome
 
 law = "p = u/3 of light, n k T of a gas, half on a black wall; u cos²θ of a beam (Boltzmann 1884; Reif 1965, 7.13)"
 question = "How hard do light and gas press on a mirror, on a black wall, and inside?"
-particles = 400_000
+particles = 2_000_000
 
 ROOM = tp.Box(size=(1.0, 1.0, 1.0))
 DEPTH, RADIUS, MARGIN = 1.0, 0.5, 0.01  # m: of the room, of the wall in a stream, of gas beyond what matters

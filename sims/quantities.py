@@ -57,7 +57,10 @@ law = (
     " (Bala 2009, Cornell CS 6620; Hanrahan 2001, Stanford CS 348B, lecture 4)"
 )
 question = "How do Q, Φ, I, E, M, L and φ follow from each other, and which of them add up?"
-particles = 1_000_000
+particles = 8_000_000
+intended = {
+    "aim": "each lamp is aimed at the detectors that are read of it",
+}
 
 SHOWS = ("integrals", "area", "superposition", "facing", "exposure", "photons", "plenoptic")
 RADIUS = 0.5  # m, of lamps and of the meter that faces them

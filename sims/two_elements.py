@@ -51,6 +51,9 @@ from transport.verification.experiment import Outcome
 law = "L₁ dω₁ dA₁ cosθ₁ = L₂ dω₂ dA₂ cosθ₂; T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂; mean chord 4V/S (Hanrahan 2001; Cauchy 1850)"
 question = "Do rays that join two elements carry the same radiance at both ends?"
 particles = 4_000_000
+intended = {
+    "aim": "only rays between the two elements, or within the cone, are wanted",
+}
 
 SHOWS = ("first law", "throughput", "lines", "chord")
 BODIES = {"sphere": None, "cube": (1, 1, 1), "box": (1, 2, 3)}  # edges over size_1, the sphere's radius
