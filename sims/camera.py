@@ -28,7 +28,7 @@ law = "L along a ray, R L by a mirror (first law of radiometry); L = ρ Φ/(π A
 question = "Does a camera read the radiance of what it looks at?"
 particles = 3_000_000
 intended = {
-    "path class": "single pixels of the picture are grainy; the rows are means over many pixels",
+    "bins": "single pixels of the picture are grainy; the rows are means over many pixels",
 }
 
 RADIANCE, MIRROR = 100.0, 0.95  # W m^-2 sr^-1 of the lamp; of the ball

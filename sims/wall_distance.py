@@ -48,6 +48,7 @@ law = "R = L T at any distance; doubling it: E/4, Ω/4, L (Hanrahan 2001, quiz 2
 question = "Does the brightness that a wall appears to the eye depend on the distance of the viewer?"
 particles = 4_000_000
 intended = {
+    "bins": "pixels at the rim of the picture get little light; the rows are of rings",
     "aim": "only rays from the wall to the squares at which it is aimed are wanted",
 }
 
