@@ -36,9 +36,9 @@ FAULTS = (
     ),
     Fault(
         "analysis/solid_angle.py",
-        'share = reached / result.ledger["emitted"]',
-        'share = reached / (result.ledger["emitted"] + reached)',
-        "the footprint of a cone over what missed it too",
+        "np.full(len(result.run), 4 * math.pi)",
+        "np.full(len(result.run), 4.0)",
+        "solid angles without their π",
         ROWS,
     ),
     Fault(
