@@ -74,9 +74,9 @@ FAULTS = (
     Fault(
         "engine/passes/detectors.py",
         "lane.bin = choose((lane.visited & via) == via, lane.bin, 0)",
-        "lane.bin = choose((lane.visited & via) != 0, lane.bin, 0) if via != 0 else lane.bin",
-        "light by either of several ways for light by all of them",
-        (*ROWS, "experiments/test_course_rows"),
+        "lane.bin = choose((lane.visited | via) == via, lane.bin, 0)",
+        "light that need not have come through the first element",
+        ROWS,
     ),
     Fault(
         "sims/far_lamp.py",
