@@ -27,6 +27,9 @@ from transport.verification.experiment import Outcome
 law = "L along a ray, R L by a mirror (first law of radiometry); L = ρ Φ/(π A(1 - ρ f)) in a diffuse sphere (Ulbricht 1900)"
 question = "Does a camera read the radiance of what it looks at?"
 particles = 3_000_000
+intended = {
+    "bins": "single pixels of the picture are grainy; the rows are means over many pixels",
+}
 
 RADIANCE, MIRROR = 100.0, 0.95  # W m^-2 sr^-1 of the lamp; of the ball
 LAMP = tp.Rectangle(center=(0, 0.3, 2.45), normal=(0, 0, -1), width=1.6, height=2.0)

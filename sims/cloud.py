@@ -46,6 +46,10 @@ law = (
 )
 question = "What does a cloud do to sunlight, and how dark is its shadow?"
 particles = 4_000_000
+intended = {
+    "grazing": "no row or picture reads the fluence rate at the ground",
+    "roulette survivors": "the map of the ground is for the picture; the rows are of the whole ground",
+}
 
 SUN = 1000.0  # W m^-2, across the beam
 SKIES = ("cumulus", "layers")

@@ -33,6 +33,9 @@ law = "E = ρ1 ρ2 π L sin²θ at the whole length of the way; ρ π L sin²θ 
 question = "What does a digit cost of light that comes by mirrors?"
 particles = 1_000_000
 run = {"estimator": "backward"}  # of an analog run one history in a hundred million would count
+intended = {
+    "path class": "what a guide cannot reach is bounded by a warning; the exact value shows that little is there",
+}
 
 LAMP, POWER = 0.05, 100.0  # m, W
 ARM = 1.0  # m, from lamp to mirror, from mirror to mirror, and half of the way from the last one to the meter

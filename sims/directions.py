@@ -69,7 +69,7 @@ law = (
     " (Hanrahan 2001, Stanford CS 348B, lecture 4; Van Oosterom, Strackee 1983)"
 )
 question = "Do directions follow sinθ dθ dφ and cosθ sinθ dθ dφ, and what solid angles do shapes fill?"
-particles = 4_000_000
+particles = 8_000_000
 run = {"sampling": "random"}  # χ² is of independent directions: those of nets are more even than chance
 
 CAPS = (30, 60, 90, 120, 180)  # degrees
@@ -82,9 +82,9 @@ BALL = 0.3  # radius of the ball and of the disk in the dome, whose own is 1
 SHAPES = {  # seen from the origin; lengths in `size`
     "disk": tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0),
     "square": tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=1.0, height=1.0),
-    "triangle": tp.Triangle(vertices=((1, 0.2, 1.5), (-0.7, 1.1, 2.0), (0.3, -1.3, 0.8))),
-    "octant": tp.Triangle(vertices=((1, 0, 0), (0, 1, 0), (0, 0, 1))),
-    "sliver": tp.Triangle(vertices=((1, 0, 1), (1, 1e-4, 1), (0, 1, 1))),
+    "triangle": tp.Triangle(vertices=((-0.7, 1.1, 2.0), (1, 0.2, 1.5), (0.3, -1.3, 0.8))),
+    "octant": tp.Triangle(vertices=((0, 1, 0), (1, 0, 0), (0, 0, 1))),
+    "sliver": tp.Triangle(vertices=((1, 1e-4, 1), (1, 0, 1), (0, 1, 1))),
 }
 SUBJECTS = (
     "isotropic",

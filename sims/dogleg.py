@@ -42,6 +42,9 @@ law = (
 )
 question = "How much gets through a shield with a hole that bends?"
 particles = 1_000_000
+intended = {
+    "roulette survivors": "far cells of the map are faint, and are drawn as such; the rows are of points",
+}
 
 CM = 0.01  # m
 SOURCE = (-10.0,) * 3, (10.0,) * 3  # cm

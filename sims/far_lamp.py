@@ -34,6 +34,9 @@ law = "E(rim)/E = (1 + a²/d²)^(-3/2), φ/E = 2/(1 + cosα): a beam for large d
 question = "How far away must a lamp be so that its light over a desk is even and parallel?"
 particles = 1_000_000
 run = {"sampling": "sobol"}  # a hundredth of a percent is to be seen
+intended = {
+    "aim": "the middle is a part of the desk, at which the lamp is aimed",
+}
 
 RADIUS = 0.5  # m, of the lamp
 DESK, DEEP = 0.5, 0.05  # m, half width of the desk, and depth of the strips

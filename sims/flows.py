@@ -51,6 +51,9 @@ if TYPE_CHECKING:
 law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
 particles = 4_000_000
+intended = {
+    "unknown error": "a stream crosses the patch one way, and nothing the other way",
+}
 
 WIDTH, HEIGHT = 1.0, 0.6  # m, of the patch
 REACH = 1.0  # m that a particle flies within dt

@@ -50,7 +50,7 @@ from transport.verification.experiment import Outcome
 
 law = "L = L0 exp(-τ) along a ray, E = 2π L ∫ μ exp(-τ/μ) dμ (Bouguer 1729; Beer 1852; Chandrasekhar 1960)"
 question = "Is radiance the same all along a ray in fog, and what of the light that reaches us came straight?"
-particles = 1_000_000
+particles = 16_000_000
 
 RADIANCE = 100.0  # W m^-2 sr^-1
 DISK, LAMP = (0.5, 0.2, 5e-4), (0.3, 1.0, 0.1)  # m: radius, distance and radius of the meter

@@ -41,6 +41,9 @@ from transport.verification.experiment import Outcome
 law = "L/n² = L₀ in all directions; Φ(A → B) = Φ(B → A) (Kirchhoff 1860; Clausius 1864; Helmholtz 1867)"
 question = "What can be told from what in an enclosure of one temperature?"
 particles = 2_000_000
+intended = {
+    "bins": "χ² weighs all bins together, also those with few particles",
+}
 
 LENGTH, WIDTH, HEIGHT, CELL = 2.8, 1.4, 1.4, 0.7  # m
 WATER, DENSE = 1.33, 1.2  # index of the tank; of the dense ball over that of the block

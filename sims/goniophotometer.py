@@ -35,7 +35,7 @@ law = "I = ∫L cosθ dA, ∫I dω = Φ; disk L A cosθ, sphere Φ/4π, tube L c
 question = (
     "How much light does a lamp send into each direction, and does the sum over directions give its power?"
 )
-particles = 1_000_000
+particles = 16_000_000
 
 LAMPS = ("disk", "sphere", "tube", "shade")
 RADIUS = 0.05  # m, of all lamps

@@ -40,7 +40,10 @@ law = (
     " Kajiya 1986; Walter et al. 2007)"
 )
 question = "What does a surface send where, of light from one direction, and may lamp and eye be exchanged?"
-particles = 1_000_000
+particles = 8_000_000
+intended = {
+    "aim": "only rays between the lamps and the sample are wanted",
+}
 
 SHOWS = ("beam", "swap", "lamp", "sky")
 MATT, SATIN, GLOSS = tp.Diffuse(0.8), tp.Glossy(0.5, 0.9), tp.Glossy(0.2, 0.9)

@@ -15,7 +15,7 @@ cosine goes to 0": what flows through the patch falls with the same cosine.
 Scene.  The disk, and a parallel meter of half a millimetre, at which the directions are aimed.  The bins keep away
 from the disk's rim by the meter's radius a: below atan((R - a)/d) a ray surely meets the disk, above atan((R + a)/d)
 surely not.  Off the axis, where the point's E stands for the meter's mean, the two differ by about (a/2d)² ≲ 1e-6.
-At the distance 0 the meter is the disk itself, which tells what leaves it, to 89° and beyond.
+At the distance 0 the meter is the disk itself, which counts what leaves it, to 89°.
 
 Turning the sheet.  The meter is turned by an angle θ to the line of sight: the flux through it falls with cosθ, and so
 does the area that it shows, dA⊥ = dA cosθ.  The radiance stays, to 89.9° (Akenine-Möller, Haines, Hoffman 2008, eq. 7.5;
@@ -68,10 +68,10 @@ law = (
     " (Bala 2009, Cornell CS 6620; Foote 1915; Akenine-Möller, Haines, Hoffman 2008, eq. 7.6)"
 )
 question = "What reaches a meter from a diffuse disk, and does its radiance depend on the distance?"
-particles = 1_000_000
+particles = 4_000_000
 
 METER = 5e-4  # m, radius of the meter
-LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins
+LEAVING = np.radians([0, 30, 60, 80, 89])  # edges of bins
 # Of the hemisphere, for the picture; the disk's rim lies within a bin, not on an edge.
 MAP = tp.Directions(theta=31, phi=48)
 INSIDE = 4  # bins within the disk's cone

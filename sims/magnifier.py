@@ -43,6 +43,9 @@ from transport.verification.experiment import Outcome
 law = "L behind = L in front × transmittance; E = π L sin²θ' (Straubel 1902; Hanrahan 2001; Winston et al. 2005, 1.2)"
 question = "Does radiance increase under a magnifying glass, or in the focus of a burning mirror?"
 particles = 4_000_000
+intended = {
+    "aim": "all light of the page that counts comes through the optic, at which it is aimed",
+}
 
 OPTICS = ("ideal lens", "glass ball", "biconvex lens", "burning mirror")
 FOCAL = 0.1  # m, focal length (of small angles) of each

@@ -35,7 +35,7 @@ from transport.verification.experiment import Outcome
 
 law = "E = L ∫ cosθ cosθ'/r² dA over what is seen of the lamp; penumbra 2R(1 − s)/s wide (Lambert 1760; Sparrow 1963)"
 question = "How dark is it where only a part of the lamp is seen, and is there a place where none is?"
-particles = 4_000_000
+particles = 12_000_000
 
 OCCLUDERS = ("edge", "cylinder")
 BEYOND = 0.25  # of the whole shadow's width, full light (and umbra) that the meter shows on either side

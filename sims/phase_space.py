@@ -38,7 +38,10 @@ law = (
 question = (
     "How does a cloud move through phase space, and what of it is seen in density, velocity and temperature?"
 )
-particles = 1_000_000
+particles = 8_000_000
+intended = {
+    "bins": "cells at the edge of a cloud hold few particles; the rows are of cells within it",
+}
 
 # In units of `length`, `speed` and length/speed.
 CLOUDS = {"cloud": (0.5, 1.2), "shear": (math.sqrt(0.2875), math.sqrt(0.2))}  # σ₀ and σ_v
@@ -61,10 +64,10 @@ CELLS = {  # of the pictures: edges of positions and of velocities
     "half": (np.linspace(0, 1, 51), np.linspace(-3, 3, 61)),
     "waterbag": (np.linspace(0, 1, 51), np.linspace(-1, 1, 41)),
 }
-SLABS = np.linspace(-3.05, 3.05, 62)  # of the cloud, in standard deviations of its positions at the time
+SLABS = np.linspace(-3.125, 3.125, 26)  # of the cloud, in standard deviations of its positions at the time
 # axes of place and of velocity whose planes are drawn beside that of x and its own, and at which of the times
 PLANES, TILTED = (("y", "y"), ("z", "z"), ("x", "y")), 2
-TOLD = {"σ/2": 35, "σ": 40, "2σ": 50}  # slabs round these places
+TOLD = {"σ/2": 14, "σ": 16, "2σ": 20}  # slabs round these places
 GRID = np.linspace(-9.25, 9.25, 75), np.linspace(-3.6, 3.6, 37)  # for the covariance: all of the shear
 PATHS = {"a": (0.3, 0.2), "b": (0.5, -0.4)}  # trajectories at the first time: middles of cells
 QUARTERS = np.linspace(0, 1, 5), np.array([-9.0, 0.0, 9.0])
@@ -204,7 +207,11 @@ def _read(start: str, k: int, length: float, speed: float, found: dict) -> dict:
     if start == "cloud":
         return {f"{q} at x = {place}": found[q][i] for q in ("n", "u", "kT/m") for place, i in TOLD.items()}
     if start == "shear":
-        paths = {f"n along path {path}": found["picture"][cell] for path, cell in _cells_of_paths(k).items()}
+        seen = found["picture"]
+        paths = {
+            f"n along path {path}": (seen[i, j] + seen[-1 - i, -1 - j]) / 2
+            for path, (i, j) in _cells_of_paths(k).items()
+        }
         return _moments(found["number"], GRID[0] * length, GRID[1] * speed) | paths
     width, shares = length * np.diff(QUARTERS[0]), found["number"]
     seen = expected(start, k)["number"].sum(axis=1) > 0.01
@@ -235,7 +242,7 @@ def _paths(k: int) -> dict[str, tuple[float, float]]:
 
 
 def _cells_of_paths(k: int) -> dict[str, tuple[int, int]]:
-    """The cells of the picture in which the trajectories are then."""
+    """The cells of the picture in which the trajectories are then; (-x, -v) has the same density."""
     edges = CELLS["shear"]
     return {
         path: tuple(int(np.searchsorted(along, at)) - 1 for along, at in zip(edges, place, strict=True))

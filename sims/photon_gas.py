@@ -37,12 +37,16 @@ if TYPE_CHECKING:
 
 law = "flux density n v cosθ; one way n v/4, net 0, radiance n v/4π, fluence rate n v (Hanrahan 2001; Reif 1965, 7.11)"
 question = "How many particles of a gas cross a patch, and from which directions?"
-particles = 4_000_000
+particles = 8_000_000
+intended = {
+    "all light": "a stream reaches one side of the disk, and nothing arrives at the other",
+}
 
 RADIUS = 1.0  # m, of the patch
 REACH = {"isotropic": 0.25, "stream": 2.0}  # m that a particle flies within the duration
 MARGIN = 0.01  # m of gas beyond what can matter
-CELLS = 8  # bins of equal cosine
+CELLS = 8  # bins
+EDGES = np.sqrt(np.linspace(0, 1, CELLS + 1))  # of the cosine: bins of equal flux
 STUFF = {  # what one particle carries
     "photons": (1.0, "1"),
     "molecules": (1.0, "1"),
@@ -69,7 +73,7 @@ def scene(
     """A disk in a gas.  density [m^-3], by default about that of sunlight;  tilt: of a stream on the disk [rad]."""
     one_of("photon_gas", motion=(motion, REACH), stuff=(stuff, STUFF))
     patch = tp.Disk(normal=(math.sin(tilt), 0, math.cos(tilt)), radius=RADIUS)
-    directions = tp.Directions(mu=CELLS)
+    directions = tp.Directions(mu=EDGES)
     detectors = [tp.Detector(patch, f"{stuff} on the {side}", side, directions) for side in ("front", "back")]
     reach = REACH[motion]
     sides = RADIUS * abs(math.cos(tilt)) + MARGIN, RADIUS + MARGIN, RADIUS * abs(math.sin(tilt)) + MARGIN
@@ -94,8 +98,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 
 def _by_bin(quantity: str, values: tp.EstimateArray | np.ndarray) -> dict[str, object]:
-    edges = np.linspace(0, 1, CELLS + 1)
-    return {f"{quantity}, μ {edges[i]:.3f} to {edges[i + 1]:.3f}": values[i] for i in range(CELLS)}
+    return {f"{quantity}, μ {EDGES[i]:.3f} to {EDGES[i + 1]:.3f}": values[i] for i in range(CELLS)}
 
 
 @of_scene(scene)
@@ -117,7 +120,7 @@ def exact(density: float, speed: float, motion: str, tilt: float, stuff: str) ->
 
 def flux_densities(density: float, speed: float) -> np.ndarray:
     """Flux density a steradian in each bin of an isotropic gas [m^-2 s^-1 sr^-1]: n v/4π times its mean cosine."""
-    bins = np.linspace(0, 1, CELLS + 1), (0.0, 2 * math.pi)
+    bins = EDGES, (0.0, 2 * math.pi)
     flux = effusion.flux_in_bin(density, speed, bin_projected_solid_angles(*bins))
     return (flux / bin_solid_angles(*bins))[:, 0]
 
@@ -145,7 +148,7 @@ def draw_gas(outcomes: list[Outcome], path: Path, note: str) -> None:
 
     result = outcomes[0].result
     front, emission = result[result.scene.detectors[0].name], result.scene.sources[0].emission
-    level, bins = effusion.radiance(emission.density, emission.speed), np.linspace(0, 1, CELLS + 1)
+    level, bins = effusion.radiance(emission.density, emission.speed), EDGES
     quantities = {
         "flux density: n v cosθ / 4π": (front.flux_density, lambda mu: level * mu, "wrong: without the cosine", lambda mu: level + 0 * mu),
         "radiance: n v / 4π": (front.radiance, lambda mu: level + 0 * mu, "wrong: as the cosine", lambda mu: level * mu),

@@ -57,6 +57,9 @@ law = (
 )
 question = "How bright is it around a point of light in fog, and how far has its light come after a time?"
 particles = 1_000_000
+intended = {
+    "bins": "cells at the edge of the cloud hold few particles; the rows are of whole shells",
+}
 
 # In mean free paths and mean free times.
 SHELLS = np.array([0, 0.1, 0.2, 0.4, 0.8, 1.4, 2.2, 3.5, 5, 6.3, 8])

@@ -57,7 +57,10 @@ law = (
     " (Bala 2009, Cornell CS 6620; Hanrahan 2001, Stanford CS 348B, lecture 4)"
 )
 question = "How do Q, Φ, I, E, M, L and φ follow from each other, and which of them add up?"
-particles = 1_000_000
+particles = 8_000_000
+intended = {
+    "aim": "each lamp is aimed at the detectors that are read of it",
+}
 
 SHOWS = ("integrals", "area", "superposition", "facing", "exposure", "photons", "plenoptic")
 RADIUS = 0.5  # m, of lamps and of the meter that faces them
@@ -89,6 +92,8 @@ FILM = (0.036, 0.024)  # m
 PLANCK = 6.62607015e-34  # J s, exact (SI Brochure 2019, 2.2)
 WAVELENGTH = 550 * tp.nm
 PHOTON = PLANCK * tp.speed_of_light / WAVELENGTH  # J, h c/λ
+# For the exact values, which do not use PHOTON: a photon of λ nm has 1239.84/λ eV (CODATA 2018).
+EV_NM, EV = 1239.8419843320026, 1.602176634e-19  # h c/e [eV nm], and an electron volt [J]
 PUPIL = 3.5e-3  # m, radius
 FAR = {"1 m": 1.0, "1 km": 1e3, "1000 km": 1e6}
 WATCHERS = {"near": (0.0, 0.0, 1.0), "aside": (1.0, 0.5, 1.5), "far": (0.0, -0.5, 3.0)}  # m
@@ -167,7 +172,7 @@ def exact(show: str, radiance: float, power: float, distance: float, place: str)
             rows = {f"H, {film}, {_open(t)}": radiance * s * t for film, s in FILMS.items() for t in STOPS}
             return rows | {TURNED: radiance * math.cos(TURN), FLUENCE: radiance, SAME: 1.0}
         case "photons":
-            rate, share = photon_rate(power), pupil_share(distance)
+            rate, share = power / (EV_NM / 550 * EV), pupil_share(distance)
             return {EMITTED: rate, THROUGH: rate * share, CARRIED: power * share}
     return dict.fromkeys(_moments(place), 0.0) | {_moments(place)[1]: radiance}
 

@@ -55,7 +55,10 @@ law = (
     " (Nicodemus 1963; Born and Wolf 1999, 1.5.2; Stokes 1862; Walsh 1926)"
 )
 question = "How bright is it in glass under a sky of radiance L, and what gets out again?"
-particles = 1_000_000
+particles = 8_000_000
+intended = {
+    "aim": "only rays through the aperture at which the sky is aimed are wanted",
+}
 
 SHOWS = ("sky", "glow", "fan", "beam", "plate", "window", "lamp")
 SIDES = ("air", "glass")

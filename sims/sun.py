@@ -13,6 +13,13 @@ Two cases.  The lecture's solid angles 6.7e-5 and 2.92e-5 sr give 1374 and 599 W
 2.280e11 m.  The planets' mean distances 1.496e11 and 2.279e11 m give 1390 and 599 W.  At the Earth the two differ by
 1.2 %: 6.7e-5 sr is rounded down from 6.78e-5 sr.
 
+The sources' two radiances.  2.05e7 is a mean over the disk.  Another source has 2.3e7 W m⁻² sr⁻¹ at the sun
+(Scratchapixel, on radiometric quantities; sims/fog.py), 12 % more.  Neither power nor area explains it: today's 3.828e26 W and 6.957e8 m (IAU 2015,
+nominal values) give 2.00e7, of which 2.3e7 is 1.15 times.  An inference of ours, which no source states: the sun's disk
+is brighter in its middle.  Of a grey atmosphere (Milne; the H-function of sims/half_space.py) the middle has 1.26 times
+the mean, 2.52e7, and of a linear darkening with u = 0.6 it has 1/(1 − u/3) = 1.25 times.  So 2.3e7 lies between
+the mean and the middle, as a radiance read away from the rim would; whether it was read there, we do not know.
+
 Scene.  A sphere and, eleven decades of length smaller, a square metre at which the directions are aimed.  The scene's
 coordinates have their origin in the smallest shape, so that nothing is lost.
 """

@@ -49,6 +49,12 @@ from transport.verification.experiment import Outcome
 law = "T in = T out, T = ∬ cosθ dω dA; R = L T (Straubel 1902; Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Do mirrors and lenses keep the number of rays, and does a sensor read radiance times throughput?"
 particles = 4_000_000
+intended = {
+    "aim": "only rays through the aperture at which the lamp is aimed are wanted",
+    "unknown error": "each aperture has a counter for every way, and by some of them no light comes",
+    "enclosed detector": "the back of the mirror is dark",
+    "bins": "cells at the edge of the beam are met by few rays; the rows are of all cells",
+}
 
 SHOWS = ("flat mirror", "spherical mirror", "paraboloid", "glass ball", "lens", "sensor")
 FOCAL = 0.1  # m, of the lens and of both curved mirrors

@@ -9,8 +9,11 @@ and the two products are the same dA₁ cosθ₁ dA₂ cosθ₂/r² = d²T, the 
 2001, Stanford CS 348B, lecture 4, "1st law", "Throughput").  Elements of finite size hold T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂,
 and Φ = L T is exact; the radiance by their middles is L T/d²T, off by a multiple of (a/r)².
 
-Scenes.  "first law": a diffuse wall close behind dA₁, so large that every ray from dA₁ to dA₂ begins on it, shines at
-dA₂; a counter on dA₁ sees the rays leave, and one on dA₂ counts those that came through dA₁ (`via`).  "throughput": two
+Scenes.  "first law": either end by random numbers of its own, in two copies of the arrangement that lie far apart.  A
+diffuse wall close behind dA₁ shines, so large that every ray that counts begins on it.  In the first copy dA₁ alone
+counts the rays that leave within a narrow cone about r: L₁ is their flux over dA₁ ∫cosθ₁ dω, and knows nothing of dA₂.
+In the second copy dA₂ counts the rays that arrive through dA₁ (`via`): L₂ = Φ₂/T, and knows nothing of the cone.  Were
+the same rays counted at both ends, L₁ = L₂ would follow from the division alone.  "throughput": two
 coaxial disks that shine at one another, counted at both and on a tilted plane between them.  "lines": the inner side
 of a sphere round the disks sends out uniform random lines; those that meet both disks are counted, whichever they meet
 first.  "chord": the black inner side of a convex body sends out such lines at a constant rate.  A particle stays for
@@ -23,6 +26,7 @@ Aimed sources send out only the rays that are wanted here; that is what the warn
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,15 +51,22 @@ from transport.verification.experiment import Outcome
 law = "L₁ dω₁ dA₁ cosθ₁ = L₂ dω₂ dA₂ cosθ₂; T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂; mean chord 4V/S (Hanrahan 2001; Cauchy 1850)"
 question = "Do rays that join two elements carry the same radiance at both ends?"
 particles = 4_000_000
+intended = {
+    "aim": "only rays between the two elements, or within the cone, are wanted",
+}
 
 SHOWS = ("first law", "throughput", "lines", "chord")
 BODIES = {"sphere": None, "cube": (1, 1, 1), "box": (1, 2, 3)}  # edges over size_1, the sphere's radius
-DEPTH = 0.05  # of the wall behind dA₁, in half sides
+DEPTH = 0.002  # of the wall behind dA₁, in half sides
+CONE = 0.1  # rad, largest half angle of the cone in which rays leave dA₁
+APART = 100.0  # from one copy of the elements to the other, over their sizes and distance
+LARGE = 20.0  # section of the cone where rays are aimed, over dA₁
+ALONE = "dA1, alone"
 PLANE = math.radians(20)  # largest tilt of the plane between
 LAST = 1.05  # duration over the longest stay
 
-L1, L2 = "L₁ = Φ₁/(dω₁ dA₁ cosθ₁)", "L₂ = Φ₂/(dω₂ dA₂ cosθ₂)"
-SAME, WHOLE, BIAS = "Φ₁ − Φ₂", "Φ₂/T", "T/(dA₁ dA₂/r²) − 1"
+L1, L2, RATIO = "L₁, leaves dA₁ in a cone", "L₂ = Φ₂/T, arrives at dA₂", "L₁/L₂"
+SAME, MIDDLES, BIAS = "Φ₁ − Φ₂", "Φ₂/(dω₂ dA₂ cosθ₂)", "T/(dA₁ dA₂/r²) − 1"
 AT_2, AT_1, UP, DOWN = "T at dA₂", "T at dA₁", "T through the plane, up", "T through the plane, down"
 THERE, BACK, ALL = "T, lines by dA₁ to dA₂", "T, lines by dA₂ to dA₁", "π dA₁, all lines by dA₁"
 CHORD = "mean chord"
@@ -114,12 +125,32 @@ def squares(
 
 def _tilted_squares(size_1, size_2, tilt_1, tilt_2, distance, shine) -> tp.Scene:
     one, two = squares(size_1, size_2, tilt_1, tilt_2, distance)
-    depth = DEPTH * size_1
-    reach = 2 * (size_1 + depth * _steepest(one, two))
-    behind = [-depth * component for component in one.normal]
-    wall = tp.Rectangle(center=behind, normal=one.normal, up=one.up, width=reach, height=reach)
-    counters = [tp.Detector(one, "dA1"), tp.Detector(two, "dA2", via="dA1")]
-    return tp.Scene(sources=tp.Source(wall, shine, aim=two), detectors=counters)
+    source = tp.Source(_wall_behind(one, _steepest(one, two)), shine, aim=two)
+    arriving = [tp.Detector(one, "dA1"), tp.Detector(two, "dA2", via="dA1")]
+    far = (APART * (size_1 + size_2 + distance), 0.0, 0.0)
+    alone, half_angle = replace(one, center=far), cone_of(tilt_1)
+    steepest, spread = math.tan(abs(tilt_1) + half_angle), math.tan(half_angle)
+    height = LARGE * size_1 / spread  # where the cones from all of dA₁ are nearly one
+    beyond = tp.Disk(
+        center=(far[0], 0, height), normal=(0, 0, -1), radius=2 * size_1 + (height + size_1) * spread
+    )
+    cone = tp.Directions.cone((0, 0, 1), half_angle)
+    leaving = tp.Detector(alone, ALONE, directions=cone)
+    sources = [source, tp.Source(_wall_behind(alone, steepest), shine, aim=beyond)]
+    return tp.Scene(sources=sources, detectors=[*arriving, leaving])
+
+
+def cone_of(tilt_1: float) -> float:
+    """Half angle of the cone about the line in which rays leave dA₁, above its horizon [rad]."""
+    return min(CONE, (math.pi / 2 - abs(tilt_1)) / 2)
+
+
+def _wall_behind(one: tp.Rectangle, steepest: float) -> tp.Rectangle:
+    """The wall on which every ray through the element begins that is no steeper than that."""
+    depth = DEPTH * one.width / 2
+    side = one.width + 2 * depth * steepest
+    center = np.subtract(one.center, np.multiply(depth, one.normal))
+    return tp.Rectangle(center=center, normal=one.normal, up=one.up, width=side, height=side)
 
 
 def _steepest(one: tp.Rectangle, two: tp.Rectangle) -> float:
@@ -212,14 +243,17 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 def _first_law(result: tp.Result) -> dict[str, tp.Estimate]:
     one, two = result["dA1"].detector.shape, result["dA2"].detector.shape
-    leaving, arriving = result["dA1"].flux_out, result["dA2"].flux_in
+    passing, arriving = result["dA1"].flux_out, result["dA2"].flux_in
     mu_1, mu_2, distance = one.normal[2], -two.normal[2], two.center[2]
-    solid_angle_1, solid_angle_2 = two.area * mu_2 / distance**2, one.area * mu_1 / distance**2
+    leaves = result[ALONE].radiance_out[0]
+    arrives = arriving / constant(result, throughput_of(one, two), "sr m^2")
+    solid_angle_2 = one.area * mu_1 / distance**2
     return {
-        L1: leaving / constant(result, solid_angle_1 * one.area * mu_1, "sr m^2"),
-        L2: arriving / constant(result, solid_angle_2 * two.area * mu_2, "sr m^2"),
-        SAME: sharp(leaving - arriving, of=leaving),
-        WHOLE: arriving / constant(result, throughput_of(one, two), "sr m^2"),
+        L1: leaves,
+        L2: arrives,
+        RATIO: leaves / arrives,
+        MIDDLES: arriving / constant(result, solid_angle_2 * two.area * mu_2, "sr m^2"),
+        SAME: sharp(passing - arriving, of=passing),
     }
 
 
@@ -239,7 +273,7 @@ def exact(show, size_1, size_2, tilt_1, tilt_2, distance, radiance, body) -> dic
             one.area, math.cos(tilt_1), two.area, math.cos(tilt_2), distance
         )
         seen = radiance * throughput_of(one, two) / by_middles
-        return {L1: seen, L2: seen, SAME: 0.0, WHOLE: radiance}
+        return {L1: radiance, L2: radiance, RATIO: 1.0, MIDDLES: seen, SAME: 0.0}
     rays = float(etendue.disks_throughput(size_1, size_2, distance))
     if show == "lines":
         return {THERE: rays, BACK: rays, ALL: math.pi * math.pi * size_1**2}
@@ -253,7 +287,9 @@ def verdict(outcomes: list[Outcome]) -> str:
     for outcome in outcomes:
         row = {row.name: row for row in outcome.rows}
         if L1 in row and not sentences:
-            sentences.append(f"The same rays give {row[L1].estimate} at dA₁ and {row[L2].estimate} at dA₂.")
+            sentences.append(
+                f"{row[L1].estimate} leaves dA₁ and {row[L2].estimate} arrives at dA₂, by other rays."
+            )
     alike = _alike(outcomes)[1:]  # but the largest, which are no elements any more
     if len(alike) > 1:
         sizes, biases = [o.given["size_1"] for o in alike], [o[BIAS].estimate.value for o in alike]

@@ -26,7 +26,7 @@ from transport.verification.experiment import Outcome
 
 law = "P = R(θ)^k after k reflections, R = (R_s + R_p)/2 (Fresnel 1823; Born and Wolf 1999, 1.5.2)"
 question = "How much of light is left after many reflections between two panes of glass?"
-particles = 1_000_000
+particles = 2_000_000
 
 GLASS, GAP, POWER = 1.5, 1.0, 1.0  # m, W
 ANGLES = {"steep": 75 * tp.deg, "grazing": 89.8 * tp.deg}

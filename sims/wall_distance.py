@@ -46,7 +46,11 @@ from transport.verification.experiment import Outcome
 
 law = "R = L T at any distance; doubling it: E/4, Ω/4, L (Hanrahan 2001, quiz 2; Akenine-Möller, Haines, Hoffman 2008, 7.1)"
 question = "Does the brightness that a wall appears to the eye depend on the distance of the viewer?"
-particles = 4_000_000
+particles = 8_000_000
+intended = {
+    "bins": "pixels at the rim of the picture get little light; the rows are of rings",
+    "aim": "only rays from the wall to the squares at which it is aimed are wanted",
+}
 
 SHOWS = ("pupil", "lens", "panel")
 RINGS = (0, 1, 2, 4, 8)  # edges of the retina's cells, over the middle one's radius

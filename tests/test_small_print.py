@@ -150,6 +150,70 @@ def test_a_run_names_the_cases_of_its_warnings():
     assert warning.startswith("4 of 5 cases: detector 'meter' counted nothing: Surface 'wall' encloses every")
 
 
+# ---- what an experiment reads, and what it intends ----
+
+
+@pytest.mark.parametrize(
+    ("read", "is_warned"),
+    [
+        (("flux_out",), False),
+        (("exitance", "flux_out"), False),
+        (("flux_in",), True),  # a reversed normal
+        (("irradiance", "flux_out"), True),
+        (("net_flux_density",), True),  # of both sides
+        ((), True),  # nothing read of it: it may be for a picture
+    ],
+    ids=str,
+)
+def test_a_detector_of_which_only_departures_are_read_may_face_away(read, is_warned):
+    def scene():
+        away = tp.Disk(center=(0, 0, 1), radius=0.5)
+        lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+        return tp.Scene(
+            lamp, detectors=[tp.Detector(away, "plate"), tp.Detector(tp.Sphere(radius=5.0), "all", "inside")]
+        )
+
+    def measure(result):
+        rows = {name: getattr(result["plate"], name) for name in read}
+        return rows | {"all": result["all"].flux_in}
+
+    [outcome] = run_experiment(experiment_of([{}], scene=scene, measure=measure), particles=20_000, seed=1)
+    assert any("no light can arrive at detector 'plate'" in each for each in outcome.warnings) == is_warned
+    assert any(
+        "no light can arrive" in each for each in outcome.result.warnings
+    )  # the run has it all the same
+
+
+def aimed(**more):
+    """A lamp that is aimed at the plate only, and a detector around both."""
+
+    def scene():
+        lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0), aim=PLATE)
+        return tp.Scene(
+            lamp, detectors=[tp.Detector(PLATE, "plate"), tp.Detector(tp.Sphere(radius=5.0), "all", "inside")]
+        )
+
+    both = {"measure": lambda result: {"on": result["plate"].flux_out, "all": result["all"].flux_in}}
+    return experiment_of([{}], scene=scene, **both, **more)
+
+
+def test_what_an_experiment_intends_is_a_note_with_its_reason():
+    [plain] = run_experiment(aimed(), particles=20_000, seed=1)
+    assert plain.warnings == ["detector 'all' sees an aimed source only in the directions of its aim"]
+    assert plain.intentions == []
+    [meant] = run_experiment(
+        aimed(intended={"aim": "the plate alone is lit", "grazing": "unused"}), particles=20_000, seed=1
+    )
+    assert meant.warnings == []
+    assert meant.intentions == ["the plate alone is lit (aim, as intended)"]
+    assert set(plain.warnings) < set(meant.result.warnings)  # the run itself has them
+
+
+def test_an_intended_diagnostic_that_there_is_not_is_refused():
+    with pytest.raises(tp.SceneError, match=r"shining: intended has no diagnostic 'aims'.*'aim'"):
+        run_experiment(aimed(intended={"aims": "misspelt"}), particles=1000)
+
+
 # ---- the table of effects ----
 
 

@@ -20,8 +20,8 @@ from transport.geometry.shape import Point
 from transport.geometry.solid import Box
 from transport.results.result import Result
 from transport.scene.cameras import ORTHOGRAPHIC, THIN_LENS, Camera, LightField
-from transport.scene.projections import PINHOLE, radial_rays
 from transport.scene.media import Grid
+from transport.scene.projections import PINHOLE, radial_rays
 from transport.scene.scene import Scene
 from transport.statistics.notation import with_thousands_spaces
 from transport.viz import scene_style as style

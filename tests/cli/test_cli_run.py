@@ -57,6 +57,7 @@ def test_run_json_has_the_settled_keys(call):
         "cost",
         "verdict",
         "warnings",
+        "notes",
         "method",
     ]
     assert record["sim"] == "disk" and record["parameters"] == {"distance": 3}

@@ -81,6 +81,7 @@ def test_verify_has_one_row_per_law_with_formula_source_and_smallest_bias(call):
         "z",
         "smallest_bias",
         "holds",
+        "state",
     ]
     assert all(list(row) == keys and 0 < row["smallest_bias"] < 0.01 for row in rows)
 
@@ -266,6 +267,87 @@ def test_unknown_families_are_refused(call):
     answer = call("verify", "--hard", "direction")
     assert answer.exit_code == 2 and "did you mean 'directions'?" in answer.output
     assert "directions" in cases.families() and "cases" not in cases.families()
+
+
+def test_a_name_of_both_an_experiment_and_a_family_is_the_experiment():
+    assert "directions" in cases.families()
+    [module] = verify.experiment_modules(["directions"])
+    assert callable(module.scene)
+
+
+# Weak rows, and rows without a score
+
+
+def made_law(values, exact, quantity="flux"):
+    run = Batches(np.full(len(values), 1000))
+    return Law("law", "", "sim", quantity, Estimate(np.array(values), run, "W"), exact)
+
+
+def noisy(spread):
+    """32 batches about 1 of that relative standard error."""
+    values = np.resize([1.0, -1.0], 32) * spread * math.sqrt(31)
+    return 1 + values
+
+
+@pytest.mark.parametrize(
+    ("spread", "exact", "quantity", "state"),
+    [
+        (0.001, 1.0, "flux", "holds"),
+        (0.012, 1.0, "flux", "weak"),  # a bias of 8 % would pass
+        (0.012, 1.0, "χ²/(K − 1)", "holds"),  # whose bias is not one of a law
+        (0.001, 1.1, "flux", "FAILS"),
+        (0.012, 2.0, "flux", "FAILS"),
+    ],
+)
+def test_a_row_that_a_bias_of_five_percent_passes_is_weak(spread, exact, quantity, state):
+    law = made_law(noisy(spread), exact, quantity)
+    assert law.estimate.error == pytest.approx(spread, rel=0.01)
+    assert law.state(1e-6) == state
+
+
+def test_a_row_without_a_score_does_not_hold():
+    dark = made_law(np.zeros(32), 0.0)
+    assert math.isnan(dark.z) and dark.state(1e-6) == "no score"
+    record = verify.law_record(dark, 1e-6)
+    assert record["holds"] is None and record["state"] == "no score"
+    lit = made_law(np.zeros(32), 1.0)  # nothing came, though something should
+    assert lit.state(1e-6) == "FAILS" and verify.law_record(lit, 1e-6)["holds"] is False
+
+
+BELOW_AND_ABOVE = """
+import math
+import transport as tp
+
+def scene():
+    above, below = (tp.Disk(center=(0, 0, z), normal=(0, 0, -z), radius=0.2) for z in (1, -1))
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    both = tp.Detector(above, "both", via="below")
+    return tp.Scene(lamp, detectors=[tp.Detector(above, "above"), tp.Detector(below, "below"), both])
+
+def measure(result):
+    rows = {name: result[name].flux_in for name in result}
+    return rows | {"shape of χ²": rows["below"]}
+
+def exact():
+    share = (1 - 1 / math.hypot(1, 0.2)) / 2
+    return {"above": share, "below": share, "shape of χ²": share, "both": 0.0}
+"""
+
+
+def test_verify_counts_weak_rows_and_those_without_a_score(call):
+    """One ray in a hundred meets a disk; none flies both up and down."""
+    Path("mine.py").write_text(BELOW_AND_ABOVE, encoding="utf-8")
+    arguments = ["verify", "mine.py", "--particles", "100000"]
+    rows = {row["quantity"]: row for row in json.loads(call(*arguments, "--json").stdout)}
+    states = {name: row["state"] for name, row in rows.items()}
+    assert states == {"above": "weak", "below": "weak", "both": "no score", "shape of χ²": "holds"}
+    assert rows["both"]["z"] is None and rows["both"]["holds"] is None
+    answer = call(*arguments)
+    words = " ".join(answer.output.split())
+    assert answer.exit_code == 0
+    assert "3 of 4 rows hold, 1 has no score, as expected" in words
+    assert "weak: 2 of 4 rows hold even with a bias of 5%" in words
+    assert "1 row compares a shape: its bias is of χ², not of a law" in words
 
 
 # The long proof

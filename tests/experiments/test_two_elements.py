@@ -17,6 +17,7 @@ import pytest
 import transport as tp
 from tests import sim_runs
 from tests.agreement import agrees, assert_agrees, smallest_bias
+from transport.results import solid_angles
 from transport.sims import two_elements
 from transport.sims.two_elements import (
     ALL,
@@ -28,10 +29,11 @@ from transport.sims.two_elements import (
     DOWN,
     L1,
     L2,
+    MIDDLES,
+    RATIO,
     SAME,
     THERE,
     UP,
-    WHOLE,
 )
 from transport.theory import enclosures, etendue, view_factors
 
@@ -136,9 +138,39 @@ def test_mean_chords_are_those_of_the_collection():
 
 @slow
 @pytest.mark.parametrize("parameters", [TILTED, DISTANT])
-def test_the_same_rays_give_one_radiance_at_both_ends(parameters):
+def test_what_leaves_and_what_arrives_have_one_radiance(parameters):
     for estimate, exact in rows(**parameters).values():
         assert_agrees(estimate, exact, FALSE_ALARM)
+
+
+@slow
+def test_both_ends_are_measured_by_random_numbers_of_their_own():
+    """The batches of L₁ and L₂ are not correlated; of 32 batches |r| > 0.7 happens once in 10^5 by chance."""
+    found = rows(**TILTED)
+    one, two = (found[name][0].values for name in (L1, L2))
+    assert abs(np.corrcoef(one, two)[0, 1]) < 0.7
+    assert found[RATIO][0].error == pytest.approx(
+        math.hypot(found[L1][0].relative_error, found[L2][0].relative_error), rel=0.4
+    )
+
+
+@pytest.mark.parametrize("end", [1, 2])
+def test_a_cosine_at_one_end_only_is_rejected(monkeypatch, end):
+    """Of the same rays, counted at both ends, L₁/L₂ would stay 1 if the flux itself lost a cosine."""
+    if end == 1:  # what leaves, per dA₁ instead of per dA₁ cosθ₁
+        monkeypatch.setattr(
+            solid_angles, "cone_projected_solid_angle", lambda angle, mu: 2 * math.pi * (1 - math.cos(angle))
+        )
+    else:
+        right = two_elements.throughput_of
+        monkeypatch.setattr(
+            two_elements, "throughput_of", lambda *ends: right(*ends) / math.cos(TILTED["tilt_2"])
+        )
+    solid_angles.solid_angles_of.cache_clear()
+    found = rows(particles=200_000, **TILTED)
+    solid_angles.solid_angles_of.cache_clear()
+    assert not agrees(*found[RATIO])
+    assert agrees(*found[L2 if end == 1 else L1])
 
 
 @slow
@@ -153,8 +185,8 @@ def test_what_leaves_one_element_is_what_comes_to_the_other(seed):
 @slow
 def test_wrong_radiances_are_rejected():
     """A cosine kept where it is divided out, and 1/r for 1/r²; each would be seen at a percent."""
-    found = rows(**DISTANT)
-    cosines = {L1: math.cos(DISTANT["tilt_1"]), L2: math.cos(DISTANT["tilt_2"])}
+    found = rows(particles=4_000_000, **DISTANT)
+    cosines = {L1: math.cos(DISTANT["tilt_1"]), L2: math.cos(DISTANT["tilt_2"]), RATIO: 0.98}
     for name, cosine in cosines.items():
         estimate, exact = found[name]
         assert agrees(estimate, exact)
@@ -168,7 +200,7 @@ def test_rays_that_passed_by_the_first_element_are_not_its():
     """Without `via` what comes to dA₂ from all of the wall is counted, and more than left dA₁."""
     right = two_elements.scene(**TILTED)
     counters = [dataclasses.replace(detector, via=None) for detector in right.detectors]
-    estimate, exact = rows(dataclasses.replace(right, detectors=counters), **TILTED)[WHOLE]
+    estimate, exact = rows(dataclasses.replace(right, detectors=counters), **TILTED)[L2]
     assert not agrees(estimate, exact)
     assert estimate.value > exact
 
@@ -176,8 +208,8 @@ def test_rays_that_passed_by_the_first_element_are_not_its():
 @slow
 def test_elements_too_large_to_be_taken_for_points_are_seen():
     found = rows(size_1=0.1, size_2=0.1)
-    assert agrees(*found[WHOLE])
-    assert not agrees(found[L1][0], 100.0)
+    assert agrees(*found[L2])
+    assert not agrees(found[MIDDLES][0], 100.0)
 
 
 # ---- throughput ----

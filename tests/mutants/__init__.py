@@ -1,6 +1,14 @@
 """Planted faults, by subject, and the tests that are to catch them."""
 
-from tests.mutants import of_combinations, of_counting, of_estimates, of_flights, of_physics, of_theory
+from tests.mutants import (
+    of_combinations,
+    of_counting,
+    of_course,
+    of_estimates,
+    of_flights,
+    of_physics,
+    of_theory,
+)
 
 FAULTS = (
     *of_physics.FAULTS,
@@ -9,4 +17,5 @@ FAULTS = (
     *of_estimates.FAULTS,
     *of_theory.FAULTS,
     *of_combinations.FAULTS,
+    *of_course.FAULTS,
 )

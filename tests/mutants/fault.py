@@ -14,7 +14,7 @@ COMPILED = ("engine/", "physics/", "compile/layout.py")  # of which machine code
 class Fault:
     """One change of one file of the library.
 
-    file: within transport/;  old: a piece of its text that occurs once there;  new: what takes its place;  what: what is wrong
+    file: within transport/, or of an experiment, as "sims/sun.py";  old: a piece of its text that occurs once there;  new: what takes its place;  what: what is wrong
     then, in words;  tests: where a developer would look, as "physics/test_rays" or "hard/test_hard_points::test_detours_follow_their_law".
     """
 
@@ -26,8 +26,13 @@ class Fault:
 
     @property
     def path(self) -> str:
-        """The file, from the project's root on."""
+        """The file, from the root of a copy on, where sims are a part of the package."""
         return f"{LIBRARY}/{self.file}"
+
+    @property
+    def source(self) -> Path:
+        """The file in the project."""
+        return ROOT / (self.file if self.file.startswith("sims/") else self.path)
 
     @property
     def nodes(self) -> list[str]:

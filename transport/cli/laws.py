@@ -18,6 +18,9 @@ from transport.verification.experiment import Outcome, experiment_name
 
 LAWS_FALSE_ALARM = 1e-3  # family-wise rate of a whole verification
 POWER = 0.95  # probability to detect the smallest bias
+HOLDS, IS_WEAK, WITHOUT_SCORE, FAILS = "holds", "weak", "no score", "FAILS"  # states of a row
+WEAK = 0.05  # relative bias that a row must detect, or else it is marked
+SHAPE = "χ²"  # in the name of what compares the shape of many bins at once
 ROUNDING = 1e-12  # tolerated relative difference of an estimate without spread
 # A source has a year or a name, and no signs of a formula.
 YEAR_PATTERN, NAME_PATTERN, FORMULA_PATTERN = r"\b(1[5-9]|20)\d\d\b", r"\b[A-ZÀ-Þ]\w\w", r"[=+*^√∫]"
@@ -51,6 +54,14 @@ class Law:
             return True
         return bool(abs(self.z) <= -ndtri(false_alarm / 2))
 
+    def state(self, false_alarm: float) -> str:
+        """Return FAILS, WITHOUT_SCORE, IS_WEAK or HOLDS."""
+        if not self.holds(false_alarm):
+            return FAILS
+        if math.isnan(self.z):
+            return WITHOUT_SCORE  # 0 as it should be, which noise could be too
+        return IS_WEAK if self.is_weak(false_alarm) else HOLDS
+
     def smallest_bias(self, false_alarm: float) -> float:
         """Return the relative bias that `holds` rejects with probability POWER; absolute if exact is 0.
 
@@ -59,6 +70,15 @@ class Law:
         largest fraction of histories that may deviate although none of those run did.
         """
         return smallest_bias(self.estimate, self.exact, false_alarm)
+
+    @property
+    def is_of_shape(self) -> bool:
+        """Whether it compares the shape of many bins at once: a bias of χ² is no relative error of a law."""
+        return SHAPE in self.quantity
+
+    def is_weak(self, false_alarm: float) -> bool:
+        """Return whether a relative bias of WEAK may go unnoticed: such a row shows little."""
+        return self.exact != 0 and not self.is_of_shape and not self.smallest_bias(false_alarm) < WEAK
 
 
 def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: float = POWER) -> float:

@@ -168,6 +168,8 @@ def print_run(module: ModuleType, pending: Iterable[Outcome], is_verbose: bool =
     for line in (*lines, *cost_lines(whole)):
         label, _, text = line.partition(": ")
         print_labelled(label, text)
+    for reason in intentions(outcomes):
+        print_labelled("note", reason)
     for warning in case_warnings(outcomes):
         print_labelled("warning", warning, style="bold yellow")
     return outcomes
@@ -297,6 +299,7 @@ def outcomes_record(module: ModuleType, outcomes: list[Outcome]) -> dict[str, ob
         "cost": asdict(cost) | rates,
         "verdict": verdict_on(module, outcomes),
         "warnings": case_warnings(outcomes),
+        "notes": intentions(outcomes),
         "method": _one_or_all(one, [_method(outcome.result) for outcome in outcomes]),
     }
 
@@ -327,6 +330,11 @@ def number_record(estimate: Estimate) -> dict[str, object]:
 
 def _one_or_all(one: bool, values: list[object]) -> object:
     return values[0] if one else values
+
+
+def intentions(outcomes: list[Outcome]) -> list[str]:
+    """Return each reason why a diagnostic finds what the experiment intends once."""
+    return list(dict.fromkeys(reason for outcome in outcomes for reason in outcome.intentions))
 
 
 def case_warnings(outcomes: list[Outcome]) -> list[str]:

@@ -17,7 +17,17 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from transport.cli.laws import LAWS_FALSE_ALARM, POWER, Law, laws_of
+from transport.cli.laws import (
+    FAILS,
+    HOLDS,
+    IS_WEAK,
+    LAWS_FALSE_ALARM,
+    POWER,
+    WEAK,
+    WITHOUT_SCORE,
+    Law,
+    laws_of,
+)
 from transport.cli.output import (
     estimate_cell,
     exact_cell,
@@ -107,9 +117,11 @@ def verify_hard(families: list[str] | None, json: bool) -> int:
     return exit_status(failed, complete=len(found) == len(cases))
 
 
-def _print_number(failed: int, number: int, what: str) -> None:
-    """Print how many rows or cases hold, in green if all do."""
-    print_rich(f"{number - failed} of {number} {what} hold", style="bold red" if failed else "bold green")
+def _print_number(failed: int, number: int, what: str, unscored: int = 0) -> None:
+    """Print how many rows or cases hold, in green if none fails, and how many are 0 without a score."""
+    line = f"{number - failed - unscored} of {number} {what} hold"
+    line += f", {unscored} {'has' if unscored == 1 else 'have'} no score, as expected" if unscored else ""
+    print_rich(line, style="bold red" if failed else "bold green")
 
 
 def judge_cases(cases: list[Case], others: int = 0) -> Iterator[JudgedCase]:
@@ -188,13 +200,27 @@ def verify_laws(sims: list[str] | None, limits: dict[str, object], json: bool) -
         print_json([law_record(law, rate) for law in laws])
     else:
         print_rich(*law_tables(laws, rate))
-        _print_number(failed, len(laws), "rows")
+        _print_number(failed, len(laws), "rows", _unscored(laws, rate))
         print_rich(
+            weak_line(laws, rate),
             f"independent checks: {independent_checks(laws)}, rows with noise of their own;"
             f" false alarms: {LAWS_FALSE_ALARM:g} over all rows; smallest bias: relative, detected with"
-            f" {POWER:.0%} power"
+            f" {POWER:.0%} power",
         )
     return exit_status(failed, complete)
+
+
+def _unscored(laws: list[Law], rate: float) -> int:
+    return sum(law.state(rate) == WITHOUT_SCORE for law in laws)
+
+
+def weak_line(laws: list[Law], rate: float) -> str:
+    """Return how many rows are weak, and what the bias of a row of χ² is."""
+    weak = sum(law.state(rate) == IS_WEAK for law in laws)
+    shapes = sum(law.is_of_shape for law in laws)
+    line = f"weak: {weak} of {len(laws)} rows hold even with a bias of {WEAK:.0%}, so they show little"
+    rows = "1 row compares a shape: its bias" if shapes == 1 else f"{shapes} rows compare shapes: their bias"
+    return f"{line}; {rows} is of χ², not of a law" if shapes else line
 
 
 def independent_checks(laws: list[Law]) -> int:
@@ -215,14 +241,18 @@ def independent_checks(laws: list[Law]) -> int:
 
 
 def experiment_modules(sims: list[str] | None) -> list[ModuleType]:
-    """Return these experiments, or all.  Raises SceneError for an unknown name before anything runs."""
+    """Return these experiments, or all.  Raises SceneError for an unknown name before anything runs.
+
+    A name of both an experiment and a family of hard cases, such as directions, is the experiment.
+    """
+    known = experiment_names()
     for name in sims or ():
-        if name in families():
+        if name in families() and name not in known:
             raise SceneError(
                 f"verify: {name!r} is a family of hard cases, not an experiment;"
                 f" write transport verify --hard {name}"
             )
-    return [checked_experiment(experiment(name)) for name in sims or experiment_names()]
+    return [checked_experiment(experiment(name)) for name in sims or known]
 
 
 def run_until_interrupt(module: ModuleType, limits: dict[str, object]) -> tuple[list[Outcome], bool]:
@@ -258,7 +288,8 @@ def law_record(law: Law, rate: float) -> dict[str, object]:
         "exact": law.exact,
         "z": law.z,
         "smallest_bias": law.smallest_bias(rate),
-        "holds": law.holds(rate),
+        "holds": None if law.state(rate) == WITHOUT_SCORE else law.holds(rate),
+        "state": law.state(rate).lower(),
     }
 
 
@@ -275,11 +306,11 @@ def _law_cells(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
     """Return the cells of a law's row."""
     unit, exact = unit_cell(law.estimate), exact_cell(law.exact, law.estimate)
     bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
+    bias += " of χ²" if law.is_of_shape else ""
     numbers = estimate_cell(law.estimate), unit, exact, z_cell(law.z), bias
-    state = state_cell(law.holds(false_alarm))
-    if math.isnan(law.z) and law.holds(false_alarm):
-        state = Text("no score", "yellow")  # 0 as it should be, which noise could be too
-    return law.quantity, *numbers, state
+    state = law.state(false_alarm)
+    is_plain = state in (HOLDS, FAILS)
+    return law.quantity, *numbers, state_cell(state == HOLDS) if is_plain else Text(state, "yellow")
 
 
 def bias_text(bias: float, exact: float, unit: str) -> str:
@@ -344,8 +375,9 @@ def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -
         print_json(times | {"laws": rows, "hard": [row.record for row in found]})
     else:
         _print_table(parts, found, rate)
-        _print_number(failed, len(laws) + len(found), "rows and hard cases")
+        _print_number(failed, len(laws) + len(found), "rows and hard cases", _unscored(laws, rate))
         print_rich(
+            weak_line(laws, rate),
             LONG_NOTE,
             f"{duration(took)}, estimated {duration(sum(foreseen))}; {particles:.3g} particles per case",
         )
@@ -400,8 +432,8 @@ def _print_table(parts: list[ExperimentLaws], found: list[JudgedCase], rate: flo
         cases = list(of_family)
         numbers = str(len(cases)), str(len(cases)), str(sum(row.holds for row in cases))
         far = _largest_score([row.seen.off for row in cases if row.seen.is_noisy])
-        rows.append((f"hard: {family}", *numbers, far, "", ""))
-    heads = "shown by", "cases>", "rows>", "hold>", "farthest>", "bias caught>", "time>"
+        rows.append((f"hard: {family}", *numbers, "", far, "", ""))
+    heads = "shown by", "cases>", "rows>", "hold>", "weak>", "farthest>", "bias caught>", "time>"
     print_rich(table_of(heads, rows), "")
     if failing := [law for part in parts for law in part.laws if not law.holds(rate)]:
         print_rich(*law_tables(failing, rate))
@@ -410,10 +442,11 @@ def _print_table(parts: list[ExperimentLaws], found: list[JudgedCase], rate: flo
 
 
 def _cells_of_laws(part: ExperimentLaws, rate: float) -> tuple[str | Text, ...]:
-    holding = sum(law.holds(rate) for law in part.laws)
+    holding = sum(law.state(rate) in (HOLDS, IS_WEAK) for law in part.laws)
     biases = [law.smallest_bias(rate) for law in part.laws if law.exact != 0]
     caught = bias_text(float(np.median(biases)), 1.0, "") if biases else ""
-    numbers = str(part.cases), str(len(part.laws)), str(holding)
+    weak = sum(law.state(rate) == IS_WEAK for law in part.laws)
+    numbers = str(part.cases), str(len(part.laws)), str(holding), str(weak)
     return (part.name, *numbers, _largest_score([law.z for law in part.laws]), caught, duration(part.seconds))
 
 

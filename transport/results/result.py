@@ -4,7 +4,7 @@ All numbers are Estimates.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -220,6 +220,14 @@ class Result(Record):
     @cached_property
     def _diagnosed(self) -> tuple[Finding, ...]:
         return findings_of(self)
+
+    def _read_scores(self) -> dict[str, frozenset[str]]:
+        """The scores of which numbers were read so far, by detector."""
+        return {name: scores for name, tally in self._readings.items() if (scores := tally.read_scores)}
+
+    def _findings_about(self, read: Mapping[str, Collection[str]]) -> tuple[Finding, ...]:
+        """The findings about numbers made of these scores (`_read_scores`), and of detectors without any."""
+        return *(note("run", what) for what in self._warnings), *findings_of(self, read)
 
     @property
     def warnings(self) -> list[str]:

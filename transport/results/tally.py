@@ -225,6 +225,16 @@ class Formula(_Named):
         self.of = formula
 
 
+def scores_behind(kind: type, quantity: str) -> tuple[str, ...]:
+    """Return the names of the scores of which a quantity of this kind of tally is made; () if unknown."""
+    match getattr(kind, quantity, None):
+        case Quantity(scores=scores):
+            return scores
+        case MeanPerWeight(score=score, weight=weight):
+            return score, weight
+    return ()
+
+
 class Tally:
     """Base class of all tallies: the quantities of a detector by name.
 
@@ -382,6 +392,11 @@ class Tally:
         int
         """
         return self.run.histories
+
+    @property
+    def read_scores(self) -> frozenset[str]:
+        """The names of the scores of which quantities were read so far: each is kept when it is read."""
+        return frozenset(score for name in vars(self) for score in scores_behind(type(self), name))
 
     @property
     def title(self) -> str:

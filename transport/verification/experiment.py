@@ -10,6 +10,9 @@
     cases() -> list of dict                   the parameter sets of its table; if missing: one, the defaults
     scene(**parameters) -> Scene
     measure(result) -> {name: Estimate}
+    intended: dict                            diagnostics that find what the experiment means, with
+                                              the reason, which is a note instead of a warning:
+                                              {"aim": "only rays between the disks are wanted"}
     in_bins(result) -> {name: EstimateArray}  further results, for JSON only; optional
     exact(**parameters) -> {name: float}      closed forms; without a name, or if missing: unknown
     verdict(outcomes) -> str                  the answer in one sentence
@@ -30,17 +33,21 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import ModuleType
 
 from transport.io.atomic import FileError
 from transport.io.resuming import NOT_SAVED
 from transport.io.runs import check_not_existing, checked_destination, scene_text
+from transport.results.diagnostics.run_findings import warnings_of
+from transport.results.diagnostics.table import DIAGNOSTICS
 from transport.results.result import Result
 from transport.run.settings import checked_limits
 from transport.scene.scene import Scene
 from transport.simulate import simulate_all_quantities
 from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.findings import DOUBTFUL, NOTE, Finding
 from transport.units import UnitError
 from transport.validation import SceneError, name_hint, short_repr
 
@@ -71,7 +78,8 @@ class Outcome:
     """One case of an experiment: its parameters, the run, and its table.
 
     notes: warnings besides those of the run;  bins: measured arrays, by name;  given: the parameters, and
-    the defaults of the scene's others.
+    the defaults of the scene's others;  read: the scores of which rows and bins were made, by detector;
+    intended: names of diagnostics that find what the experiment means, each with the reason.
     """
 
     parameters: dict[str, object]
@@ -80,6 +88,8 @@ class Outcome:
     notes: tuple[str, ...] = ()
     bins: Mapping[str, EstimateArray] = field(default_factory=dict)
     given: Mapping[str, object] = field(default_factory=dict)
+    read: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    intended: Mapping[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Row:
         """Row of that name."""
@@ -91,8 +101,21 @@ class Outcome:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about the results."""
-        return [*self.notes, *self.result.warnings]
+        """Warnings about the numbers that the experiment reads, and about detectors that only pictures read.
+
+        Without those of diagnostics that find what is intended; the run itself has all of them.
+        """
+        return [*self.notes, *warnings_of(f for f in self._findings if f.name not in self.intended)]
+
+    @property
+    def intentions(self) -> list[str]:
+        """The reason of each intended diagnostic that found something in this run."""
+        names = {finding.name for finding in self._findings if finding.severity in (NOTE, DOUBTFUL)}
+        return [f"{why} ({name}, as intended)" for name, why in self.intended.items() if name in names]
+
+    @cached_property
+    def _findings(self) -> tuple[Finding, ...]:
+        return self.result._findings_about(self.read)
 
     @property
     def not_saved(self) -> list[str]:
@@ -236,7 +259,7 @@ def iterate_outcomes(
     if save is not None:
         checked_destination("save", save)
     # Build and check all scenes before any of them runs.
-    ready = []
+    ready, intended = [], intended_of(module)
     for parameters in cases_of(module, settings):
         scene = scene_of(module, parameters, settings)
         if scene in [known for _, known, *_ in ready]:  # the settings override the parameters that differ
@@ -265,10 +288,12 @@ def iterate_outcomes(
         failure = None if file is None else _try_to_save(result, file)
         notes = tuple(f"run without the requested error: {refusal}" for refusal in refusals.values())
         notes += () if failure is None else (f"{NOT_SAVED}: {failure}",)
+        rows = _rows(module, result, exact)
         with attribute_errors(module):
             bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
+        read = result._read_scores()
         given = defaults_of(module.scene) | parameters
-        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins, given)
+        yield Outcome(parameters, result, rows, notes, bins, given, read, intended)
         if not result.is_complete:
             return
 
@@ -353,6 +378,21 @@ def run_settings_of(module: ModuleType) -> dict[str, object]:
                 f" {name_hint(str(name), RUN_SETTINGS)}"
             )
     return dict(settings)
+
+
+def intended_of(module: ModuleType) -> dict[str, str]:
+    """What diagnostics find as the experiment means it, its `intended`: {name of the diagnostic: reason}.
+
+    Raises SceneError for a name that the table of diagnostics lacks.
+    """
+    intended = dict(getattr(module, "intended", {}))
+    known = [check.name for check in DIAGNOSTICS]
+    for name in intended:
+        if name not in known:
+            raise SceneError(
+                f"{experiment_name(module)}: intended has no diagnostic {name!r}; {name_hint(name, known)}"
+            )
+    return intended
 
 
 def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tuple[Row, ...]:

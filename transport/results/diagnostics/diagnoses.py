@@ -7,7 +7,7 @@ explains a detector without a score, and finds what is worst about the total and
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -51,7 +51,7 @@ from transport.results.diagnostics.score_sizes import (
 )
 from transport.results.phase_space import PhaseReading
 from transport.results.points import PointReading
-from transport.results.tally import Quantity, Tally
+from transport.results.tally import Tally, scores_behind
 from transport.results.volumes import VolumeReading
 from transport.scene.bodies import max_absorption
 from transport.scene.points import PointDetector
@@ -79,6 +79,7 @@ if TYPE_CHECKING:
 
 SCORE_LIMITED = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores arrive
 WEIGHT_IN, WEIGHT_OUT = Reading.main  # scores of the two sides
+SLANT = "slant"  # kind of the scores of fluences
 MAX_UNCERTAIN_BINS = 0.05  # share of the scored bins that may have too few scores without a warning
 MOVE_IT = ", or move the detector: it may lie outside of the room or within a solid"
 
@@ -143,8 +144,7 @@ class Diagnosis:
 
     def sizes_behind(self, quantity: str) -> Scores | None:
         """Return the same for the one score of which a quantity is made."""
-        described = getattr(type(self.tally), quantity, None)
-        names = described.scores if isinstance(described, Quantity) else ()
+        names = scores_behind(type(self.tally), quantity)
         return self.score_sizes(*names) if len(names) == 1 and names[0] in self.tally.main else None
 
     # ---- a detector without a score ----
@@ -180,24 +180,33 @@ class Diagnosis:
         """Yield the quantities whose totals are judged, over the whole shape, all times and speeds."""
         return iter(())
 
-    def findings(self) -> list[Finding]:
-        """Return the findings to read before the numbers are used."""
+    def findings(self, read: Collection[str] = ()) -> list[Finding]:
+        """Return the findings to read before the numbers are used.
+
+        read: names of the scores of which numbers were read, for those alone; without any for all numbers.
+        """
         particles = self.tally.particles
-        found = self._findings()
+        found = self._findings(read)
         return [replace(each, object=self.tally.title, particles=each.times * particles) for each in found]
 
-    def _findings(self) -> Iterator[Finding]:
+    def _findings(self, read: Collection[str]) -> Iterator[Finding]:
         """A note if there is no score; else the worst finding per total, or about the bins, beyond a note."""
         if self.note is not None:
             yield self.note
         elif self.tally.is_blind:
             yield from self._unscored_findings()
         else:
-            found = [each for name, total in self.totals() for each in self._worst_finding(name, total)]
+            totals = [(name, total) for name, total in self.totals() if self.concerns(name, read)]
+            found = [each for name, total in totals for each in self._worst_finding(name, total)]
             yield from found
             if not any(each.severity == DOUBTFUL for each in found):
-                yield from self._bins_findings()
-            yield from (replace(each, quantity="fluence_rate") for each in self.grazing())
+                yield from self._bins_findings(read)
+            if self.concerns("fluence_rate", read):
+                yield from (replace(each, quantity="fluence_rate") for each in self.grazing())
+
+    def concerns(self, quantity: str, read: Collection[str]) -> bool:
+        """Return whether a doubt about a quantity matters to a reader of numbers made of these scores."""
+        return True
 
     def _worst_finding(self, name: str, total: Estimate) -> Iterator[Finding]:
         """The worst finding about a total beyond a note, in the unit of its quantity if it is one number."""
@@ -224,9 +233,11 @@ class Diagnosis:
             worst = replace(worst, others=f"{where} lists {more} more doubtful finding{'s' * (more > 1)}")
         yield worst
 
-    def _bins_findings(self) -> Iterator[Finding]:
+    def _bins_findings(self, read: Collection[str]) -> Iterator[Finding]:
         """The worst finding about the bins, if any bin is doubtful although the total is sound."""
         for name, array in self.tally.binned():
+            if not self.concerns(name, read):
+                continue
             doubts = (each for each in array.findings if each.severity == DOUBTFUL and each.name != UNKNOWN)
             if (worst := next(doubts, None)) is not None:
                 scored = array.value > 0
@@ -292,6 +303,18 @@ class DetectorDiagnosis(Diagnosis):
         if tally.has_scores(WEIGHT_IN) or (tally.is_blind and self.dark_reason):
             return False
         return cannot_arrive(self.scene, tally.shape, tally.detector, tally.is_blind)
+
+    def concerns(self, quantity: str, read: Collection[str]) -> bool:
+        """Return whether the reader read anything of the same side; of a fluence, whether any fluence."""
+        scores = scores_behind(type(self.tally), quantity)
+        if not read or not scores:
+            return True
+        kinds = {score.rpartition(" ")[0] for score in read}
+        if all(score.startswith(SLANT) for score in scores):
+            return SLANT in kinds
+        return not {score.rpartition(" ")[2] for score in scores}.isdisjoint(
+            score.rpartition(" ")[2] for score in read
+        )
 
     def totals(self) -> Iterator[tuple[str, Estimate]]:
         """Yield the flux on each side that the user reads: on a surface or a source departures alone."""

@@ -7,12 +7,14 @@ finding names, and errors of the scene itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from transport.results.choice import more_particles_cure
+from transport.results.diagnostics.empty_detector import no_arrival_warning
 from transport.results.diagnostics.table import DIAGNOSTICS
 from transport.statistics.estimates import Estimate, EstimateOrArray
 from transport.statistics.findings import (
@@ -41,12 +43,21 @@ def quality_of_result(result: Record, name: str | EstimateOrArray) -> Quality:
     return quality_of(estimate, scores, result.particles, seconds, more_particles_cure(result.choice))
 
 
-def findings_of(result: Record) -> tuple[Finding, ...]:
-    """All findings to read before the numbers are used: of the whole run, then of each detector."""
+def findings_of(
+    result: Record, read: Mapping[str, Collection[str]] = MappingProxyType({})
+) -> tuple[Finding, ...]:
+    """All findings to read before the numbers are used: of the whole run, then of each detector.
+
+    read: the scores of which numbers were read, by detector: of these detectors there are findings about such
+    numbers alone, as of departures where arrivals were not read.
+    """
     scene = result.scene
     found = [note(check.name, what) for check in DIAGNOSTICS if check.run for what in check.run(result)]
+    away = [each for each in scene.meters if result[each.name].diagnosis.cannot_arrive]
+    if away := [e for e in away if result[e.name].diagnosis.concerns("flux_in", read.get(e.name, ()))]:
+        found.append(note("enclosed detector", no_arrival_warning(away)))
     for detector in (*scene.meters, *scene.volumes, *scene.points, *scene.instruments, *scene.phase_spaces):
-        found += result[detector.name].diagnosis.findings()
+        found += result[detector.name].diagnosis.findings(read.get(detector.name, ()))
     return tuple(found)
 
 

@@ -12,7 +12,6 @@ from transport.geometry.neighbours import touching_boxes
 from transport.geometry.piercing import passes_through
 from transport.geometry.relations import is_within, solids_overlap
 from transport.geometry.solid import Box, Sphere
-from transport.results.diagnostics.empty_detector import no_arrival_warning
 from transport.results.diagnostics.proofs import source_title
 from transport.scene.checks.check_scene import SCENE_CHECKS
 from transport.scene.parts import join_surface_names, surface_name
@@ -64,12 +63,6 @@ def faint_sources(result: Record) -> Iterator[str]:
                 f" {particles * share:.2g} of {particles} histories: light that only it provides is not"
                 " resolved; simulate it in a separate scene and add the results"
             )
-
-
-def detectors_without_arrivals(result: Record) -> Iterator[str]:
-    """Yield a message about the detectors that face away from all light, but count departures."""
-    if away := [each for each in result.scene.meters if result[each.name].diagnosis.cannot_arrive]:
-        yield no_arrival_warning(away)
 
 
 def partial_aims(result: Record) -> Iterator[str]:
@@ -233,7 +226,6 @@ DIAGNOSTICS = (
         "A detector that provably no light can reach: it is enclosed by opaque walls, behind every source,"
         " or facing away.",
         "Light that only chance missed; curved walls that separate two places without enclosing either.",
-        detectors_without_arrivals,
     ),
     Check(
         "optical depth",
