@@ -653,8 +653,8 @@ LAWS = {
             "The rays that leave one element for another arrive there, so that both radiances are equal",
             "L₁ dω₁ dA₁ cosθ₁ = L₂ dω₂ dA₂ cosθ₂",
             "H Radiance: 1st Law; B Invariance of Radiance",
-            "two_elements", SQUARES, "L₂ = Φ₂/(dω₂ dA₂ cosθ₂)", "two_elements_laws.png",
-            remark="The exact value is of these finite elements.",
+            "two_elements", SQUARES, "L₁/L₂", "two_elements_laws.png",
+            remark="Each end is measured with particles of its own.",
         ),
     ),
     "Second law: a sensor": (
