@@ -237,9 +237,9 @@ FAULTS = (
         ("detectors/test_estimators::test_pixels_fill_the_solid_angle_of_the_image",),
     ),
     Fault(
-        "scene/cameras.py",
-        "corner = np.arctan(u * v / np.sqrt(1 + u * u + v * v))",
-        "corner = np.arctan(u * v)",
+        "scene/projections.py",
+        "np.arctan(u * v / np.sqrt(1 + u * u + v * v))",
+        "np.arctan(u * v)",
         "the solid angle of a pixel without its slant",
         ("detectors/test_estimators::test_pixels_fill_the_solid_angle_of_the_image",),
     ),
@@ -414,8 +414,8 @@ FAULTS = (
     ),
     Fault(
         CAUSTICS,
-        "measure * depth * depth * depth)",
-        "measure) * (1.0 + lane.path_density * 0.0 + (lane.cell < 0))",
+        "distance * distance * measure, depth)",
+        "distance * distance * measure, depth) * (1.0 + (lane.cell < 0))",
         "weights of a path that differ from one end to the other",
         ("detectors/test_caustics::test_a_room_of_one_radiance_looks_alike_everywhere",),
     ),
