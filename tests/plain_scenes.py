@@ -1,5 +1,7 @@
 """Scenes that together call for every pass, each by the estimator that it is run with."""
 
+from dataclasses import replace
+
 from tests import backward_scenes, expected_scenes, media_scenes
 from transport.compile.methods import Method
 from transport.geometry.flat import Disk, Plane, Rectangle, Triangle
@@ -9,7 +11,7 @@ from transport.geometry.revolved import Cone, Cylinder, Paraboloid
 from transport.geometry.shape import Cloud, Point
 from transport.geometry.solid import Box, Sphere
 from transport.scene.bins import Directions, Positions
-from transport.scene.cameras import Camera, EnvironmentMap
+from transport.scene.cameras import Camera, EnvironmentMap, LightField
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.scene.materials import (  # fmt: skip
@@ -376,6 +378,34 @@ def lit_through_glass():
     return Scene(lamps, surfaces, views)
 
 
+def instruments():
+    """Cameras of all lenses, maps of all projections and a light field, in a room with a ball of glass and one of metal."""
+    surfaces = [
+        Surface(Box(size=2.0), Diffuse(0.6), "walls"),
+        Surface(Sphere(center=(0.4, 0.3, -0.3), radius=0.3), Dielectric(1.5), "glass"),
+    ]
+    lamp = Source(Disk(radius=0.3, center=(0, 0, 0.9)), LIGHT, side="back")
+    ahead = {"position": (0, -0.8, 0), "look_at": (0, 1, 0)}
+    lens = {"aperture": 0.1, "focal_length": 0.2, "focus": 0.9}
+    views = [
+        Camera(name="fisheye", lens="fisheye", pixels=(4, 3), **ahead),
+        Camera(name="equal area", lens="equal-area fisheye", pixels=(4, 3), **ahead),
+        Camera(name="parallel", lens="orthographic", width=0.5, pixels=(4, 3), **ahead),
+        Camera(name="photo", lens="thin lens", pixels=(4, 3), **lens, **ahead),
+        LightField(
+            name="field", distance=0.9, size=(0.1, 0.1), far_size=(1, 1), views=(2, 2), pixels=(3, 2), **ahead
+        ),
+    ]
+    views += [
+        EnvironmentMap(name=projection, position=(0.1, -0.4, 0.2), projection=projection, pixels=3)
+        for projection in ("cube", "fisheye", "equal-area fisheye", "mirrored ball")
+    ]
+    views += [
+        EnvironmentMap(name="cylinder", position=(0.1, -0.4, 0.2), projection="cylinder", theta=3, phi=4)
+    ]
+    return Scene([lamp], surfaces, [replace(view, name=f"view {k}") for k, view in enumerate(views)])
+
+
 def plate():
     """A polygon, which events tell what they send there, and a ball of metal."""
     corners = ((0, 0, 1), (1, 0, 1), (1, 0.5, 1), (0.5, 0.5, 1), (0.5, 1, 1), (0, 1, 1))
@@ -398,7 +428,7 @@ TOLD = {
 } | {"expected plate": plate}
 BACK = {f"backward {name}": scene for name, scene in backward_scenes.SCENES.items()}
 BACK |= {"backward view": view, "backward lit by rays": lit_by_rays}
-BACK |= {"backward lit through glass": lit_through_glass}
+BACK |= {"backward lit through glass": lit_through_glass, "backward instruments": instruments}
 METHODS = dict.fromkeys(TOLD, Method("expected")) | dict.fromkeys(
     BACK, Method("backward")
 )  # of those that are not analog

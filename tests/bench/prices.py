@@ -26,7 +26,7 @@ from transport.geometry.solid import Box, Sphere
 from transport.run.progress import open_progress
 from transport.scene.bins import Directions, Positions
 from transport.scene.bodies import surrounding_medium
-from transport.scene.cameras import Camera
+from transport.scene.cameras import Camera, EnvironmentMap, LightField
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Effusive, Lambertian
 from transport.scene.materials import (
@@ -208,10 +208,12 @@ def _with_path_lengths(scene: Scene) -> Scene:
     return set_on_detectors(path_lengths=[surrounding_medium(scene)])(Treatment(scene)).scene
 
 
-def _with_camera(scene: Scene) -> Scene:
-    """Replace the detectors by a pinhole camera above the floor, for backward histories."""
-    where = {"position": (0, 0, -0.9), "direction": (0, 0, 1), "up": (0, 1, 0)}
-    return replace(scene, detectors=[Camera(name="view", pixels=(16, 16), **where)])
+def _with_view(kind: type, **how: object) -> Change:
+    """Replace the detectors by an instrument above the floor, for backward histories."""
+    where = {"position": (0, 0, -0.9)}
+    if kind is not EnvironmentMap:
+        where |= {"direction": (0, 0, 1), "up": (0, 1, 0)}
+    return scene_change(lambda scene: replace(scene, detectors=[kind(name="view", **where, **how)]))
 
 
 def _replace_last(make: Callable[[Surface], Surface]) -> Change:
@@ -289,7 +291,22 @@ IN_ANY_SCENE = (
 
 
 DIFFUSE, WITH_BALL, WITH_FOG_BOX = Diffuse(0.5), "a ball", "a box of fog"
-WITH_CAMERA = "... a camera of 16 x 16 pixels"
+BACKWARD, WITH_CAMERA = "estimator backward", "... a camera of 16 x 16 pixels"
+LENSES = {
+    "fisheye": {},
+    "equal-area fisheye": {},
+    "orthographic": {"width": 1.0},
+    "thin lens": {"aperture": 0.1, "focal_length": 0.2, "focus": 1.5},
+}
+PROJECTIONS = {
+    "latitude-longitude": {"theta": 16, "phi": 16},
+    "cylinder": {"theta": 16, "phi": 16},
+    "cube": {"pixels": 7},
+    "fisheye": {"pixels": 18},
+    "equal-area fisheye": {"pixels": 18},
+    "mirrored ball": {"pixels": 18},
+}
+PLANES = {"distance": 1.5, "size": (0.1, 0.1), "far_size": (1.0, 1.0), "views": (2, 2), "pixels": (8, 8)}
 WITH_GAS, WITH_BLACK_WALLS = "... a Maxwellian gas", "black walls"
 IN_THE_ROOM = (
     Addition("a source aimed at a disk", set_on_each("sources", aim=TILE)),
@@ -343,7 +360,22 @@ IN_THE_ROOM = (
     Addition(
         "... a point detector", add_detector(lambda scene: PointDetector((0.2, 0.1, 0.0), "point")), FOG
     ),
-    Addition(WITH_CAMERA, scene_change(_with_camera), "estimator backward"),
+    Addition(WITH_CAMERA, _with_view(Camera, pixels=(16, 16)), BACKWARD),
+    *(
+        Addition(
+            f"... a camera with the lens {lens!r}",
+            _with_view(Camera, lens=lens, pixels=(16, 16), **how),
+            BACKWARD,
+        )
+        for lens, how in LENSES.items()
+    ),
+    *(
+        Addition(
+            f"... a map as {projection!r}", _with_view(EnvironmentMap, projection=projection, **how), BACKWARD
+        )
+        for projection, how in PROJECTIONS.items()
+    ),
+    Addition("... a light field of 2 x 2 x 8 x 8 cells", _with_view(LightField, **PLANES), BACKWARD),
     Addition("... ... and a ball of glass", add_surfaces(Surface(BALL, Dielectric(1.5))), WITH_CAMERA),
 )
 ADDITIONS = {each.name: each for each in (*IN_ANY_SCENE, *IN_THE_ROOM)}

@@ -13,6 +13,13 @@ from transport.vectors import Vector
 
 ASIDE = 0.01  # m, off the middle of a cell, where sheets may lie
 ANGLES = (1e-3, 0.5, math.pi / 2, 3.0)  # rad
+LENSES = (
+    {},
+    {"lens": "fisheye"},
+    {"lens": "equal-area fisheye"},
+    {"lens": "orthographic", "width": 0.02},
+    {"lens": "thin lens", "aperture": 0.02, "focal_length": 0.01, "focus": 0.5},
+)
 
 
 @st.composite
@@ -51,22 +58,32 @@ def cameras(draw, places: list[Vector], name: str) -> tp.Camera:
     along = {"direction": forward}
     if draw(st.booleans()):
         along = {"look_at": tuple(p + 3 * f for p, f in zip(position, forward, strict=True))}
+    lens = draw(st.sampled_from(LENSES))
+    if lens.get("lens") != "orthographic":
+        lens = lens | {"field_of_view": draw(st.sampled_from(ANGLES))}
     return tp.Camera(
         name=name,
         position=position,
         **along,
         up=across(forward),
-        field_of_view=draw(st.sampled_from(ANGLES)),
         pixels=draw(st.sampled_from([(1, 1), (3, 2), (5, 1)])),
+        **lens,
     )
 
 
 @st.composite
 def maps(draw, places: list[Vector], name: str) -> tp.EnvironmentMap:
     """A map of all directions, or of a part of them."""
+    projection = draw(st.sampled_from(["latitude-longitude", "cylinder", "cube", "fisheye", "mirrored ball"]))
+    if projection not in ("latitude-longitude", "cylinder"):
+        pixels = draw(st.integers(1, 3))
+        return tp.EnvironmentMap(
+            name=name, position=draw(st.sampled_from(places)), projection=projection, pixels=pixels
+        )
     return tp.EnvironmentMap(
         name=name,
         position=draw(st.sampled_from(places)),
+        projection=projection,
         theta=draw(st.sampled_from([1, 2, (0.0, 1e-3, 1.0), (0.0, 1.0, math.pi)])),
         phi=draw(st.sampled_from([1, 3, (0.5, 0.6, 2.0)])),
     )
