@@ -260,12 +260,14 @@ def direction_through_cube(lane, table):
 
     Images are upright along +z, those of the last two along +y.
     """
-    face = (lane.cell - table.first) // (table.mu_cells * table.turn_cells)
-    ahead = 1.0 - 2.0 * float(face & 1)
+    per_face = float(table.mu_cells * table.turn_cells)
+    face = math.floor((float(lane.cell - table.first) + 0.5) / per_face)  # in floats, which are vectorised
+    odd = face - 2.0 * math.floor(0.5 * face)
+    ahead = 1.0 - 2.0 * odd
     u, v = lane.u2, lane.u3
     mu = 1.0 / math.sqrt(1.0 + u * u + v * v)
     right, up, along = mu * u, mu * v, mu * ahead
-    is_x, is_z = face < 2, face >= 4
+    is_x, is_z = face < 2.0, face >= 4.0
     turned = ahead * right
     lane.ux = along if is_x else (-turned if is_z else turned)
     lane.uy = -turned if is_x else (up if is_z else along)
