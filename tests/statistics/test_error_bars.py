@@ -323,6 +323,10 @@ def test_errors_are_free_of_scale_and_of_where_a_circle_begins():
         scaled = pooled_errors(np.ldexp(deviations, power), *more, (1,))
         np.testing.assert_array_equal(scaled.error, np.ldexp(first.error, power))
         np.testing.assert_array_equal(scaled.dof, first.dof)
+    for unit in (1e-6, 0.3, 1.4, 1e6):
+        np.testing.assert_allclose(
+            pooled_errors(unit * deviations, *more, (1,)).error, unit * first.error, rtol=1e-10
+        )
     turned = pooled_errors(np.roll(deviations, 5, axis=2), *more, (1,))
     np.testing.assert_allclose(turned.error, np.roll(first.error, 5, axis=1), rtol=1e-12)
     open_ended = pooled_errors(deviations, *more)
