@@ -89,7 +89,7 @@ def test_a_map_of_a_uniform_sky_has_its_radiance_fluence_rate_and_irradiance(vie
     reading = seen(view)
     assert_alike(reading.fluence_rate, 4 * math.pi * L)
     for normal in NORMALS:
-        assert_alike((reading.radiance * view.projected_solid_angles(normal)).sum(), math.pi * L)
+        assert_alike(reading.irradiance_on(normal), math.pi * L)
 
 
 def test_the_film_of_a_thin_lens_is_lit_by_what_the_lens_subtends():
@@ -136,6 +136,7 @@ def test_cells_of_a_light_field_of_a_uniform_sky_have_its_radiance_and_their_thr
     )
     exact = math.pi * near.area * tp.view_factor(near, far, particles=1e6, seed=1).value
     assert field.extent().values.sum() == pytest.approx(exact, rel=2e-3)
+    assert_alike(reading.flux_in, L * field.extent().values.sum())
 
 
 # ---- where things are ----

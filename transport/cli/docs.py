@@ -152,7 +152,7 @@ GUIDE_KINDS = {  # pages by kind, as the site lists them
     "Course": ("course",),
     "How to": ("howto", "plots", "estimators"),
     "Explanations": ("numbers", "cost", "peers"),
-    "Reference: scenes": ("surfaces", "media", "clocks"),
+    "Reference: scenes": ("surfaces", "media", "clocks", "cameras"),
     "Reference: runs and files": ("scenes", "saving", "clusters", "commands"),
     "Reference: figures and terms": ("gallery", "laws", "performance", "glossary"),
     "Development": ("extending", "code"),

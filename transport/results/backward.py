@@ -8,7 +8,7 @@ divided by the cell's own number of histories, so the cost of a bin does not dep
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 
 import numpy as np
@@ -233,6 +233,11 @@ class ViewReading(Tally):
         lambda tally: tally._fluence_rate(),
         needs=("all directions",),
     )
+    flux_in = Formula(
+        "Power that arrives through both planes of a LightField [W].",
+        lambda tally: tally._flux_in(),
+        needs=("planes",),
+    )
     counts = Quantity(
         "Number of scores in the whole run, by pixel or bin: arrivals, and rays [1].", "count", BINS
     )
@@ -316,11 +321,21 @@ class ViewReading(Tally):
     @staticmethod
     def lacks_of(scene: SceneParts, detector: Instrument | PointDetector) -> Lacks:
         """Return what the sensor was not set up for; known before a run."""
+        lacks = {
+            "bins": ("bins", "use an EnvironmentMap there"),
+            "film": ("the film of a lens", "use a Camera(lens='thin lens')"),
+            "map": ("a map", "use an EnvironmentMap there"),
+            "planes": ("two planes", "use a LightField"),
+        }
         if isinstance(detector, PointDetector):
-            return {"bins": ("bins", "use an EnvironmentMap there"), "film": ("film", "use a Camera")}
-        lacks = {"film": ("the film of a lens", "write Camera(lens='thin lens')")}
+            return lacks
+        del lacks["bins"]
         if isinstance(detector, Camera) and detector.lens == THIN_LENS:
-            lacks = {}
+            del lacks["film"]
+        if isinstance(detector, EnvironmentMap):
+            del lacks["map"]
+        if isinstance(detector, LightField):
+            del lacks["planes"]
         if any(found_by_rays_alone(scene, source) for source in scene.sources):
             needs = "the direct light of each Point and Beam, which has no radiance"
             return lacks | {"all directions": (needs, "use a PointDetector there")}
@@ -332,17 +347,52 @@ class ViewReading(Tally):
 
     def _fluence_rate(self) -> Estimate:
         """The sum of radiance times solid angle over all cells."""
-        unit, run, means = Unit.parse("W m^-2"), self.run, self.cell_sums.means[0]
-        counts = int(batch_totals(self.cell_sums.counts[0]).sum())
         if isinstance(self.detector, PointDetector):
-            values = 4 * math.pi * means[:, 0]
-        else:
-            values = self.sums("radiance", BINS) * self.detector.solid_angles()
-            axes = tuple(range(1, values.ndim))
-            values = batch_totals(values) if isinstance(values, ChunkedArray) else values.sum(axis=axes)
-        return self._with_findings(
-            Estimate(values, run, unit, counts=counts), self.scores["radiance"], 4 * math.pi
-        )
+            means = self.cell_sums.means[0]
+            return self._summed(4 * math.pi * means[:, 0], "W m^-2", 4 * math.pi)
+        return self._sum_over_cells(self.detector.solid_angles(), "W m^-2", 4 * math.pi)
+
+    def _flux_in(self) -> Estimate:
+        throughput = self.detector.extent().values
+        return self._sum_over_cells(throughput, "W", float(throughput.sum()))
+
+    def _sum_over_cells(self, weights: np.ndarray, unit: str, largest: float) -> Estimate:
+        """The sum of radiance times weights over all cells; largest: by which findings are multiplied."""
+        values = self.sums("radiance", BINS) * weights
+        axes = tuple(range(1, values.ndim))
+        values = batch_totals(values) if isinstance(values, ChunkedArray) else values.sum(axis=axes)
+        return self._summed(values, unit, largest)
+
+    def _summed(self, values: np.ndarray, unit: str, largest: float) -> Estimate:
+        counts = int(batch_totals(self.cell_sums.counts[0]).sum())
+        made = Estimate(values, self.run, Unit.parse(unit), counts=counts)
+        return self._with_findings(made, self.scores["radiance"], largest)
+
+    def irradiance_on(self, normal: Sequence[float]) -> Estimate:
+        """Irradiance on a plane at the point of an EnvironmentMap [W m^-2].
+
+        Parameters
+        ----------
+        normal : vector
+            Normal of the side of the plane that receives the light, of any length except 0.
+
+        Returns
+        -------
+        Estimate
+            The sum of radiance times `projected_solid_angles(normal)` of the map.
+
+        Raises
+        ------
+        SceneError
+            For other detectors, maps that do not cover all directions, and scenes with a Point or a Beam.
+
+        Notes
+        -----
+        Light that varies within a bin of the map adds an error that falls with the square of the bin's size
+        and is not in the error bar.
+        """
+        self.require("irradiance_on", ("map", "all directions"))
+        return self._sum_over_cells(self.detector.projected_solid_angles(normal), "W m^-2", math.pi)
 
     def image(self) -> np.ndarray:
         """Return the radiance [W m^-2 sr^-1] as rows of an image, the top row first.
