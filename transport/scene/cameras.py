@@ -340,7 +340,7 @@ class Camera(Directed):
 
     @property
     def shape(self) -> Shape:
-        """Where backward histories start: the point, the lens, or what an orthographic camera looks through.
+        """Where backward histories start, a point, a lens or the frame of an orthographic picture.
 
         Returns
         -------

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from transport.vectors import Vector
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-    from transport.scene.cameras import Camera, EnvironmentMap, Instrument, LightField
     from transport.statistics.estimates import EstimateArray
 
 POINTS = 64  # of each cell
@@ -26,6 +25,53 @@ LENS_NODES = 8  # across a lens
 PLASTIC = 1.324717957244746  # root of x^3 = x + 1
 BALANCING_ROUNDS = 20
 GROUND = 1e-12  # relative
+
+
+class Cells(Protocol):
+    """What has cells: an instrument."""
+
+    axis_units: dict[str, str]
+
+    def edges(self) -> dict[str, np.ndarray]:
+        """Return the edges of the cells by axis."""
+
+
+class DirectionCells(Cells, Protocol):
+    """A map: its cells are directions from a point."""
+
+    image_axis: Vector
+
+    def solid_angles(self) -> np.ndarray:
+        """Return the solid angle of each cell [sr]."""
+
+    def rays(
+        self, across: float, up: float, cells: np.ndarray | slice = ...
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return directions and weights at the same place in each cell."""
+
+    def cells_of(self, rays: np.ndarray) -> np.ndarray:
+        """Return the flat indices of the cells of directions, -1 for none."""
+
+
+class RayCells(Cells, Protocol):
+    """A light field: its cells are sets of rays."""
+
+    def cells_of(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """Return the flat indices of the cells of rays, -1 for none."""
+
+
+class Eye(Cells, Protocol):
+    """A camera: its pixels are means over rays."""
+
+    pixels: tuple[int, int]
+
+    def lens_points(self, nodes: int) -> list[tuple[float, float]]:
+        """Return even points of the lens."""
+
+    def rays(
+        self, across: float, up: float, lens: tuple[float, float] = ...
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return origins, directions and weights at the same place in each pixel."""
 
 
 def _pairs(number: int) -> Iterator[tuple[float, float]]:
@@ -39,7 +85,7 @@ def _pairs(number: int) -> Iterator[tuple[float, float]]:
         yield 1.0 - a, 1.0 - b
 
 
-def _points_of(view: EnvironmentMap) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def _points_of(view: DirectionCells) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Yield indices of cells, rays through them and weights, which are positive and add up to 1 per cell."""
     angles, total, found = view.solid_angles().ravel(), 0.0, []
     for a, b in _pairs(POINTS):
@@ -56,7 +102,7 @@ def _points_of(view: EnvironmentMap) -> Iterator[tuple[np.ndarray, np.ndarray, n
         yield missed, np.array(corners)[along.argmax(axis=0), np.arange(len(missed))], np.ones(len(missed))
 
 
-def projected_solid_angles(view: EnvironmentMap, normal: Vector) -> np.ndarray:
+def projected_solid_angles(view: DirectionCells, normal: Vector) -> np.ndarray:
     """Return the integral of max(cos, 0) over each cell of a map [sr], in the shape of its solid angles."""
     angles, across = view.solid_angles().ravel(), np.array(normal)
     low, high, means = np.ones_like(angles), -np.ones_like(angles), np.zeros_like(angles)
@@ -83,7 +129,7 @@ def projected_solid_angles(view: EnvironmentMap, normal: Vector) -> np.ndarray:
     return found.reshape(view.solid_angles().shape)
 
 
-def overlaps(view: EnvironmentMap, other: EnvironmentMap) -> csr_array:
+def overlaps(view: DirectionCells, other: DirectionCells) -> csr_array:
     """Return the solid angles [sr] that cells of another map share with cells of a map, (other, view).
 
     Sums over rows and columns are the solid angles of the cells to rounding, so that the fluence rate is
@@ -135,7 +181,7 @@ def _over(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0)
 
 
-def view_weights(field: LightField, camera: Camera) -> csr_array:
+def view_weights(field: RayCells, camera: Eye) -> csr_array:
     """Return the share of each cell of a light field in each pixel of a camera, (pixels, cells).
 
     A pixel is the mean over even rays, each with the value of the cell that it passes through. Rays that miss
@@ -163,7 +209,7 @@ def view_weights(field: LightField, camera: Camera) -> csr_array:
 
 
 def weighted(
-    matrix: csr_array, values: EstimateArray | np.ndarray, shape: tuple[int, ...], other: Instrument
+    matrix: csr_array, values: EstimateArray | np.ndarray, shape: tuple[int, ...], other: Cells
 ) -> EstimateArray | np.ndarray:
     """Return the values of another instrument: a matrix times those of one, (cells of other, cells).
 
