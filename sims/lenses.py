@@ -15,8 +15,8 @@ Derivation.  A lens decides which rays a pixel is a mean of; radiance along them
 The share is of light: each place of the lens counts by cos⁴ of its line from the film.  The integral across the lens has
 a closed form, that along it is a quadrature.
 
-Lamps at an angle are small balls; their mean r over the cap that they fill is a quadrature, too.  Pixels are so small
-that the middle may stand for all of a pixel: the error is 1e-5 of r.
+Lamps at an angle are small balls.  Their r is that of the middles of the pixels that they light, by solid angle, and the
+exact value is the mean of the same over the cap that they fill: with pixels of 1/720 it differs from r(θ) by 1e-4 of it.
 """
 
 from __future__ import annotations
@@ -52,6 +52,7 @@ WIDTH, SIZES = 0.5, (1.0, 2.0, 4.0)  # m
 ORTHOGRAPHIC, PINHOLE = (0.9, 50), (0.8, 64)  # widths of the pictures [m], [1], and pixels
 AT, LAMP = (20, 40, 60), math.radians(2)  # deg; half angle of a lamp
 BEHIND = math.radians(30)  # half angle of the lamp behind the camera
+STRIPS = (720, 24)  # pixels
 WIDE = {"pinhole": math.radians(140), "fisheye": math.pi, "equal-area fisheye": math.pi}
 LAW_OF_PLACE = {
     "pinhole": (np.tan, "tan θ"),
@@ -167,7 +168,7 @@ def _lamps(radiance: float) -> tp.Scene:
         )
     parts.append(_lit(tp.Sphere(center=(0, -2, 0), radius=2 * math.sin(BEHIND)), "lamp behind", radiance))
     sources, surfaces = zip(*parts, strict=True)
-    strips = [_camera(lens, lens, field_of_view=angle, pixels=(720, 24)) for lens, angle in WIDE.items()]
+    strips = [_camera(lens, lens, field_of_view=angle, pixels=STRIPS) for lens, angle in WIDE.items()]
     whole = _camera("all", "fisheye", field_of_view=2 * math.pi, pixels=(64, 64))
     return tp.Scene(sources, surfaces, [*strips, whole, tp.EnvironmentMap(name="map", position=(0, 0, 0))])
 
@@ -279,14 +280,23 @@ def _places(result: tp.Result) -> dict[str, tp.Estimate]:
     return rows
 
 
-def mean_place(lens: str, theta: float) -> float:
-    """The mean r over the cap that a lamp at the angle theta [rad] fills."""
-    nodes, weights = np.polynomial.legendre.leggauss(24)
-    low = math.cos(LAMP)
-    mu = (1 + low) / 2 + (1 - low) / 2 * nodes
-    phi = math.pi * (np.arange(48) + 0.5) / 48
-    cosine = math.cos(theta) * mu[:, None] + math.sin(theta) * np.sqrt(1 - mu[:, None] ** 2) * np.cos(phi)
-    return float(weights @ LAW_OF_PLACE[lens][0](np.arccos(cosine)).mean(axis=1) / 2)
+def mean_place(lens: str, theta: float, points: int = 1000) -> float:
+    """The mean r of the middles of the pixels in which the directions of a lamp at the angle theta [rad] lie.
+
+    points: along both sides of a grid of even directions of the cap, of which the upper half is enough.
+    """
+    even = (np.arange(points) + 0.5) / points
+    mu = 1 - (1 - math.cos(LAMP)) * even[:, None]
+    aside, turn = np.sqrt((1 - mu) * (1 + mu)), math.pi * even
+    inward, up = aside * np.cos(turn), aside * np.sin(turn)
+    right = math.sin(theta) * mu + math.cos(theta) * inward
+    along = math.cos(theta) * mu - math.sin(theta) * inward
+    across = np.hypot(right, up)
+    rule = LAW_OF_PLACE[lens][0]
+    stretch = rule(np.arctan2(across, along)) / across
+    pixel = 2 * float(rule(WIDE[lens] / 2)) / STRIPS[0]
+    u, v = ((np.floor(stretch * each / pixel) + 0.5) * pixel for each in (right, up))
+    return float(np.hypot(u, v).mean())
 
 
 def blur(distance: float) -> float:
