@@ -71,7 +71,7 @@ EDGE = 0.9  # m, of the cube
 PLACES, TURNS = (16, 32), 28  # bins on the sphere; of azimuth
 TILTS = (*np.linspace(0.0, 0.92, 13).tolist(), math.pi / 2)  # rad; the cube is seen within 0.9
 CHI_SQUARE, MEAN = "χ²/(number of pixels)", "light field / camera"
-FLUX, COUNTED = "Φ of the light field", "Φ on a detector"
+LEVEL, FLUX, COUNTED = "L of the light field", "Φ of the light field", "Φ on a detector"
 LIT, DIVIDED, LEFT = "L of the ball", "L, bin at its edge", "Φ through the sphere"
 WHERE = {"near": "distance of the near disk", "far": "distance of the far star"}
 
@@ -241,7 +241,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         return _of_sphere(result)
     field = result["field"]
     if "detector" in result:
-        return {FLUX: flux_of(field), COUNTED: result["detector"].flux_in}
+        rows = {LEVEL: field.radiance.mean(), FLUX: flux_of(field)}
+        return rows | {COUNTED: result["detector"].flux_in}
     for name in ("view", "lens"):
         if name in result:
             return _compared(
@@ -299,7 +300,7 @@ def exact(show: str, radiance: float, radius: float) -> dict[str, float]:
         return {CHI_SQUARE: 1.0, MEAN: 1.0}
     if show == "planes":
         flux = math.pi * radiance * 0.5 * 0.4 * opposed_rectangles((0.5, 0.4), CARD_SIZE, DISTANCE)
-        return {FLUX: flux, COUNTED: flux}
+        return {LEVEL: radiance, FLUX: flux, COUNTED: flux}
     if show == "parallax":
         return {row: THINGS[name][0] for name, row in WHERE.items()}
     if show == "cube":
