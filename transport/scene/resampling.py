@@ -157,11 +157,9 @@ def view_weights(field: LightField, camera: Camera) -> csr_array:
             total, missed = total + weights, missed | ((cells < 0) & (weights > 0))
         entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
         found = found + coo_array(entries, shape=shape).tocsr()
-    (blind,) = np.nonzero(missed | (total == 0))
-    total[blind] = np.nan
-    # A row without entries would be 0: pixels of which all rays miss get one.
-    marks = coo_array((np.ones(len(blind)), (blind, np.zeros_like(blind))), shape=shape)
-    return (diags_array(1 / total) @ (found + marks.tocsr())).tocsr()
+    (empty,) = np.nonzero(missed | (total == 0))
+    no_value = coo_array((np.full(len(empty), np.nan), (empty, 0 * empty)), shape=shape)
+    return (diags_array(1 / np.where(total > 0, total, 1.0)) @ found + no_value).tocsr()
 
 
 def weighted(
