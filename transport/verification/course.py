@@ -142,10 +142,7 @@ SQUARES = {
 ZENITH = {"reading": "sun", "tau": math.log(2.3e7 / 1.4e7), "zenith_angle": 0.0}
 EARTH, MARS = ({"planet": planet, "given": "solid angle"} for planet in ("Earth", "Mars"))
 
-PANORAMA, LIGHT_FIELD = (
-    "experiment panorama",
-    "experiment light_field",
-)  # of the fields chapter, not there yet
+PANORAMA = "experiment panorama"  # of the fields chapter, not there yet
 
 PARTICLES = {
     "Particles in phase space": (
@@ -927,19 +924,22 @@ FIELDS = {
             "A spherical light field captures all the light that leaves an object, like a hologram",
             "L(u, v, θ, φ)",
             "H Spherical Light Field",
-            missing=LIGHT_FIELD,
+            "light_field", {"show": "cube"}, "Φ through the sphere", "light_field_sphere.png",
+            remark="Of a cube with bright and dark faces; bins of place and direction limit what is sharp.",
         ),
         Statement(
             "A two-plane light field captures rays by where they cross two planes",
             "L(u, v, s, t)",
             "H Two-Plane Light Field",
-            missing=LIGHT_FIELD,
+            "light_field", {"show": "view"}, "χ²/(number of pixels)", "light_field.png",
+            remark="It holds pictures: one of them and a camera's differ by chance alone, so that χ² is 1.",
         ),
         Statement(
             "A two-dimensional array of cameras is a two-dimensional array of images",
             "L(u, v, s, t)",
             "H Two-Plane Light Field",
-            missing=LIGHT_FIELD,
+            "light_field", {"show": "parallax"}, "distance of the near disk", "light_field_array.png",
+            remark="Near things move from picture to picture, and by how much gives their distance.",
         ),
     ),
     "The plenoptic function": (
