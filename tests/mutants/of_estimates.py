@@ -210,8 +210,8 @@ FAULTS = (
     ),
     Fault(
         "results/backward.py",
-        "values = 4 * math.pi * means[:, 0]",
-        "values = 2 * math.pi * means[:, 0]",
+        "return self._summed(4 * math.pi * means[:, 0]",
+        "return self._summed(2 * math.pi * means[:, 0]",
         "a hemisphere for the sphere round a point",
         ("detectors/test_estimators::test_fluence_rate_is_the_same_seen_from_the_lamp_and_from_the_point",),
     ),
