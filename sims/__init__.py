@@ -111,7 +111,7 @@ class Deviations(NamedTuple):
 
 def provenance(outcomes: list[Outcome]) -> str:
     """Particles and seed of the runs, for the small print of a figure."""
-    particles, seed = max(o.result.particles for o in outcomes), outcomes[0].result.seed
+    particles, seed = max(o.result.particles for o in outcomes), outcomes[0].seed
     return f"{with_thousands_spaces(particles)} particles per case, seed {seed}"
 
 

@@ -37,6 +37,9 @@ from transport.verification.experiment import Outcome
 law = "E = π L (D/2)²/((D/2)² + v²), cos⁴θ off the axis; c = D |d − s|/d; r = tan θ, θ, 2 sin(θ/2) (Foote 1915; Hanrahan 2001)"
 question = "What do lenses change in a picture: places, brightness and sharpness?"
 particles = 6_000_000
+intended = {
+    "bins": "single pixels of the pictures are grainy; the rows are means over many",
+}
 run = {"estimator": "backward"}  # cameras are read by no other
 
 SHOWS = ("room", "film", "edge", "size", "wide", "foci")

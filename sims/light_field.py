@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 law = "L(u, v, s, t) holds all pictures and Φ = ∬ L dG (Levoy and Hanrahan 1996; Gortler et al. 1996)"
 question = "Are all pictures of a scene in its light field?"
 particles = 6_000_000
+intended = {
+    "bins": "single cells of a light field hold few histories; the rows are means over many",
+}
 run = {"estimator": "backward"}  # light fields are read by no other
 
 SHOWS = ("view", "planes", "refocus", "parallax", "ball", "cube")

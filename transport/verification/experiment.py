@@ -79,7 +79,8 @@ class Outcome:
 
     notes: warnings besides those of the run;  bins: measured arrays, by name;  given: the parameters, and
     the defaults of the scene's others;  read: the scores of which rows and bins were made, by detector;
-    intended: names of diagnostics that find what the experiment means, each with the reason.
+    intended: names of diagnostics that find what the experiment means, each with the reason;  number: of the
+    case.
     """
 
     parameters: dict[str, object]
@@ -90,6 +91,12 @@ class Outcome:
     given: Mapping[str, object] = field(default_factory=dict)
     read: Mapping[str, frozenset[str]] = field(default_factory=dict)
     intended: Mapping[str, str] = field(default_factory=dict)
+    number: int = 0
+
+    @property
+    def seed(self) -> int:
+        """Seed of the experiment, from which that of the case was made."""
+        return self.result.seed - SEEDS_APART * self.number
 
     def __getitem__(self, name: str) -> Row:
         """Row of that name."""
@@ -293,7 +300,7 @@ def iterate_outcomes(
             bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
         read = result._read_scores()
         given = defaults_of(module.scene) | parameters
-        yield Outcome(parameters, result, rows, notes, bins, given, read, intended)
+        yield Outcome(parameters, result, rows, notes, bins, given, read, intended, number)
         if not result.is_complete:
             return
 
