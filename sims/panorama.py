@@ -39,7 +39,8 @@ import numpy as np
 import transport as tp
 from transport.geometry.solid_angles import cone_projected_solid_angle
 from transport.scene.cameras import BALL, CUBE, CYLINDER, EQUAL_AREA, FISHEYE, LATITUDE_LONGITUDE, PROJECTIONS
-from transport.sims import constant, figures, furthest, main, of_scene, one_of, sharp, where
+from transport.scene.projections import image_radius
+from transport.sims import constant, figures, furthest, main, of_scene, one_of, require, sharp, where
 from transport.theory.solid_angles import (
     cap_solid_angle,
     polygon_projected_solid_angle,
@@ -54,14 +55,14 @@ if TYPE_CHECKING:
 
 law = "φ = Σ L Ω and E = Σ L P of all pixels, in each projection (Hanrahan 2001; Miller and Hoffman 1984)"
 question = "Does an environment map hold the same light in every projection?"
-particles = 1_500_000
+particles = 3_000_000
 
 GOLDEN = (1 + math.sqrt(5)) / 2
 PHOTO = "photograph of a ball"
 SHOWN = (*PROJECTIONS, PHOTO)
 FORMULAS = {
     LATITUDE_LONGITUDE: "x = φ,  y = θ", CYLINDER: "x = φ,  y = cos θ", CUBE: "r = tan θ on each face",
-    FISHEYE: "r = θ", EQUAL_AREA: "r = 2 sin(θ/2)", BALL: "r = 2 sin(θ/2) about −y",
+    FISHEYE: "r = θ about +z", EQUAL_AREA: "r = 2 sin(θ/2) about +z", BALL: "r = 2 sin(θ/2) about −y",
 }  # fmt: skip
 PLACE = (0.3, -0.2, 1.2)  # of the maps [m]
 LOW, HIGH = np.array((-2.0, -2.5, 0.0)), np.array((2.0, 2.5, 2.5))  # corners of the room [m]
@@ -97,6 +98,8 @@ def cases() -> list[dict[str, str]]:
 def scene(projection: str = LATITUDE_LONGITUDE, pixels: int = 128) -> tp.Scene:
     """projection: of the map, or "photograph of a ball";  pixels: along a side of its image, as many bins otherwise."""
     one_of("panorama", projection=(projection, SHOWN))
+    is_allowed = isinstance(pixels, int) and 8 <= pixels <= 512
+    require("panorama", pixels=(pixels, is_allowed, "a whole number from 8 to 512"))
     meshes, radiances = _meshes()
     surfaces = [tp.Surface(mesh, tp.Black(), name) for name, mesh in meshes.items()]
     sources = [tp.Source(name, tp.Lambertian(radiance=radiances[name])) for name in meshes]
@@ -116,9 +119,7 @@ def environment_map(projection: str, pixels: int) -> tp.EnvironmentMap:
     """The map of the room in a projection, with about as many bins in each."""
     if projection in (LATITUDE_LONGITUDE, CYLINDER):
         rows = max(2, round(pixels / math.sqrt(2)))
-        return tp.EnvironmentMap(
-            name="map", position=PLACE, projection=projection, theta=rows, phi=2 * rows
-        )
+        return tp.EnvironmentMap(name="map", position=PLACE, projection=projection, theta=rows, phi=2 * rows)
     side = max(2, round(pixels / math.sqrt(6))) if projection == CUBE else pixels
     return tp.EnvironmentMap(name="map", position=PLACE, projection=projection, pixels=side)
 
@@ -165,7 +166,9 @@ def draw_room(outcomes: list[Outcome], path: Path, note: str) -> None:
     title = "One room, the same light in every projection" if len(outcomes) > 1 else None
     exact_value = f"φ is {outcomes[0][FLUENCE].exact:.2f} W m⁻² (exact)"
     with figure((6.8 * columns + 0.4, 6.4 * rows + 1.2), title, f"{exact_value}; {note}", path) as page:
-        for axes, outcome in zip(np.ravel(page.subplots(rows, columns, squeeze=False)), outcomes, strict=False):
+        for axes, outcome in zip(
+            np.ravel(page.subplots(rows, columns, squeeze=False)), outcomes, strict=False
+        ):
             projection = outcome.given["projection"]
             _draw_grey(axes, outcome.result["map"])
             axes.set_title(f"{projection}\n{FORMULAS[projection]}")
@@ -191,17 +194,21 @@ def draw_ball(outcomes: list[Outcome], path: Path, note: str) -> None:
 
 
 def _draw_grey(axes: Axes, seen: ViewReading) -> None:
-    """A map as a photograph, without ticks."""
+    """A map as a photograph, without ticks; a circle about the hemisphere of a fisheye."""
     from matplotlib.colors import PowerNorm
+    from matplotlib.patches import Circle
 
-    from transport.viz.maps import plot_map
+    from transport.viz.maps import bins_of, draw_values
+    from transport.viz.style import outlined
 
-    plot_map(seen, ax=axes, norm=PowerNorm(1 / 2.2, 0, WHITE, clip=True), bar=False)
-    for drawn in axes.images:
-        drawn.set_cmap("gray")
-    for drawn in axes.collections:
-        drawn.set_cmap("gray")
+    draw_values(axes, bins_of(seen), PowerNorm(1 / 2.2, 0, WHITE, clip=True)).set_cmap("gray")
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
+    axes.spines[:].set_visible(False)
+    if getattr(seen.detector, "projection", None) in (FISHEYE, EQUAL_AREA):
+        horizon = image_radius(seen.detector.projection, math.pi / 2)
+        style = {"color": "white", "path_effects": outlined(2.0)}
+        axes.add_patch(Circle((0, 0), horizon, fill=False, ls=(0, (4, 3)), lw=1.4, **style))
+        axes.text(0, -horizon, "180°", ha="center", va="top", fontsize="small", **style)
 
 
 def _with_photograph(outcomes: Sequence[Outcome]) -> list[Outcome]:
@@ -247,7 +254,8 @@ def binning(projection: str, pixels: int, normal: tuple[float, float, float]) ->
             cosines.append(np.maximum(rays @ across, 0.0))
         seen = np.array(weights) > 0
         low, high = (
-            each(np.where(seen, radiances, fill), axis=0) for each, fill in ((np.min, np.inf), (np.max, -np.inf))
+            each(np.where(seen, radiances, fill), axis=0)
+            for each, fill in ((np.min, np.inf), (np.max, -np.inf))
         )
         cells = cells[high > low] if points is COARSE else cells
     shares = np.array(weights) / np.maximum(np.sum(weights, axis=0), 1e-300)
@@ -315,11 +323,12 @@ def _of_photograph(result: tp.Result) -> dict[str, tp.Estimate]:
     pixel = (view.edges()["u"][1] - view.edges()["u"][0]) ** 2
     weights = {FLUENCE: (np.full(angles.shape, pixel), 4 * math.pi)}
     for name, normal in PLANES.items():
-        cosines = np.divide(view.projected_solid_angles(normal), angles, out=np.zeros_like(angles), where=angles > 0)
+        cosines = np.divide(
+            view.projected_solid_angles(normal), angles, out=np.zeros_like(angles), where=angles > 0
+        )
         weights[IRRADIANCE.format(name)] = pixel * cosines, math.pi
     return {
-        name: _sum(result, photo, weight)
-        + constant(result, wall * (whole - float(weight.sum())), "W m^-2")
+        name: _sum(result, photo, weight) + constant(result, wall * (whole - float(weight.sum())), "W m^-2")
         for name, (weight, whole) in weights.items()
     }
 

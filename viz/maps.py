@@ -489,7 +489,8 @@ def _chosen(
     directions = getattr(getattr(data, "detector", None), "directions", None)
     pole = POLES.get(getattr(directions, "frame", ""), "θ = 0")  # an array does not know its frame
     if frame == ROUND and void is None and set(shown.dims) == {"v", "u"}:
-        void = _beyond_rim(shown)
+        sides = [shown.coords[name] for name in shown.dims]
+        void = _outside(*sides, min(edges[-1] for edges in sides))
     return Chosen(shown, index, array.shape, label, shape, frame, pole, listed, void)
 
 
@@ -509,14 +510,10 @@ def _void_of(sensor: object, frame: str | None) -> np.ndarray | None:
     return sensor.solid_angles() == 0 if frame == ROUND and sensor.projection_of_image else None
 
 
-def _beyond_rim(array: EstimateArray) -> np.ndarray:
-    """Pixels beyond the circle that touches the sides of an image."""
-    sides = {}
-    for name in ("v", "u"):
-        edges = array.coords[name]
-        sides[name] = np.maximum(0.0, np.maximum(edges[:-1], -edges[1:]))
-    far = np.hypot(*np.meshgrid(*(sides[name] for name in array.dims), indexing="ij"))
-    return far >= min(array.coords[name][-1] for name in sides)
+def _outside(first: np.ndarray, second: np.ndarray, rim: float) -> np.ndarray:
+    """Pixels between edges that lie beyond a circle about the middle."""
+    near = [np.maximum(0.0, np.maximum(edges[:-1], -edges[1:])) for edges in (first, second)]
+    return np.hypot(*np.meshgrid(*near, indexing="ij")) >= rim
 
 
 def _check_words(name: str, text: object) -> None:
@@ -636,7 +633,8 @@ def _unfolded(chosen: Chosen) -> Bins:
     _, rows, columns = array.shape
     step = np.diff(array.coords["u"])[0]
     up, across = (
-        Along(name, np.arange(count + 1) * step, name, "") for name, count in (("v", 3 * rows), ("u", 4 * columns))
+        Along(name, np.arange(count + 1) * step, name, "")
+        for name, count in (("v", 3 * rows), ("u", 4 * columns))
     )
     common = array.unit, chosen.label, UNFOLDED, False, array, chosen.pole
     fields = array.value, array.error, array.reason == "no score", array.is_doubtful
@@ -828,6 +826,9 @@ def draw_field(
         drawn = axes.pcolormesh(x, y, shown, rasterized=True, **look_of)
     else:
         drawn = axes.pcolorfast(bins.across.edges, bins.up.edges, shown, **look_of)
+        rim = bins.across.edges[-1]
+        if bins.frame == ROUND and np.array_equal(is_void, _outside(bins.up.edges, bins.across.edges, rim)):
+            drawn.set_clip_path(Circle((0, 0), rim, transform=axes.transData))
     if bins.frame == PLAN:
         _furnish_plan(axes, bins)
     elif bins.frame == DISK:
