@@ -995,7 +995,10 @@ def _sides(bins: Bins, cut: bool | float) -> list[Side]:
         if bins.is_round and abs(cut) > 2 * math.pi:
             must = f"an azimuth of -2π to 2π [rad], got {cut!r}; write math.radians({cut!r}) for degrees"
             raise ValueError(f"plot: cut must be {must}")
-        row = _row_at(bins, math.cos(cut) if bins.frame == UNROLLED else cut * up.scale)
+        place = cut * up.scale
+        if bins.frame == UNROLLED:
+            place = math.cos(cut) if 0 <= cut <= math.pi else math.inf
+        row = _row_at(bins, place)
         if row is None:
             ends = np.arccos(up.edges) if bins.frame == UNROLLED else up.edges / up.scale
             low, high = ends[[0, -1]]

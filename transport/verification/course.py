@@ -917,7 +917,7 @@ FIELDS = {
             "H Environment Maps",
             "panorama", {"projection": "fisheye"},
             "E upward, by a fisheye of 180°", "panorama.png",
-            remark="A hemisphere is all that irradiance on a plane needs; the circle in the picture is its rim.",
+            remark="Irradiance on a plane needs no more than a hemisphere; a circle marks it in the picture.",
         ),
         Statement(
             "A mirrored ball shows nearly all of it",
@@ -925,7 +925,7 @@ FIELDS = {
             "H Environment Maps (Miller, Hoffman 1984)",
             "panorama", {"projection": "photograph of a ball"},
             "irradiance E aslant", "panorama_ball.png",
-            remark="A real mirror ball of 0.1 mm, photographed from 2.2 m. It hides only what lies behind it.",
+            remark="A real mirror ball of 0.1 mm, photographed from 2.2 m; it hides what lies behind it.",
         ),
     ),
     "Light fields": (
