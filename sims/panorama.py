@@ -61,7 +61,7 @@ GOLDEN = (1 + math.sqrt(5)) / 2
 PHOTO = "photograph of a ball"
 SHOWN = (*PROJECTIONS, PHOTO)
 FORMULAS = {
-    LATITUDE_LONGITUDE: "x = φ,  y = θ", CYLINDER: "x = φ,  y = cos θ", CUBE: "r = tan θ on each face",
+    LATITUDE_LONGITUDE: "φ to the left, θ down", CYLINDER: "φ to the left, z = cos θ up", CUBE: "r = tan θ on each face",
     FISHEYE: "r = θ about +z", EQUAL_AREA: "r = 2 sin(θ/2) about +z", BALL: "r = 2 sin(θ/2) about −y",
 }  # fmt: skip
 PLACE = (0.3, -0.2, 1.2)  # of the maps [m]
