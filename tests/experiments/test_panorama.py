@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from scipy.special import chdtrc
 
+import transport as tp
 from tests.agreement import assert_agrees, assert_rejected
-from transport.scene.cameras import BALL, EQUAL_AREA, FISHEYE, PROJECTIONS
+from transport.scene.cameras import BALL, CUBE, EQUAL_AREA, FISHEYE, PROJECTIONS
+from transport.scene.resampling import overlaps
 from transport.sims import panorama
 from transport.theory.solid_angles import polygon_projected_solid_angle, rectangle_projected_solid_angle
 from transport.verification.experiment import run_experiment
@@ -156,6 +158,38 @@ def test_conversions_keep_the_fluence_rate_to_rounding_and_irradiance_to_the_blu
         assert (converted * weights).sum() == pytest.approx(before, rel=12 / pixels**2)
         changes.append(abs((converted[..., ::-1] * weights).sum() - before) / before)
     assert max(changes) > 4 * 12 / pixels**2
+
+
+WHOLE = {
+    "strips": (tp.EnvironmentMap(name="a", position=(0, 0, 0), theta=34, phi=68), 23, "cylinder"),
+    "few": (tp.EnvironmentMap(name="a", position=(0, 0, 0), theta=1, phi=3), 7, "cylinder"),
+    "slivers": (tp.EnvironmentMap(name="a", position=(0, 0, 0), projection=BALL, pixels=27), 26, FISHEYE),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_conversions_share_all_cells_out_where_edges_nearly_coincide(name):
+    """34 rows of equal angles and 23 of equal heights have edges closer than the points of a cell: a thin strip."""
+    view, number, projection = WHOLE[name]
+    size = {"theta": number, "phi": 2 * number} if projection == "cylinder" else {"pixels": number}
+    other = tp.EnvironmentMap(name="b", position=(0, 0, 0), projection=projection, **size)
+    for one, two in ((view, other), (other, view)):
+        shared = overlaps(one, two)
+        assert shared.data.min() > 0
+        np.testing.assert_allclose(shared.sum(axis=0), one.solid_angles().ravel(), rtol=1e-9, atol=1e-14)
+        np.testing.assert_allclose(shared.sum(axis=1), two.solid_angles().ravel(), rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize("projection", [CUBE, FISHEYE, BALL, "latitude-longitude"])
+def test_a_part_of_all_directions_is_converted_as_well(projection):
+    """Into all directions the fluence rate stays, out of them a uniform radiance."""
+    edges = np.linspace(0.2, 1.5, 9)
+    part = tp.EnvironmentMap(name="part", position=(0, 0, 0), theta=edges, phi=16)
+    whole = panorama.environment_map(projection, 24)
+    values = np.arange(8 * 16.0).reshape(8, 16)
+    into = (part.resampled(values, whole) * whole.solid_angles()).sum()
+    assert into == pytest.approx((values * part.solid_angles()).sum(), rel=1e-12)
+    np.testing.assert_allclose(whole.resampled(np.ones(whole.solid_angles().shape), part), 1, rtol=1e-12)
 
 
 # The mirror ball
