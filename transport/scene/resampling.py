@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -17,8 +17,13 @@ from transport.vectors import Vector
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-    from transport.scene.cameras import Camera, EnvironmentMap, Instrument, LightField
     from transport.statistics.estimates import EstimateArray
+
+# Objects of scene/cameras.py, which imports this file.
+EnvironmentMap: TypeAlias = Any
+Camera: TypeAlias = Any
+Instrument: TypeAlias = Any
+LightField: TypeAlias = Any
 
 POINTS = 64  # of each cell
 CUT_POINTS = 4096  # ... of one that a horizon or a rim divides

@@ -332,9 +332,9 @@ def polygon_projected_solid_angle(
     >>> from transport.theory.solid_angles import polygon_projected_solid_angle
     >>> square = [(1.0, 1.0, 1.0), (-1.0, 1.0, 1.0), (-1.0, -1.0, 1.0), (1.0, -1.0, 1.0)]
     >>> print(f"{polygon_projected_solid_angle(square, (0, 0, 1)):.4g}")
-    1.74
+    1.741
     >>> print(f"{polygon_projected_solid_angle(square, (1, 0, 0)):.4g}")  # half of it is behind the plane
-    0.483
+    0.3502
     """
     across = np.array(normal, float) / np.linalg.norm(normal)
     corners = np.subtract(np.array(vertices, float), position)
