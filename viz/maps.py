@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch
 from matplotlib.patches import Rectangle as RectanglePatch
@@ -37,6 +37,7 @@ from transport.geometry.flat import Disk
 from transport.results.backward import ViewReading
 from transport.results.tally import Tally
 from transport.results.volumes import VolumeReading
+from transport.scene.cameras import CYLINDER, FACES
 from transport.statistics.axes import (
     AXES_OF_PLACES,
     POLAR_AXES,
@@ -79,7 +80,16 @@ MAX_DECADES = 300  # of a double
 LABELLED = math.radians(56)  # azimuth at which rings carry their angle, between the spokes
 COMPASS = ((0, "left", "center"), (90, "center", "bottom"), (180, "right", "center"), (270, "center", "top"))
 
-FRAMES = FLAT, DISK, PLAN, SKY, IMAGE = "flat", "disk", "plan", "sky", "image"  # how a map lies
+# How a map lies.
+FRAMES = FLAT, DISK, PLAN, SKY, IMAGE, ROUND, UNROLLED, UNFOLDED = (
+    "flat", "disk", "plan", "sky", "image", "round image", "cylinder", "cube",
+)  # fmt: skip
+IMAGES = (IMAGE, ROUND, UNFOLDED)
+# Row, column and half turn of each face of an unfolded cube, seen from inside: +z above and -z below +y.
+CROSS = {
+    "+x": (1, 2, False), "-x": (1, 0, False), "+y": (1, 1, False), "-y": (1, 3, False),
+    "+z": (2, 1, True), "-z": (0, 1, False),
+}  # fmt: skip
 UPRIGHT = (*POLAR_AXES, "v")  # axes that stand upright if they come first
 CELLS = ("z", "y", "x")  # axes of which the middle bin is taken, in this order
 POLES = {"local": "in front", "world": "+z"}  # where θ = 0 is, by the frame of a detector's directions
@@ -137,7 +147,8 @@ def plot_map(
         The scale, in place of `decades`, such as one that several panels share.
     frame : str, optional
         How the map lies: "flat", "disk", "plan" (a hemisphere of directions), "sky" (all directions, seen from
-        inside) or "image" [default: by the axes and the detector's shape].
+        inside), "image", "round image" (nothing outside of its rim), "cylinder" (a sky of rows of equal height in
+        cos θ) or "cube" (six images, unfolded) [default: by the axes and the detector].
     bar : bool, default True
         Whether there is a colour bar.
     title, note : str, optional
@@ -299,7 +310,8 @@ class Bins:
     """Bins over two coordinates as a map shows them; all fields are (up, across).
 
     On a disk and in a plan of directions `across` is the distance from the middle, and `up` the azimuth;
-    pole: where directions with θ = 0 are, in words.
+    pole: where directions with θ = 0 are, in words;  is_void: where there is no bin, such as beyond the rim of an
+    image; nothing is drawn there.
     """
 
     across: Along
@@ -314,6 +326,7 @@ class Bins:
     is_transposed: bool
     source: EstimateArray
     pole: str
+    is_void: np.ndarray | None = None
 
     @property
     def is_round(self) -> bool:
@@ -323,7 +336,7 @@ class Bins:
     @property
     def is_to_scale(self) -> bool:
         """Whether both coordinates are drawn to one scale."""
-        if self.is_round or self.frame == IMAGE:
+        if self.is_round or self.frame in (*IMAGES, UNROLLED):
             return True
         alike = self.up.unit == self.across.unit and not (self.up.names or self.across.names)
         return alike and 1 / STRETCHED <= self.stretch <= STRETCHED
@@ -331,7 +344,15 @@ class Bins:
     @property
     def stretch(self) -> float:
         """Height over width."""
-        return float(np.ptp(self.up.edges) / np.ptp(self.across.edges))
+        return self.aspect * float(np.ptp(self.up.edges) / np.ptp(self.across.edges))
+
+    @property
+    def aspect(self) -> float:
+        """Height of a unit of `up` over the width of one of `across`, in a map that is drawn to scale.
+
+        A cylinder has the circumference of 2π radii, and cos θ along its height.
+        """
+        return 180 / math.pi if self.frame == UNROLLED else 1.0
 
     @property
     def percent(self) -> np.ndarray:
@@ -396,6 +417,7 @@ class Chosen(NamedTuple):
     frame: str | None
     pole: str
     listed: str | None = None
+    is_void: np.ndarray | None = None
 
     @property
     def is_line(self) -> bool:
@@ -413,7 +435,7 @@ def _chosen(
     data: Data, quantity: str | None, at: Mapping[str, int], label: str | None, frame: str | None
 ) -> Chosen:
     """The bins to draw: one of the axes that `at` names, of three axes of cells, and of axes with a single bin."""
-    shape = None
+    shape = void = None
     _check_words("label", label)
     if frame not in (None, *FRAMES):
         raise ValueError(f"plot: frame must be one of {', '.join(FRAMES)}, got {frame!r}")
@@ -428,18 +450,25 @@ def _chosen(
         label = label or name.replace("_", " ")
         shape = None if isinstance(data, VolumeReading) else getattr(data, "shape", None)
         if isinstance(data, ViewReading):
-            frame = frame or (SKY if "theta" in array.dims else IMAGE)
+            frame = frame or _view_frame(data.detector, array.dims)
+            void = _void_of(data.detector, frame)
         if not isinstance(array, EstimateArray):
             raise ValueError(f"plot: {whose} has no bins, it is {array}")
     if strangers := set(at) - set(array.dims):
         raise ValueError(f"plot: {whose} has no axes {sorted(strangers)}; there are {array.dims}")
     bins = dict(zip(array.dims, array.shape, strict=True))
-    is_plan = frame == PLAN
     free = [name for name in bins if name not in at]
+    if tuple(bins) == ("face", "v", "u") and frame in (None, UNFOLDED):
+        frame = IMAGE if at else UNFOLDED
+    if frame == UNFOLDED and tuple(free) != ("face", "v", "u"):
+        raise ValueError(f"plot: frame='cube' needs the axes face, v and u, got {tuple(free)}")
+    if frame == UNROLLED and tuple(free) != ("theta", "phi"):
+        raise ValueError(f"plot: frame='cylinder' needs the axes theta and phi, got {tuple(free)}")
+    is_plan = frame in (PLAN, UNFOLDED)
     left = [name for name in free if bins[name] > 1 or is_plan] or free[:1]
     at = {name: 0 for name in bins if name not in left} | dict(at)
     listed = next((name for name in left if len(left) == 3 and _is_list(array, name)), None)
-    while len(left) > 2 and listed is None:
+    while len(left) > 2 and listed is None and frame != UNFOLDED:
         middle = next((name for name in CELLS if name in left), None)
         if middle is None:
             cure = f"index it, or average it as in .mean({left[-1]!r}), to leave one or two"
@@ -459,7 +488,32 @@ def _chosen(
         raise ValueError(f"plot: {whose} at {dict(at)} is one bin, {shown}; leave an axis out of at=")
     directions = getattr(getattr(data, "detector", None), "directions", None)
     pole = POLES.get(getattr(directions, "frame", ""), "θ = 0")  # an array does not know its frame
-    return Chosen(shown, index, array.shape, label, shape, frame, pole, listed)
+    if frame == ROUND and void is None and set(shown.dims) == {"v", "u"}:
+        sides = [shown.coords[name] for name in shown.dims]
+        void = _outside(*sides, min(edges[-1] for edges in sides))
+    return Chosen(shown, index, array.shape, label, shape, frame, pole, listed, void)
+
+
+def _view_frame(sensor: object, names: tuple[str, ...]) -> str | None:
+    """How the map of a camera or of an environment map lies; None where it depends on the axes that are left."""
+    if getattr(sensor, "projection", None) == CYLINDER:
+        return UNROLLED
+    if "theta" in names:
+        return SKY
+    if names != ("v", "u"):
+        return None
+    return IMAGE if sensor.projection_of_image is None or sensor.solid_angles().all() else ROUND
+
+
+def _void_of(sensor: object, frame: str | None) -> np.ndarray | None:
+    """Pixels beyond the rim of an image."""
+    return sensor.solid_angles() == 0 if frame == ROUND and sensor.projection_of_image else None
+
+
+def _outside(first: np.ndarray, second: np.ndarray, rim: float) -> np.ndarray:
+    """Pixels between edges that lie beyond a circle about the middle."""
+    near = [np.maximum(0.0, np.maximum(edges[:-1], -edges[1:])) for edges in (first, second)]
+    return np.hypot(*np.meshgrid(*near, indexing="ij")) >= rim
 
 
 def _check_words(name: str, text: object) -> None:
@@ -549,13 +603,56 @@ def _arranged(chosen: Chosen) -> Bins:
         fields = (each.T for each in (found.value, found.error, found.unscored, found.doubtful))
         is_transposed = names[-1] == "phi"
         return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array, chosen.pole)
+    if frame == UNFOLDED:
+        return _unfolded(chosen)
     first, second = alongs(array, shape)
+    if frame == UNROLLED:
+        first = Along("theta", np.cos(array.coords["theta"]), "cos θ", "")
     is_unrolled = "azimuth" in _coordinate_names(shape) and frame == FLAT
     is_transposed = not (is_unrolled and names == ("u", "v")) and names[0] not in UPRIGHT
     up, across = (second, first) if is_transposed else (first, second)
     fields = (array.value, array.error, array.reason == "no score", array.is_doubtful)
     fields = (each.T if is_transposed else each for each in fields)
-    return Bins(across, up, *fields, array.unit, chosen.label, frame, is_transposed, array, chosen.pole)
+    common = array.unit, chosen.label, frame, is_transposed, array, chosen.pole
+    return _without(Bins(across, up, *fields, *common), chosen.is_void)
+
+
+def _without(bins: Bins, is_void: np.ndarray | None) -> Bins:
+    """The bins without values where there is nothing."""
+    if is_void is None or not is_void.any():
+        return bins
+    is_void = bins.arranged(is_void)
+    value, error = (np.where(is_void, np.nan, each) for each in (bins.value, bins.error))
+    marks = {name: getattr(bins, name) & ~is_void for name in ("unscored", "doubtful")}
+    return replace(bins, value=value, error=error, is_void=is_void, **marks)
+
+
+def _unfolded(chosen: Chosen) -> Bins:
+    """The six faces of a cube as a cross, seen from inside."""
+    array = chosen.array
+    _, rows, columns = array.shape
+    step = np.diff(array.coords["u"])[0]
+    up, across = (
+        Along(name, np.arange(count + 1) * step, name, "")
+        for name, count in (("v", 3 * rows), ("u", 4 * columns))
+    )
+    common = array.unit, chosen.label, UNFOLDED, False, array, chosen.pole
+    fields = array.value, array.error, array.reason == "no score", array.is_doubtful
+    fields = [unfold(each, fill) for each, fill in zip(fields, (np.nan, np.nan, False, False), strict=True)]
+    return Bins(across, up, *fields, *common, is_void=unfold(np.zeros(array.shape, bool), True))
+
+
+def unfold(faces: np.ndarray, fill: object) -> np.ndarray:
+    """Six images (face, v, u) of a cube as a cross (3 v, 4 u), with v upward; `fill` where no face is.
+
+    The face +y is in its middle, -x, +x and -y beside it, +z above and -z below, so that neighbours meet.
+    """
+    _, rows, columns = faces.shape
+    laid = np.full((3 * rows, 4 * columns), fill, dtype=faces.dtype)
+    for face, (row, column, is_turned) in zip(faces, map(CROSS.get, FACES), strict=True):
+        place = slice(row * rows, (row + 1) * rows), slice(column * columns, (column + 1) * columns)
+        laid[place] = face[::-1, ::-1] if is_turned else face
+    return laid
 
 
 def _frame(array: EstimateArray, shape: object) -> str:
@@ -623,7 +720,7 @@ def _on_scale(bins: Bins, norm: Normalize) -> np.ndarray:
     """
     if not isinstance(norm, LogNorm):
         return bins.value
-    is_shown = bins.value >= 0 if bins.frame in (IMAGE, SKY) else bins.value > 0
+    is_shown = bins.value >= 0 if bins.frame in (*IMAGES, SKY, UNROLLED) else bins.value > 0
     return np.where(is_shown, np.maximum(bins.value, norm.vmin), np.nan)
 
 
@@ -697,13 +794,14 @@ def draw_errors(axes: Axes, bins: Bins, norm: Normalize) -> ScalarMappable:
     return drawn
 
 
-def _why_hatched(bins: Iterable[Bins]) -> str:
+def _why_hatched(bins: Collection[Bins]) -> str:
     """What hatching means in maps of errors; empty where nothing is hatched."""
     percent, unscored, doubtful = (
         np.concatenate([getattr(each, name).ravel() for each in bins])
         for name in ("percent", "unscored", "doubtful")
     )
-    gaps = np.isnan(percent)
+    nowhere = [np.zeros(each.value.shape, bool) if each.is_void is None else each.is_void for each in bins]
+    gaps = np.isnan(percent) & ~np.concatenate([each.ravel() for each in nowhere])
     words = [("no score" if unscored[gaps].all() else "not known")] if gaps.any() else []
     return ",\n".join(words + ["doubtful"] * bool((doubtful & ~gaps).any()))
 
@@ -711,19 +809,26 @@ def _why_hatched(bins: Iterable[Bins]) -> str:
 def draw_field(
     axes: Axes, bins: Bins, field: np.ndarray, norm: Normalize, colours: str = SEQUENTIAL
 ) -> ScalarMappable:
-    """Colour the bins by a field (up, across); where it is nan they are hatched grey."""
+    """Colour the bins by a field (up, across); where it is nan they are hatched grey, and blank where no bin is."""
     axes.grid(False)
     shown = np.ma.masked_invalid(bins.drawn(field))
     x, y = bins.outlines
-    if not np.isfinite(field).all():
+    is_void = np.zeros(field.shape, bool) if bins.is_void is None else bins.is_void
+    if not np.isfinite(field[~is_void]).all():
         # One hatched face below all bins: hatching each of them takes seconds.
         rim = [np.concatenate([c[0], c[:, -1], c[-1, ::-1], c[::-1, 0]]) for c in (x, y)]
         axes.fill(*rim, facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0, zorder=-5)
+        if is_void.any():
+            blank = np.ma.masked_equal(is_void.astype(float), 0.0)
+            axes.pcolorfast(x[0], y[:, 0], blank, cmap=ListedColormap(["white"]), zorder=-4)
     look_of = {"norm": norm, "cmap": colours}
     if bins.is_round:
         drawn = axes.pcolormesh(x, y, shown, rasterized=True, **look_of)
     else:
         drawn = axes.pcolorfast(bins.across.edges, bins.up.edges, shown, **look_of)
+        rim = bins.across.edges[-1]
+        if bins.frame == ROUND and np.array_equal(is_void, _outside(bins.up.edges, bins.across.edges, rim)):
+            drawn.set_clip_path(Circle((0, 0), rim, transform=axes.transData))
     if bins.frame == PLAN:
         _furnish_plan(axes, bins)
     elif bins.frame == DISK:
@@ -739,10 +844,14 @@ def draw_field(
 def _furnish_flat(axes: Axes, bins: Bins) -> None:
     """Ticks, labels and directions of both axes."""
     across, up = bins.across, bins.up
-    if bins.frame == IMAGE:
+    if bins.frame in IMAGES:
         axes.set(xticks=[], yticks=[], aspect="equal")
+        if bins.frame != IMAGE:
+            axes.spines[:].set_visible(False)
+        if bins.frame == UNFOLDED:
+            _name_faces(axes, bins)
         return
-    is_sky = bins.frame == SKY and across.name == "phi" and up.name in POLAR_AXES
+    is_sky = bins.frame in (SKY, UNROLLED) and across.name == "phi" and up.name in POLAR_AXES
     axes.set(xlabel=across.label + ", seen from inside" * is_sky, ylabel=up.label)
     axes.xaxis.set_inverted(is_sky)
     axes.yaxis.set_inverted(up.is_from_pole)
@@ -756,7 +865,15 @@ def _furnish_flat(axes: Axes, bins: Bins) -> None:
             axis.set_major_locator(FewTicks(along.unit == "°"))
     axes.tick_params(pad=6)
     if bins.is_to_scale:
-        axes.set_aspect("equal")
+        axes.set_aspect(bins.aspect)
+
+
+def _name_faces(axes: Axes, bins: Bins) -> None:
+    """The axes of a cube's faces, in a corner of each."""
+    side = bins.up.edges[-1] / 3
+    style = {"color": "white", "fontsize": "small", "ha": "left", "va": "bottom", "path_effects": outlined()}
+    for name, (row, column, _) in CROSS.items():
+        axes.text((column + 0.05) * side, (row + 0.03) * side, name.replace("-", "−"), **style)
 
 
 def _furnish_plan(axes: Axes, bins: Bins) -> None:
@@ -871,14 +988,20 @@ class Side(NamedTuple):
 
 def _sides(bins: Bins, cut: bool | float) -> list[Side]:
     """The row of a cut; of a round map the azimuth, and the opposite one where there is one."""
+    if bins.frame == UNFOLDED:
+        raise ValueError("plot_map: an unfolded cube has no cut; choose a face, as in at={'face': 2}")
     up, row = bins.up, _brightest_row(bins) if cut is True else None
     if row is None:
         if bins.is_round and abs(cut) > 2 * math.pi:
             must = f"an azimuth of -2π to 2π [rad], got {cut!r}; write math.radians({cut!r}) for degrees"
             raise ValueError(f"plot: cut must be {must}")
-        row = _row_at(bins, cut * up.scale)
+        place = cut * up.scale
+        if bins.frame == UNROLLED:
+            place = math.cos(cut) if 0 <= cut <= math.pi else math.inf
+        row = _row_at(bins, place)
         if row is None:
-            low, high = up.edges[[0, -1]] / up.scale
+            ends = np.arccos(up.edges) if bins.frame == UNROLLED else up.edges / up.scale
+            low, high = ends[[0, -1]]
             raise ValueError(f"plot_map: cut must be {low:.4g} to {high:.4g}, got {cut!r}")
     if not bins.is_round or len(up.edges) == 2:
         return [Side(row, 1)]
@@ -893,6 +1016,8 @@ def _row_at(bins: Bins, place: float) -> int | None:
         return int(np.argmin(np.abs(bins.source.coords[bins.up.name] - place)))
     if bins.is_round:
         place = edges[0] + np.mod(place - edges[0] + 1e-9, 360)
+    if edges[0] > edges[-1]:  # cos θ
+        edges, place = -edges, -place
     row = int(np.searchsorted(edges, place, side="right")) - 1
     row -= place == edges[-1]
     return row if 0 <= row < len(edges) - 1 else None

@@ -642,4 +642,32 @@ FAULTS = (
             "detectors/test_caustics::test_a_pixel_in_which_one_history_meets_a_lamp_hundreds_of_times_is_not_sound",
         ),
     ),
+    Fault(
+        "scene/resampling.py",
+        "means[cells] += shares * np.maximum(cosine, 0.0)",
+        "means[cells] += shares * np.abs(cosine)",
+        "irradiance of a map with the light from behind the plane",
+        ("experiments/test_panorama::test_the_photograph_has_the_light_of_the_room",),
+    ),
+    Fault(
+        "scene/cameras.py",
+        "BALL: (X, Z, -Y)}",
+        "BALL: (-X, Z, -Y)}",
+        "a mirrored ball left for right",
+        ("experiments/test_panorama::test_a_mirror_ball_is_an_equal_area_map_as_its_photograph_shows",),
+    ),
+    Fault(
+        "scene/cameras.py",
+        "{CUBE: PINHOLE, BALL: EQUAL_AREA}",
+        "{CUBE: PINHOLE, BALL: FISHEYE}",
+        "a mirrored ball with the angle itself for its radius",
+        ("experiments/test_panorama::test_a_mirror_ball_is_an_equal_area_map_as_its_photograph_shows",),
+    ),
+    Fault(
+        "scene/resampling.py",
+        "total = total + weights\n    for rays, weights in found:",
+        "total = total + 1.0\n    for rays, weights in found:",
+        "conversions without the solid angle per area of the image",
+        ("experiments/test_panorama",),
+    ),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,16 @@ from tests.drawing import WARNINGS_FAIL, assert_drawn, points_of, reading, words
 from tests.synthetic import EVEN_RUN, estimates
 from transport.statistics.estimates import EstimateArray
 from transport.viz.directions import direction_bins
-from transport.viz.maps import alongs, bins_of, draw_values, main_quantity, plot_map, plot_maps, value_norm
+from transport.viz.maps import (
+    alongs,
+    bins_of,
+    draw_values,
+    main_quantity,
+    plot_map,
+    plot_maps,
+    unfold,
+    value_norm,
+)
 
 pytestmark = pytest.mark.filterwarnings(*WARNINGS_FAIL)  # such as a layout that collapsed
 
@@ -666,7 +676,10 @@ def test_what_belongs_to_a_new_figure_is_refused_in_given_axes(result):
         plot_map(result["floor"], "floor.png", ax=axes)
     with pytest.raises(ValueError, match="ax must be one to three Axes"):
         plot_map(result["floor"], ax=Figure().subplots(2, 2))
-    with pytest.raises(ValueError, match="frame must be one of flat, disk, plan, sky, image, got 'round'"):
+    with pytest.raises(
+        ValueError,
+        match="frame must be one of flat, disk, plan, sky, image, round image, cylinder, cube, got 'round'",
+    ):
         plot_map(result["floor"], frame="round")
     with pytest.raises(ValueError, match="a Tally or EstimateArray is drawn, got Result"):
         plot_map(result)
@@ -683,3 +696,119 @@ def test_a_map_of_a_ball_has_its_pole_on_top(shape, is_inverted):
     result = tp.simulate(tp.Scene(lamp, detectors=meter), 1000, seed=1, progress=False)
     axes = plot_map(result["meter"]).axes[0]
     assert axes.yaxis_inverted() == is_inverted
+
+
+# All directions in other projections
+
+
+PICTURED = {  # the height of the picture over its width
+    "latitude-longitude": 0.5, "cylinder": 1 / math.pi, "cube": 0.75, "fisheye": 1.0, "equal-area fisheye": 1.0,
+    "mirrored ball": 1.0,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def all_directions():
+    """A white sphere with a black lid above, in all projections, and cameras with other lenses."""
+    top = tp.Surface(tp.Sphere(radius=1.0, mu_min=0.5), tp.Black(), "top")
+    rest = tp.Surface(tp.Sphere(radius=1.0, mu_max=0.5), tp.Black(), "rest")
+    lamps = [
+        tp.Source(name, tp.Lambertian(radiance=radiance), side="back")
+        for name, radiance in (("top", 1.0), ("rest", 5.0))
+    ]
+    place = {"position": (0, 0, 0)}
+    sensors = [
+        tp.EnvironmentMap(name=projection, projection=projection, **place, **size)
+        for projection in PICTURED
+        for size in [
+            {"theta": 8, "phi": 16} if projection in ("latitude-longitude", "cylinder") else {"pixels": 8}
+        ]
+    ]
+    lenses = {
+        "whole": {"lens": "fisheye", "field_of_view": 2 * math.pi}, "half": {"lens": "fisheye"},
+        "equal": {"lens": "equal-area fisheye", "field_of_view": 2 * math.pi},
+        "parallel": {"lens": "orthographic", "width": 0.5}, "pinhole": {},
+    }  # fmt: skip
+    sensors += [
+        tp.Camera(name=name, direction=(0, 1, 0), pixels=(8, 8), **place, **lens)
+        for name, lens in lenses.items()
+    ]
+    scene = tp.Scene(lamps, [top, rest], sensors)
+    return tp.simulate(scene, 200_000, seed=1, estimator="backward", progress=False)
+
+
+@pytest.mark.parametrize("name", [*PICTURED, "whole", "half", "equal", "parallel", "pinhole"])
+def test_each_projection_and_lens_is_drawn_by_itself(all_directions, name):
+    """Pixels beyond a rim are blank, in the map of errors too, and nothing is called a tangent."""
+    reading = all_directions[name]
+    bins = bins_of(reading)
+    page = plot_map(reading)
+    assert not re.search(r"\btan", words(page))
+    assert bins.stretch == pytest.approx(PICTURED.get(name, 1.0), rel=0.01)
+    assert bins.is_to_scale
+    drawn_cells = np.isfinite(bins.value).sum()
+    angles = None if name == "parallel" else reading.detector.solid_angles()
+    assert drawn_cells == (64 if angles is None else np.count_nonzero(angles))
+    has_rim = name in ("fisheye", "equal-area fisheye", "mirrored ball", "whole", "equal")
+    assert (bins.frame == "round image") == has_rim
+    field = page.axes[0].images[-1] if page.axes[0].images else page.axes[0].collections[-1]
+    assert (field.get_clip_path() is not None and drawn_cells < 64) == has_rim
+    for label in (page.axes[0].get_xlabel(), page.axes[0].get_ylabel()):
+        assert ("θ" in label or "φ" in label) == (name in ("latitude-longitude", "cylinder")), label
+
+
+def test_a_cylinder_has_rows_of_equal_height(all_directions):
+    bins = bins_of(all_directions["cylinder"])
+    np.testing.assert_allclose(np.diff(bins.up.edges), -0.25, rtol=1e-12)
+    axes = drawn(all_directions["cylinder"], cut=math.radians(89))
+    assert axes.get_ylim() == (-1, 1)
+    assert axes.lines[0].get_ydata()[0] == pytest.approx(0.125)
+    with pytest.raises(ValueError, match=r"cut must be 0 to 3\.142, got 4"):
+        drawn(all_directions["cylinder"], cut=4.0)
+
+
+def test_faces_of_an_unfolded_cube_meet():
+    """The directions of neighbouring pixels differ by a pixel, within faces and across all edges that touch.
+
+    Planted: a face turned, and two faces exchanged.
+    """
+    pixels = 16
+    cube = tp.EnvironmentMap(name="cube", position=(0, 0, 0), projection="cube", pixels=pixels)
+    rays = cube.rays(0.5, 0.5)[0].reshape(6, pixels, pixels, 3)
+
+    def widest_step(faces):
+        laid = np.stack([unfold(faces[..., k], np.nan) for k in range(3)], axis=-1)
+        steps = [np.linalg.norm(np.diff(laid, axis=axis), axis=-1) for axis in (0, 1)]
+        return max(np.nanmax(each) for each in steps)
+
+    assert widest_step(rays) < 2.5 / pixels
+    turned, exchanged = rays.copy(), rays[[1, 0, 2, 3, 4, 5]]
+    turned[4] = turned[4, ::-1, ::-1]
+    for wrong in (turned, exchanged):
+        assert widest_step(wrong) > 1
+    cross = unfold(rays[..., 2], np.nan)
+    assert cross.shape == (3 * pixels, 4 * pixels)
+    assert np.nanargmax(cross) // (4 * pixels) > 2 * pixels  # +z is above
+
+
+def test_a_cube_is_unfolded_and_its_faces_are_drawn_alone(all_directions):
+    cube = all_directions["cube"]
+    named = {text.get_text() for text in drawn(cube).texts}
+    assert named >= {"+x", "−x", "+y", "−y", "+z", "−z"}
+    assert bins_of(cube.radiance).frame == "cube"
+    assert bins_of(cube, at={"face": 2}).frame == "image"
+    with pytest.raises(ValueError, match="an unfolded cube has no cut; choose a face"):
+        drawn(cube, cut=True)
+    with pytest.raises(ValueError, match="frame='cube' needs the axes face, v and u"):
+        drawn(all_directions["fisheye"], frame="cube")
+    with pytest.raises(ValueError, match="frame='cylinder' needs the axes theta and phi"):
+        drawn(all_directions["fisheye"], frame="cylinder")
+
+
+def test_an_array_of_an_image_is_round_if_it_is_asked(all_directions):
+    array = all_directions["fisheye"].radiance
+    assert np.isfinite(bins_of(array).value).all()
+    assert np.array_equal(
+        np.isnan(bins_of(array, frame="round image").value),
+        all_directions["fisheye"].detector.solid_angles() == 0,
+    )

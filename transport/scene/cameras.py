@@ -787,8 +787,9 @@ class EnvironmentMap(Instrument):
         Returns
         -------
         EstimateArray or array
-            Mean over each bin, as if the values were constant over the bins of this map. The fluence rate
-            stays the same to rounding, and so does a uniform radiance, if both maps cover all directions.
+            Mean over each bin, as if the values were constant over the bins of this map, and 0 outside of it.
+            The fluence rate stays the same to rounding, and so does a uniform radiance, if both maps cover
+            all directions. Into a map of all directions the fluence rate stays; from one, uniform radiance.
 
         Examples
         --------

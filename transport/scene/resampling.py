@@ -7,7 +7,7 @@ batch by batch, to estimates.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -19,12 +19,15 @@ if TYPE_CHECKING:
 
     from transport.statistics.estimates import EstimateArray
 
+
 POINTS = 64  # of each cell
 CUT_POINTS = 4096  # ... of one that a horizon or a rim divides
 LENS_NODES = 8  # across a lens
 PLASTIC = 1.324717957244746  # root of x^3 = x + 1
 BALANCING_ROUNDS = 20
 GROUND = 1e-12  # relative
+CLOSE = 1e-9  # of a cell's side, from its corners
+CORNER_SHARE = 1e-3  # of a cell, that each of its corners stands for where even points are not enough
 
 
 class Cells(Protocol):
@@ -132,24 +135,59 @@ def projected_solid_angles(view: DirectionCells, normal: Vector) -> np.ndarray:
 def overlaps(view: DirectionCells, other: DirectionCells) -> csr_array:
     """Return the solid angles [sr] that cells of another map share with cells of a map, (other, view).
 
-    Sums over rows and columns are the solid angles of the cells to rounding, so that the fluence rate is
-    conserved and a uniform field stays uniform; each entry alone is as exact as POINTS points per cell.
+    Of maps of all directions, sums over rows and columns are the solid angles of the cells to rounding, so
+    that the fluence rate is conserved and a uniform field stays uniform; each entry alone is as exact as
+    POINTS points per cell. If only one map covers all directions, the sums over the cells of the other are.
     """
-    from scipy.sparse import coo_array
+    from scipy.sparse import coo_array, diags_array
 
     wholes = [each.solid_angles().ravel() for each in (other, view)]
-    rows, columns, values = [], [], []
-    for here, there, is_view in ((view, other, True), (other, view, False)):
-        angles = here.solid_angles().ravel()
-        for cells, rays, shares in _points_of(here):
-            met = there.cells_of(rays)
-            is_met = met >= 0
-            rows.append((met if is_view else cells)[is_met])
-            columns.append((cells if is_view else met)[is_met])
-            values.append((0.5 * angles[cells] * shares)[is_met])
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    found = coo_array(entries, shape=tuple(map(len, wholes))).tocsr()
+
+    def matrix_of(points: Callable) -> csr_array:
+        rows, columns, values = [], [], []
+        for here, there, is_view in ((view, other, True), (other, view, False)):
+            angles = here.solid_angles().ravel()
+            for cells, rays, shares in points(here):
+                met = there.cells_of(rays)
+                is_met = met >= 0
+                rows.append((met if is_view else cells)[is_met])
+                columns.append((cells if is_view else met)[is_met])
+                values.append((0.5 * angles[cells] * shares)[is_met])
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        return coo_array(entries, shape=tuple(map(len, wholes))).tocsr()
+
+    found = matrix_of(_points_of)
+    is_whole = [math.isclose(each.sum(), 4 * math.pi, rel_tol=1e-9) for each in wholes]
+    if not all(is_whole):  # how much of its cells a map shares is known only of one within the other
+        rows, columns = (
+            diags_array(_over(each, found.sum(axis=k))) for k, each in ((1, wholes[0]), (0, wholes[1]))
+        )
+        return (found @ columns if is_whole[0] else rows @ found if is_whole[1] else found).tocsr()
+    if not _can_be_balanced(
+        found, *wholes
+    ):  # strips between edges of both maps, thinner than points lie apart
+        found = (found + matrix_of(_corners_of)).tocsr()
     return _balanced(found, *wholes)
+
+
+def _corners_of(view: DirectionCells) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Yield indices of cells, rays close to their corners, and the shares that these stand for."""
+    angles = view.solid_angles().ravel()
+    for a in (CLOSE, 1 - CLOSE):
+        for b in (CLOSE, 1 - CLOSE):
+            rays, weights = view.rays(a, b)
+            (mine,) = np.nonzero((weights > 0) & (angles > 0))
+            yield mine, rays[mine], np.full(len(mine), CORNER_SHARE)
+
+
+def _can_be_balanced(matrix: csr_array, rows: np.ndarray, columns: np.ndarray) -> bool:
+    """Return whether rows and columns that entries connect have the same sums, which scaling keeps."""
+    from scipy.sparse import block_array
+    from scipy.sparse.csgraph import connected_components
+
+    _, groups = connected_components(block_array([[None, matrix], [matrix.T, None]]), directed=False)
+    excess = np.bincount(groups, np.concatenate([rows, -columns]))
+    return bool(np.abs(excess).max() <= GROUND * rows.sum())
 
 
 def _balanced(matrix: csr_array, rows: np.ndarray, columns: np.ndarray) -> csr_array:

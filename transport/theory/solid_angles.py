@@ -301,6 +301,64 @@ def polygon_solid_angle(vertices: Sequence[Point], position: Point = ORIGIN) -> 
     return abs(math.fsum(_signed((first, *pair)) for pair in zip(others, others[1:], strict=False)))
 
 
+def polygon_projected_solid_angle(
+    vertices: Sequence[Point], normal: Point, position: Point = ORIGIN
+) -> float:
+    """Projected solid angle of a flat convex polygon on a plane in any position.
+
+    Parameters
+    ----------
+    vertices : sequence of points
+        Three vertices or more, in order [m].
+    normal : vector
+        Normal of the receiving plane, of any length except 0.
+    position : Point, default ORIGIN
+        Point of the receiving plane [m], not on the outline.
+
+    Returns
+    -------
+    float
+        Integral of max(cos, 0) over the polygon's solid angle [sr]; what lies behind the plane counts
+        nothing.
+
+    Notes
+    -----
+    The part before the plane is a polygon again; of that it is half the sum over the edges of the angle that
+    the edge subtends times the cosine between the normal and that of the edge's plane through the point
+    (Lambert 1760; the boundary integral of Sparrow 1963).
+
+    Examples
+    --------
+    >>> from transport.theory.solid_angles import polygon_projected_solid_angle
+    >>> square = [(1.0, 1.0, 1.0), (-1.0, 1.0, 1.0), (-1.0, -1.0, 1.0), (1.0, -1.0, 1.0)]
+    >>> print(f"{polygon_projected_solid_angle(square, (0, 0, 1)):.4g}")
+    1.741
+    >>> print(f"{polygon_projected_solid_angle(square, (1, 0, 0)):.4g}")  # half of it is behind the plane
+    0.3502
+    """
+    across = np.array(normal, float) / np.linalg.norm(normal)
+    corners = np.subtract(np.array(vertices, float), position)
+    total, before = 0.0, _before_plane(corners, across)
+    for start, end in zip(before, np.roll(before, -1, axis=0), strict=True):
+        side = np.cross(start, end)
+        if (length := np.linalg.norm(side)) > 0:
+            total += math.atan2(length, start @ end) * float(side @ across) / length
+    return abs(total) / 2
+
+
+def _before_plane(corners: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Corners of the part of a convex polygon that lies before a plane through the origin."""
+    heights, kept = corners @ normal, []
+    for here, there, low, high in zip(
+        corners, np.roll(corners, -1, axis=0), heights, np.roll(heights, -1), strict=True
+    ):
+        if low >= 0:
+            kept.append(here)
+        if (low < 0) != (high < 0):
+            kept.append(here + (there - here) * (low / (low - high)))
+    return np.array(kept).reshape(-1, 3)
+
+
 def regular_polygon_solid_angle(sides: int, radius: float, distance: float) -> float:
     """Solid angle of a regular polygon from a point on its axis.
 

@@ -142,7 +142,6 @@ SQUARES = {
 ZENITH = {"reading": "sun", "tau": math.log(2.3e7 / 1.4e7), "zenith_angle": 0.0}
 EARTH, MARS = ({"planet": planet, "given": "solid angle"} for planet in ("Earth", "Mars"))
 
-PANORAMA = "experiment panorama"  # of the fields chapter, not there yet
 
 PARTICLES = {
     "Particles in phase space": (
@@ -890,7 +889,9 @@ FIELDS = {
             "An environment map is the radiance at a point, in all directions",
             "L(θ, φ)",
             "H Environment Maps = Radiance at a Point",
-            missing=PANORAMA,
+            "panorama", {"projection": "latitude-longitude"},
+            "fluence rate φ", "panorama.png",
+            remark="One room in six projections; below each its fluence rate.",
         ),
     ),
     "Forms of environment maps": (
@@ -898,25 +899,32 @@ FIELDS = {
             "A cylindrical panorama shows it on a cylinder",
             "L(φ, z)",
             "H Environment Maps",
-            missing=PANORAMA,
+            "panorama", {"projection": "cylinder"},
+            "irradiance E to the window", "panorama.png",
+            remark="Rows of equal height in z = cos θ are equal solid angles.",
         ),
         Statement(
             "A cubical environment map shows it on six faces",
             "L(face, u, v)",
             "H Environment Maps",
-            missing=PANORAMA,
+            "panorama", {"projection": "cube"},
+            "irradiance E upward", "panorama.png",
         ),
         Statement(
             "A fisheye of 180 degrees shows a hemisphere of it",
             "L(r, φ)",
             "H Environment Maps",
-            missing=PANORAMA,
+            "panorama", {"projection": "fisheye"},
+            "E upward, by a fisheye of 180°", "panorama.png",
+            remark="Irradiance on a plane needs no more than a hemisphere; a circle marks it in the picture.",
         ),
         Statement(
             "A mirrored ball shows nearly all of it",
             "L(mirrored)",
             "H Environment Maps (Miller, Hoffman 1984)",
-            missing=PANORAMA,
+            "panorama", {"projection": "photograph of a ball"},
+            "irradiance E aslant", "panorama_ball.png",
+            remark="A real mirror ball of 0.1 mm, photographed from 2.2 m; it hides what lies behind it.",
         ),
     ),
     "Light fields": (
