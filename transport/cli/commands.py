@@ -127,7 +127,9 @@ GROUPS = {  # of the menu
         "inverse_square", "directions", "flows", "throughput", "view_factors", "penumbra", "wall_distance",
         "limits", "quantities",
     ),
-    "rooms and cavities": ("camera", "panorama", "light_field", "furnace", "integrating_sphere", "light_fills_a_room"),
+    "rooms and cavities": (
+        "camera", "panorama", "light_field", "furnace", "integrating_sphere", "light_fills_a_room",
+    ),
     "lamps, glass, lenses, surfaces": (
         "goniophotometer", "far_lamp", "refraction", "magnifier", "lenses", "two_panes", "two_elements",
         "gonioreflectometer",
