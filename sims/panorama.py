@@ -56,6 +56,9 @@ if TYPE_CHECKING:
 law = "φ = Σ L Ω and E = Σ L P of all pixels, in each projection (Hanrahan 2001; Miller and Hoffman 1984)"
 question = "Does an environment map hold the same light in every projection?"
 particles = 3_000_000
+intended = {
+    "bins": "single pixels of the maps are grainy; the rows are sums over all",
+}
 
 GOLDEN = (1 + math.sqrt(5)) / 2
 PHOTO = "photograph of a ball"
