@@ -186,7 +186,7 @@ PARTICLES = {
             "The amount that crosses is the density times this volume",
             "Q = n (v dt)·dA",
             "H Flows",
-            "flows", STREAM, "crossed within dt", "flows.png",
+            "flows", STREAM, "crossed within dt", "flows_space.png",
         ),
         Statement(
             "Flux is the amount per time",
