@@ -352,7 +352,15 @@ def _row_of_rendering(outcome: Outcome, beams: list[Outcome]) -> dict[str, objec
     chosen = [o for o in beams if show == "sky" or math.isclose(o.given["angle"], angle)]
     of_f = [
         _lobes_of_f(o, {"front": f"f from {math.degrees(o.given['angle']):.0f}°"})[0] for o in chosen
-    ] or [Lobe("f", *_nothing_counted(theta), lambda t: law(np.cos(angle), np.cos(t), _azimuth(t)))]
+    ] or [
+        Lobe(
+            "f",
+            np.array([-1, 1]) * math.pi / 2,
+            np.empty(0),
+            np.empty(0),
+            lambda t: law(np.cos(angle), np.cos(t), _azimuth(t)),
+        )
+    ]
     return {
         f"L$_{{in}}$ of {words}": Panel([lobe("L$_{in}$", arriving, incoming, SHARP)], first=1),
         f"× f of {sample}{', summed over all directions' if show == 'sky' else ''}": Panel(
@@ -360,12 +368,6 @@ def _row_of_rendering(outcome: Outcome, beams: list[Outcome]) -> dict[str, objec
         ),
         f"= L$_{{out}}$ under the {show}": Panel([lobe("L$_{out}$", leaving, outgoing, SMOOTH)], guide=guide),
     }
-
-
-def _nothing_counted(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges, and values and errors that are not drawn."""
-    edges = np.concatenate([-theta[:0:-1], theta])
-    return edges, *np.full((2, len(edges) - 1), np.nan)
 
 
 def _everywhere(level: float) -> Law:

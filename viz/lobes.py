@@ -28,7 +28,8 @@ EXACT, MEANS, ITSELF = "line: exact", "line: exact mean of a bin", "exact in one
 
 
 class Lobe(NamedTuple):
-    """A quantity in bins of angle.  edges: (n + 1,) increasing [rad]; value, error: (n,) with standard errors.
+    """A quantity in bins of angle.  edges: (n + 1,) increasing [rad]; value, error: (n,) with standard errors, empty if only the
+    exact line is drawn.
 
     exact: the quantity as a function of an array of angles [rad].  means: (n,) its exact means over the bins, drawn as
     well where bins are wide for it.
@@ -185,8 +186,9 @@ def _to_normal(degrees: float) -> float:
 
 def _draw_lobe(axes: Axes, lobe: Lobe, colour: str) -> None:
     middles, widths = (lobe.edges[1:] + lobe.edges[:-1]) / 2, np.diff(lobe.edges)
-    axes.bar(middles, lobe.value, widths, color=colour, alpha=0.3, lw=0, zorder=1, label=lobe.label)
-    axes.errorbar(middles, lobe.value, 2 * lobe.error, fmt="o", ms=5, color=colour, lw=2, zorder=4)
+    if len(lobe.value):
+        axes.bar(middles, lobe.value, widths, color=colour, alpha=0.3, lw=0, zorder=1, label=lobe.label)
+        axes.errorbar(middles, lobe.value, 2 * lobe.error, fmt="o", ms=5, color=colour, lw=2, zorder=4)
     fine = np.linspace(lobe.edges[0], lobe.edges[-1], FINE)
     if lobe.means is None:
         axes.plot(fine, lobe.exact(fine), color=colour, lw=2.2, zorder=3)
