@@ -12,7 +12,8 @@ on the sphere counts by its projection.  A disk of radius R seen from the distan
 (1983, eq. 8) say, an octant π/2, a face of a dodecahedron 4π/12 = 1.0472 sr: nearly a steradian, not one.
 
 Arc and area.  An arc s on a circle of radius r is the angle θ = s/r, of 2π around; an area A on a sphere is Ω = A/r², of 4π: the
-same arc twice as far fills half the angle, the same area a quarter of the solid angle.
+same arc twice as far fills half the angle, the same area a quarter of the solid angle.  The whole is counted in arcs of one radian
+and areas of one steradian: all directions over those that meet one of them, which takes neither 2π nor 4π from the law.
 
 One steradian "whatever its shape" (Akenine-Möller, Haines, Hoffman 2008, fig. 7.3): a cone of the half angle acos(1 − 1/2π), a
 square of the half side √(q/(1 − q)) with q = sin(1/4), and a star, whose size is found from its solid angle, at the distance 1.
@@ -35,6 +36,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,6 +62,7 @@ from transport.theory import solid_angles
 from transport.verification.experiment import Outcome
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
 
     from transport.viz.solid_panel import SolidPanel
@@ -191,7 +194,8 @@ def exact(subject: str, tilt: float) -> dict[str, float]:
             return {FACE: solid_angles.DODECAHEDRON_FACE, FACES: 4 * math.pi}
         case "arc and area":
             arcs = {_arc(r): 1 / r for r in RADII}
-            return arcs | {_cap_of_area(r): 1 / r**2 for r in RADII}
+            areas = {_cap_of_area(r): 1 / r**2 for r in RADII}
+            return arcs | areas | {CIRCLE: 2 * math.pi, WHOLE_SPHERE: 4 * math.pi}
         case "one steradian":
             alike = {f"{name} / {next(iter(STERADIANS))}": 1.0 for name in list(STERADIANS)[1:]}
             return dict.fromkeys(STERADIANS, 1.0) | alike
@@ -294,6 +298,7 @@ def face_shares(result: tp.Result) -> list[tp.Estimate]:
 # ---- arcs, areas, steradians, footprints ----
 
 ARC, AREA = "arc", "area"
+CIRCLE, WHOLE_SPHERE = "θ of a full circle, arcs of s = r", "Ω of a full sphere, areas of A = r²"
 
 
 def _arc(radius: float) -> str:
@@ -320,9 +325,14 @@ def _arcs_and_areas(size: float) -> list[tp.Detector]:
 def _arc_rows(result: tp.Result) -> dict[str, tp.Estimate]:
     all_of_them = constant(result, result.particles, "1")
     around, sphere = constant(result, 2 * math.pi, "rad"), constant(result, 4 * math.pi, "sr")
-    arcs = {_arc(r): result[f"{ARC} at {r:g}"].counts.sum() / all_of_them * around for r in RADII}
-    return arcs | {
-        _cap_of_area(r): result[f"{AREA} at {r:g}"].counts.sum() / all_of_them * sphere for r in RADII
+    arcs, areas = (
+        {r: result[f"{word} at {r:g}"].counts.sum() / all_of_them for r in RADII} for word in (ARC, AREA)
+    )
+    return {
+        **{_arc(r): share * around for r, share in arcs.items()},
+        **{_cap_of_area(r): share * sphere for r, share in areas.items()},
+        CIRCLE: constant(result, 1.0, "rad") / arcs[1.0],
+        WHOLE_SPHERE: constant(result, 1.0, "sr") / areas[1.0],
     }
 
 
@@ -665,10 +675,10 @@ def draw_arcs(outcomes: list[Outcome], path: Path, note: str) -> None:
     from transport.viz.style import BLUE, INK, MUTED, VERMILLION, figure, tick_log
 
     outcome = outcomes[0]
-    with figure(
-        (15, 8), "θ = s/r and Ω = A/r²: the same arc, the same area, further away", note, path
-    ) as page:
-        left, right = page.subplots(1, 2, gridspec_kw={"width_ratios": (1.25, 1)})
+    with figure((16, 12), "θ = s/r and Ω = A/r²: a full circle has 2π, a full sphere 4π", note, path) as page:
+        grid = page.add_gridspec(2, 2, width_ratios=(1.3, 1), height_ratios=(1, 1.1))
+        left, right = page.add_subplot(grid[0, 0]), page.add_subplot(grid[:, 1])
+        _draw_wholes(page.add_subplot(grid[1, 0]), outcome)
         for radius in RADII:
             angle = np.linspace(-0.5, 0.5, 50) / radius
             left.plot(radius * np.cos(angle), radius * np.sin(angle), color=BLUE, lw=7, solid_capstyle="butt")
@@ -718,6 +728,38 @@ def draw_arcs(outcomes: list[Outcome], path: Path, note: str) -> None:
         )
         tick_log(right.xaxis), tick_log(right.yaxis)
         right.legend(loc="lower left")
+
+
+def _draw_wholes(axes: Axes, outcome: Outcome) -> None:
+    """A circle cut into arcs of one radian and a rest, a sphere with a cap of one steradian, and what was counted of both."""
+    from matplotlib.patches import Circle, Wedge
+
+    from transport.viz.exhibits import bare_panel
+    from transport.viz.style import BLUE, INK, MUTED, SKY, VERMILLION
+    from transport.viz.wording import number_text
+
+    middle, ends = 3.1, np.degrees([*range(7), 2 * math.pi])  # of the sphere; of the arcs
+    for k, (low, high) in enumerate(pairwise(ends)):
+        colour = VERMILLION if k == 6 else (BLUE, SKY)[k % 2]
+        axes.add_patch(Wedge((0, 0), 1, low, high, width=0.1, fc=colour, lw=0))
+        axes.plot([0, math.cos(k)], [0, math.sin(k)], color=MUTED, lw=1.8)
+        at, words, out = math.radians((low + high) / 2), str(k + 1), 1.17
+        if k == 6:
+            words, out = f"{2 * math.pi - 6:.3f}", 1.32
+        axes.text(out * math.cos(at), out * math.sin(at), words, color=colour, ha="center", va="center")
+    axes.add_patch(Circle((middle, 0), 1, fc="#eef3f7", ec=MUTED, lw=2))
+    turn, cap = np.linspace(0, 2 * math.pi, 181), math.acos(1 - 1 / (2 * math.pi))
+    for tilt in np.radians([-60, -30, 0, 30, 60]):
+        axes.plot(middle + math.cos(tilt) * np.array([-1, 1]), [math.sin(tilt)] * 2, color="#c9d3db", lw=1)
+        axes.plot(middle + math.sin(tilt) * np.cos(turn), np.sin(turn), color="#c9d3db", lw=1)
+    axes.fill(middle + math.sin(cap) * np.cos(turn), math.sin(cap) * np.sin(turn), fc=VERMILLION, alpha=0.7)
+    axes.text(middle, 0, "1 sr", color="white", ha="center", va="center", fontsize=22)
+    for x, row, words in ((0, CIRCLE, "around: 2π"), (middle, WHOLE_SPHERE, "all over: 4π")):
+        counted = outcome[row].estimate
+        axes.text(
+            x, -1.4, f"{words}\n{number_text(counted)} {counted.unit}", color=INK, ha="center", va="top"
+        )
+    bare_panel(axes, (-1.4, middle + 1.2), (-2.1, 1.3))
 
 
 def draw_steradians(outcomes: list[Outcome], path: Path, note: str) -> None:

@@ -359,7 +359,7 @@ def draw_space(outcomes: list[Outcome], path: Path, note: str) -> None:
     same = f"the same {with_thousands_spaces(crossed.sum())}, and no others,"
     words = (
         f"now: {with_thousands_spaces(started.sum())} particles are in the prism, of the volume v cosθ dt dA",
-        f"dt later: {f'{crossed.sum()}, of which {differ} others,' if differ else same} have crossed dA",
+        f"dt later: {f'{crossed.sum()}, of which {differ} others,' if differ else same} have crossed dA: Φ = dQ/dt",
     )
     title = "Exactly the particles in the oblique prism v dt · dA cross dA within dt"
     with figure((16, 10), title, note, path) as page:
@@ -407,6 +407,63 @@ def _place_prism(panel: SolidPanel, outcome: Outcome, is_later: bool) -> None:
     arc = 0.3 * (np.cos(turns) * way / REACH + np.sin(turns) * side)
     panel.line(arc, INK, 0.008)
     panel.text(1.5 * arc[12], f"θ = {_angle(outcome):.4g}°")
+
+
+def draw_times(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """The amount that has crossed by time, whose slope is the flux, and the flux by intervals of several lengths."""
+    from transport.viz.style import BLUE, INK, VERMILLION, figure
+
+    outcome = outcomes[0]
+    times, names = edges(outcome.given["intervals"]), interval_names(edges(outcome.given["intervals"]))
+    seconds, level = REACH / outcome.given["speed"], outcome[names[0]].exact
+    fluxes = [outcome[name].estimate for name in names]
+    amounts = [
+        flux * constant(outcome.result, width * seconds, "s")
+        for flux, width in zip(fluxes, np.diff(times), strict=True)
+    ]
+    sums = [sum(amounts[1 : k + 1], amounts[0]) for k in range(len(amounts))]
+    with figure((17, 8.6), "Flux is amount per time: in a steady stream any Δt gives it", note, path) as page:
+        left, right = page.subplots(1, 2)
+        left.plot([0, 1], [0, level * seconds], color=INK, lw=2.6, label="exact: Q = Φ t")
+        for k, amount in enumerate(sums):
+            left.fill_between(
+                times[k : k + 2],
+                0,
+                level * seconds * times[k : k + 2],
+                color=BLUE,
+                alpha=0.15 + 0.1 * (k % 2),
+                lw=0,
+            )
+            left.errorbar(times[k + 1], amount.value, 2 * amount.error, fmt="o", color=BLUE, ms=13)
+        left.set(xlim=(0, 1.04), ylim=(0, 1.1 * level * seconds), ylabel="amount Q that has crossed")
+        left.legend(loc="upper left")
+        right.axhline(level, color=INK, lw=2.6, label="exact: n v cosθ dA")
+        middles = (times[1:] + times[:-1]) / 2
+        wrong = {"color": VERMILLION, "ms": 10, "lw": 2.5, "label": "wrong: Δt left out, ΔQ/dt"}
+        right.plot(middles, level * np.diff(times), "s--", **wrong)
+        for flux, low, high in zip(fluxes, times, times[1:], strict=False):
+            right.errorbar(
+                (low + high) / 2,
+                flux.value,
+                2 * flux.error,
+                (high - low) / 2,
+                fmt="o",
+                color=BLUE,
+                ms=11,
+                lw=3,
+                capsize=8,
+            )
+        right.errorbar([], [], fmt="o", color=BLUE, ms=11, label="ΔQ/Δt, bars: Δt and ± 2 standard errors")
+        right.set(xlim=(0, 1.04), ylim=(0, 1.35 * level), ylabel="flux ΔQ/Δt  [s$^{-1}$]")
+        right.legend(loc="upper left")
+        for axes in (left, right):
+            axes.set_xlabel("time / dt")
+
+
+def _timed(outcomes: list[Outcome]) -> list[Outcome]:
+    """One whose time is cut into intervals, with a flux."""
+    cut = [o for o in where(meter="patch")(outcomes) if o.given["intervals"] > 1]
+    return [o for o in cut if o[STARTED].exact > 0][:1]
 
 
 def draw_settling(outcomes: list[Outcome], path: Path, note: str) -> None:
@@ -547,6 +604,7 @@ def _countable(outcomes: list[Outcome]) -> list[Outcome]:
 draw = figures(
     prisms=(draw_prisms, _thick),
     space=(draw_space, in_space(_oblique)),
+    time=(draw_times, _timed),
     settling=(draw_settling, _countable),
     tilt=(draw_tilts, several(where(meter="patch"))),
     closed=(draw_closed, where(meter="closed")),

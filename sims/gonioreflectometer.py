@@ -27,6 +27,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -34,6 +35,9 @@ import transport as tp
 from transport.sims import figures, main, of_scene, one_of, require, rows_figure, sharp, where
 from transport.theory import goniometry, microfacets
 from transport.verification.experiment import Outcome
+
+if TYPE_CHECKING:
+    from transport.viz.lobes import Lobe
 
 law = (
     "f = dL_out/dE_in, f(i → o) = f(o → i), L_out = ∫ f L_in cosθ dω (Nicodemus et al. 1977; Helmholtz 1856;"
@@ -59,6 +63,7 @@ RADIUS = 5e-4  # m, of the sample; lamps are 1 m away
 THETA = np.radians(np.arange(0, 91, 6))  # edges of bins
 FORWARD, BACK = 0, 2  # bins of azimuth, opposite to the lamp and on its side
 PHI = np.radians([-15, 15, 165, 195])
+SHARP, SMOOTH = 64, 6  # points each way in a bin, for its exact mean in the picture
 PICTURE = np.radians(np.arange(0, 91, 3)), np.radians([-5, 5, 175, 185])  # finer ones, for the figure
 NEAR, FAR = 2, 11  # bins of the table, near the normal and far from it, beside the specular one
 NARROW, WIDE = math.radians(10), math.radians(15)  # half angles of lamps
@@ -88,7 +93,7 @@ def scene(show: str = "beam", sample: str = "satin", angle: float = math.pi / 4)
     if show == "swap":
         return _swap(surface, shine)
     bins = tp.Directions(theta=THETA) if show == "sky" else tp.Directions(theta=THETA, phi=PHI)
-    fine = [tp.Directions(theta=PICTURE[0], phi=PICTURE[1])] if show == "beam" else []
+    fine = [tp.Directions(theta=PICTURE[0], phi=PICTURE[1])] if show in ("beam", "lamp") else []
     detectors = [
         tp.Detector("sample", f"{name}{side}", side=side, directions=each)
         for side in (SIDES if sample == "paper" else ("front",))
@@ -267,36 +272,155 @@ def draw_beams(outcomes: list[Outcome], path: Path, note: str) -> None:
 
 def _panel(outcome: Outcome) -> object:
     """Lobes of what is reflected, and of what passes through."""
-    from transport.viz.lobes import Lobe, Panel
+    from transport.viz.lobes import Panel
+
+    return Panel(_lobes_of_f(outcome), light=-outcome.given["angle"])
+
+
+def _lobes_of_f(outcome: Outcome, words: dict[str, str] | None = None) -> list[Lobe]:
+    """f of a beam, by side.  words: of the sides that are drawn."""
+    from transport.viz.lobes import Lobe
 
     result, angle, material = outcome.result, outcome.given["angle"], SAMPLES[outcome.given["sample"]]
-    found, angles = [], np.concatenate([-PICTURE[0][:0:-1], PICTURE[0]])
-    for side, words in {"front": "reflected", "back": "let through"}.items():
+    found = []
+    for side, label in (words or {"front": "reflected", "back": "let through"}).items():
         if side not in result:
             continue
         f, law = result[f"fine {side}"].radiance_out / result["front"].irradiance, law_of(material, side)
         expected = goniometry.bin_means(law, angle, PICTURE[0], PICTURE[1] - math.pi)
-        parts = f.value, f.error, expected
-        value, error, means = (np.concatenate([part[::-1, BACK], part[:, FORWARD]]) for part in parts)
-        edges = angles
+        edges, (value, error, means) = _in_plane(PICTURE[0], f.value, f.error, expected)
 
         def exact_law(t: np.ndarray, law: Law = law) -> np.ndarray:
-            return law(np.cos(angle), np.abs(np.cos(t)), np.where(np.sin(t) < 0, 0.0, math.pi))
+            return law(np.cos(angle), np.abs(np.cos(t)), _azimuth(t))
 
         if side == "back":
             edges, value, error, means = math.pi - edges[::-1], value[::-1], error[::-1], means[::-1]
-        found.append(Lobe(words, edges, value, error, exact_law, means))
-    return Panel(found, light=-angle)
+        found.append(Lobe(label, edges, value, error, exact_law, means))
+    return found
+
+
+def _in_plane(theta: np.ndarray, *values: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Edges of angle and values by bin in the plane of incidence, the lamp's side first; (theta,) or (theta, phi)."""
+    edges = np.concatenate([-theta[:0:-1], theta])
+    halves = [(each, each) if each.ndim == 1 else (each[:, BACK], each[:, FORWARD]) for each in values]
+    return edges, [np.concatenate([back[::-1], forward]) for back, forward in halves]
+
+
+def _azimuth(t: np.ndarray) -> np.ndarray:
+    """Azimuth from the lamp's of an angle in the plane of incidence, which is negative on the lamp's side."""
+    return np.where(np.sin(t) < 0, 0.0, math.pi)
+
+
+def draw_rendering(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """A row per light: the radiance that arrives, f from the beams, the radiance that leaves with its integral."""
+    from transport.viz.lobes import lobes
+
+    panels = {}
+    for outcome in where(show=("lamp", "sky"))(outcomes):
+        panels |= _row_of_rendering(outcome, where(show="beam", sample=outcome.given["sample"])(outcomes))
+    title = r"L$_{out}$ = ∫ f L$_{in}$ cosθ dω: each direction of the light adds its lobe"
+    lobes(panels, path, r"radiance  [$\mathrm{W\,m^{-2}\,sr^{-1}}$]", title=title, note=note)
+
+
+def _row_of_rendering(outcome: Outcome, beams: list[Outcome]) -> dict[str, object]:
+    """Panels of L_in, f and L_out under a lamp or sky.  beams: of the same sample."""
+    from transport.viz.lobes import Lobe, Panel
+
+    show, sample, angle = (outcome.given[name] for name in ("show", "sample", "angle"))
+    law, front = law_of(SAMPLES[sample]), outcome.result["front" if show == "sky" else "fine front"]
+    theta, phi = (THETA, None) if show == "sky" else PICTURE
+    arriving, leaving = front.radiance, front.radiance_out
+
+    def lobe(words: str, seen: tp.EstimateArray, at: Law, points: int) -> Lobe:
+        """Of a radiance at(mu, phi), phi from the lamp's azimuth."""
+        exact = _bin_averages(at, theta, (PHI if phi is None else phi) - math.pi, points)
+        edges, (value, error, means) = _in_plane(theta, seen.value, seen.error, exact)
+        return Lobe(words, edges, value, error, lambda t: at(np.cos(t), _azimuth(t)), means)
+
+    if show == "sky":
+        words = f"a sky of {RADIANCE:g}"
+        incoming, outgoing = _everywhere(RADIANCE), _everywhere(RADIANCE * albedo_of(SAMPLES[sample]))
+        guide = None
+    else:
+        words = f"a lamp of {RADIANCE:g}, ±{math.degrees(WIDE):.0f}° about {math.degrees(angle):.0f}°"
+        incoming, outgoing = _lamp_at(angle), _reflected_at(law, angle)
+        lit = outcome[LIT].exact
+        guide = (
+            "if all light came from the lamp's middle: f E",
+            lambda t: lit * law(np.cos(angle), np.cos(t), _azimuth(t)),
+        )
+    chosen = [o for o in beams if show == "sky" or math.isclose(o.given["angle"], angle)]
+    of_f = [
+        _lobes_of_f(o, {"front": f"f from {math.degrees(o.given['angle']):.0f}°"})[0] for o in chosen
+    ] or [
+        Lobe(
+            "f",
+            np.array([-1, 1]) * math.pi / 2,
+            np.empty(0),
+            np.empty(0),
+            lambda t: law(np.cos(angle), np.cos(t), _azimuth(t)),
+        )
+    ]
+    return {
+        f"L$_{{in}}$ of {words}": Panel([lobe("L$_{in}$", arriving, incoming, SHARP)], first=1),
+        f"× f of {sample}{', summed over all directions' if show == 'sky' else ''}": Panel(
+            of_f, label=r"f  [$\mathrm{sr^{-1}}$]", first=2
+        ),
+        f"= L$_{{out}}$ under the {show}": Panel([lobe("L$_{out}$", leaving, outgoing, SMOOTH)], guide=guide),
+    }
+
+
+def _everywhere(level: float) -> Law:
+    return lambda mu, phi: level + 0 * mu * phi
+
+
+def _lamp_at(angle: float) -> Law:
+    """Radiance that arrives from a direction, RADIANCE within the lamp's cone."""
+
+    def at(mu: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        to_middle = mu * math.cos(angle) + np.sqrt(1 - mu**2) * math.sin(angle) * np.cos(phi)
+        return np.where(to_middle > math.cos(WIDE), RADIANCE, 0.0)
+
+    return at
+
+
+def _reflected_at(law: Law, angle: float) -> Law:
+    """Radiance that leaves in a direction, the integral over the lamp's cone."""
+    lamp, weights = goniometry.cone(angle, 0.0, WIDE)
+    azimuth = np.arctan2(lamp[:, 1], lamp[:, 0])
+
+    def at(mu: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        mu, phi = np.broadcast_arrays(mu, phi)
+        return RADIANCE * (law(lamp[:, 2], mu[..., None], phi[..., None] - azimuth) @ weights)
+
+    return at
+
+
+def _bin_averages(at: Law, theta: np.ndarray, phi: np.ndarray, points: int) -> np.ndarray:
+    """Means of a radiance at(mu, phi) over bins of directions, by midpoints of equal projected solid angle."""
+    parts = (np.arange(points) + 0.5) / points
+    squares = np.cos(theta) ** 2
+    mu = np.sqrt(squares[:-1, None] + np.diff(squares)[:, None] * parts)[:, :, None, None]
+    turn = phi[:-1, None] + np.diff(phi)[:, None] * parts
+    return at(mu, turn).mean(axis=(1, 3))
+
+
+def _of_rendering(outcomes: list[Outcome]) -> list[Outcome]:
+    """A lamp and a sky over samples, and beams on the same ones; nothing without a lamp or sky."""
+    lit = where(show=("lamp", "sky"))(outcomes)[:2]
+    samples = tuple({o.given["sample"] for o in lit})
+    return [*lit, *where(show="beam", sample=samples)(outcomes)] if lit else []
 
 
 draw = figures(
     beams=(draw_beams, where(show="beam")),
-    laws=(
+    laws=(draw_rendering, _of_rendering),
+    swap=(
         rows_figure(
-            "Exchanging lamp and eye, and L_out = ∫ f L_in cosθ dω",
-            lambda row, o: f"{row.name}\n{o.given['sample']}, {o.given['show']}",
+            "Exchanging lamp and eye leaves f the same",
+            lambda row, o: f"{row.name}\n{o.given['sample']}",
         ),
-        where(show=SHOWS[1:]),
+        where(show="swap"),
     ),
 )
 

@@ -55,6 +55,7 @@ class Penumbra:
     radius: float  # m, of the source
 
     name, scale, unit, looked_at, quantity = "ΔA", 1e3, " mm", "an edge's penumbra", "irradiance"
+    mixed = "shadow and light"  # what too large an element takes together
     gap, distance = 1.0, 2.0  # m, from the source to the edge and to the meter
 
     @property
@@ -98,6 +99,7 @@ class TwoDisks:
     separation: float  # rad between their middles
 
     name, scale, unit, looked_at, quantity = "Δω", 180 / math.pi, "°", "two disks", "radiance"
+    mixed = "two disks and a gap"
     radius, offset, height, meter = 0.2, 1.0, 1.0, 5e-4  # m
     span = 0.6  # rad
 
@@ -138,6 +140,7 @@ class Burst:
     sigma: float  # s
 
     name, scale, unit, looked_at, quantity = "Δt", 1e9, " ns", "a burst", "irradiance"
+    mixed = "the burst and the time beside it"
     start, flight, stop = 10.0, 3.0, 22.0  # peak, way to the meter, end: in standard deviations
     energy, side, meter = 1.0, 1.5, 1.0  # J and m: of the beam; side of the meter
 
@@ -341,7 +344,7 @@ def draw_seen(outcomes: list[Outcome], path: Path, note: str) -> None:
 
 
 def _draw_elements(column: np.ndarray, limit: Limit, result: tp.Result) -> None:
-    """The element about the point, whose value is sought, is filled."""
+    """The element about the point is filled; a dot is the value that is sought."""
     from transport.viz.style import BLUE, INK, MUTED, with_unit
 
     few, ends = budgets(result)[0], limit.span * limit.scale
@@ -349,7 +352,10 @@ def _draw_elements(column: np.ndarray, limit: Limit, result: tp.Result) -> None:
     nearest = min(POINTS, key=lambda j: abs(math.log(2 * j * limit.span / MIDDLE / best)))
     places = np.linspace(-limit.span, limit.span, 4 * BINS + 1)
     curve = (places[1:] + places[:-1]) / 2 * limit.scale, limit.moments(places[:-1], places[1:]).mean
-    fine, kinds = np.linspace(-ends, ends, BINS + 1), {"too small": 1, "best": nearest, "too large": 16}
+    fine, kinds = (
+        np.linspace(-ends, ends, BINS + 1),
+        {"too small": 1, "best": nearest, f"too large:\n{limit.mixed}": 32},
+    )
     for axes, (words, bins) in zip(column, kinds.items(), strict=True):
         edges, means = grouped_bins(fine, measurements(result)[0, 0], bins)
         middle = len(means) // 2
@@ -357,6 +363,7 @@ def _draw_elements(column: np.ndarray, limit: Limit, result: tp.Result) -> None:
         axes.stairs(means[middle : middle + 1], edges[middle : middle + 2], fill=True, color=BLUE, alpha=0.35)
         axes.plot(*curve, color=INK, lw=2.2)
         axes.axvline(0, color=MUTED, lw=1.2, ls=":")
+        axes.plot(0, limit.value, "o", color=INK, ms=11)
         width = f"{bins * 2 * ends / MIDDLE:.3g}{limit.unit}"
         axes.set_title(f"{limit.name} = {width}, {words}", fontsize="medium")
         axes.set(xlim=(-ends, ends), ylim=(0, None))

@@ -533,9 +533,9 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 BOXES = {  # of the diagram: place, words, unit, row that was counted, row summed from L, how it follows from L
-    "M": ((0.0, 7.0), "M  exitance", "W m^-2", COUNTED["M"], SUMMED["M"], "∫ L cosθ dω"),
+    "M": ((0.0, 7.0), "M  exitance", "W m^-2", COUNTED["M"], SUMMED["M"], "∫ L cosθ dω\n= π L"),
     "I": ((0.0, 3.3), "I  intensity", "W sr^-1", COUNTED["I"], None, "∫ L cosθ dA"),
-    "Φ0": ((0.0, -0.4), "Φ  power", "W", COUNTED["Φ0"], None, "∬ L cosθ dω dA"),
+    "Φ0": ((0.0, -0.4), "Φ  power", "W", COUNTED["Φ0"], None, "∬ L cosθ dω dA\n= π L A"),
     "L": ((6.2, 3.3), "L  radiance", "W m^-2 sr^-1", LAMP_L, None, ""),
     "E": ((13.5, 7.0), "E  irradiance", "W m^-2", COUNTED["E"], SUMMED["E"], "∫ L cosθ dω"),
     "Φ": ((13.5, 3.3), "Φ  power", "W", COUNTED["Φ"], SUMMED["Φ"], "∬ L cosθ dω dA"),
@@ -580,7 +580,11 @@ def draw_integrals(outcomes: list[Outcome], path: Path, note: str) -> None:
             axes.text(
                 *((start + end) / 2 + (0, 0.42 if side[1] == 0 else 0)), way, bbox=white, zorder=6, **ways
             )
-        for x, words in ((0.0, "where light leaves:\nthe lamp"), (13.5, "where it arrives:\nthe receiver")):
+        area = f"A = {math.pi * RADIUS**2:.4g} m²"
+        for x, words in (
+            (0.0, f"where light leaves:\nthe lamp, {area}"),
+            (13.5, "where it arrives:\nthe receiver"),
+        ):
             axes.text(x, 9.3, words, color=MUTED, ha="center", va="center", fontsize=22, fontweight="bold")
         axes.set(xlim=(-2.3, 20.1), ylim=(-2.2, 10.0))
         axes.set_axis_off()

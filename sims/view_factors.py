@@ -31,6 +31,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -316,6 +317,47 @@ def draw_curves(outcomes: list[Outcome]) -> dict[str, object]:
     return {"series": series, "note": f"{provenance(outcomes)}; relative standard errors {spread}"}
 
 
+def draw_facing(outcomes: list[Outcome], path: Path, note: str) -> None:
+    """Two equal disks to scale at two distances, and the share of the light of one that falls on the other."""
+    from transport.viz.curves import Series, plot_curves
+    from transport.viz.exhibits import bare_panel
+    from transport.viz.style import BLUE, INK, ORANGE, figure
+
+    ratios, factors = [o.given["ratio"] for o in outcomes], [o[FACTOR].estimate for o in outcomes]
+    title = "Facing elements: all light of one falls on the other only if they touch"
+    with figure((19, 8.6), title, note, path) as page:
+        sketch, chart = page.subplots(1, 2, width_ratios=(1, 1.2))
+        for height, outcome in zip((4.6, -1.6), outcomes[1:3], strict=True):
+            ratio, percent = outcome.given["ratio"], 100 * outcome[FACTOR].estimate.value
+            for angle in np.radians(np.linspace(-76, 76, 39)):
+                rise = min(abs(ratio * math.tan(angle)), 3.0)  # where the drawing ends, or the other plane
+                is_caught = ratio * math.tan(abs(angle)) <= 1
+                end = rise / math.tan(abs(angle)) if angle else ratio
+                sketch.plot(
+                    [0, end], height + np.array([0, math.copysign(rise, angle)]),
+                    color=ORANGE, lw=2.5, alpha=1.0 if is_caught else 0.3,
+                )  # fmt: skip
+            for x, colour in ((0, ORANGE), (ratio, BLUE)):
+                sketch.plot([x, x], [height - 1, height + 1], color=colour, lw=7, solid_capstyle="butt")
+            words = f"{ratio:g} radii apart:\n{percent:.3g} % arrives"
+            sketch.text(
+                1.0, height + (3.8 if ratio > 1 else 0), words, color=INK, ha="left", va="center", fontsize=22
+            )
+        bare_panel(sketch, (-1, 11), (-4.9, 6.0))
+        plot_curves(
+            Series(ratios, factors, lambda x: np.array([PAIRS["disks"].exact(each, 1.0, 0.5) for each in x])),
+            ax=chart, log_x=True, span=(1e-3, 1e3), legend="lower left", guides={"wrong: all of it": lambda x: 1 + 0 * x},
+            xlabel="distance / radius", ylabel="view factor F₁₂ of equal disks",
+        )  # fmt: skip
+        chart.set(ylim=(0, 1.1))
+
+
+def _facing(outcomes: list[Outcome]) -> list[Outcome]:
+    """Equal disks at all distances."""
+    found = where(pair="disks")(_on_curves(outcomes))
+    return found if len(found) == len(RATIOS) else []
+
+
 def _on_curves(outcomes: list[Outcome]) -> list[Outcome]:
     """Those of pairs of equal sizes at several ratios."""
     plain = [o for o in where(pair=CURVES, size=1.0)(outcomes) if "obstacle" not in o.parameters]
@@ -323,7 +365,9 @@ def _on_curves(outcomes: list[Outcome]) -> list[Outcome]:
 
 
 _rows = rows_figure("View factors, obstacles among them", lambda row, o: o.title.replace("pair=", ""))
-draw = figures(curves=(draw_curves, _on_curves), others=(_rows, others(_on_curves)))
+draw = figures(
+    curves=(draw_curves, _on_curves), facing=(draw_facing, _facing), others=(_rows, others(_on_curves))
+)
 
 
 if __name__ == "__main__":

@@ -133,7 +133,7 @@ def test_the_list_of_the_course_fits_a_terminal_and_names_all(call):
     lines = answer.output.splitlines()
     assert max(map(len, lines)) <= 110
     assert [line.split()[0] for line in lines if re.match(r"  \d", line)] == [e.label for e in ENTRIES]
-    assert "transport run flows; histories that differ: 0 (exact), exact 0; flows.png" in answer.output
+    assert "transport run flows; histories that differ: 0 (exact), exact 0; flows_space.png" in answer.output
 
 
 def test_the_list_of_the_course_as_json(call):

@@ -28,7 +28,8 @@ EXACT, MEANS, ITSELF = "line: exact", "line: exact mean of a bin", "exact in one
 
 
 class Lobe(NamedTuple):
-    """A quantity in bins of angle.  edges: (n + 1,) increasing [rad]; value, error: (n,) with standard errors.
+    """A quantity in bins of angle.  edges: (n + 1,) increasing [rad]; value, error: (n,) with standard errors, empty if only the
+    exact line is drawn.
 
     exact: the quantity as a function of an array of angles [rad].  means: (n,) its exact means over the bins, drawn as
     well where bins are wide for it.
@@ -46,7 +47,9 @@ class Panel(NamedTuple):
     """Lobes round one point.
 
     rays: angle [rad] -> words, dotted lines to the rim;  light: angle [rad] that a beam comes from;  media: words for
-    what is above and below the surface;  arc: (words, radius, from, to), dashed, such as the radiance that arrives.
+    what is above and below the surface;  arc: (words, radius, from, to), dashed, such as the radiance that arrives;
+    guide: (words, function of an array of angles [rad]), dashed, such as a law that is wrong;  label: of the radius, where
+    it is not that of all panels;  first: place in the palette of the first lobe.
     """
 
     lobes: Sequence[Lobe]
@@ -54,6 +57,9 @@ class Panel(NamedTuple):
     light: float | None = None
     media: tuple[str, str] | None = None
     arc: tuple[str, float, float, float] | None = None
+    guide: tuple[str, Callable[[np.ndarray], np.ndarray]] | None = None
+    label: str | None = None
+    first: int = 0
 
     @property
     def is_whole(self) -> bool:
@@ -99,10 +105,10 @@ def _share(panel: Panel) -> float:
 def _draw_panel(axes: Axes, panel: Panel, name: str, label: str) -> None:
     _prepare(axes, panel)
     _draw_surroundings(axes, panel)
-    for lobe, colour in zip(panel.lobes, PALETTE, strict=False):
+    for lobe, colour in zip(panel.lobes, PALETTE[panel.first :], strict=False):
         _draw_lobe(axes, lobe, colour)
     edge = _share(panel) / 2
-    for words, height, size in ((name, 0.5 + edge + 0.13, 21), (label, 0.5 - edge - 0.12, 19)):
+    for words, height, size in ((name, 0.5 + edge + 0.13, 21), (panel.label or label, 0.5 - edge - 0.12, 19)):
         axes.text(0.5, height, words, transform=axes.transAxes, ha="center", va="center", fontsize=size)
 
 
@@ -112,7 +118,8 @@ def _prepare(axes: Axes, panel: Panel) -> None:
     if not panel.is_whole:
         axes.set_thetalim(-QUARTER, QUARTER)
     largest = max(_top(lobe) for lobe in panel.lobes)
-    axes.set_rlim(0, 1.12 * max(largest, panel.arc[1] if panel.arc else 0))
+    beyond = panel.guide[1](np.linspace(-QUARTER, QUARTER, FINE)).max() if panel.guide else 0
+    axes.set_rlim(0, 1.12 * max(largest, panel.arc[1] if panel.arc else 0, beyond))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
     highest = (0.9 if panel.is_whole else 1) * axes.get_rmax()  # beyond, it would stand among the angles
     axes.yaxis.set_major_formatter(
@@ -154,6 +161,10 @@ def _draw_surroundings(axes: Axes, panel: Panel) -> None:
             zorder=2.5,
             label=words,
         )
+    if panel.guide:
+        words, law = panel.guide
+        fine = np.linspace(-QUARTER, QUARTER, FINE)
+        axes.plot(fine, law(fine), "--", color=MUTED, lw=2.5, zorder=2.5, label=words)
     for angle, words in panel.rays.items():
         axes.plot([angle, angle], [0, reach], ":", color=INK, lw=2, zorder=3)
         axes.text(angle, 1.09 * reach, words, ha="center", va="center", fontsize=17)
@@ -175,8 +186,9 @@ def _to_normal(degrees: float) -> float:
 
 def _draw_lobe(axes: Axes, lobe: Lobe, colour: str) -> None:
     middles, widths = (lobe.edges[1:] + lobe.edges[:-1]) / 2, np.diff(lobe.edges)
-    axes.bar(middles, lobe.value, widths, color=colour, alpha=0.3, lw=0, zorder=1, label=lobe.label)
-    axes.errorbar(middles, lobe.value, 2 * lobe.error, fmt="o", ms=5, color=colour, lw=2, zorder=4)
+    if len(lobe.value):
+        axes.bar(middles, lobe.value, widths, color=colour, alpha=0.3, lw=0, zorder=1, label=lobe.label)
+        axes.errorbar(middles, lobe.value, 2 * lobe.error, fmt="o", ms=5, color=colour, lw=2, zorder=4)
     fine = np.linspace(lobe.edges[0], lobe.edges[-1], FINE)
     if lobe.means is None:
         axes.plot(fine, lobe.exact(fine), color=colour, lw=2.2, zorder=3)

@@ -41,14 +41,14 @@ FEWER = {  # where histories are long, or fewer show a bias of a fifth; `transpo
 FIGURES = {  # what is behind the name of each picture of a sim's cases; of others there is one
     "directions": ("", "_caps", "_isotropic", "_cosine_law", "_radiance", "_hemisphere", "_arcs", "_steradian", "_footprint"),
     "dogleg": ("", "_2"),
-    "effusion": ("", "_box", "_beam", "_wind", "_flight", "_burst"), "flows": ("", "_space", "_settling", "_tilt", "_closed"),
+    "effusion": ("", "_box", "_beam", "_wind", "_flight", "_burst"), "flows": ("", "_space", "_time", "_settling", "_tilt", "_closed"),
     "fog": ("", "_ways", "_irradiance", "_lamp", "_room", "_sun"), "glow": ("", "_furnace"),
-    "gonioreflectometer": ("", "_laws"), "inverse_square": ("", "_rule"), "integrating_sphere": ("", "_multiplier"),
+    "gonioreflectometer": ("", "_laws", "_swap"), "inverse_square": ("", "_rule"), "integrating_sphere": ("", "_multiplier"),
     "lambert_disk": ("", "_map", "_turned", "_sheets", "_ways", "_balls"), "lenses": ("", "_film", "_edge", "_size", "_wide", "_foci"), "light_field": ("", "_array", "_slice", "_refocus", "_sphere"), "light_fills_a_room": ("", "_off"), "limits": ("", "_seen"), "magnifier": ("", "_limit"),
     "milk": ("", "_angles"), "panorama": ("", "_ball"), "phase_space": ("", "_shear", "_point", "_half", "_waterbag", "_velocity", "_planes"),
     "photon_gas": ("", "_stuff"), "point_in_fog": ("", "_spread", "_pulse"), "quantities": ("", "_area", "_superposition", "_facing", "_exposure", "_photons", "_plenoptic"), "refraction": ("", "_shares", "_laws"), "slab": ("", "_radiance"),
     "throughput": ("", "_laws"), "tube": ("", "_lengths"), "two_elements": ("", "_laws"),
-    "view_factors": ("", "_others"), "wall_distance": ("", "_retina", "_panel", "_excess"),
+    "view_factors": ("", "_facing", "_others"), "wall_distance": ("", "_retina", "_panel", "_excess"),
 }  # fmt: skip
 IN_SPACE = {
     "directions_hemisphere",

@@ -149,8 +149,9 @@ PARTICLES = {
             "A particle has a place and a velocity; n is the number of particles per volume of both",
             "n(x, v, t)",
             "H Particle Density",
-            "phase_space", {"start": "waterbag"}, "n within the bag, t = 0.25 s", "phase_space_waterbag.png",
-            remark="One axis of place and one of velocity are drawn, of three and three.",
+            "phase_space", {"start": "waterbag"}, "n within the bag, t = 0.25 s", "phase_space_planes.png",
+            remark="The row is of a bag in one place and one velocity; the picture shows planes of"
+            " a cloud in all six.",
         ),
         Statement(
             "A density is a limit: a count per element, as the element shrinks",
@@ -166,7 +167,7 @@ PARTICLES = {
             "The particles that cross dA within dt are those that start in the oblique prism v dt · dA",
             "",
             "H Flows",
-            "flows", STREAM, "histories that differ", "flows.png",
+            "flows", STREAM, "histories that differ", "flows_space.png",
         ),
     ),
     "Amount and flux": (
@@ -174,21 +175,20 @@ PARTICLES = {
             "The prism has the volume of its base times its height",
             "d³x = (v dt)·dA = v cosθ dt dA",
             "H Flows",
-            "flows", STREAM, "started in the prism", "flows.png",
+            "flows", STREAM, "started in the prism", "flows_space.png",
             remark="The row is the number of particles in it, n d³x.",
         ),
         Statement(
             "The amount that crosses is the density times this volume",
             "Q = n (v dt)·dA",
             "H Flows",
-            "flows", STREAM, "crossed within dt", "flows.png",
+            "flows", STREAM, "crossed within dt", "flows_space.png",
         ),
         Statement(
             "Flux is the amount per time",
             "Φ = dQ/dt = n v·dA",
             "H Flows, Flux",
-            "flows", STREAM, "ΔQ/Δt, t/dt 0.5 to 1", "flows_tilt.png",
-            remark="The picture shows this flux per area of the patch, at seven tilts.",
+            "flows", STREAM, "ΔQ/Δt, t/dt 0.5 to 1", "flows_time.png",
         ),
     ),
     "Flux density": (
@@ -230,8 +230,8 @@ PARTICLES = {
             "The time from t to t + Δt can be anything you like",
             "Φ = ΔQ/Δt",
             "S Radiant flux",
-            "limits", {"element": "time"}, "mean over Δt = 2 ns", "limits_seen.png",
-            remark="In a steady flow; in a burst it must be short. The exact value is the mean over 2 ns.",
+            "flows", STREAM, "ΔQ/Δt, t/dt 0 to 0.125", "flows_time.png",
+            remark="In a steady flow; in a burst it must be short, as limits_seen.png shows.",
         ),
     ),
     "More photons": (
@@ -245,7 +245,7 @@ PARTICLES = {
             "The more photons are counted, the surer is the number",
             "error ∝ 1/√N",
             "own after S Radiant flux",
-            "limits", {"element": "area"}, "mean over ΔA = 12.5 mm", "limits.png",
+            "flows", STREAM, "started in the prism", "flows_settling.png",
         ),
     ),
     "Name the area": (
@@ -276,7 +276,8 @@ ANGLES = {
             "A full circle has 2π radians",
             "2π",
             "B Solid angles, 2D; H Angles and Solid Angles",
-            missing="a row and a picture",
+            "directions", ARCS, "θ of a full circle, arcs of s = r", "directions_arcs.png",
+            remark="Counted are all directions over those that meet an arc of one radian.",
         ),
     ),
     "Solid angle": (
@@ -290,7 +291,7 @@ ANGLES = {
             "A full sphere has 4π = 12.566 steradians",
             "∫dω = 4π",
             "B Solid angle; H Angles and Solid Angles",
-            "directions", DOME, "∫dω, onto a ball", "directions_caps.png",
+            "directions", ARCS, "Ω of a full sphere, areas of A = r²", "directions_arcs.png",
         ),
     ),
     "Areas that are not on the sphere": (
@@ -330,7 +331,7 @@ ANGLES = {
             "An element of solid angle shrinks towards the poles",
             "dω = sinθ dθ dφ",
             "B Hemispherical coordinates; H Differential Solid Angles",
-            "directions", {"subject": "isotropic"}, "χ²/(K − 1)", "directions_isotropic.png",
+            "directions", {"subject": "isotropic"}, "χ²/(K − 1)", "directions_hemisphere.png",
         ),
         Statement(
             "A hemisphere has 2π steradians",
@@ -473,10 +474,11 @@ QUANTITIES = {
     "The five-times rule": (
         Statement(
             "From five times its width a lamp obeys the inverse square law",
-            "E(2d)/E(d) → 1/4",
+            "E d²/I → 1",
             "R 7.1, before eq. 7.4 (Lambert 1760)",
-            "wall_distance", PANEL, "E(2d) / E(d)", "wall_distance_excess.png",
-            remark="At five sides of a square panel it is within 1 %.",
+            "inverse_square", {"emitter": "disk", "widths": 5.0}, "irradiance / inverse square",
+            "inverse_square_rule.png",
+            remark="Five diameters from a disk it holds to 1 %; a sphere obeys the law at any distance.",
         ),
     ),
     "Radiance": (
@@ -515,7 +517,7 @@ QUANTITIES = {
             "A sheet that is turned away shows less area, and receives less",
             "dA⊥ = dA cosθ",
             "S eq. 2, fig. 9, 10; R eq. 7.5; B Radiance: Projected area",
-            "lambert_disk", TURNED, "irradiance", "lambert_disk_turned.png",
+            "lambert_disk", TURNED, "irradiance", "lambert_disk_sheets.png",
         ),
         Statement(
             "The footprint of a narrow beam grows with the tilt",
@@ -528,7 +530,7 @@ QUANTITIES = {
             "Per projected area a turned sheet sees the same photons as one across the rays",
             "d²Φ/(dA cosθ dω) = L",
             "B Radiance: Oblique surface; S Radiance",
-            "lambert_disk", TURNED, "radiance, cone in the disk", "lambert_disk_turned.png",
+            "lambert_disk", TURNED, "radiance, cone in the disk", "lambert_disk_sheets.png",
         ),
     ),
     "The clamped cosine": (
@@ -555,8 +557,9 @@ QUANTITIES = {
             "All light of an element falls on an equal one that faces it",
             "F = 1 ?",
             "S Radiance, before fig. 8",
-            "view_factors", {"pair": "disks", "ratio": 10.0}, "F₁₂", "view_factors.png",
-            remark="Only if they touch: five diameters apart a disk receives 1 % of an equal one's light.",
+            "view_factors", {"pair": "disks", "ratio": 10.0}, "F₁₂", "view_factors_facing.png",
+            remark="A slip, true only if they touch: five diameters apart a disk receives 1 % of an"
+            " equal one's light.",
             is_refuted=True,
         ),
     ),
@@ -589,7 +592,7 @@ QUANTITIES = {
             "φ = ∫L dω = Φ/πr²",
             "S Irradiance, scalar irradiance",
             "lambert_disk", {"reading": "ball", "distance": 0.5, "ball": 0.1}, "fluence rate, Φ/πr²",
-            "lambert_disk_ways.png",
+            "lambert_disk_balls.png",
         ),
     ),
     "All quantities derive from radiance": (
@@ -629,8 +632,7 @@ QUANTITIES = {
             "Its power is the area times that",
             "P = π L A",
             "B Example: Diffuse emitter",
-            "quantities", INTEGRALS, "Φ of the lamp",
-            missing="a picture",
+            "quantities", INTEGRALS, "Φ of the lamp", "quantities.png",
         ),
     ),
 }  # fmt: skip
@@ -779,7 +781,7 @@ LAWS = {
             "L_out = ∫f L_in cosθ dω",
             "B What is the behavior of light?",
             "gonioreflectometer", {"show": "lamp", "sample": "gloss"}, "L_out at 42° to 48°",
-            missing="a picture",
+            "gonioreflectometer_laws.png",
         ),
     ),
     "Geometric optics": (
@@ -868,8 +870,8 @@ LAWS = {
             "An element that includes both regions gives a wrong result",
             "mean over ΔA ≠ E(x)",
             "S fig. 3",
-            "limits", {"element": "area"}, "mean over ΔA = 50 mm", "limits_seen.png",
-            remark="The exact value is the mean over 50 mm; at the point it is 0.0383 W m⁻².",
+            "limits", {"element": "area"}, "mean over ΔA = 100 mm", "limits_seen.png",
+            remark="The exact value is the mean over 100 mm; at the point it is 0.0383 W m⁻².",
         ),
     ),
     "Elements of solid angle": (
@@ -877,8 +879,8 @@ LAWS = {
             "An element of solid angle must be so small that light comes from a single surface",
             "mean over Δω ≠ L(ω)",
             "S fig. 3, 4",
-            "limits", {"element": "solid angle"}, "mean over Δω = 22.92°", "limits_seen.png",
-            remark="The exact value is the mean over 22.92°; at the point it is 90.9 W m⁻² sr⁻¹.",
+            "limits", {"element": "solid angle"}, "mean over Δω = 45.84°", "limits_seen.png",
+            remark="The exact value is the mean over 45.84°; at the point it is 90.9 W m⁻² sr⁻¹.",
         ),
     ),
 }  # fmt: skip
