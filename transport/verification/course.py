@@ -583,7 +583,7 @@ QUANTITIES = {
             "Around a point radiance varies strongly with direction, as between a window and a plant",
             "L(ω)",
             "S fig. 12",
-            "camera", {"place": "room"}, "lamp", "camera.png",
+            "panorama", {"projection": "latitude-longitude"}, "irradiance E to the window", "panorama.png",
         ),
     ),
     "Fluence": (
