@@ -94,7 +94,7 @@ def test_a_map_of_a_uniform_sky_has_its_radiance_fluence_rate_and_irradiance(vie
 
 def test_the_film_of_a_thin_lens_is_lit_by_what_the_lens_subtends():
     """On the axis E = pi L (D/2)^2/((D/2)^2 + v^2); a small aperture off the axis: pi L (D/2v)^2 cos^4."""
-    for aperture in (0.05, 0.3, 1.2):
+    for aperture in (0.05, 0.3, 0.95):
         narrow = camera("thin lens", aperture=aperture, pixels=(1, 1), field_of_view=1e-6)
         r, v = aperture / 2, narrow.image_distance
         assert_agrees(seen(narrow).irradiance[0, 0], math.pi * L * r**2 / (r**2 + v**2))
@@ -366,7 +366,11 @@ def test_a_view_of_a_light_field_is_what_a_camera_sees_there():
         found, true = field.view(radiance, eye), seen(eye, sources=panels, particles=1_000_000).radiance
         assert_alike(found - true, 0.0)
     away = tp.Camera(name="eye", position=(0, 0, 0), direction=(0, -1, 0), pixels=(2, 2))
-    assert np.isnan(field.view(radiance.value, away)).all()
+    assert_refused(
+        lambda: field.view(radiance.value, away), "camera must see the far plane through the near plane"
+    )
+    wide = replace(away, direction=(0, 1, 0), field_of_view=0.9, pixels=(4, 4))
+    assert np.isnan(field.view(radiance.value, wide)).sum() == 12  # the rim
 
 
 # ---- what is refused ----
@@ -381,6 +385,11 @@ REFUSED = {
         "field_of_view": 1.0,
     },
     "focal_length must be given": {"lens": "thin lens", "aperture": 0.1},
+    "aperture must be the diameter in metres ... for f/2.8": {
+        "lens": "thin lens",
+        "aperture": 2.8,
+        "focal_length": 0.05,
+    },
     "focus must be above focal_length=0.5 m": {
         "lens": "thin lens",
         "aperture": 0.1,

@@ -18,7 +18,7 @@ from transport.verification.experiment import Outcome, experiment, run_experimen
 
 PAGE = Path(__file__).resolve().parents[1] / "guides" / "course.md"
 PICTURES = "../../viz/gallery/course"  # from the page
-WIDTH, COLOURS = 1200, 64  # pixels and colours of a picture on the page
+WIDTH, COLOURS = 1200, 56  # pixels and colours of a picture on the page
 Key = tuple[str, str]  # experiment with case, and row, as the page writes them
 Numbers = Mapping[Key, tuple[str, str]]  # estimate and exact value as text
 NOT_RUN = "not run yet", "unknown"

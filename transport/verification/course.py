@@ -242,7 +242,7 @@ PARTICLES = {
             "quantities", NEAR_LAMP, "power through the pupil", "quantities_photons.png",
         ),
         Statement(
-            "The more photons are counted, the surer is the number",
+            "The more photons are counted, the better the number is known",
             "error ∝ 1/√N",
             "own after S Radiant flux",
             "flows", STREAM, "started in the prism", "flows_settling.png",
@@ -763,7 +763,7 @@ LAWS = {
     ),
     "Equilibrium": (
         Statement(
-            "What are the conditions for equilibrium flow? The same radiance in all directions everywhere",
+            "What are the conditions for equilibrium flow? The same L/n² in all directions, everywhere",
             "L/n² = L₀",
             "H Radiometry, question 4",
             "furnace", {}, "χ² of all bins / expectation", "furnace.png",
@@ -819,6 +819,8 @@ LAWS = {
             "L",
             "S after fig. 14",
             "fog", {"reading": "sun", "tau": 0.0}, "radiance of the sun", "fog_sun.png",
+            remark="The other lecture has 2.05e7, the mean over the disk. By limb darkening the middle of the"
+            " disk is brighter than its mean: a likely reason, which we infer.",
         ),
         Statement(
             "From the Earth's surface it is 1.4e7 W m⁻² sr⁻¹",
@@ -840,7 +842,8 @@ LAWS = {
             "P = L A Ω",
             "B Sun Example: Power on Earth",
             "sun", EARTH, "power on 1 m^2", "sun.png",
-            remark="By the lecture's 6.7e-5 sr; the picture takes the solid angle from the distance.",
+            remark="By the lecture's 6.7e-5 sr; the picture takes the solid angle from the distance. Measured"
+            " today are 1361 W.",
         ),
         Statement(
             "1 m² on Mars receives 598.6 W",
