@@ -130,7 +130,8 @@ def plot_map(
     quantity : str, optional
         Of a tally, such as "fluence_rate" [default: the one that its kind of detector is made for].
     at : mapping of str to int, optional
-        Bin to take along an axis, such as {"time": 3} [default: of three axes of cells the middle of one].
+        Bin to take along an axis, such as {"time": 3} [default: of three axes of cells the middle of one, of a light
+        field the middle of u and v].
     label : str, optional
         Name of the quantity; the unit is added [default: `quantity`, or "estimate" of an array].
     unit : str, optional
@@ -457,6 +458,8 @@ def _chosen(
     if strangers := set(at) - set(array.dims):
         raise ValueError(f"plot: {whose} has no axes {sorted(strangers)}; there are {array.dims}")
     bins = dict(zip(array.dims, array.shape, strict=True))
+    if tuple(bins) == tuple("uvst") and not {"s", "t"} & set(at):  # the view in the middle of a light field
+        at = {name: bins[name] // 2 for name in "uv"} | dict(at)
     free = [name for name in bins if name not in at]
     if tuple(bins) == ("face", "v", "u") and frame in (None, UNFOLDED):
         frame = IMAGE if at else UNFOLDED

@@ -472,7 +472,8 @@ def _view_lines(view: Camera | LightField, size: float) -> pyvista.PolyData:
         seen = radial_rays(PINHOLE if view.lens == THIN_LENS else view.lens, u, v)
         rim = place + size * seen @ np.array((-left, up, ahead))
     corners = np.stack([near, rim], axis=1)[:: len(share)]
-    return segments(np.concatenate([corners, np.stack([rim, np.roll(rim, -1, axis=0)], axis=1)]))
+    rims = [np.stack([each, np.roll(each, -1, axis=0)], axis=1) for each in (near, rim)]
+    return segments(np.concatenate([corners, *rims]))
 
 
 # ---- Names.
