@@ -175,7 +175,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         return _dodecahedron_rows(result)
     found = solid_angle_from_run(result)
     shape = result[names[0]].detector.shape
-    return {"solid angle": found} | (_footprint_row(found, shape) if isinstance(shape, tp.Polygon) else {})
+    return {"solid angle": found} | (
+        _footprint_row(result, found, shape) if isinstance(shape, tp.Polygon) else {}
+    )
 
 
 @of_scene(scene)
@@ -389,17 +391,13 @@ def area_of(corners: np.ndarray) -> float:
     return float(np.linalg.norm(np.cross(spokes[1:-1], spokes[2:]).sum(axis=0)) / 2)
 
 
-def _footprint_row(found: tp.Estimate, shape: tp.Polygon) -> dict[str, tp.Estimate]:
+def _footprint_row(result: tp.Result, found: tp.Estimate, shape: tp.Polygon) -> dict[str, tp.Estimate]:
     """Area of the footprint per steradian, over that face on."""
     size = shape.vertices[0][2] / footprint(math.acos(min(abs(shape.normal[2]), 1.0)))[0, 2]
     face_on = area_of(footprint(0.0)) / solid_angles.regular_polygon_solid_angle(
         SIDES, math.tan(HALF_ANGLE), 1.0
     )
-    return {GROWTH: _same_run(found, shape.area / size**2 / face_on, "sr") / found}
-
-
-def _same_run(of: tp.Estimate, value: float, unit: str) -> tp.Estimate:
-    return tp.Estimate(np.full(len(of.run), value), of.run, unit, exact=True)
+    return {GROWTH: constant(result, shape.area / size**2 / face_on, "sr") / found}
 
 
 def _names() -> list[str]:

@@ -266,7 +266,7 @@ def _compared(found: tp.EstimateArray, camera: tp.EstimateArray) -> dict[str, tp
 
 def flux_of(field: object) -> tp.Estimate:
     """The sum of radiance times throughput [W]."""
-    extent = field.detector.extent().values
+    extent = field.detector.cell_measures().values
     values = np.tensordot(field.radiance.values, extent, axes=4)
     return tp.Estimate(values, field.radiance.run, "W")
 

@@ -79,7 +79,7 @@ def assert_alike(radiance, exact, inside=None):
 def test_a_uniform_sky_is_as_bright_in_each_pixel(lens):
     view = camera(lens)
     radiance = seen(view).radiance
-    inside = view.extent().values > 0
+    inside = view.cell_measures().values > 0
     assert (radiance.value[~inside] == 0).all()
     assert_alike(radiance, L, inside)
 
@@ -135,8 +135,8 @@ def test_cells_of_a_light_field_of_a_uniform_sky_have_its_radiance_and_their_thr
         for z, (w, h) in ((0, field.size), (2, field.far_size))
     )
     exact = math.pi * near.area * tp.view_factor(near, far, particles=1e6, seed=1).value
-    assert field.extent().values.sum() == pytest.approx(exact, rel=2e-3)
-    assert_alike(reading.flux_in, L * field.extent().values.sum())
+    assert field.cell_measures().values.sum() == pytest.approx(exact, rel=2e-3)
+    assert_alike(reading.flux_in, L * field.cell_measures().values.sum())
 
 
 # ---- where things are ----
@@ -262,8 +262,8 @@ def test_caustics_lie_in_the_right_bins_of_each_projection(view, monkeypatch):
     reading = run(furnace(replace(view, name="lit from lamps")), 4_000_000)["lit from lamps"]
     sums, (part,) = reading.cell_sums, reading.cell_sums.parts
     brought = sum(sums.brought_in(sums.batches[0], part, lamp) for lamp in sums.lamps)
-    assert np.ptp(brought[view.extent().values.ravel() > 0]) > 0.02  # uneven: misplaced light shows
-    assert_alike(reading.radiance, 1.0, view.extent().values > 0)
+    assert np.ptp(brought[view.cell_measures().values.ravel() > 0]) > 0.02  # uneven: misplaced light shows
+    assert_alike(reading.radiance, 1.0, view.cell_measures().values > 0)
 
 
 def test_a_room_of_one_radiance_looks_alike_in_all_instruments():
@@ -295,7 +295,7 @@ def test_a_room_of_one_radiance_looks_alike_in_all_instruments():
     result = run(furnace(*views, field), 400_000)
     for view in (*views, field):
         radiance = result[view.name].radiance
-        assert_alike(radiance, 1.0, view.extent().values > 0)
+        assert_alike(radiance, 1.0, view.cell_measures().values > 0)
 
 
 # ---- conversions ----

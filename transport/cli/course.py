@@ -130,12 +130,16 @@ def statement_text(statement: Statement) -> str:
 
 
 def write_course(sims: Iterable[str]) -> None:
-    """Run these experiments, and write their numbers and pictures into page and folder."""
+    """Run these experiments, and write their numbers and pictures into page and folder.
+
+    Raises SceneError before any run where the page lacks numbers of other experiments.
+    """
     from transport.cli.docs import package_folder
 
-    folder = package_folder("viz", "gallery") / "course"
+    folder, sims = package_folder("viz", "gallery") / "course", list(sims)
     folder.mkdir(exist_ok=True)
     numbers = numbers_of(PAGE.read_text(encoding="utf-8")) if PAGE.is_file() else {}
+    page_text(numbers | {key_of(each.statement): NOT_RUN for sim in sims for each in entries_of(sim)})
     for sim in sims:
         module = experiment(sim)
         outcomes = run_experiment(module, seed=0)

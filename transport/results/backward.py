@@ -282,7 +282,7 @@ class ViewReading(Tally):
         kept = {"is_mean": True, "findings": missing}
         scores = {"radiance": Score(rows, radiance, scored, "W m^-2 sr^-1", **kept)}
         if "film" not in self.lacks:
-            measure = np.pad(self.detector.extent().values.ravel(), (1, 0))
+            measure = np.pad(self.detector.cell_measures().values.ravel(), (1, 0))
             scores["irradiance"] = Score(rows, irradiance, scored, "W m^-2", largest=measure.max(), **kept)
         return scores | {
             "count": Score(rows, in_run, scored, "1", is_mean=True),
@@ -307,7 +307,7 @@ class ViewReading(Tally):
     @cached_property
     def measures(self) -> Mapping[str, Callable[[], Measure]]:
         """What radiance is a mean over: solid angle, area or throughput of each pixel or bin."""
-        extent = self.detector.extent()
+        extent = self.detector.cell_measures()
         return {extent.name: lambda: Measure(extent.values, extent.unit, extent.axes)}
 
     def _measures_of(self, quantity: str) -> tuple[str, ...]:
@@ -353,7 +353,7 @@ class ViewReading(Tally):
         return self._sum_over_cells(self.detector.solid_angles(), "W m^-2", 4 * math.pi)
 
     def _flux_in(self) -> Estimate:
-        throughput = self.detector.extent().values
+        throughput = self.detector.cell_measures().values
         return self._sum_over_cells(throughput, "W", float(throughput.sum()))
 
     def _sum_over_cells(self, weights: np.ndarray, unit: str, largest: float) -> Estimate:

@@ -70,7 +70,7 @@ LENS_PARAMETERS = {
 }
 
 
-class CellExtent(NamedTuple):
+class CellMeasures(NamedTuple):
     """What the value of each cell of an instrument is a mean over: name, values, unit and axes."""
 
     name: str
@@ -143,7 +143,7 @@ class Instrument(AnyDetector):
         """Return one over the mean weight of the histories of each cell; None where all have 1."""
         return None
 
-    def extent(self) -> CellExtent:
+    def cell_measures(self) -> CellMeasures:
         """Return what the value of each cell is a mean over."""
         raise NotImplementedError
 
@@ -483,7 +483,7 @@ class Camera(Directed):
             For an orthographic camera and a thin lens, whose pixels are not directions from a point.
         """
         if self.projection_of_image is None:
-            cure = "read its extent()"
+            cure = "read its cell_measures()"
             refuse(self, f"pixels have no solid angle with lens={self.lens!r}; {cure}")
         return pixel_solid_angles(self.lens, *self.edges().values())
 
@@ -503,22 +503,22 @@ class Camera(Directed):
     def _mean_lens_weights(self) -> np.ndarray:
         return _mean_lens_weights(*self.edges().values(), self.aperture / 2 / self.image_distance)
 
-    def extent(self) -> CellExtent:
+    def cell_measures(self) -> CellMeasures:
         """Return what each pixel is a mean over.
 
         Returns
         -------
-        CellExtent
+        CellMeasures
             Solid angle [sr]; of an orthographic camera area [m^2]; of a thin lens projected solid angle [sr]
             of the lens from the film, by which irradiance is radiance times measure.
         """
         v, u = self.edges().values()
         if self.lens == THIN_LENS:
             whole = math.pi * (self.aperture / 2 / self.image_distance) ** 2
-            return CellExtent("projected solid angle", whole * self._mean_lens_weights(), "sr", ("v", "u"))
+            return CellMeasures("projected solid angle", whole * self._mean_lens_weights(), "sr", ("v", "u"))
         if self.lens == ORTHOGRAPHIC:
-            return CellExtent("area", np.outer(np.diff(v), np.diff(u)), "m^2", ("v", "u"))
-        return CellExtent("solid angle", self.solid_angles(), "sr", ("v", "u"))
+            return CellMeasures("area", np.outer(np.diff(v), np.diff(u)), "m^2", ("v", "u"))
+        return CellMeasures("solid angle", self.solid_angles(), "sr", ("v", "u"))
 
     def lens_points(self, nodes: int) -> list[tuple[float, float]]:
         """Return even points of the lens, as shares of its radius to the right and up; one of a point."""
@@ -741,14 +741,14 @@ class EnvironmentMap(Instrument):
         """
         return None if self.projection in GRIDS else _gains(self)
 
-    def extent(self) -> CellExtent:
+    def cell_measures(self) -> CellMeasures:
         """Return the solid angles over which radiance is a mean.
 
         Returns
         -------
-        CellExtent
+        CellMeasures
         """
-        return CellExtent("solid angle", self.solid_angles(), "sr", tuple(self.edges()))
+        return CellMeasures("solid angle", self.solid_angles(), "sr", tuple(self.edges()))
 
     def projected_solid_angles(self, normal: Sequence[float]) -> np.ndarray:
         """Return the solid angle of each bin times the cosine to a normal, 0 behind the plane.
@@ -761,7 +761,8 @@ class EnvironmentMap(Instrument):
         Returns
         -------
         array
-            Integral of max(cos, 0) over each bin [sr], in the shape of `solid_angles`; the sum is pi.
+            Integral of max(cos, 0) over each bin [sr], in the shape of `solid_angles`; of all directions
+            the sum is pi.
 
         Notes
         -----
@@ -882,8 +883,11 @@ class EnvironmentMap(Instrument):
         along = rays @ frames[:, 2].T
         face = np.argmax(along, axis=1)
         u, v = radial_places(self.projection_of_image, np.einsum("nij,nj->ni", frames[face], rays))
-        half = edges["u"][-1]  # rounding must not move a direction out of the image
-        places = [(np.clip(v, -half, half), edges["v"]), (np.clip(u, -half, half), edges["u"])]
+        places = []
+        for value, name in ((v, "v"), (u, "u")):  # rounding must not move a direction out of the image
+            half = edges[name][-1]
+            near = np.abs(value) < half * (1 + 1e-12)
+            places.append((np.where(near, np.clip(value, -half, half), value), edges[name]))
         numbers = [(face, edges["face"])] if self.projection == CUBE else []
         return _cells_of([*numbers, *places])
 
@@ -951,7 +955,7 @@ class LightField(Directed):
     ...     name="field", position=(0, -3, 0), look_at=(0, 0, 0), distance=3.0, size=(0.2, 0.2),
     ...     far_size=(2.0, 1.5), views=(2, 2), pixels=(8, 6),
     ... )
-    >>> field.extent().values.shape
+    >>> field.cell_measures().values.shape
     (2, 2, 8, 6)
     """
 
@@ -1025,16 +1029,16 @@ class LightField(Directed):
         """
         return 1 / self._mean_cos4()
 
-    def extent(self) -> CellExtent:
+    def cell_measures(self) -> CellMeasures:
         """Return the throughput of each cell, over which radiance is a mean.
 
         Returns
         -------
-        CellExtent
+        CellMeasures
             [m^2 sr], axes (u, v, s, t).
         """
         u, v, s, t = (float(edges[1] - edges[0]) for edges in self.edges().values())
-        return CellExtent(
+        return CellMeasures(
             "throughput", u * v * s * t / self.distance**2 * self._mean_cos4(), "m^2 sr", tuple("uvst")
         )
 
