@@ -436,5 +436,38 @@ def test_maps_without_use_for_a_parameter_and_light_fields_without_size_are_refu
     assert_refused(
         lambda: camera("thin lens").solid_angles(), "pixels have no solid angle with lens='thin lens'"
     )
+    lamp = tp.Source(tp.Point(position=(0, 3, 0)), tp.Isotropic(power=1.0))
+    lit = run(
+        tp.Scene([SKY, lamp], (), [tp.LightField(**{**field, "name": "field"}), camera("thin lens")]), 10_000
+    )
+    assert_refused(lambda: lit["field"].flux_in, "flux_in needs the direct light of each Point and Beam")
+    assert_refused(lambda: lit["view"].irradiance, "irradiance needs the direct light of each Point and Beam")
     result = run(tp.Scene(SKY, (), camera("pinhole")), 1000)
     assert_refused(lambda: result["view"].irradiance, "irradiance needs the film of a lens")
+
+
+def test_slivers_within_the_rim_of_a_round_image_are_as_certain_as_other_pixels():
+    """A pixel of which the rim leaves a thousandth samples that thousandth alone."""
+    scores = []
+    for name in ("fisheye", "mirrored ball"):
+        view = tp.EnvironmentMap(name="map", position=(0, 0, 0), projection=name, pixels=101)
+        share = view.cell_measures().values / np.diff(view.edges()["u"])[0] ** 2
+        rim = (view.solid_angles() > 0) & (share < 0.01)
+        assert rim.sum() > 50
+        radiance = seen(view, particles=4_000_000).radiance
+        known = rim & (radiance.error > 0)
+        assert np.abs((radiance.value - L)[known] / radiance.error[known]).max(initial=0.0) < 6  # few batches
+        scores.append(np.abs(radiance.value[rim] / L - 1).max())
+    assert max(scores) < 0.1, scores
+
+
+def test_cells_of_light_fields_that_are_wider_than_far_have_the_throughput_of_the_closed_form():
+    def cells(width):
+        where = {"name": "field", "position": (0, 0, 0), "direction": (0, 1, 0), "distance": 1.0}
+        field = tp.LightField(
+            **where, size=(width, width), far_size=(1.4 * width, width), views=(1, 2), pixels=(2, 1)
+        )
+        return field.cell_measures().values.ravel() / width**4
+
+    assert cells(1.0) == pytest.approx(cells(1.0 + 1e-9), rel=1e-7)
+    assert cells(1e4).max() < 1e-7

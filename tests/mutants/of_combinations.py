@@ -308,11 +308,4 @@ FAULTS = (
         "cos^4 of a lens as if its film were in the focus",
         ("experiments/test_pictures_of_lenses::test_an_edge_is_smeared_over_the_circle_of_confusion",),
     ),
-    Fault(
-        "engine/passes/backward.py",
-        "weight = sine / radius if radius > 0.0 else 1.0",
-        "weight = 1.0",
-        "pixels of a fisheye of 360° that count by area",
-        ("experiments/test_pictures_of_lenses::test_a_direction_lies_where_the_law_of_its_lens_puts_it",),
-    ),
 )

@@ -44,7 +44,7 @@ from transport.scene.cameras import (
 from transport.scene.detectors import Detector
 from transport.scene.emissions import Isotropic, Lambertian
 from transport.scene.points import PointDetector
-from transport.scene.projections import EQUAL_AREA, FISHEYE, PINHOLE
+from transport.scene.projections import EQUAL_AREA, FISHEYE, PINHOLE, RADIUS_OF_ALL
 from transport.scene.scene import Scene
 from transport.scene.sources import Source
 from transport.scene.volumes import VolumeDetector
@@ -62,13 +62,13 @@ DIRECTION_PASSES = {
     "cosine_law_from_surface": "hemisphere_direction_in_cell",
     "uniform_direction": "direction_in_cell",
     "direction_through_pixel": "direction_in_cell",
-    "direction_through_fisheye": "direction_in_cell",
-    "direction_through_equal_area": "direction_in_cell",
+    "direction_through_fisheye": "direction_in_round_image",
+    "direction_through_equal_area": "direction_in_round_image",
     "direction_through_cube": "direction_in_cell",
     "direction_to_plane": "direction_in_cell",
 }
-FISHEYE_PASSES = None, "direction_through_fisheye", "weigh_fisheye"
-EQUAL_AREA_PASSES = None, "direction_through_equal_area", "weigh_equal_area"
+FISHEYE_PASSES = None, "direction_through_fisheye", "weigh_round_image"
+EQUAL_AREA_PASSES = None, "direction_through_equal_area", "weigh_round_image"
 LENS_PASSES: dict[str, Passes] = {
     PINHOLE: (None, "direction_through_pixel", "weigh_pixel"),
     FISHEYE: FISHEYE_PASSES,
@@ -353,6 +353,8 @@ def _camera_columns(plan: Plan, camera: Camera) -> dict[str, float]:
             columns | edge_columns(plan, "u", edges["v"] / size) | edge_columns(plan, "v", edges["u"] / size)
         )
     columns = layout.frame_columns((right, up, forward)) | _image_columns(plan, edges["v"], edges["u"])
+    if camera.lens in RADIUS_OF_ALL:
+        columns |= {"rim": RADIUS_OF_ALL[camera.lens]}
     if camera.lens == THIN_LENS:
         radii, turns = np.array([0.0, (camera.aperture / 2 / size) ** 2]), np.array([0.0, 1.0])
         columns |= edge_columns(plan, "u", radii) | edge_columns(plan, "v", turns)
@@ -373,6 +375,7 @@ def _map_columns(plan: Plan, view: EnvironmentMap) -> dict[str, float]:
     columns = _image_columns(plan, edges["v"], edges["u"])
     if view.projection == CUBE:
         return columns | {"u_cells": len(FACES)}
+    columns |= {"rim": RADIUS_OF_ALL[view.projection_of_image]}
     return columns | layout.frame_columns(tuple(map(tuple, IMAGE_FRAMES[view.projection])))
 
 

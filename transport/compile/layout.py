@@ -209,9 +209,10 @@ DETECTOR = np.dtype(
 # mu_edges: squared cosines (with squared sines at sine_edges), cosines to +z, or columns of pixels.
 # turn_edges: turns, or rows of pixels. u_edges, v_edges: lengths, squared radii or cosines.
 # births: row of the births in cell 0; spread: 1 - cos of the half angle of a cone about `axis`; side: of its
-# normal; handed: sign of e_u; nearness, power: one over the distance in focus, and over the focal length.
+# normal; handed: sign of e_u; nearness, power: one over the distance in focus, and over the focal length;
+# rim: radius of the image of all directions.
 SENSOR = np.dtype(
-    _floats(FRAME + " axis_x axis_y axis_z side handed radius spread nearness power")
+    _floats(FRAME + " axis_x axis_y axis_z side handed radius spread nearness power rim")
     + _integers("first cells part births sine_edges")
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
 )

@@ -338,7 +338,12 @@ class ViewReading(Tally):
             del lacks["planes"]
         if any(found_by_rays_alone(scene, source) for source in scene.sources):
             needs = "the direct light of each Point and Beam, which has no radiance"
-            return lacks | {"all directions": (needs, "use a PointDetector there")}
+            plane = needs, "use a Detector there"
+            return lacks | {
+                "all directions": (needs, "use a PointDetector there"),
+                "planes": lacks.get("planes", plane),
+                "film": lacks.get("film", plane),
+            }
         if detector.sees_from_point and math.isclose(
             float(detector.solid_angles().sum()), 4 * math.pi, rel_tol=1e-9
         ):

@@ -578,17 +578,26 @@ def _mean_lens_weights(v: np.ndarray, u: np.ndarray, radius: float) -> np.ndarra
     S^2 = (1 + r^2 - R^2)^2 + 4 R^2 (the irradiance by a disk off its axis), whose mean over a pixel is
     computed by Gauss's quadrature to about 14 digits.
     """
-    half = max(u[1] - u[0], v[1] - v[0]) / 2
-    nodes, weights = np.polynomial.legendre.leggauss(3 + math.ceil(16 / math.asinh(1 / half)))
-    right, up = ((e[1:] + e[:-1])[:, None] / 2 + np.diff(e)[:, None] / 2 * nodes for e in (u, v))
+    # In angles, in which the widest pixel is below pi.
+    (right, of_right), (up, of_up) = (_nodes_in_angle(edges) for edges in (u, v))
     total = np.zeros((len(v) - 1, len(u) - 1))
-    for y, weight_y in zip(up.T, weights / 2, strict=True):
-        for x, weight_x in zip(right.T, weights / 2, strict=True):
+    for y, weight_y in zip(up, of_up, strict=True):
+        for x, weight_x in zip(right, of_right, strict=True):
             less = 1 + y[:, None] ** 2 + x**2 - radius**2
             root = np.sqrt(less * less + 4 * radius**2)
             near = (root - less) / (2 * radius**2 * root) if less.min() < 0 else 0.0
-            total += weight_x * weight_y * np.where(less < 0, near, 2 / (root * (root + np.abs(less))))
+            mean = np.where(less < 0, near, 2 / (root * (root + np.abs(less))))
+            total += weight_x * weight_y[:, None] * mean
     return total
+
+
+def _nodes_in_angle(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points of each interval of tangents, and their shares in its mean, (points, intervals)."""
+    angles = np.arctan(edges)
+    half = np.diff(angles) / 2
+    nodes, weights = np.polynomial.legendre.leggauss(3 + math.ceil(16 / math.asinh(1 / half.max())))
+    places = np.tan((angles[1:] + angles[:-1]) / 2 + half * nodes[:, None])
+    return places, weights[:, None] * half * (1 + places * places) / np.diff(edges)
 
 
 @scene_object(kw_only=True)
@@ -814,6 +823,10 @@ class EnvironmentMap(Instrument):
         if not isinstance(other, EnvironmentMap):
             cure = "write tp.EnvironmentMap(name='other', position=..., projection='cube')"
             refuse(self, f"other must be an EnvironmentMap, got {short_repr(other)}; {cure}")
+        for each in (self, other):
+            if not math.isclose(each.solid_angles().sum(), 4 * math.pi, rel_tol=1e-9):
+                must = "must cover all directions to be resampled"
+                refuse(each, f"{must}, got {each.solid_angles().sum():.4g} sr of 12.57; leave edges out")
         angles = other.solid_angles().ravel()
         scale = np.divide(1.0, angles, out=np.zeros_like(angles), where=angles > 0)
         return weighted(overlaps(self, other) * scale[:, None], radiance, self.solid_angles().shape, other)
@@ -902,6 +915,30 @@ def _cells_of(places: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
         is_inside &= (number >= 0) & (number < bins)
         cells = cells * bins + np.clip(number, 0, bins - 1)
     return np.where(is_inside, cells, -1)
+
+
+def _mean_cos4_of_wide(u: np.ndarray, v: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Mean of cos^4 over pairs of points of wide cells of two planes at the distance 1, (u, v, s, t).
+
+    From the closed form of the view factor of parallel rectangles (Ehlert and Smith 1993), which cancels in
+    narrow cells.
+    """
+    corners = (
+        (0, 1, 1.0),
+        (0, 0, -1.0),
+        (1, 1, -1.0),
+        (1, 0, 1.0),
+    )  # of a near and a far interval, and signs
+    total = np.zeros([len(each) - 1 for each in (u, v, s, t)])
+    for i, j, sign_x in corners:
+        x = (s[j : len(s) - 1 + j] - u[i : len(u) - 1 + i, None])[:, None, :, None]
+        for k, m, sign_y in corners:
+            y = (t[m : len(t) - 1 + m] - v[k : len(v) - 1 + k, None])[None, :, None, :]
+            root_x, root_y = np.sqrt(1 + x * x), np.sqrt(1 + y * y)
+            term = y * root_x * np.arctan(y / root_x) + x * root_y * np.arctan(x / root_y)
+            total += sign_x * sign_y * (term - np.log(1 + x * x + y * y) / 2) / 2
+    widths = (float(each[1] - each[0]) for each in (u, v, s, t))
+    return total / math.prod(widths)
 
 
 @scene_object(kw_only=True)
@@ -1105,6 +1142,8 @@ class LightField(Directed):
         """Mean of cos^4 over pairs of points of each cell, by Gauss's quadrature to about 10 digits."""
         edges = {name: each / self.distance for name, each in self.edges().items()}
         widest = max(float(each[1] - each[0]) for each in edges.values())
+        if widest > 1:
+            return _mean_cos4_of_wide(**edges)
         nodes, weights = np.polynomial.legendre.leggauss(2 + math.ceil(6 / math.asinh(1 / widest)))
         squares = []  # of the differences along u and s, and along v and t, at all pairs of nodes
         for near, far in (("u", "s"), ("v", "t")):

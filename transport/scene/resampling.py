@@ -135,11 +135,11 @@ def projected_solid_angles(view: DirectionCells, normal: Vector) -> np.ndarray:
 def overlaps(view: DirectionCells, other: DirectionCells) -> csr_array:
     """Return the solid angles [sr] that cells of another map share with cells of a map, (other, view).
 
-    Of maps of all directions, sums over rows and columns are the solid angles of the cells to rounding, so
+    Both cover all directions. Sums over rows and columns are the solid angles of the cells to rounding, so
     that the fluence rate is conserved and a uniform field stays uniform; each entry alone is as exact as
-    POINTS points per cell. If only one map covers all directions, the sums over the cells of the other are.
+    POINTS points per cell.
     """
-    from scipy.sparse import coo_array, diags_array
+    from scipy.sparse import coo_array
 
     wholes = [each.solid_angles().ravel() for each in (other, view)]
 
@@ -157,15 +157,9 @@ def overlaps(view: DirectionCells, other: DirectionCells) -> csr_array:
         return coo_array(entries, shape=tuple(map(len, wholes))).tocsr()
 
     found = matrix_of(_points_of)
-    is_whole = [math.isclose(each.sum(), 4 * math.pi, rel_tol=1e-9) for each in wholes]
-    if not all(is_whole):  # how much of its cells a map shares is known only of one within the other
-        rows, columns = (
-            diags_array(_over(each, found.sum(axis=k))) for k, each in ((1, wholes[0]), (0, wholes[1]))
-        )
-        return (found @ columns if is_whole[0] else rows @ found if is_whole[1] else found).tocsr()
     if not _can_be_balanced(
         found, *wholes
-    ):  # strips between edges of both maps, thinner than points lie apart
+    ):  # strips between edges of both maps, narrower than points lie apart
         found = (found + matrix_of(_corners_of)).tocsr()
     return _balanced(found, *wholes)
 

@@ -162,8 +162,9 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
     size = np.take_along_axis(apart, (count - (scores + 1) // 2)[None], axis=0)[0]
     size = np.where(size > 0, size, 1.0)
     power = np.log2(np.where(is_sparse, size, np.sqrt(inner)))
-    # Levels lie at powers of 2 of the largest spread, so that the unit of the values does not matter.
-    power -= power[np.argmax(exponent + power)] % 1.0 if power.size else 0.0
+    # Levels lie about the median spread, so that neither the unit of the values nor one bright bin matters.
+    if power.size:
+        power -= power[np.argsort(exponent + power, kind="stable")[power.size // 2]] % 1.0
     level = exponent + np.floor(power).astype(int)
     # Fisher's k-statistic k4, and from it the square of the variance without its noise.
     variance = second / (count - 1)

@@ -207,11 +207,27 @@ def weigh_pixel(lane, table):
     lane.weight *= mu * mu * mu
 
 
-@device
-def image_radius(lane):
-    """Return the distance of a point of an image from its middle."""
-    u, v = lane.u2, lane.u3
-    return math.sqrt(u * u + v * v)
+@lane_pass(layout.SENSOR)
+def direction_in_round_image(lane, table):
+    """Set a place in the cell's pixel within the rim of the image, and what share of the pixel it stands for.
+
+    The row is uniform where the pixel lies within the rim, and the column on the chord there. A pixel beyond
+    the rim has the share 0.
+    """
+    number, rim = (lane.cell - table.first) % (table.mu_cells * table.turn_cells), table.rim
+    columns = view(lane.arena + table.mu_edges, table.mu_cells + 1, np.float64)
+    rows = view(lane.arena + table.turn_edges, table.turn_cells + 1, np.float64)
+    column, row = number % table.mu_cells, number // table.mu_cells
+    left, right, low, high = columns[column], columns[column + 1], rows[row], rows[row + 1]
+    nearest = max(max(left, -right), 0.0)
+    reach = math.sqrt(max(rim * rim - nearest * nearest, 0.0))
+    first, last = max(low, -reach), min(high, reach)
+    v = first + lane.u3 * (last - first)
+    chord = math.sqrt(max(rim * rim - v * v, 0.0))
+    start, stop = max(left, -chord), min(right, chord)
+    share = max(last - first, 0.0) * max(stop - start, 0.0) / ((high - low) * (right - left))
+    lane.u4 = share if nearest < rim else 0.0
+    lane.u2, lane.u3 = start + lane.u2 * (stop - start), v
 
 
 @lane_pass(layout.SENSOR)
@@ -219,20 +235,13 @@ def direction_through_fisheye(lane, table):
     """Set the direction at the polar angle that is the distance from the middle of the image."""
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz = table.nx, table.ny, table.nz
-    radius = image_radius(lane)
+    u, v = lane.u2, lane.u3
+    radius = math.sqrt(u * u + v * v)
     mu, sine = cos_sin_turn(min(radius * INVERSE_TURN, 0.5))
     aside = sine / radius if radius > 0.0 else 1.0
-    u, v = aside * lane.u2, aside * lane.u3
+    lane.u4 *= aside
+    u, v = aside * u, aside * v
     lane.ux, lane.uy, lane.uz = from_frame(u, v, mu, eux, euy, euz, evx, evy, evz, nx, ny, nz)
-
-
-@lane_pass(layout.SENSOR)
-def weigh_fisheye(lane, table):
-    """Weight by solid angle per area of the image, sin(theta)/theta; 0 beyond theta = pi."""
-    radius = image_radius(lane)
-    _, sine = cos_sin_turn(min(radius * INVERSE_TURN, 0.5))
-    weight = sine / radius if radius > 0.0 else 1.0
-    lane.weight *= weight if radius < math.pi else 0.0
 
 
 @lane_pass(layout.SENSOR)
@@ -248,10 +257,12 @@ def direction_through_equal_area(lane, table):
 
 
 @lane_pass(layout.SENSOR)
-def weigh_equal_area(lane, table):
-    """End histories beyond the rim of the image; all others have the same weight."""
-    u, v = lane.u2, lane.u3
-    lane.weight *= 1.0 if u * u + v * v < 4.0 else 0.0
+def weigh_round_image(lane, table):
+    """Weight by the share of the pixel, and by solid angle per area, sin(theta)/theta of a fisheye.
+
+    Histories beyond the rim end.
+    """
+    lane.weight *= lane.u4
 
 
 @lane_pass(layout.SENSOR)
