@@ -434,7 +434,7 @@ def draw_refocus(outcomes: list[Outcome], path: Path, note: str) -> None:
     with figure((22, 6.4), "Focused after the light was counted", note, path) as page:
         for axes, (name, (away, *_)) in zip(page.subplots(1, 3), THINGS.items(), strict=True):
             lens = tp.Camera(
-                name=name, lens="thin lens", aperture=0.22, focal_length=0.1, focus=away, **ahead
+                name=name, lens="thin lens", aperture=0.22, focal_length=0.11, focus=away, **ahead
             )
             picture = field.detector.view(field.radiance.value, lens)
             _show(axes, picture, f"focus at {away:g} m: {name}")

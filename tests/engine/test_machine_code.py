@@ -32,7 +32,7 @@ SCALAR_REASONS = {
         "set_sheet", "project_onto_sphere", "mark_box_exit", "project_onto_quadric", "find_detector",
         "find_detector_row", "mark_visit", "cross_boundary", "look_up_surface", "choose_material",
         "look_up_optics", "look_up_lobe", "deflect_by_lens", "look_up_metal", "refine_by_cell", "require_visits",
-        "require_reflections", "place_in_cell", "direction_in_cell", "hemisphere_direction_in_cell",
+        "require_reflections", "place_in_cell", "direction_in_cell", "direction_in_round_image", "hemisphere_direction_in_cell",
         "clamp_inside_edge", "set_speed_by_quantile", "set_speed_by_stepped_quantile",
         "emit_from_drifting_gas", "sample_wall_speed", "land_on_facet", "scatter_into_lobe",
         "end_lost_particles_of_many", "find_medium_of_many", "choose_phase", "choose_segment_of_table",
