@@ -458,7 +458,7 @@ def test_slivers_within_the_rim_of_a_round_image_are_as_certain_as_other_pixels(
         known = rim & (radiance.error > 0)
         assert np.abs((radiance.value - L)[known] / radiance.error[known]).max(initial=0.0) < 6  # few batches
         scores.append(np.abs(radiance.value[rim] / L - 1).max())
-    assert max(scores) < 0.1, scores
+    assert max(scores) < 0.25, scores  # 390 scores in a pixel, that vary by 100 % at most: 5 standard errors
 
 
 def test_cells_of_light_fields_that_are_wider_than_far_have_the_throughput_of_the_closed_form():
