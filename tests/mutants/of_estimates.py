@@ -231,8 +231,8 @@ FAULTS = (
     ),
     Fault(
         "scene/cameras.py",
-        "half = image_radius(self.lens, self.field_of_view / 2)",
-        "half = image_radius(self.lens, self.field_of_view) / 2",
+        "half = image_radius(self.projection_of_image or PINHOLE, self.field_of_view / 2)",
+        "half = image_radius(self.projection_of_image or PINHOLE, self.field_of_view) / 2",
         "a field of view by the wrong half",
         ("detectors/test_estimators::test_pixels_fill_the_solid_angle_of_the_image",),
     ),

@@ -36,7 +36,7 @@ from transport.compile.sources import emitters_of
 from transport.geometry.relations import is_behind, is_on
 from transport.geometry.shape import Shape
 from transport.scene.cameras import CUBE, FACES, Camera, EnvironmentMap, Instrument
-from transport.scene.projections import EQUAL_AREA, FISHEYE, PINHOLE
+from transport.scene.projections import EQUAL_AREA, FISHEYE, PINHOLE, RADIAL
 from transport.scene.sheets import Sheet, scene_sheets
 from transport.validation import SceneError
 
@@ -206,14 +206,14 @@ def _measures(view: Instrument) -> np.ndarray:
 def _most_area_per_steradian(view: Instrument) -> np.ndarray | float:
     """Return the largest area of the image per solid angle, of all cells or of each as stored."""
     projection, edges = view.projection_of_image, view.edges()
-    if projection not in (PINHOLE, FISHEYE):
+    if projection is None:
         return 1.0
     sides = (np.maximum(np.abs(edges[name][1:]), np.abs(edges[name][:-1])) for name in ("v", "u"))
     far = np.hypot(*np.meshgrid(*sides, indexing="ij")).ravel()
     if projection == PINHOLE:
         return (1 + far.max() ** 2) ** 1.5
-    with np.errstate(divide="ignore"):
-        return 1 / np.maximum(np.sinc(far / math.pi), 0.0)  # beyond the rim there is no bound
+    law = RADIAL[projection]
+    return 1 / law.weight(np.minimum(far, law.rim))  # of a fisheye without bound at the rim
 
 
 def _emitters(plan: Plan, scene: Scene) -> Iterator[Emitter]:

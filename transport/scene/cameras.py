@@ -421,7 +421,7 @@ class Camera(Directed):
         if self.lens == ORTHOGRAPHIC:
             half = self.width / 2
         else:
-            half = image_radius(self.lens, self.field_of_view / 2)
+            half = image_radius(self.projection_of_image or PINHOLE, self.field_of_view / 2)
         tall = half * height / width
         return {"v": np.linspace(-tall, tall, height + 1), "u": np.linspace(-half, half, width + 1)}
 

@@ -19,26 +19,65 @@ asin(r'), the direction by twice that, so that r' = sin(theta/2).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 PINHOLE, FISHEYE, EQUAL_AREA = "pinhole", "fisheye", "equal-area fisheye"
-RADIUS_OF_ALL = {FISHEYE: math.pi, EQUAL_AREA: 2.0}  # of the image of all directions
 QUADRATURE_POINTS = 12  # per edge of a pixel; the integrand is smooth
+
+Law = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class RadialProjection:
+    """The laws of a projection: r of the polar angle theta [rad], theta of r, and the solid angle per area.
+
+    rise: (1 - cos theta)/r^2 of r, without cancellation;  rim: radius of the image of all directions.
+    """
+
+    radius: Law
+    angle: Law
+    weight: Law
+    rise: Law
+    rim: float
+
+
+RADIAL = {
+    PINHOLE: RadialProjection(
+        radius=np.tan,
+        angle=np.arctan,
+        weight=lambda r: (1 + r * r) ** -1.5,
+        rise=lambda r: 1 / (np.sqrt(1 + r * r) * (1 + np.sqrt(1 + r * r))),
+        rim=math.inf,
+    ),
+    FISHEYE: RadialProjection(
+        radius=lambda theta: theta,
+        angle=lambda r: np.minimum(r, math.pi),
+        weight=lambda r: np.sinc(r / math.pi),
+        rise=lambda r: np.sinc(r / (2 * math.pi)) ** 2 / 2,
+        rim=math.pi,
+    ),
+    EQUAL_AREA: RadialProjection(
+        radius=lambda theta: 2 * np.sin(theta / 2),
+        angle=lambda r: 2 * np.arcsin(np.minimum(r / 2, 1.0)),
+        weight=np.ones_like,
+        rise=lambda r: np.full_like(r, 0.5),
+        rim=2.0,
+    ),
+}
+RADIUS_OF_ALL = {name: each.rim for name, each in RADIAL.items() if each.rim < math.inf}
 
 
 def image_radius(projection: str, theta: float) -> float:
     """Return the distance from the middle of the image at which a polar angle [rad] lies."""
-    if projection == FISHEYE:
-        return theta
-    return 2 * math.sin(theta / 2) if projection == EQUAL_AREA else math.tan(theta)
+    return float(RADIAL[projection].radius(theta))
 
 
 def polar_angles(projection: str, radius: np.ndarray) -> np.ndarray:
     """Return the polar angles [rad] at distances from the middle of the image; pi beyond its rim."""
-    if projection == FISHEYE:
-        return np.minimum(radius, math.pi)
-    return 2 * np.arcsin(np.minimum(radius / 2, 1.0)) if projection == EQUAL_AREA else np.arctan(radius)
+    return RADIAL[projection].angle(radius)
 
 
 def radial_rays(projection: str, u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -51,21 +90,16 @@ def radial_rays(projection: str, u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 def radial_weights(projection: str, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the solid angle per area of the image at its points; 0 beyond its rim."""
-    if projection == PINHOLE:
-        return (1 + u * u + v * v) ** -1.5
-    radius = np.hypot(u, v)
-    weights = np.sinc(radius / math.pi) if projection == FISHEYE else np.ones_like(radius)
-    return np.where(radius < RADIUS_OF_ALL[projection], weights, 0.0)
+    law, radius = RADIAL[projection], np.hypot(u, v)
+    return np.where(radius < law.rim, law.weight(radius), 0.0)
 
 
 def radial_places(projection: str, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return u and v of unit vectors in these axes; nan where they are not in the image."""
     across, along = np.hypot(rays[..., 0], rays[..., 1]), rays[..., 2]
-    theta = np.arctan2(across, along)
+    radius = RADIAL[projection].radius(np.arctan2(across, along))
     if projection == PINHOLE:
-        radius = np.where(along > 0, across / np.where(along > 0, along, 1.0), np.nan)
-    else:
-        radius = theta if projection == FISHEYE else 2 * np.sin(theta / 2)
+        radius = np.where(along > 0, radius, np.nan)
     aside = np.divide(radius, across, out=np.zeros_like(across), where=across > 0)
     return aside * rays[..., 0], aside * rays[..., 1]
 
@@ -96,20 +130,15 @@ def _nearest_to_0(edges: np.ndarray) -> np.ndarray:
 
 def _along_edges(projection: str, at: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Integrals of x (1 - cos theta)/r^2 along the lines at x, between values y, shape (y - 1, x)."""
-    rim = RADIUS_OF_ALL[projection]
-    x, end = at, np.sqrt(np.maximum(rim * rim - at * at, 0.0))  # within the rim is |y| < end
+    law = RADIAL[projection]
+    x, end = at, np.sqrt(np.maximum(law.rim**2 - at * at, 0.0))  # within the rim is |y| < end
     low, high = along[:-1, None], along[1:, None]
     first, last = np.clip(low, -end, end), np.clip(high, -end, end)
-    if projection == EQUAL_AREA:  # 1 - cos(theta) = r^2/2
-        inside = x * (last - first) / 2
-    else:
-        nodes, weights = np.polynomial.legendre.leggauss(QUADRATURE_POINTS)
-        middle, half = (last + first) / 2, (last - first) / 2
-        inside = np.zeros_like(middle)
-        for node, weight in zip(nodes, weights, strict=True):
-            # (1 - cos r)/r^2 = sinc^2/2, without cancellation
-            sinc = np.sinc(np.hypot(x, middle + half * node) / (2 * math.pi))
-            inside += weight * half * x * sinc * sinc / 2
+    middle, half = (last + first) / 2, (last - first) / 2
+    nodes, weights = np.polynomial.legendre.leggauss(QUADRATURE_POINTS)
+    inside = np.zeros_like(middle)
+    for node, weight in zip(nodes, weights, strict=True):
+        inside += weight * half * x * law.rise(np.hypot(x, middle + half * node))
     beyond = ((np.minimum(low, -end), np.minimum(high, -end)), (np.maximum(low, end), np.maximum(high, end)))
     outside = sum(np.arctan2(stop, np.abs(x)) - np.arctan2(start, np.abs(x)) for start, stop in beyond)
     return inside + 2 * np.sign(x) * outside

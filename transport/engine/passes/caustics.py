@@ -74,7 +74,7 @@ def cell_seen(lane, table, x, y, z):
             depth = min(max(depth, -1.0), 1.0)
             aside = 2.0 * math.pi * azimuth_turn(depth, sine) / sine if sine > 0.0 else 1.0
             across, up = aside * across, aside * up
-        else:
+        elif table.projection == layout.EQUAL_AREA_SEEN:
             aside = math.sqrt(2.0 / (1.0 + depth)) if depth > -1.0 else 0.0
             across, up = aside * across, aside * up
     column = find_cell(across, m.mu_cells, lane.arena + m.mu_edges)
