@@ -409,7 +409,10 @@ def test_a_run_that_stopped_with_batches_out_of_turn_alone_is_resumed():
 
 @pytest.mark.parametrize("file", ["run.nc", "run.npz", "chosen.npz", "gas.npz"])
 def test_a_run_of_an_earlier_version_has_the_same_numbers_and_resumes_where_it_stood(file):
-    """Its schedule is known by its present name; else it would resume from its batches."""
+    """Its schedule is known by its present name; else it would resume from its batches.
+
+    The values are those of that version, the errors of bins those of the present rule (statistics/pooling.py).
+    """
     result, title = tp.load(EARLIER / file), file.partition(".")[0]
     numbers = json.loads((EARLIER / "numbers.json").read_text())
     expected = {name.partition(".")[2]: number for name, number in numbers.items() if name.startswith(title)}
