@@ -216,7 +216,10 @@ POWERS = {
     **dict.fromkeys(
         ("center", "position", "radius", "inner_radius", "top_radius", "width", "height"), (1, 0)
     ),
-    **dict.fromkeys(("size", "thickness", "focal_length", "vertices", "sigma", "start", "end"), (1, 0)),
+    **dict.fromkeys(
+        ("size", "thickness", "focal_length", "aperture", "focus", "vertices", "sigma", "start", "end"),
+        (1, 0),
+    ),
     **dict.fromkeys(("duration", "time", "stop"), (1, 0)),
     **dict.fromkeys(("absorption", "scattering"), (-1, 0)),
     **dict.fromkeys(("power", "intensity", "number"), (0, 1)),

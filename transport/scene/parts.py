@@ -129,7 +129,7 @@ class SceneParts:
 
     @cached_property
     def instruments(self) -> tuple[Instrument, ...]:
-        """The detectors that only backward histories reach: cameras, maps and light fields.
+        """The detectors that only backward histories reach, such as a Camera.
 
         Returns
         -------
