@@ -321,29 +321,20 @@ class ViewReading(Tally):
     @staticmethod
     def lacks_of(scene: SceneParts, detector: Instrument | PointDetector) -> Lacks:
         """Return what the sensor was not set up for; known before a run."""
-        lacks = {
-            "bins": ("bins", "use an EnvironmentMap there"),
-            "film": ("the film of a lens", "use a Camera(lens='thin lens')"),
-            "map": ("a map", "use an EnvironmentMap there"),
-            "planes": ("two planes", "use a LightField"),
+        is_lens = isinstance(detector, Camera) and detector.lens == THIN_LENS
+        options = {
+            "bins": (isinstance(detector, Instrument), "bins", "use an EnvironmentMap there"),
+            "film": (is_lens, "the film of a lens", "use a Camera(lens='thin lens')"),
+            "map": (isinstance(detector, EnvironmentMap), "a map", "use an EnvironmentMap there"),
+            "planes": (isinstance(detector, LightField), "two planes", "use a LightField"),
         }
+        lacks = {need: (what, cure) for need, (has, what, cure) in options.items() if not has}
         if isinstance(detector, PointDetector):
             return lacks
-        del lacks["bins"]
-        if isinstance(detector, Camera) and detector.lens == THIN_LENS:
-            del lacks["film"]
-        if isinstance(detector, EnvironmentMap):
-            del lacks["map"]
-        if isinstance(detector, LightField):
-            del lacks["planes"]
         if any(found_by_rays_alone(scene, source) for source in scene.sources):
             needs = "the direct light of each Point and Beam, which has no radiance"
-            plane = needs, "use a Detector there"
-            return lacks | {
-                "all directions": (needs, "use a PointDetector there"),
-                "planes": lacks.get("planes", plane),
-                "film": lacks.get("film", plane),
-            }
+            lost = dict.fromkeys(("film", "planes"), (needs, "use a Detector there"))
+            return lost | lacks | {"all directions": (needs, "use a PointDetector there")}
         if detector.sees_from_point and math.isclose(
             float(detector.solid_angles().sum()), 4 * math.pi, rel_tol=1e-9
         ):

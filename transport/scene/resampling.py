@@ -157,9 +157,8 @@ def overlaps(view: DirectionCells, other: DirectionCells) -> csr_array:
         return coo_array(entries, shape=tuple(map(len, wholes))).tocsr()
 
     found = matrix_of(_points_of)
-    if not _can_be_balanced(
-        found, *wholes
-    ):  # strips between edges of both maps, narrower than points lie apart
+    if not _can_be_balanced(found, *wholes):
+        # Strips between edges of both maps may be narrower than points lie apart.
         found = (found + matrix_of(_corners_of)).tocsr()
     return _balanced(found, *wholes)
 
