@@ -449,16 +449,16 @@ def test_maps_without_use_for_a_parameter_and_light_fields_without_size_are_refu
 def test_slivers_within_the_rim_of_a_round_image_are_as_certain_as_other_pixels():
     """A pixel of which the rim leaves a thousandth samples that thousandth alone."""
     scores = []
-    for name in ("fisheye", "mirrored ball"):
+    for name, least in (("fisheye", 300), ("mirrored ball", 10)):
         view = tp.EnvironmentMap(name="map", position=(0, 0, 0), projection=name, pixels=101)
         share = view.cell_measures().values / np.diff(view.edges()["u"])[0] ** 2
         rim = (view.solid_angles() > 0) & (share < 0.01)
-        assert rim.sum() > 10
-        radiance = seen(view, particles=4_000_000).radiance
+        assert rim.sum() > least
+        radiance = seen(view, particles=26_000_000).radiance
         known = rim & (radiance.error > 0)
         assert np.abs((radiance.value - L)[known] / radiance.error[known]).max(initial=0.0) < 6  # few batches
         scores.append(np.abs(radiance.value[rim] / L - 1).max())
-    assert max(scores) < 0.25, scores  # 390 scores in a pixel, that vary by 100 % at most: 5 standard errors
+    assert max(scores) < 0.1, scores  # 2500 scores in a pixel, that vary by 100 % at most: 5 standard errors
 
 
 def test_cells_of_light_fields_that_are_wider_than_far_have_the_throughput_of_the_closed_form():
